@@ -1,0 +1,117 @@
+"""QoS policies and the frozen profile that every floor below the fronts passes on.
+
+Numbers are those of rmw/types.h (rmw_qos_*_policy_e); durations are nanoseconds.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Self
+
+UNSPECIFIED_NS = 0
+"""A duration left to the middleware (RMW_DURATION_UNSPECIFIED)."""
+INFINITE_NS = 9_223_372_036_854_775_807
+"""A duration without end (RMW_DURATION_INFINITE: 9223372036 s, 854775807 ns)."""
+
+
+class QoSPolicyEnum(IntEnum):
+    """A policy's values, also reachable by their lower-case short keys."""
+
+    @classmethod
+    def short_keys(cls) -> list[str]:
+        """Return the short key of every value."""
+        return [member.short_key for member in cls]
+
+    @classmethod
+    def get_from_short_key(cls, name: str) -> int:
+        """Return the number behind a short key; raises KeyError for an unknown one."""
+        return cls[name.upper()].value
+
+    @property
+    def short_key(self) -> str:
+        """The value's name in lower case, as parameters and command lines spell it."""
+        return self.name.lower()
+
+    @classmethod
+    def of(cls, value: int) -> Self:
+        """Return the member of a number; raises ValueError as ROS 2 does."""
+        return cls(value)
+
+
+class HistoryPolicy(QoSPolicyEnum):
+    """How many messages a queue keeps."""
+
+    SYSTEM_DEFAULT = 0
+    KEEP_LAST = 1
+    KEEP_ALL = 2
+    UNKNOWN = 3
+
+
+class ReliabilityPolicy(QoSPolicyEnum):
+    """Whether messages are sent again until they arrive."""
+
+    SYSTEM_DEFAULT = 0
+    RELIABLE = 1
+    BEST_EFFORT = 2
+    UNKNOWN = 3
+    BEST_AVAILABLE = 4
+
+
+class DurabilityPolicy(QoSPolicyEnum):
+    """Whether late subscribers get what was published before they came."""
+
+    SYSTEM_DEFAULT = 0
+    TRANSIENT_LOCAL = 1
+    VOLATILE = 2
+    UNKNOWN = 3
+    BEST_AVAILABLE = 4
+
+
+class LivelinessPolicy(QoSPolicyEnum):
+    """Who asserts that a publisher is alive."""
+
+    SYSTEM_DEFAULT = 0
+    AUTOMATIC = 1
+    MANUAL_BY_TOPIC = 3
+    UNKNOWN = 4
+    BEST_AVAILABLE = 5
+
+
+@dataclass(frozen=True, slots=True)
+class QoS:
+    """One endpoint's quality of service, as its user asked for it."""
+
+    depth: int = 10
+    history: HistoryPolicy = HistoryPolicy.KEEP_LAST
+    reliability: ReliabilityPolicy = ReliabilityPolicy.RELIABLE
+    durability: DurabilityPolicy = DurabilityPolicy.VOLATILE
+    deadline_ns: int = UNSPECIFIED_NS
+    lifespan_ns: int = UNSPECIFIED_NS
+    liveliness: LivelinessPolicy = LivelinessPolicy.SYSTEM_DEFAULT
+    lease_ns: int = UNSPECIFIED_NS
+    avoid_ros_namespace_conventions: bool = False
+
+    @property
+    def keeps_all(self) -> bool:
+        """True where the queue has no bound of its own."""
+        return self.history is HistoryPolicy.KEEP_ALL
+
+    @property
+    def is_transient_local(self) -> bool:
+        """True where late subscribers are served from the publisher's history."""
+        return self.durability is DurabilityPolicy.TRANSIENT_LOCAL
+
+    @property
+    def is_reliable(self) -> bool:
+        """True unless best effort was asked for."""
+        return self.reliability is not ReliabilityPolicy.BEST_EFFORT
+
+
+DEFAULT = QoS()
+SENSOR_DATA = QoS(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
+SERVICES_DEFAULT = QoS()
+PARAMETERS = QoS(depth=1000)
+PARAMETER_EVENTS = QoS(depth=1000)
+ACTION_STATUS_DEFAULT = QoS(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+ROSOUT = QoS(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL, lifespan_ns=10_000_000_000)

@@ -1,0 +1,207 @@
+"""What a transport does: it moves bytes between endpoints and shows who else is there.
+
+A transport knows no message classes, no callbacks of users and no executors. Whatever it delivers, it
+delivers on a thread of its own, or, inside one session, on the publisher's or caller's thread. So a
+`deliver` function must be short: it appends to a queue and wakes whoever waits, nothing else.
+No method here is called with a lock held that a `deliver` function could want.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+from typing import NamedTuple, TypeAlias
+
+from goalwire.protocol.qos import QoS
+
+Payload: TypeAlias = bytes | bytearray | memoryview
+
+
+class EndpointKind(Enum):
+    """What an endpoint is; NODE stands for the node itself."""
+
+    NODE = 'node'
+    PUBLISHER = 'publisher'
+    SUBSCRIPTION = 'subscription'
+    SERVICE = 'service'
+    CLIENT = 'client'
+
+
+@dataclass(frozen=True, slots=True)
+class NodeName:
+    """Who a node is: `name` without slashes, `namespace` absolute ('/' or '/a/b')."""
+
+    name: str
+    namespace: str = '/'
+    enclave: str = '/'
+
+    @property
+    def qualified(self) -> str:
+        """The node's fully-qualified name, '/a/b/name'."""
+        return f'{self.namespace.rstrip("/")}/{self.name}'
+
+
+@dataclass(frozen=True, slots=True)
+class Endpoint:
+    """What an entity declares: `name` is fully qualified ('/chatter'), `type_name` is 'std_msgs/msg/String'
+    (for services 'pkg/srv/Name', for an action's three services 'pkg/action/Name_SendGoal' and so on),
+    `type_hash` is 'RIHS01_<64 hex>' of that type."""
+
+    kind: EndpointKind
+    name: str
+    type_name: str
+    type_hash: str
+    qos: QoS
+    has_buffers: bool = False
+    """True where the type holds an unbounded sequence of primitives (zenoh-wire A.9)."""
+    ignore_local: bool = False
+    """True for a subscription that wants nothing from its own session."""
+
+
+class Sample(NamedTuple):
+    """One message as it came from the wire; times in ns since the UNIX epoch, `gid` 16 bytes."""
+
+    payload: Payload
+    sequence: int
+    source_timestamp: int
+    received_timestamp: int
+    gid: bytes
+
+
+class Request(ABC):
+    """One request waiting for its reply at a service server."""
+
+    __slots__ = ()
+    sample: Sample
+    """The request; `gid` is the client's."""
+
+    @abstractmethod
+    def reply(self, payload: bytes) -> None:
+        """Send the answer, at most once. A client that has gone is no error."""
+
+    @abstractmethod
+    def drop(self) -> None:
+        """Give the request up without an answer; the client's `on_end` fires where the wire can tell."""
+
+
+@dataclass(frozen=True, slots=True)
+class GraphEntity:
+    """One node or endpoint as discovery shows it. `session` and `node_id` tell nodes of one name apart."""
+
+    kind: EndpointKind
+    session: str
+    node_id: int
+    node: NodeName
+    name: str = ''
+    type_name: str = ''
+    """'pkg/msg/Name', as shown to users."""
+    type_hash: str = ''
+    qos: QoS = QoS()
+    gid: bytes = b''
+
+
+class GraphListener(ABC):
+    """Who wants to know what appears and goes; called on transport threads, or from within `watch_graph`."""
+
+    @abstractmethod
+    def appeared(self, entity: GraphEntity) -> None:
+        """A node or endpoint was seen (again): adding twice is harmless."""
+
+    @abstractmethod
+    def vanished(self, entity: GraphEntity) -> None:
+        """A node or endpoint has gone; removing an unknown one is harmless."""
+
+
+class Port(ABC):
+    """A declared endpoint."""
+
+    gid: bytes
+    """16 bytes that name this endpoint on the wire."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Undeclare. Idempotent; nothing is delivered once it has returned, save what was under way."""
+
+
+class PublisherPort(Port):
+    """A declared publisher."""
+
+    @abstractmethod
+    def publish(self, payload: bytes) -> None:
+        """Hand one message to the wire. Raises ClosedError, ForkedError or TransportError."""
+
+
+class ClientPort(Port):
+    """A declared service client."""
+
+    @abstractmethod
+    def request(
+        self,
+        payload: bytes,
+        on_reply: Callable[[Sample], None],
+        on_end: Callable[[], None],
+    ) -> int:
+        """Send one request and return its sequence number (1, 2, …).
+
+        `on_reply` gets each reply (one per server); `on_end` fires once when no more can come: every
+        server has answered, none was there, or the last one died. Both may fire before this returns.
+        """
+
+
+class NodePort(Port):
+    """A declared node, through which its endpoints are declared."""
+
+    @abstractmethod
+    def publisher(self, endpoint: Endpoint) -> PublisherPort:
+        """Declare a publisher."""
+
+    @abstractmethod
+    def subscription(self, endpoint: Endpoint, deliver: Callable[[Sample], None]) -> Port:
+        """Declare a subscription; transient_local history arrives through `deliver` too."""
+
+    @abstractmethod
+    def service(self, endpoint: Endpoint, deliver: Callable[[Request], None]) -> Port:
+        """Declare a service server. It answers each request once, at any time, on any thread."""
+
+    @abstractmethod
+    def client(self, endpoint: Endpoint) -> ClientPort:
+        """Declare a service client."""
+
+
+class Session(ABC):
+    """One context's connection to one domain."""
+
+    @abstractmethod
+    def node(self, name: NodeName) -> NodePort:
+        """Declare a node."""
+
+    @abstractmethod
+    def watch_graph(self, listener: GraphListener) -> None:
+        """Tell `listener` of everything known, before this returns, and of every change from then on.
+
+        The session's own nodes and endpoints are part of the graph.
+        """
+
+    @abstractmethod
+    def close(self) -> None:
+        """Undeclare everything and disconnect, flushing what was sent. Idempotent; never called from `deliver`."""
+
+
+@dataclass(frozen=True, slots=True)
+class SessionOptions:
+    """What a context asks of its transport."""
+
+    domain_id: int = 0
+
+
+class Transport(ABC):
+    """A kind of wire."""
+
+    identifier: str
+    """What RMW_IMPLEMENTATION calls it: 'rmw_zenoh_cpp', 'goalwire_memory'."""
+
+    @abstractmethod
+    def open(self, options: SessionOptions) -> Session:
+        """Connect. Raises TransportError with a sentence that says what to do."""

@@ -1,0 +1,41 @@
+"""Which transports there are, and which one RMW_IMPLEMENTATION asks for."""
+
+from __future__ import annotations
+
+import os
+from importlib import import_module
+
+from goalwire.errors import TransportError
+from goalwire.transport.contract import Transport
+
+DEFAULT = 'rmw_zenoh_cpp'
+_MODULES = {
+    'rmw_zenoh_cpp': 'goalwire.transport.zenoh',
+    'goalwire_memory': 'goalwire.transport.memory',
+}
+_loaded: dict[str, Transport] = {}
+
+
+def available() -> set[str]:
+    """Return the identifiers that RMW_IMPLEMENTATION may name."""
+    return set(_MODULES)
+
+
+def selected_identifier() -> str:
+    """Return what RMW_IMPLEMENTATION names, or the default."""
+    return os.environ.get('RMW_IMPLEMENTATION') or DEFAULT
+
+
+def get(identifier: str | None = None) -> Transport:
+    """Return a transport by its identifier; raises TransportError for an unknown one."""
+    identifier = identifier or selected_identifier()
+    if identifier not in _loaded:
+        try:
+            module = import_module(_MODULES[identifier])
+        except KeyError:
+            known = ', '.join(sorted(_MODULES))
+            raise TransportError(
+                f"RMW_IMPLEMENTATION names '{identifier}', which goalwire does not speak; choose one of: {known}"
+            ) from None
+        _loaded[identifier] = module.TRANSPORT
+    return _loaded[identifier]
