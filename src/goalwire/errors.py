@@ -3,6 +3,7 @@
 GoalwireError
 ├── LocalError            the caller's mistake: fix the program
 │   ├── ClosedError       the context, node or endpoint is no longer open
+│   │   └── InvalidHandle  the same, as rclpy's programs catch it
 │   └── ForkedError       a context opened before fork() is used in the child
 ├── RemoteError           a peer sent something that breaks the rules
 ├── TransportError        the wire itself failed: no session, refused configuration
@@ -22,6 +23,13 @@ class LocalError(GoalwireError):
 
 class ClosedError(LocalError):
     """A context, node or endpoint was used after it was closed."""
+
+
+class InvalidHandle(ClosedError):
+    """A destroyed entity was used (rclpy.exceptions.InvalidHandle)."""
+
+    def __init__(self, message: str = 'cannot use Destroyable because destruction was requested') -> None:
+        super().__init__(message)
 
 
 class ForkedError(LocalError):
