@@ -1,0 +1,207 @@
+"""Instants and spans of time, in whole nanoseconds, as rclpy's Time and Duration behave.
+
+A Time belongs to a kind of clock and is never negative; a Duration is signed. Both fit an int64, the storage
+of rcl, and say so when they would not. They are mutable in no way, yet unhashable, as in ROS 2.
+"""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from functools import total_ordering
+from importlib import import_module
+from typing import Protocol, Self, overload
+
+S_TO_NS = 1_000_000_000
+_INT64_MIN, _INT64_MAX = -(2**63), 2**63 - 1
+
+
+class ClockType(IntEnum):
+    """Which clock an instant was read from (rcl_clock_type_t)."""
+
+    UNINITIALIZED = 0
+    ROS_TIME = 1
+    SYSTEM_TIME = 2
+    STEADY_TIME = 3
+
+
+class StampMessage(Protocol):
+    """What builtin_interfaces' Time and Duration both are: whole seconds, and nanoseconds in 0..999999999."""
+
+    sec: int
+    nanosec: int
+
+
+class DurationType(Protocol):
+    """Whatever tells a span in nanoseconds."""
+
+    @property
+    def nanoseconds(self) -> int: ...
+
+
+def _message_class(name: str) -> type[StampMessage]:
+    """Return the class of a builtin_interfaces message, imported only when it is first wanted."""
+    found: type[StampMessage] = getattr(import_module('builtin_interfaces.msg'), name)
+    return found
+
+
+def _total(seconds: float | str, nanoseconds: float) -> int:
+    """Return both parts in whole nanoseconds; a fraction of one is cut off towards zero."""
+    # A string times a billion is a gigabyte before it is an error.
+    if isinstance(seconds, str):
+        raise ValueError(f'seconds must be a number, got {seconds!r}')  # noqa: TRY004 - rclpy's own type
+    return int(seconds * S_TO_NS) + int(nanoseconds)
+
+
+@total_ordering
+class Duration:
+    """A span of time; negative ones are allowed."""
+
+    __slots__ = ('_nanoseconds',)
+
+    def __init__(self, *, seconds: float = 0, nanoseconds: float = 0) -> None:
+        """Add the two parts up. Raises OverflowError past an int64, ValueError for what is no number."""
+        total = _total(seconds, nanoseconds)
+        if not _INT64_MIN <= total <= _INT64_MAX:
+            raise OverflowError('Total nanoseconds value is too large to store in C duration.')
+        self._nanoseconds = total
+
+    @property
+    def nanoseconds(self) -> int:
+        """The whole span in nanoseconds."""
+        return self._nanoseconds
+
+    def __repr__(self) -> str:
+        return f'Duration(nanoseconds={self._nanoseconds})'
+
+    def __str__(self) -> str:
+        return f'{self._nanoseconds} nanoseconds'
+
+    def __eq__(self, other: object) -> bool:
+        if isinstance(other, Duration):
+            return self._nanoseconds == other._nanoseconds
+        return NotImplemented
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __lt__(self, other: Duration) -> bool:
+        if isinstance(other, Duration):
+            return self._nanoseconds < other._nanoseconds
+        return NotImplemented
+
+    def to_msg(self) -> StampMessage:
+        """Return a builtin_interfaces/Duration; `sec` is rounded down, so `nanosec` is never negative."""
+        sec, nanosec = divmod(self._nanoseconds, S_TO_NS)
+        message = _message_class('Duration')()
+        message.sec, message.nanosec = sec, nanosec
+        return message
+
+    @classmethod
+    def from_msg(cls, msg: StampMessage) -> Self:
+        """Return the span a builtin_interfaces/Duration tells; raises TypeError for anything else."""
+        if not isinstance(msg, _message_class('Duration')):
+            raise TypeError('Must pass a Duration object')
+        return cls(seconds=msg.sec, nanoseconds=msg.nanosec)
+
+    def get_c_duration(self) -> DurationType:
+        """Return what rclpy hands to its C layer: here the span itself."""
+        return self
+
+
+Infinite = Duration(nanoseconds=_INT64_MAX)
+"""A duration without end (RMW_DURATION_INFINITE)."""
+
+
+@total_ordering
+class Time:
+    """An instant on one kind of clock. Instants of different clocks are not comparable: TypeError."""
+
+    __slots__ = ('_clock_type', '_nanoseconds')
+
+    def __init__(
+        self, *, seconds: float = 0, nanoseconds: float = 0, clock_type: ClockType = ClockType.SYSTEM_TIME
+    ) -> None:
+        """Add the two parts up. Raises ValueError if one is negative, OverflowError past an int64."""
+        if not isinstance(clock_type, ClockType):
+            raise TypeError('Clock type must be a ClockType enum')
+        if seconds < 0:
+            raise ValueError('Seconds value must not be negative')
+        if nanoseconds < 0:
+            raise ValueError('Nanoseconds value must not be negative')
+        total = _total(seconds, nanoseconds)
+        if total > _INT64_MAX:
+            raise OverflowError('Total nanoseconds value is too large to store in C time point.')
+        self._nanoseconds = total
+        self._clock_type = clock_type
+
+    @property
+    def nanoseconds(self) -> int:
+        """Nanoseconds since the clock's own zero."""
+        return self._nanoseconds
+
+    @property
+    def clock_type(self) -> ClockType:
+        """The kind of clock this instant belongs to."""
+        return self._clock_type
+
+    def seconds_nanoseconds(self) -> tuple[int, int]:
+        """Return whole seconds and the nanoseconds beyond them."""
+        return divmod(self._nanoseconds, S_TO_NS)
+
+    def __repr__(self) -> str:
+        return f'Time(nanoseconds={self._nanoseconds}, clock_type={self._clock_type.name})'
+
+    def __add__(self, other: Duration) -> Time:
+        if not isinstance(other, Duration):
+            return NotImplemented
+        try:
+            return Time(nanoseconds=self._nanoseconds + other.nanoseconds, clock_type=self._clock_type)
+        except OverflowError:
+            raise OverflowError('Addition leads to overflow in C storage.') from None
+
+    __radd__ = __add__
+
+    @overload
+    def __sub__(self, other: Time) -> Duration: ...
+    @overload
+    def __sub__(self, other: Duration) -> Time: ...
+    def __sub__(self, other: Time | Duration) -> Time | Duration:
+        if isinstance(other, Time):
+            self._refuse_other_clock(other, 'subtract')
+            return Duration(nanoseconds=self._nanoseconds - other._nanoseconds)
+        if not isinstance(other, Duration):
+            return NotImplemented
+        try:
+            return Time(nanoseconds=self._nanoseconds - other.nanoseconds, clock_type=self._clock_type)
+        except ValueError:
+            raise ValueError('Subtraction leads to negative time.') from None
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Time):
+            return NotImplemented
+        self._refuse_other_clock(other, 'compare')
+        return self._nanoseconds == other._nanoseconds
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __lt__(self, other: Time) -> bool:
+        if not isinstance(other, Time):
+            return NotImplemented
+        self._refuse_other_clock(other, 'compare')
+        return self._nanoseconds < other._nanoseconds
+
+    def _refuse_other_clock(self, other: Time, verb: str) -> None:
+        if self._clock_type is not other._clock_type:
+            raise TypeError(f"Can't {verb} times with different clock types")
+
+    def to_msg(self) -> StampMessage:
+        """Return a builtin_interfaces/Time; the kind of clock is lost."""
+        message = _message_class('Time')()
+        message.sec, message.nanosec = self.seconds_nanoseconds()
+        return message
+
+    @classmethod
+    def from_msg(cls, msg: StampMessage, clock_type: ClockType = ClockType.ROS_TIME) -> Self:
+        """Return the instant a builtin_interfaces/Time tells; raises TypeError for anything else."""
+        if not isinstance(msg, _message_class('Time')):
+            raise TypeError('Must pass a Time object')
+        return cls(seconds=msg.sec, nanoseconds=msg.nanosec, clock_type=clock_type)
