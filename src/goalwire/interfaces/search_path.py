@@ -1,0 +1,205 @@
+"""Where an interface package's definition files are, in this order:
+
+1. GOALWIRE_INTERFACE_PATH   folders, separated as in PATH: each a package, or a folder of packages
+2. AMENT_PREFIX_PATH         <prefix>/share/<package>/
+3. entry points              group goalwire.interfaces, see registered.py
+4. the working directory     package.xml at most four levels down, see workspace.py
+5. the shipped packages      share/ beside this file
+
+Importable rosidl packages come before all of these: that is the import hook's business. Used by the
+import hook, so nothing heavy is imported at the top.
+"""
+
+import os
+import sys
+from typing import TYPE_CHECKING
+
+from goalwire.errors import LocalError
+from goalwire.interfaces import registered, workspace
+from goalwire.interfaces.workspace import KINDS
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+SHIPPED = os.path.join(os.path.dirname(__file__), 'share')
+INTERFACE_PATH = 'GOALWIRE_INTERFACE_PATH'
+PREFIX_PATH = 'AMENT_PREFIX_PATH'
+
+
+class InvalidPackageName(LocalError, ValueError):
+    """A name that no ROS package can have."""
+
+
+class InterfacePackage:
+    """A package's name and the folder that holds msg/, srv/ and action/."""
+
+    __slots__ = ('folder', 'name', 'origin')
+
+    def __init__(self, name: str, folder: str, origin: str) -> None:
+        self.name = name
+        self.folder = folder
+        self.origin = origin  # which step of the search found it, for messages
+
+    def __repr__(self) -> str:
+        return f'InterfacePackage({self.name!r}, {self.folder!r}, from {self.origin})'
+
+    @property
+    def path(self) -> 'Path':
+        from pathlib import Path
+
+        return Path(self.folder)
+
+    def files(self) -> 'dict[str, Path]':
+        """Definition files by 'msg/Name', 'srv/Name', 'action/Name', sorted; read anew at each call."""
+        return {
+            f'{kind}/{name}': self.path / kind / f'{name}.{kind}'
+            for kind in KINDS
+            for name in workspace.definition_names(self.folder, kind)
+        }
+
+
+_Key = tuple[str, str | None, str | None, str | None, tuple[str, ...]]
+_found: dict[_Key, InterfacePackage | None] = {}
+_workspaces: dict[str, workspace.Workspace] = {}
+
+
+def is_package_name(name: str) -> bool:
+    """ROS 2's rule (REP 144, rosidl): lower case, digits, single underscores, a letter first."""
+    plain = name.isascii() and name.isidentifier() and name == name.lower()
+    return plain and name[0] != '_' and name[-1] != '_' and '__' not in name
+
+
+def find_package(package: str) -> InterfacePackage | None:
+    """Find a package's definition files; None where there are none.
+
+    Answers are kept until an environment variable, the working directory or sys.path changes, or
+    importlib.invalidate_caches() is called. Raises InvalidPackageName.
+    """
+    if not is_package_name(package):
+        raise InvalidPackageName(
+            f'{package!r} is no ROS package name: use lower-case letters, digits and single underscores, '
+            'with a letter first'
+        )
+    variables = os.environ.get(INTERFACE_PATH), os.environ.get(PREFIX_PATH)
+    key = (package, *variables, _working_directory(), tuple(sys.path))
+    if key not in _found:
+        _found[key] = _search(package)
+    return _found[key]
+
+
+def package_names() -> list[str]:
+    """The names of all packages that find_package finds, sorted; for tools, not for imports."""
+    names = set(_listing(SHIPPED)) | set(registered.registrations())
+    for entry in _entries(INTERFACE_PATH):
+        names |= {os.path.basename(entry.rstrip(os.sep))} | set(_listing(entry))
+    for prefix in _entries(PREFIX_PATH):
+        names |= set(_listing(os.path.join(prefix, 'share')))
+    if here := _workspace():
+        names |= set(here.packages)
+    return sorted(name for name in names if is_package_name(name) and find_package(name))
+
+
+def explain_missing(package: str) -> str:
+    """One paragraph for whoever misses a package: where was looked, what is near, what to do."""
+    from difflib import get_close_matches
+
+    lines = [f'no interface package named {package!r}. Looked in:']
+    lines += [f'  {name}: {_describe_variable(name)}' for name in (INTERFACE_PATH, PREFIX_PATH)]
+    entry_points = ', '.join(sorted(registered.registrations())) or 'none registered'
+    lines.append(f'  entry points {registered.GROUP}: {entry_points}')
+    if here := _workspace():
+        found = ', '.join(sorted(here.packages)) or 'no interface package'
+        lines.append(f'  below the working directory {here.root}: {found}')
+        lines += [f'    note: {remark}' for remark in here.remarks]
+    lines.append('  the packages that goalwire ships')
+    if close := get_close_matches(package, package_names(), n=3):
+        lines.append(f'Did you mean {" or ".join(close)}?')
+    lines.append(f'Start the program in its workspace, or name the folder of {package} in {INTERFACE_PATH}.')
+    return '\n'.join(lines)
+
+
+def forget() -> None:
+    """Search afresh from now on (importlib.invalidate_caches() does this)."""
+    _found.clear()
+    _workspaces.clear()
+    registered.forget()
+
+
+def _search(package: str) -> InterfacePackage | None:
+    for entry in _entries(INTERFACE_PATH):
+        for folder in (os.path.join(entry, package), entry):
+            if os.path.basename(folder.rstrip(os.sep)) == package and workspace.holds_definitions(folder):
+                return InterfacePackage(package, folder, INTERFACE_PATH)
+    for prefix in _entries(PREFIX_PATH):
+        folder = os.path.join(prefix, 'share', package)
+        if workspace.holds_definitions(folder):
+            return InterfacePackage(package, folder, PREFIX_PATH)
+    return _search_registered(package) or _search_workspace(package) or _search_shipped(package)
+
+
+def _search_registered(package: str) -> InterfacePackage | None:
+    value = registered.registrations().get(package)
+    if value is None:
+        return None
+    folder = registered.folder_of(value)
+    if folder is None or not workspace.holds_definitions(folder):
+        _warn(
+            f'entry point {registered.GROUP}: {package} = {value} leads to no folder with msg/, srv/ or '
+            'action/; it is passed over'
+        )
+        return None
+    return InterfacePackage(package, folder, f'the entry point {registered.GROUP}')
+
+
+def _search_workspace(package: str) -> InterfacePackage | None:
+    here = _workspace()
+    if here is None or package not in here.packages:
+        return None
+    folder = here.packages[package]
+    for remark in here.remarks:
+        if f'second package named {package};' in remark:
+            _warn(remark)
+    return InterfacePackage(package, folder, 'the working directory')
+
+
+def _search_shipped(package: str) -> InterfacePackage | None:
+    folder = os.path.join(SHIPPED, package)
+    return InterfacePackage(package, folder, 'goalwire') if workspace.holds_definitions(folder) else None
+
+
+def _entries(variable: str) -> list[str]:
+    return [os.path.abspath(entry) for entry in os.environ.get(variable, '').split(os.pathsep) if entry]
+
+
+def _describe_variable(variable: str) -> str:
+    entries = [entry if os.path.isdir(entry) else f'{entry} (no such folder)' for entry in _entries(variable)]
+    return ', '.join(entries) or 'not set'
+
+
+def _listing(folder: str) -> list[str]:
+    try:
+        return os.listdir(folder)
+    except OSError:
+        return []
+
+
+def _working_directory() -> str | None:
+    try:
+        return os.getcwd()
+    except OSError:  # it was removed
+        return None
+
+
+def _workspace() -> workspace.Workspace | None:
+    root = _working_directory()
+    if root is None:
+        return None
+    if root not in _workspaces:
+        _workspaces[root] = workspace.scan(root)
+    return _workspaces[root]
+
+
+def _warn(text: str) -> None:
+    import warnings
+
+    warnings.warn(text, RuntimeWarning, stacklevel=2)
