@@ -1,0 +1,37 @@
+"""The five names under which an action is spoken: three services and two topics below `<name>/_action/`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class ActionNames:
+    """The parts of the action `name`; they are remapped one by one, as in ROS 2."""
+
+    name: str
+
+    @property
+    def send_goal(self) -> str:
+        """The service that takes goals."""
+        return f'{self.name}/_action/send_goal'
+
+    @property
+    def cancel_goal(self) -> str:
+        """The service that cancels goals."""
+        return f'{self.name}/_action/cancel_goal'
+
+    @property
+    def get_result(self) -> str:
+        """The service that answers when a goal has ended."""
+        return f'{self.name}/_action/get_result'
+
+    @property
+    def feedback(self) -> str:
+        """The topic of all goals' feedback."""
+        return f'{self.name}/_action/feedback'
+
+    @property
+    def status(self) -> str:
+        """The topic of the status array, transient local."""
+        return f'{self.name}/_action/status'
