@@ -2,7 +2,6 @@
 
 from goalwire.protocol.names.actions import ActionNames
 from goalwire.protocol.names.expansion import (
-    NodeName,
     absolute_namespace,
     expand_topic_name,
     join,
@@ -23,7 +22,6 @@ from goalwire.protocol.names.validation import (
 __all__ = [
     'ActionNames',
     'InvalidName',
-    'NodeName',
     'RemapRule',
     'RemapRules',
     'Remaps',

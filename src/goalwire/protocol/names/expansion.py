@@ -1,9 +1,8 @@
-"""From the names users write to fully qualified ones (rcl_expand_topic_name), and what a node is called."""
+"""From the names that users write to fully qualified ones (rcl_expand_topic_name)."""
 
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 
 from goalwire.protocol.names.validation import (
     InvalidName,
@@ -16,19 +15,6 @@ from goalwire.protocol.names.validation import (
 _SUBSTITUTION = re.compile(r'\{([^{}]*)\}')
 
 
-@dataclass(frozen=True, slots=True)
-class NodeName:
-    """A node's name and its absolute namespace."""
-
-    name: str
-    namespace: str = '/'
-
-    @property
-    def full(self) -> str:
-        """The fully qualified name, `/ns/name`."""
-        return join(self.namespace, self.name)
-
-
 def join(namespace: str, name: str) -> str:
     """Put `name` below an absolute namespace."""
     return namespace + name if namespace.endswith('/') else f'{namespace}/{name}'
@@ -39,30 +25,30 @@ def absolute_namespace(namespace: str) -> str:
     return namespace if namespace.startswith('/') else f'/{namespace}'
 
 
-def expand_topic_name(name: str, node: NodeName, *, is_service: bool = False) -> str:
-    """Return the absolute form of `name` as `node` means it.
+def expand_topic_name(name: str, node_name: str, namespace: str, *, is_service: bool = False) -> str:
+    """Return the absolute form of `name` as the node `node_name` in `namespace` means it.
 
-    Raises InvalidName for a name, node name or namespace that ROS 2 forbids, and for an unknown substitution. The
-    result may still break the rules of full names, as `a//b` does: `qualify_topic_name` looks at these too.
+    Raises InvalidName for a name, node name or namespace that ROS 2 forbids, and for an unknown substitution.
+    The result may still break the rules of full names, as `a//b` does: `qualify_topic_name` judges these too.
     """
     validate_topic_name(name, is_service=is_service)
-    validate_node_name(node.name)
-    validate_namespace(node.namespace)
+    validate_node_name(node_name)
+    validate_namespace(namespace)
     kind = 'service name' if is_service else 'topic name'
-    values = {'node': node.name, 'ns': node.namespace, 'namespace': node.namespace}
+    values = {'node': node_name, 'ns': namespace, 'namespace': namespace}
 
     def value(found: re.Match[str]) -> str:
         if found[1] not in values:
             raise InvalidName(kind, name, f'unknown substitution: {found[0]}', found.start())
         return values[found[1]]
 
-    expanded = node.full + name[1:] if name.startswith('~') else name
+    expanded = join(namespace, node_name) + name[1:] if name.startswith('~') else name
     expanded = _SUBSTITUTION.sub(value, expanded)
-    return expanded if expanded.startswith('/') else join(node.namespace, expanded)
+    return expanded if expanded.startswith('/') else join(namespace, expanded)
 
 
-def qualify_topic_name(name: str, node: NodeName, *, is_service: bool = False) -> str:
+def qualify_topic_name(name: str, node_name: str, namespace: str, *, is_service: bool = False) -> str:
     """Expand `name` and hold the result against the rules of full names; raises InvalidName."""
-    full = expand_topic_name(name, node, is_service=is_service)
+    full = expand_topic_name(name, node_name, namespace, is_service=is_service)
     validate_full_topic_name(full, is_service=is_service)
     return full

@@ -1,7 +1,7 @@
 """Remap rules: `from:=to`, `node:from:=to`, `__node:=name`, `__ns:=/namespace` (rcl/remap.h).
 
-The first rule that matches wins and its result is not remapped again. A node's name is remapped first; the rules
-for its namespace and for its topics and services then see the new name.
+The first rule that matches wins and its result is not remapped again. A node's name is remapped first; the
+rules for its namespace and for its topics and services then see the new name.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from enum import Flag, auto
 from typing import TYPE_CHECKING
 
-from goalwire.protocol.names.expansion import NodeName, expand_topic_name
+from goalwire.protocol.names.expansion import expand_topic_name
 from goalwire.protocol.names.lexer import Lexeme, Lexer, RuleSyntaxError, node_prefix, refuse_wildcard
 
 if TYPE_CHECKING:
@@ -50,26 +50,21 @@ class RemapRules:
         """Return the namespace for the node with the (already remapped) name `node_name`."""
         return self._whole(Remaps.NAMESPACE, node_name) or namespace
 
-    def node(self, node: NodeName) -> NodeName:
-        """Return name and namespace after remapping; the caller validates them."""
-        name = self.node_name(node.name)
-        return NodeName(name, self.namespace(node.namespace, name))
+    def topic(self, full_name: str, node_name: str, namespace: str) -> str:
+        """Return the absolute name that takes the place of the topic `full_name` in this node."""
+        return self._name(Remaps.TOPIC, full_name, node_name, namespace)
 
-    def topic(self, full_name: str, node: NodeName) -> str:
-        """Return the fully qualified name that takes the place of the topic `full_name` in `node`."""
-        return self._name(Remaps.TOPIC, full_name, node)
-
-    def service(self, full_name: str, node: NodeName) -> str:
-        """Return the fully qualified name that takes the place of the service `full_name` in `node`."""
-        return self._name(Remaps.SERVICE, full_name, node)
+    def service(self, full_name: str, node_name: str, namespace: str) -> str:
+        """Return the absolute name that takes the place of the service `full_name` in this node."""
+        return self._name(Remaps.SERVICE, full_name, node_name, namespace)
 
     def _whole(self, remaps: Remaps, node_name: str) -> str | None:
         return next((rule.replacement for rule in self._for(remaps, node_name)), None)
 
-    def _name(self, remaps: Remaps, full_name: str, node: NodeName) -> str:
-        for rule in self._for(remaps, node.name):
-            if expand_topic_name(rule.match, node) == full_name:
-                return expand_topic_name(rule.replacement, node)
+    def _name(self, remaps: Remaps, full_name: str, node_name: str, namespace: str) -> str:
+        for rule in self._for(remaps, node_name):
+            if expand_topic_name(rule.match, node_name, namespace) == full_name:
+                return expand_topic_name(rule.replacement, node_name, namespace)
         return full_name
 
     def _for(self, remaps: Remaps, node_name: str) -> Iterator[RemapRule]:

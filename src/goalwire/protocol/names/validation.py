@@ -1,7 +1,7 @@
 """Which names ROS 2 allows, with its own words and the place of the first fault.
 
-The rules are those of rmw (node names, namespaces, fully qualified names) and rcl (names as users write them, with
-`~` and `{substitutions}`). Indices count characters.
+The rules are those of rmw (node names, namespaces, fully qualified names) and rcl (names as users write them,
+with `~` and `{substitutions}`). Indices count characters.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ Fault = tuple[str, int]
 
 
 class InvalidName(LocalError, ValueError):
-    """A name that ROS 2 forbids: its `kind`, the `name`, the `reason` in ROS 2's words, the `index` of the fault."""
+    """A name that ROS 2 forbids: `kind` and `name`, the `reason` in ROS 2's words, the `index` of the fault."""
 
     def __init__(self, kind: str, name: str, reason: str, index: int) -> None:
         self.kind = kind
