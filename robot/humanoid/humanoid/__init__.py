@@ -1,0 +1,1 @@
+"""A humanoid robot's services and actions, written for rclpy alone."""

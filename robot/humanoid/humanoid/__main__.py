@@ -1,0 +1,3 @@
+from humanoid.cli import main
+
+raise SystemExit(main())

@@ -1,0 +1,38 @@
+"""Which arm goals are refused, and why."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping, Sequence
+
+from humanoid.joints.commands import CommandRefused, plan
+from humanoid.model import JointSpec
+
+
+def refusal(
+    names: Sequence[str],
+    positions: Sequence[float],
+    duration: float,
+    *,
+    here: Mapping[str, float],
+    busy: Collection[str],
+    joints: Mapping[str, JointSpec],
+) -> str | None:
+    """Why the goal cannot be taken, or None. Angles in rad; `here` is what the joint states last showed."""
+    if not names:
+        return 'it names no joint'
+    if not (math.isfinite(duration) and duration > 0):
+        return f'duration {duration} s is not a positive, finite time'
+    try:
+        plan(names, [(duration, positions)], joints)
+    except CommandRefused as refused:
+        return str(refused)
+    for name, position in zip(names, positions, strict=True):
+        if name in busy:
+            return f'{name} is moving for another goal; cancel that one first'
+        if name not in here:
+            return f'nothing is known of {name} yet: no joint state has shown it'
+        speed = abs(position - here[name]) / duration
+        if speed > joints[name].max_velocity:
+            return f'{name} would need {speed:.2f} rad/s, its limit is {joints[name].max_velocity} rad/s'
+    return None

@@ -1,0 +1,48 @@
+"""One arm motion: how far it is, and when it is over."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+ARRIVED_WITHIN = 0.01  # rad
+PATIENCE = 1.0  # s beyond the goal's duration for the joints to arrive
+SIGHT_LOST_AFTER = 0.5  # s without joint states
+
+
+@dataclass(frozen=True)
+class ArmMotion:
+    """From `start` to `target` (rad), begun at `began` (s of the node's clock)."""
+
+    names: Sequence[str]
+    start: Sequence[float]
+    target: Sequence[float]
+    duration: float
+    began: float
+
+    def fraction_done(self, here: Mapping[str, float]) -> float:
+        """Of the joint with the longest way, 0 to 1."""
+        ways = [abs(end - begin) for begin, end in zip(self.start, self.target, strict=True)]
+        longest = max(ways)
+        if longest <= ARRIVED_WITHIN:
+            return 1.0
+        left = self._off(here)[ways.index(longest)]
+        return min(max(1.0 - left / longest, 0.0), 1.0)
+
+    def arrived(self, here: Mapping[str, float]) -> bool:
+        return max(self._off(here)) <= ARRIVED_WITHIN
+
+    def failure(self, here: Mapping[str, float], seen: float, now: float) -> str | None:
+        """Why the motion can no longer succeed, or None; `seen` is when the last joint states came."""
+        if now - seen > SIGHT_LOST_AFTER:
+            return f'no joint states for {now - seen:.1f} s: is joint_state_service running?'
+        if now - self.began > self.duration + PATIENCE:
+            short = ', '.join(
+                f'{name} by {off:.3f} rad' for name, off in zip(self.names, self._off(here), strict=True)
+            )
+            return f'{PATIENCE:.0f} s past the duration of {self.duration} s it is still off: {short}'
+        return None
+
+    def _off(self, here: Mapping[str, float]) -> Sequence[float]:
+        """How far each joint is from its target, rad."""
+        return [abs(end - here[name]) for name, end in zip(self.names, self.target, strict=True)]

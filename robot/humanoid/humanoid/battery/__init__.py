@@ -1,0 +1,1 @@
+"""The battery: what drains and charges it, and the service that tells its state."""

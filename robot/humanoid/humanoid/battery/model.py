@@ -1,0 +1,51 @@
+"""A battery that pays for motion and charges at rest."""
+
+from __future__ import annotations
+
+from humanoid.model import BATTERY, MOVING_SPEED, BatterySpec
+
+SECONDS_PER_HOUR = 3600.0
+
+
+class Battery:
+    """Counts charge. Speeds come from outside; `step` is all that happens over time."""
+
+    def __init__(self, fraction: float, spec: BatterySpec = BATTERY) -> None:
+        """`fraction` of the capacity is in it, 0 to 1."""
+        self.spec = spec
+        self.charge = fraction * spec.capacity  # Ah
+        self.current = -spec.idle_draw  # A, negative while discharging
+        self._resting = 0.0  # s
+
+    def step(self, elapsed: float, base_speed: float, joint_speed: float) -> None:
+        """Let `elapsed` seconds pass: the base at m/s, the joints at rad/s, summed over all of them."""
+        moving = base_speed > MOVING_SPEED or joint_speed > MOVING_SPEED
+        self._resting = 0.0 if moving else self._resting + elapsed
+        if self._resting >= self.spec.rest_before_charging:
+            self.current = self.spec.charge_current if self.charge < self.spec.capacity else 0.0
+        else:
+            self.current = -self._draw(base_speed, joint_speed)
+        charge = self.charge + self.current * elapsed / SECONDS_PER_HOUR
+        self.charge = min(max(charge, 0.0), self.spec.capacity)
+
+    def _draw(self, base_speed: float, joint_speed: float) -> float:
+        spec = self.spec
+        motion = spec.draw_per_base_speed * base_speed + spec.draw_per_joint_speed * joint_speed
+        return spec.idle_draw + motion
+
+    @property
+    def percentage(self) -> float:
+        """0 to 1, as sensor_msgs/BatteryState counts."""
+        return self.charge / self.spec.capacity
+
+    @property
+    def voltage(self) -> float:
+        """A straight line between empty and full, V."""
+        spec = self.spec
+        return spec.empty_voltage + (spec.full_voltage - spec.empty_voltage) * self.percentage
+
+    @property
+    def time_remaining(self) -> float:
+        """Seconds until empty at the present draw; while charging, at the idle draw."""
+        draw = -self.current if self.current < 0.0 else self.spec.idle_draw
+        return self.charge / draw * SECONDS_PER_HOUR

@@ -1,0 +1,97 @@
+"""battery_service: watches `odom` and `joint_states`, answers `get_battery_status`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from humanoid_interfaces.srv import GetBatteryStatus
+from nav_msgs.msg import Odometry
+from rclpy.node import Node
+from sensor_msgs.msg import BatteryState, JointState
+
+from humanoid.battery.model import Battery
+from humanoid.clock import duration_msg, now
+from humanoid.running import run
+
+TICK = 0.1  # s between battery steps
+STALE_AFTER = 0.5  # s: a speed that nobody confirms any longer counts as none
+FIRST_CHARGE = 0.8  # of the capacity
+
+
+class Seen:
+    """The last speed heard of, and when."""
+
+    def __init__(self) -> None:
+        self._speed = 0.0
+        self._at = -math.inf
+
+    def note(self, speed: float, at: float) -> None:
+        self._speed, self._at = speed, at
+
+    def speed(self, at: float) -> float:
+        return self._speed if at - self._at <= STALE_AFTER else 0.0
+
+
+class BatteryService(Node):
+    """Drains the battery with the motion that the robot shows, and charges it at rest."""
+
+    def __init__(self) -> None:
+        super().__init__('battery_service')
+        self._battery = Battery(FIRST_CHARGE)
+        self._base = Seen()
+        self._joints = Seen()
+        self._stepped = now(self)
+        self.create_subscription(Odometry, 'odom', self._see_base, 10)
+        self.create_subscription(JointState, 'joint_states', self._see_joints, 10)
+        self.create_timer(TICK, self._tick)
+        self.create_service(GetBatteryStatus, 'get_battery_status', self._answer)
+        self.get_logger().info('Battery Service ready')
+
+    def _see_base(self, odometry: Odometry) -> None:
+        velocity = odometry.twist.twist.linear
+        self._base.note(math.hypot(velocity.x, velocity.y), now(self))
+
+    def _see_joints(self, states: JointState) -> None:
+        self._joints.note(sum(abs(velocity) for velocity in states.velocity), now(self))
+
+    def _tick(self) -> None:
+        moment = now(self)
+        elapsed, self._stepped = moment - self._stepped, moment
+        self._battery.step(max(elapsed, 0.0), self._base.speed(moment), self._joints.speed(moment))
+
+    def _answer(
+        self, _request: GetBatteryStatus.Request, response: GetBatteryStatus.Response
+    ) -> GetBatteryStatus.Response:
+        response.battery = self._state()
+        response.time_remaining = duration_msg(self._battery.time_remaining)
+        return response
+
+    def _state(self) -> BatteryState:
+        battery, state = self._battery, BatteryState()
+        state.header.stamp = self.get_clock().now().to_msg()
+        state.voltage = battery.voltage
+        state.temperature = math.nan  # not measured
+        state.current = battery.current
+        state.charge = battery.charge
+        state.capacity = state.design_capacity = battery.spec.capacity
+        state.percentage = battery.percentage
+        if battery.current > 0.0:
+            state.power_supply_status = BatteryState.POWER_SUPPLY_STATUS_CHARGING
+        elif battery.current < 0.0:
+            state.power_supply_status = BatteryState.POWER_SUPPLY_STATUS_DISCHARGING
+        else:
+            state.power_supply_status = BatteryState.POWER_SUPPLY_STATUS_FULL
+        state.power_supply_health = BatteryState.POWER_SUPPLY_HEALTH_GOOD
+        state.power_supply_technology = BatteryState.POWER_SUPPLY_TECHNOLOGY_LION
+        state.present = True
+        state.location = 'torso'
+        return state
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    return run(BatteryService, args)
+
+
+if __name__ == '__main__':
+    raise SystemExit(main())

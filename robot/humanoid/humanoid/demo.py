@@ -1,0 +1,81 @@
+"""`humanoid demo`: the servers and the mission as processes, shown live and summed up in a table."""
+
+from __future__ import annotations
+
+import time
+
+from humanoid.mission.display import display
+from humanoid.mission.events import Retrying, Sink, from_line
+from humanoid.mission.summary import Summary
+from humanoid.supervisor import Ended, StopAsked, Supervisor
+from humanoid.up import SERVERS
+
+MISSION = 'mission'
+LATE = 'battery_service'  # started only after the mission has missed it
+TIME_LIMIT = 90.0  # s: a mission takes about 15
+
+
+class Failed(Exception):
+    """The demo cannot go on; the text says why, naming the program."""
+
+
+def demo() -> int:
+    """0 only if every step of the mission ended as it should and no program ended before its time."""
+    summary = Summary()
+    problem = None
+    with Supervisor() as supervisor:
+        for name in SERVERS:
+            if name != LATE:
+                _start(supervisor, name)
+        _start(supervisor, MISSION, '--events', '--battery-starts-late')
+        try:
+            with display() as show:
+                _follow(supervisor, summary, show)
+        except Failed as failure:
+            problem = str(failure)
+    print(summary.table())
+    if problem is None and not summary.all_well:
+        problem = 'not every step ended as it should'
+    if problem is not None:
+        print(f'demo failed: {problem}')
+    return 1 if problem else 0
+
+
+def _start(supervisor: Supervisor, name: str, *arguments: str) -> None:
+    pid = supervisor.start(name, *arguments)
+    print(f'started {name} (pid {pid})', flush=True)
+
+
+def _follow(supervisor: Supervisor, summary: Summary, show: Sink) -> None:
+    """Until the mission has ended. Raises Failed."""
+    deadline = time.monotonic() + TIME_LIMIT
+    late_started = False
+    while True:
+        event = supervisor.next_event(deadline)
+        if event is None:
+            raise Failed(f'the mission did not end within {TIME_LIMIT:.0f} s')
+        if isinstance(event, StopAsked):
+            raise Failed('stopped on request')
+        if isinstance(event, Ended):
+            _judge_end(supervisor, summary, event)
+            return
+        told = from_line(event.line) if event.name == MISSION else None
+        if told is not None:
+            summary.note(told)
+            show(told)
+            if isinstance(told, Retrying) and not late_started:
+                late_started = True
+                _start(supervisor, LATE)
+
+
+def _judge_end(supervisor: Supervisor, summary: Summary, ended: Ended) -> None:
+    """Return where the mission has run to its end. Raises Failed."""
+    if ended.name == MISSION:
+        # A server's death may be what the mission stumbled over, and be next in the queue.
+        while event := supervisor.next_event(time.monotonic()):
+            if isinstance(event, Ended):
+                ended = event
+                break
+    if ended.name != MISSION or not summary.complete:
+        last = ''.join(f'\n    {line}' for line in supervisor.tail(ended.name) if from_line(line) is None)
+        raise Failed(f'{ended} in mid-demo; its last lines:{last or " none"}')

@@ -1,0 +1,34 @@
+"""How a goal ends: decided by a control tick, carried out by the goal's own execute callback."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+from rclpy.action.server import ServerGoalHandle
+
+
+class End(Enum):
+    SUCCEEDED = 'succeeded'
+    CANCELED = 'canceled'
+    ABORTED = 'aborted'
+
+
+@dataclass(frozen=True)
+class Ending:
+    end: End
+    message: str
+
+    @property
+    def success(self) -> bool:
+        return self.end is End.SUCCEEDED
+
+
+def settle(goal_handle: ServerGoalHandle, ending: Ending) -> None:
+    """Put the goal into the terminal state that was decided."""
+    if ending.end is End.SUCCEEDED:
+        goal_handle.succeed()
+    elif ending.end is End.CANCELED:
+        goal_handle.canceled()
+    else:
+        goal_handle.abort()

@@ -1,0 +1,78 @@
+"""joint_state_service: answers `get_joint_state`, publishes `joint_states`, obeys `joint_command`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from humanoid_interfaces.srv import GetJointState
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+from trajectory_msgs.msg import JointTrajectory
+
+from humanoid.clock import now, seconds
+from humanoid.joints.commands import CommandRefused, plan
+from humanoid.joints.kinematic import KinematicJoints
+from humanoid.joints.source import JointSource, read_all
+from humanoid.running import run
+
+RATE = 50.0  # Hz
+
+
+class JointStateService(Node):
+    """Owns the joints; everybody else asks it or commands it. Pass a JointSource to drive real ones."""
+
+    def __init__(self, source: JointSource | None = None) -> None:
+        super().__init__('joint_state_service')
+        self._source: JointSource = source or KinematicJoints(now=now(self))
+        self._states = self.create_publisher(JointState, 'joint_states', 10)
+        self.create_subscription(JointTrajectory, 'joint_command', self._obey, 10)
+        self.create_timer(1.0 / RATE, self._tick)
+        self.create_service(GetJointState, 'get_joint_state', self._answer)
+        self.get_logger().info('Joint State Service ready')
+
+    def _answer(
+        self, request: GetJointState.Request, response: GetJointState.Response
+    ) -> GetJointState.Response:
+        joint_name = request.joint_name
+        if joint_name in self._source.joints:
+            sample = self._source.read(joint_name)
+            response.position = sample.position
+            response.velocity = sample.velocity
+            response.effort = sample.effort
+            response.is_moving = sample.is_moving
+            self.get_logger().info(f'Served joint state for: {joint_name}')
+        else:
+            self.get_logger().warning(f'Unknown joint: {joint_name}')
+            response.position = 0.0
+            response.velocity = 0.0
+            response.effort = 0.0
+            response.is_moving = False
+        return response
+
+    def _obey(self, command: JointTrajectory) -> None:
+        points = [(seconds(point.time_from_start), point.positions) for point in command.points]
+        try:
+            motion = plan(command.joint_names or list(self._source.joints), points, self._source.joints)
+        except CommandRefused as refused:
+            self.get_logger().warning(f'Ignored a joint command: {refused}')
+            return
+        self._source.follow(motion, seconds(command.header.stamp) or now(self))
+
+    def _tick(self) -> None:
+        self._source.update(now(self))
+        states = JointState()
+        states.header.stamp = self.get_clock().now().to_msg()
+        for name, sample in read_all(self._source):
+            states.name.append(name)
+            states.position.append(sample.position)
+            states.velocity.append(sample.velocity)
+            states.effort.append(sample.effort)
+        self._states.publish(states)
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    return run(JointStateService, args)
+
+
+if __name__ == '__main__':
+    raise SystemExit(main())

@@ -1,0 +1,53 @@
+"""Where joint states come from and joint commands go: the seam between the node and the robot."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from humanoid.joints.commands import Plan
+from humanoid.model import MOVING_SPEED, JointSpec
+
+
+@dataclass(frozen=True)
+class JointSample:
+    """One joint at one moment: rad, rad/s, N·m."""
+
+    position: float
+    velocity: float
+    effort: float
+
+    @property
+    def is_moving(self) -> bool:
+        return abs(self.velocity) > MOVING_SPEED
+
+
+class JointSource(Protocol):
+    """The joints of one robot. `KinematicJoints` simulates them; real hardware goes here.
+
+    To drive real joints, write a class with these four members around the motor bus and hand it to
+    `JointStateService(source)`. All calls come from one thread, `update` 50 times a second; none may
+    block for longer than a few milliseconds, so a slow bus needs a thread of its own behind this class.
+    Times are seconds of the node's clock.
+    """
+
+    @property
+    def joints(self) -> Mapping[str, JointSpec]:
+        """The joints by name, in the order in which `joint_states` lists them."""
+
+    def update(self, now: float) -> None:
+        """Bring readings and set-points up to `now`."""
+
+    def read(self, name: str) -> JointSample:
+        """The joint as of the last update."""
+
+    def follow(self, plan: Plan, start: float) -> None:
+        """Move the plan's joints through their waypoints, counted from `start`; other joints go on as before.
+
+        A new plan replaces the old one of each joint that it names; no waypoints stop the joint.
+        """
+
+
+def read_all(source: JointSource) -> Sequence[tuple[str, JointSample]]:
+    return [(name, source.read(name)) for name in source.joints]

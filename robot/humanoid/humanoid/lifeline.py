@@ -1,0 +1,26 @@
+"""A child's tie to the process that started it: a pipe that closes when that process is gone."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+import time
+from collections.abc import MutableMapping
+
+VARIABLE = 'HUMANOID_LIFELINE'  # set for a child whose standard input is its lifeline
+GRACE = 3.0  # s between asking this process to stop and ending it
+
+
+def hold(environment: MutableMapping[str, str]) -> None:
+    """Watch standard input from a thread of its own, if whoever started this process asked for it."""
+    if environment.pop(VARIABLE, None):
+        threading.Thread(target=_watch, name='lifeline', daemon=True).start()
+
+
+def _watch() -> None:
+    while os.read(0, 1024):
+        pass
+    os.kill(os.getpid(), signal.SIGTERM)
+    time.sleep(GRACE)
+    os._exit(1)

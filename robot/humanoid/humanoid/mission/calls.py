@@ -1,0 +1,122 @@
+"""Service calls and goals that end: every wait has a deadline.
+
+The node spins on a thread of its own; callbacks only put what arrives into a queue, and the mission takes it
+out on the main thread. So Ctrl-C interrupts a wait, never a callback.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from queue import Empty, SimpleQueue
+from types import TracebackType
+from typing import Any, Self
+
+from action_msgs.msg import GoalStatus
+from rclpy.action import ActionClient
+from rclpy.action.client import ClientGoalHandle
+from rclpy.client import Client
+from rclpy.task import Future
+
+from humanoid.mission.retry import NoAnswer
+
+CANCEL_WITHIN = 2.0  # s for a goal to end once its cancellation was asked for
+
+STATUS_NAME = {
+    GoalStatus.STATUS_UNKNOWN: 'UNKNOWN',
+    GoalStatus.STATUS_SUCCEEDED: 'SUCCEEDED',
+    GoalStatus.STATUS_CANCELED: 'CANCELED',
+    GoalStatus.STATUS_ABORTED: 'ABORTED',
+}
+
+
+def wait_for(future: Future, timeout: float, what: str) -> Any:
+    """The future's result, or NoAnswer."""
+    done: SimpleQueue[Future] = SimpleQueue()
+    future.add_done_callback(done.put)
+    try:
+        return done.get(timeout=timeout).result()
+    except Empty:
+        raise NoAnswer(f'{what}: no answer within {timeout:.1f} s') from None
+
+
+def call(client: Client, request: Any, timeout: float) -> Any:
+    """One request, one response; the timeout covers the wait for the server too. Raises NoAnswer."""
+    deadline = time.monotonic() + timeout
+    if not client.wait_for_service(timeout_sec=timeout):
+        raise NoAnswer(f'{client.srv_name}: no server within {timeout:.1f} s')
+    future = client.call_async(request)
+    try:
+        return wait_for(future, max(deadline - time.monotonic(), 0.0), client.srv_name)
+    except NoAnswer:
+        client.remove_pending_request(future)
+        raise
+
+
+class GoalRun:
+    """A goal from its sending to its end. Leaving the block early cancels it and waits for its end."""
+
+    def __init__(self, client: ActionClient, name: str, goal: Any, timeout: float) -> None:
+        """Send `goal` and wait for the server's decision; all of it may take `timeout` s. Raises NoAnswer."""
+        self._name = name
+        self._deadline = time.monotonic() + timeout
+        self._inbox: SimpleQueue[Any] = SimpleQueue()
+        self._result: Any = None
+        if not client.wait_for_server(timeout_sec=timeout):
+            raise NoAnswer(f'{name}: no action server within {timeout:.1f} s')
+        sent = client.send_goal_async(goal, feedback_callback=self._inbox.put)
+        self._handle: ClientGoalHandle = wait_for(sent, self._left(), f'{name}: goal request')
+        if self.accepted:
+            self._handle.get_result_async().add_done_callback(self._inbox.put)
+
+    @property
+    def accepted(self) -> bool:
+        return bool(self._handle.accepted)
+
+    @property
+    def status(self) -> str:
+        return STATUS_NAME[self._result.status]
+
+    @property
+    def result(self) -> Any:
+        return self._result.result
+
+    def feedback(self) -> Iterator[Any]:
+        """Feedback as it comes, until the result is there. Raises NoAnswer at the deadline."""
+        while self.accepted and self._result is None:
+            try:
+                arrived = self._inbox.get(timeout=self._left())
+            except Empty:
+                raise NoAnswer(f'{self._name}: the goal did not end in time') from None
+            if isinstance(arrived, Future):
+                self._result = arrived.result()
+            else:
+                yield arrived.feedback
+
+    def finish(self) -> None:
+        """Wait for the result."""
+        for _ in self.feedback():
+            pass
+
+    def cancel(self) -> None:
+        """Ask for cancellation; the result tells whether it came to that."""
+        wait_for(self._handle.cancel_goal_async(), self._left(), f'{self._name}: cancel request')
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if not self.accepted or self._result is not None:
+            return
+        self._deadline = time.monotonic() + CANCEL_WITHIN
+        try:
+            self.cancel()
+            self.finish()
+        except NoAnswer:
+            if error is None:
+                raise
+
+    def _left(self) -> float:
+        return max(self._deadline - time.monotonic(), 0.0)

@@ -1,0 +1,78 @@
+"""A mission on the screen: moving bars where `rich` and a terminal are there, plain lines elsewhere."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from humanoid.mission.events import Began, Event, Finished, Progressed, Retrying, Sink
+
+if TYPE_CHECKING:
+    from rich.progress import Progress, TaskID
+
+
+@contextmanager
+def display() -> Iterator[Sink]:
+    """A function that shows each event given to it."""
+    if sys.stdout.isatty():
+        try:
+            from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+        except ImportError:
+            pass
+        else:
+            text = TextColumn('{task.description}', markup=False)
+            with Progress(text, BarColumn(), TimeElapsedColumn()) as progress:
+                yield Bars(progress)
+            return
+    yield PlainLines()
+
+
+class Bars:
+    """One bar a step. Rich is optional: a plain ROS 2 installation lacks it."""
+
+    def __init__(self, progress: Progress) -> None:
+        self._progress = progress
+        self._tasks: dict[int, TaskID] = {}
+        self._names: dict[int, str] = {}
+
+    def __call__(self, event: Event) -> None:
+        number = event.number
+        if isinstance(event, Began):
+            self._names[number] = f'{number:2}/{event.total} {event.name}'
+            self._tasks[number] = self._progress.add_task(self._names[number], total=1.0)
+        elif isinstance(event, Progressed):
+            self._show(number, event.text, completed=event.fraction)
+        elif isinstance(event, Retrying):
+            self._show(number, f'attempt {event.attempt} failed, next in {event.wait:.1f} s')
+        else:
+            self._show(number, ('ok: ' if event.ok else 'FAILED: ') + event.happened, completed=1.0)
+            self._progress.stop_task(self._tasks[number])
+
+    def _show(self, number: int, text: str, completed: float | None = None) -> None:
+        self._progress.update(
+            self._tasks[number], description=f'{self._names[number]}: {text}', completed=completed
+        )
+
+
+class PlainLines:
+    """A line for each beginning, end and retry, and for each quarter of the way."""
+
+    def __init__(self) -> None:
+        self._quarter = 0
+
+    def __call__(self, event: Event) -> None:
+        if isinstance(event, Began):
+            self._quarter = 0
+            print(f'[{event.number}/{event.total}] {event.name} (expected: {event.expected})', flush=True)
+        elif isinstance(event, Progressed):
+            quarter = int(event.fraction * 4)
+            if quarter > self._quarter:
+                self._quarter = quarter
+                print(f'    {event.fraction:4.0%}  {event.text}', flush=True)
+        elif isinstance(event, Retrying):
+            print(f'    attempt {event.attempt}: {event.reason}; next in {event.wait:.1f} s', flush=True)
+        elif isinstance(event, Finished):
+            mark = 'ok' if event.ok else 'FAILED'
+            print(f'    {mark}: {event.happened} ({event.seconds:.1f} s)', flush=True)

@@ -1,0 +1,66 @@
+"""What a mission tells about itself while it runs, as records and as lines of text between processes."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+
+MARK = '@mission '  # begins a line that carries an event
+
+
+@dataclass(frozen=True)
+class Began:
+    """Step `number` of `total` (from 1) begins."""
+
+    number: int
+    total: int
+    name: str
+    expected: str
+
+
+@dataclass(frozen=True)
+class Progressed:
+    """How far the step is, 0 to 1, and what it sees."""
+
+    number: int
+    fraction: float
+    text: str
+
+
+@dataclass(frozen=True)
+class Retrying:
+    """An attempt got no answer; the next one follows after `wait` seconds."""
+
+    number: int
+    attempt: int
+    wait: float
+    reason: str
+
+
+@dataclass(frozen=True)
+class Finished:
+    """The step ended; `ok` if as expected."""
+
+    number: int
+    ok: bool
+    happened: str
+    seconds: float
+
+
+Event = Began | Progressed | Retrying | Finished
+Sink = Callable[[Event], None]
+
+_KINDS: dict[str, type[Event]] = {kind.__name__: kind for kind in (Began, Progressed, Retrying, Finished)}
+
+
+def to_line(event: Event) -> str:
+    return MARK + json.dumps({'event': type(event).__name__, **asdict(event)})
+
+
+def from_line(line: str) -> Event | None:
+    """The event in a line of a mission's output, or None if it is other text."""
+    if not line.startswith(MARK):
+        return None
+    fields = json.loads(line[len(MARK) :])
+    return _KINDS[fields.pop('event')](**fields)

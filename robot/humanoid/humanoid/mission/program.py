@@ -1,0 +1,86 @@
+"""The mission as a program: runs the steps, shows them, and exits 0 only if each ended as it should."""
+
+from __future__ import annotations
+
+import argparse
+import signal
+import time
+from collections.abc import Sequence
+from types import FrameType
+
+import rclpy
+from rclpy.signals import SignalHandlerOptions
+
+from humanoid.mission.display import display
+from humanoid.mission.events import Began, Event, Finished, Progressed, Retrying, Sink, to_line
+from humanoid.mission.retry import NoAnswer
+from humanoid.mission.robot import Robot
+from humanoid.mission.steps import NotAsExpected, Report, Step, steps
+from humanoid.mission.summary import Summary
+
+
+def carry_out(robot: Robot, mission: Sequence[Step], tell: Sink) -> None:
+    """All steps in order; one that fails does not keep the others from being tried."""
+    for number, step in enumerate(mission, start=1):
+        tell(Began(number, len(mission), step.name, step.expected))
+        began = time.monotonic()
+        report = Report(
+            lambda fraction, text, number=number: tell(Progressed(number, fraction, text)),
+            lambda attempt, wait, reason, number=number: tell(Retrying(number, attempt, wait, reason)),
+        )
+        try:
+            ok, happened = True, step.run(robot, report)
+        except (NotAsExpected, NoAnswer) as failure:
+            ok, happened = False, str(failure)
+        tell(Finished(number, ok, happened, time.monotonic() - began))
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    options, ros_args = _parser().parse_known_args(args)
+    mission = steps(battery_starts_late=options.battery_starts_late)
+    # Ctrl-C must reach the mission before it reaches ROS: goals in motion are cancelled first.
+    rclpy.init(args=ros_args, signal_handler_options=SignalHandlerOptions.NO)
+    signal.signal(signal.SIGTERM, _interrupt)
+    summary = Summary(len(mission))
+    try:
+        with Robot() as robot:
+            if options.events:
+                carry_out(robot, mission, lambda event: _tell(summary, _print_line, event))
+            else:
+                with display() as show:
+                    carry_out(robot, mission, lambda event: _tell(summary, show, event))
+                print(summary.table())
+    except KeyboardInterrupt:
+        print('mission stopped: its goals were cancelled')
+        return 130
+    finally:
+        rclpy.try_shutdown()
+    return 0 if summary.all_well else 1
+
+
+def _tell(summary: Summary, show: Sink, event: Event) -> None:
+    summary.note(event)
+    show(event)
+
+
+def _print_line(event: Event) -> None:
+    print(to_line(event), flush=True)
+
+
+def _interrupt(_number: int, _frame: FrameType | None) -> None:
+    raise KeyboardInterrupt
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog='mission', description=__doc__)
+    parser.add_argument('--events', action='store_true', help='print what happens as one JSON record a line')
+    parser.add_argument(
+        '--battery-starts-late',
+        action='store_true',
+        help='expect the battery service to be down at first (humanoid demo starts it later)',
+    )
+    return parser
+
+
+if __name__ == '__main__':
+    raise SystemExit(main())

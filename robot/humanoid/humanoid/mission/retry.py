@@ -1,0 +1,57 @@
+"""Try again, with growing pauses, within one deadline."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeVar
+
+T = TypeVar('T')
+
+
+class NoAnswer(Exception):
+    """A call did not end in time; the text names the service or action and how long was waited."""
+
+
+@dataclass(frozen=True)
+class Backoff:
+    """Pauses in seconds: `first`, then `factor` times longer each, `longest` at most."""
+
+    first: float = 0.2
+    factor: float = 2.0
+    longest: float = 1.0
+
+    def pause(self, attempt: int) -> float:
+        """After attempt number `attempt`, counted from 1."""
+        return min(self.first * self.factor ** (attempt - 1), self.longest)
+
+
+def retry(
+    attempt: Callable[[float], T],
+    *,
+    attempt_timeout: float,
+    timeout: float,
+    backoff: Backoff,
+    on_retry: Callable[[int, float, NoAnswer], None],
+    sleep: Callable[[float], None] = time.sleep,
+    clock: Callable[[], float] = time.monotonic,
+) -> tuple[T, int]:
+    """Call `attempt(seconds)` until it answers; the answer and the number of attempts it took.
+
+    Only for requests that may safely be made twice. Each attempt may take `attempt_timeout`, all of them and
+    the pauses together `timeout` seconds. `on_retry(attempt, pause, why)` is told of each that failed.
+    Raises the last attempt's NoAnswer.
+    """
+    deadline = clock() + timeout
+    number = 1
+    while True:
+        try:
+            return attempt(min(attempt_timeout, max(deadline - clock(), 0.0))), number
+        except NoAnswer as why:
+            pause = backoff.pause(number)
+            if clock() + pause >= deadline:
+                raise NoAnswer(f'{why} (attempt {number}, none left within {timeout:g} s)') from why
+            on_retry(number, pause, why)
+            sleep(pause)
+        number += 1

@@ -1,0 +1,86 @@
+"""The base as a simulation: straight to the target at a bounded speed, turning on the way."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from humanoid.model import BASE, BaseSpec
+
+
+@dataclass(frozen=True)
+class Pose2D:
+    """On the floor: metres, and the heading in rad, counter-clockwise from x."""
+
+    x: float = 0.0
+    y: float = 0.0
+    yaw: float = 0.0
+
+
+@dataclass(frozen=True)
+class Velocity2D:
+    """In the base's own frame, x forward: m/s and rad/s."""
+
+    x: float = 0.0
+    y: float = 0.0
+    yaw: float = 0.0
+
+
+STANDING = Velocity2D()
+
+
+class Base:
+    """Drives to one target at a time. It starts and stops at once: speed is bounded, acceleration is not."""
+
+    def __init__(self, spec: BaseSpec = BASE) -> None:
+        self._spec = spec
+        self._target: Pose2D | None = None
+        self.pose = Pose2D()
+        self.velocity = STANDING
+
+    def drive_to(self, target: Pose2D) -> None:
+        self._target = target
+
+    def stop(self) -> None:
+        self._target = None
+        self.velocity = STANDING
+
+    @property
+    def arrived(self) -> bool:
+        return self.pose == self._target
+
+    def distance_to(self, target: Pose2D) -> float:
+        return math.hypot(target.x - self.pose.x, target.y - self.pose.y)
+
+    def step(self, elapsed: float) -> None:
+        """Move for `elapsed` seconds; a step of no or negative length moves nothing."""
+        if self._target is None or elapsed <= 0.0:
+            return
+        before, target = self.pose, self._target
+        distance = self.distance_to(target)
+        share = min(1.0, self._spec.max_speed * elapsed / distance) if distance > 0.0 else 1.0
+        turn = turn_between(before.yaw, target.yaw)
+        most = self._spec.max_turn_rate * elapsed
+        self.pose = Pose2D(
+            target.x if share == 1.0 else before.x + (target.x - before.x) * share,
+            target.y if share == 1.0 else before.y + (target.y - before.y) * share,
+            target.yaw if abs(turn) <= most else before.yaw + math.copysign(most, turn),
+        )
+        self.velocity = _velocity(before, self.pose, elapsed)
+
+
+def _velocity(before: Pose2D, after: Pose2D, elapsed: float) -> Velocity2D:
+    """The motion from one pose to the next, seen from the base."""
+    vx, vy = (after.x - before.x) / elapsed, (after.y - before.y) / elapsed
+    cos, sin = math.cos(after.yaw), math.sin(after.yaw)
+    return Velocity2D(cos * vx + sin * vy, cos * vy - sin * vx, turn_between(before.yaw, after.yaw) / elapsed)
+
+
+def turn_between(start: float, end: float) -> float:
+    """The shortest turn from one heading to another, in rad within -π to π."""
+    return math.remainder(end - start, math.tau)
+
+
+def yaw_of(x: float, y: float, z: float, w: float) -> float:
+    """The heading of an orientation; its quaternion need not have length 1, and all zeros mean no turn."""
+    return math.atan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)

@@ -1,0 +1,148 @@
+"""navigation_action_server: `move_to_position` drives the base, `odom` tells where it is.
+
+One control timer moves the base and decides how a goal ends; the goal's coroutine only waits for that
+decision. Everything runs on the executor's one thread, so nothing here needs a lock.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from humanoid_interfaces.action import MoveToPosition
+from nav_msgs.msg import Odometry
+from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.action.server import ServerGoalHandle
+from rclpy.node import Node
+from rclpy.task import Future
+
+from humanoid.clock import now
+from humanoid.endings import End, Ending, settle
+from humanoid.navigation.base import Base, Pose2D
+from humanoid.navigation.goal_check import refusal
+from humanoid.navigation.messages import odometry, stamped, target_of
+from humanoid.running import run
+
+TICK = 0.02  # s between control steps: 50 Hz
+FEEDBACK_EVERY = 0.1  # s: 10 Hz
+
+
+@dataclass
+class Drive:
+    """One accepted goal on its way."""
+
+    goal: ServerGoalHandle
+    target: Pose2D
+    began: float
+    next_feedback: float
+    ending: Future = field(default_factory=Future)
+
+    @property
+    def timeout(self) -> float:
+        return float(self.goal.request.timeout)
+
+
+class NavigationActionServer(Node):
+    """Drives to one goal at a time; a newer goal pre-empts the older one, which ends ABORTED."""
+
+    def __init__(self) -> None:
+        super().__init__('navigation_action_server')
+        self._base = Base()
+        self._drives: dict[bytes, Drive] = {}
+        self._driving: Drive | None = None
+        self._stepped = now(self)
+        self._odometry = self.create_publisher(Odometry, 'odom', 10)
+        self.create_timer(TICK, self._tick)
+        self._action_server = ActionServer(
+            self,
+            MoveToPosition,
+            'move_to_position',
+            execute_callback=self._execute,
+            goal_callback=self._judge,
+            handle_accepted_callback=self._begin,
+            cancel_callback=self._cancel,
+        )
+        self.get_logger().info('Navigation Action Server ready')
+
+    def destroy_node(self) -> None:
+        self._action_server.destroy()
+        super().destroy_node()
+
+    def _judge(self, goal: MoveToPosition.Goal) -> GoalResponse:
+        pose = goal.target_pose.pose
+        position = (pose.position.x, pose.position.y, pose.position.z)
+        turn = pose.orientation
+        reason = refusal(
+            goal.target_pose.header.frame_id, position, (turn.x, turn.y, turn.z, turn.w), goal.timeout
+        )
+        if reason is not None:
+            self.get_logger().warning(f'Rejected: {reason}')
+            return GoalResponse.REJECT
+        self.get_logger().info(f'Goal accepted: ({position[0]:.2f}, {position[1]:.2f}) m')
+        return GoalResponse.ACCEPT
+
+    def _begin(self, goal_handle: ServerGoalHandle) -> None:
+        """Goals begin in the order of their acceptance, so the one in motion is always the older one."""
+        self._end(End.ABORTED, 'Pre-empted by a newer goal')
+        moment = now(self)
+        drive = Drive(goal_handle, target_of(goal_handle.request.target_pose.pose), moment, moment)
+        self._drives[bytes(goal_handle.goal_id.uuid)] = self._driving = drive
+        self._base.drive_to(drive.target)
+        goal_handle.execute()
+
+    def _cancel(self, _goal_handle: ServerGoalHandle) -> CancelResponse:
+        self.get_logger().info('Received cancel request')
+        return CancelResponse.ACCEPT
+
+    async def _execute(self, goal_handle: ServerGoalHandle) -> MoveToPosition.Result:
+        key = bytes(goal_handle.goal_id.uuid)
+        try:
+            ending, pose = await self._drives[key].ending
+        finally:
+            del self._drives[key]
+        settle(goal_handle, ending)
+        self.get_logger().info(ending.message)
+        result = MoveToPosition.Result()
+        result.success, result.message, result.final_pose = ending.success, ending.message, pose
+        return result
+
+    def _tick(self) -> None:
+        moment = now(self)
+        if self._driving is not None and self._driving.goal.is_cancel_requested:
+            self._end(End.CANCELED, 'Goal canceled')
+        self._base.step(moment - self._stepped)
+        self._stepped = moment
+        if self._driving is not None:
+            self._follow_up(self._driving, moment)
+        self._odometry.publish(odometry(self._base, self.get_clock().now().to_msg()))
+
+    def _follow_up(self, drive: Drive, moment: float) -> None:
+        elapsed = moment - drive.began
+        if moment >= drive.next_feedback:
+            drive.next_feedback += FEEDBACK_EVERY
+            feedback = MoveToPosition.Feedback()
+            feedback.current_pose = stamped(self._base.pose, self.get_clock().now().to_msg())
+            feedback.elapsed_time = elapsed
+            feedback.distance_remaining = self._base.distance_to(drive.target)
+            drive.goal.publish_feedback(feedback)
+        if self._base.arrived:
+            self._end(End.SUCCEEDED, 'Navigation completed successfully')
+        elif elapsed >= drive.timeout:
+            left = self._base.distance_to(drive.target)
+            self._end(End.ABORTED, f'Timed out after {drive.timeout:g} s, {left:.2f} m short of the target')
+
+    def _end(self, end: End, message: str) -> None:
+        """Stop the base and hand the goal in motion, if there is one, its ending and where that left it."""
+        drive, self._driving = self._driving, None
+        if drive is not None:
+            self._base.stop()
+            pose = stamped(self._base.pose, self.get_clock().now().to_msg())
+            drive.ending.set_result((Ending(end, message), pose))
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    return run(NavigationActionServer, args)
+
+
+if __name__ == '__main__':
+    raise SystemExit(main())

@@ -1,0 +1,153 @@
+"""Programs as child processes: started, listened to, and none left behind."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from queue import Empty, SimpleQueue
+from types import FrameType, TracebackType
+from typing import Self
+
+from humanoid import lifeline
+
+STOP_WITHIN = 5.0  # s for a child to end by itself once asked
+TAIL = 20  # lines of output kept to explain a failure
+
+
+@dataclass(frozen=True)
+class Printed:
+    name: str
+    line: str
+
+
+@dataclass(frozen=True)
+class Ended:
+    name: str
+    pid: int
+    returncode: int
+
+    def __str__(self) -> str:
+        return f'{self.name} (pid {self.pid}) {ending(self.returncode)}'
+
+
+@dataclass(frozen=True)
+class StopAsked:
+    """Ctrl-C or SIGTERM reached the supervisor."""
+
+    signal: int
+
+
+Event = Printed | Ended | StopAsked
+
+
+@dataclass
+class Child:
+    name: str
+    process: subprocess.Popen[str]
+    tail: deque[str] = field(default_factory=lambda: deque(maxlen=TAIL))
+    done: threading.Event = field(default_factory=threading.Event)
+
+
+class Supervisor:
+    """Use as a context manager: leaving it, in whatever way, stops every child.
+
+    A child ignores the terminal's Ctrl-C (it has a process group of its own) and is told to stop by
+    SIGTERM instead. If the supervisor itself is killed, the children's lifelines close and they leave.
+    """
+
+    def __init__(self) -> None:
+        self._children: list[Child] = []
+        self._events: SimpleQueue[Event] = SimpleQueue()
+        self._handlers: dict[signal.Signals, Callable[[int, FrameType | None], object] | int | None] = {}
+
+    def __enter__(self) -> Self:
+        for number in (signal.SIGINT, signal.SIGTERM):
+            self._handlers[number] = signal.signal(number, self._stop_asked)
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.stop()
+        for number, handler in self._handlers.items():
+            signal.signal(number, handler)
+
+    def start(self, name: str, *arguments: str) -> int:
+        """Run `python -m humanoid NAME ARGUMENTS` as a process of its own and return its pid."""
+        process = subprocess.Popen(
+            [sys.executable, '-m', 'humanoid', name, *arguments],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            encoding='utf-8',
+            errors='replace',
+            env={**os.environ, lifeline.VARIABLE: '1', 'PYTHONUNBUFFERED': '1', 'PYTHONIOENCODING': 'utf-8'},
+            **_own_process_group(),
+        )
+        child = Child(name, process)
+        self._children.append(child)
+        threading.Thread(target=self._listen, args=[child], name=f'{name} output', daemon=True).start()
+        return process.pid
+
+    def next_event(self, deadline: float | None = None) -> Event | None:
+        """The next thing that happened, or None once time.monotonic() has passed `deadline`."""
+        try:
+            left = None if deadline is None else max(deadline - time.monotonic(), 0.0)
+            return self._events.get(timeout=left)
+        except Empty:
+            return None
+
+    def tail(self, name: str) -> Sequence[str]:
+        """The last lines that a program printed."""
+        return [line for child in self._children if child.name == name for line in child.tail]
+
+    def stop(self) -> None:
+        """Ask every child to end, then end those that do not."""
+        for child in self._children:
+            if not child.done.is_set():
+                child.process.terminate()
+        deadline = time.monotonic() + STOP_WITHIN
+        for child in self._children:
+            if not child.done.wait(max(deadline - time.monotonic(), 0.0)):
+                child.process.kill()
+                child.done.wait(STOP_WITHIN)
+            if child.process.stdin is not None:
+                child.process.stdin.close()
+
+    def _listen(self, child: Child) -> None:
+        stream = child.process.stdout
+        assert stream is not None
+        with stream:
+            for line in stream:
+                child.tail.append(line.rstrip('\n'))
+                self._events.put(Printed(child.name, line.rstrip('\n')))
+        returncode = child.process.wait()
+        child.done.set()
+        self._events.put(Ended(child.name, child.process.pid, returncode))
+
+    def _stop_asked(self, number: int, _frame: FrameType | None) -> None:
+        self._events.put(StopAsked(number))  # SimpleQueue.put may interrupt itself
+
+
+def ending(returncode: int) -> str:
+    """How a process ended, in words."""
+    if returncode < 0:
+        try:
+            return f'was killed by {signal.Signals(-returncode).name}'
+        except ValueError:
+            return f'was killed by signal {-returncode}'
+    return f'ended with exit code {returncode}'
+
+
+def _own_process_group() -> dict[str, object]:
+    if sys.platform == 'win32':
+        return {'creationflags': subprocess.CREATE_NEW_PROCESS_GROUP}
+    return {'start_new_session': True}
