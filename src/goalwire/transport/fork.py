@@ -1,0 +1,53 @@
+"""Noticing that this process is the forked child of the one that opened a session.
+
+A fork copies a session's memory but not the threads and links behind it. Whatever was opened before is dead
+in the child and says so; what the child opens itself works.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+
+from goalwire.errors import ForkedError
+
+_forks = 0
+_resets: list[Callable[[], None]] = []
+
+
+def _in_child() -> None:
+    global _forks  # noqa: PLW0603 - one number per process, changed by the fork alone
+    _forks += 1
+    for reset in _resets:
+        reset()
+
+
+if hasattr(os, 'register_at_fork'):
+    os.register_at_fork(after_in_child=_in_child)
+
+
+def in_child(reset: Callable[[], None]) -> None:
+    """Have `reset` called in every forked child, before any other code: for module-wide tables and locks."""
+    _resets.append(reset)
+
+
+class ForkGuard:
+    """Remembers in which process something was opened."""
+
+    __slots__ = ('_opened',)
+
+    def __init__(self) -> None:
+        self._opened = _forks
+
+    @property
+    def is_forked(self) -> bool:
+        """True in a child forked since."""
+        return self._opened != _forks
+
+    def check(self, what: str) -> None:
+        """Raise ForkedError in a child; `what` names the thing that was used."""
+        if self._opened != _forks:
+            raise ForkedError(
+                f'{what} was opened before this process was forked and is dead in the child; '
+                f'open a new context in the child, or start it with the spawn method of multiprocessing'
+            )

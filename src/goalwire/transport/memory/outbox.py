@@ -1,0 +1,61 @@
+"""Deliveries in order, by many threads, with no lock that anybody waits for."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from threading import Lock
+from typing import Generic, TypeVar
+
+T = TypeVar('T')
+
+
+class Outbox(Generic[T]):
+    """Hands items to `deliver` one at a time, first in first out.
+
+    `post` first, under whatever lock decides the order; then `drain`, under none. A thread that finds
+    another one draining leaves its items to it: so nobody blocks, and a `deliver` that posts to the same
+    outbox does not recurse.
+    """
+
+    __slots__ = ('_deliver', '_items', '_turn')
+
+    def __init__(self, deliver: Callable[[T], None]) -> None:
+        self._deliver = deliver
+        self._items: deque[T] = deque()
+        self._turn = Lock()
+
+    def post(self, item: T) -> None:
+        """Queue one item; nothing is delivered yet."""
+        self._items.append(item)
+
+    def drain(self) -> None:
+        """Deliver what is queued, unless another thread, or a caller further up, is at it."""
+        # The outer test is repeated after the turn was given back: an item posted just before is not lost.
+        while self._items and self._turn.acquire(blocking=False):
+            try:
+                self._deliver_all()
+            finally:
+                self._turn.release()
+
+    @contextmanager
+    def first_turn(self) -> Iterator[None]:
+        """Keep the turn of a new outbox; whatever was posted within is delivered when the block ends."""
+        with self._turn:
+            yield
+            self._deliver_all()
+        self.drain()
+
+    def _deliver_all(self) -> None:
+        while self._items:
+            self._deliver(self._items.popleft())
+
+
+def report_failure(where: str, error: Exception) -> None:
+    """Log what a receiver raised: a receiver that fails takes nobody else down."""
+    from logging import getLogger  # heavy, and needed only when something is broken
+
+    getLogger('goalwire.transport').error(
+        '%s: its receiver raised; this delivery is lost', where, exc_info=error
+    )

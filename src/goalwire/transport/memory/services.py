@@ -1,0 +1,186 @@
+"""Service servers and clients of the memory transport.
+
+A call is handed to every server there is at that moment. It ends when each of them has answered, given its
+request up, or gone; or when the client goes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from threading import Lock
+from time import time_ns
+
+from goalwire.errors import LocalError
+from goalwire.transport.contract import ClientPort, Port, Request, Sample
+from goalwire.transport.memory.outbox import report_failure
+from goalwire.transport.memory.port import Membership
+
+
+class Call:
+    """One request on its way at the client's side."""
+
+    __slots__ = ('_client', '_lock', '_on_end', '_on_reply', '_open')
+
+    def __init__(
+        self,
+        client: MemoryClient,
+        servers: int,
+        on_reply: Callable[[Sample], None],
+        on_end: Callable[[], None],
+    ) -> None:
+        self._client = client
+        self._on_reply = on_reply
+        self._on_end = on_end
+        self._open = servers
+        self._lock = Lock()
+
+    def answered(self, sample: Sample) -> None:
+        """Hand one server's reply over; then that server is done."""
+        if self._open > 0:
+            self._client.run(self._on_reply, sample)
+        self.server_done()
+
+    def server_done(self) -> None:
+        """Count one server out; `on_end` fires after the last, so after every reply."""
+        with self._lock:
+            self._open -= 1
+            is_last = self._open == 0
+        if is_last:
+            self._end()
+
+    def cancel(self) -> None:
+        """End the call although servers have not answered: the client is closing."""
+        with self._lock:
+            was_open, self._open = self._open > 0, 0
+        if was_open:
+            self._end()
+
+    def _end(self) -> None:
+        self._client.forget(self)
+        self._client.run(self._on_end)
+
+
+class MemoryRequest(Request):
+    """A call as one server sees it."""
+
+    __slots__ = ('_call', '_is_answered', '_server', 'sample')
+
+    def __init__(self, server: MemoryService, call: Call, sample: Sample) -> None:
+        self.sample = sample
+        self._server = server
+        self._call = call
+        self._is_answered = False
+
+    def reply(self, payload: bytes) -> None:
+        """Answer on this thread. Raises LocalError the second time; a caller that has gone hears nothing."""
+        if self._is_answered:
+            raise LocalError(f'{self._server.place.title}: this request was answered before; answer it once')
+        self._is_answered = True
+        if self._server.release(self):
+            now = time_ns()
+            self._call.answered(Sample(bytes(payload), self.sample.sequence, now, now, self.sample.gid))
+
+    def drop(self) -> None:
+        """Give the request up; harmless after an answer."""
+        if self._server.release(self):
+            self._call.server_done()
+
+
+class MemoryService(Port):
+    """A declared service server."""
+
+    def __init__(self, place: Membership, deliver: Callable[[Request], None]) -> None:
+        self.place = place
+        self.gid = place.entity.gid
+        self._deliver = deliver
+        self._lock = Lock()
+        self._waiting: set[MemoryRequest] = set()
+
+    def accept(self, call: Call, sample: Sample) -> None:
+        """Take one call in; where the server has just gone, or fails, the call ends at once."""
+        request = MemoryRequest(self, call, sample)
+        with self._lock:
+            self._waiting.add(request)
+        if self.place.closed:
+            request.drop()
+            return
+        try:
+            self._deliver(request)
+        except Exception as error:
+            report_failure(self.place.title, error)
+            request.drop()
+
+    def release(self, request: MemoryRequest) -> bool:
+        """Take a request off the list; True for the one caller that found it there."""
+        with self._lock:
+            if request in self._waiting:
+                self._waiting.remove(request)
+                return True
+            return False
+
+    def close(self) -> None:
+        """Undeclare and give every unanswered request up."""
+        self.place.give_up()
+
+    def drop_all(self) -> None:
+        """Give every unanswered request up."""
+        with self._lock:
+            waiting = list(self._waiting)
+        for request in waiting:
+            request.drop()
+
+
+class MemoryClient(ClientPort):
+    """A declared service client."""
+
+    def __init__(self, place: Membership, servers: Callable[[], tuple[MemoryService, ...]]) -> None:
+        self.place = place
+        self.gid = place.entity.gid
+        self._servers = servers
+        self._lock = Lock()
+        self._sequence = 0
+        self._calls: set[Call] = set()
+
+    def request(self, payload: bytes, on_reply: Callable[[Sample], None], on_end: Callable[[], None]) -> int:
+        """Hand one request to every server, on this thread."""
+        self.place.check()
+        payload = bytes(payload)
+        servers = self._servers()
+        call = Call(self, len(servers), on_reply, on_end)
+        with self._lock:
+            self._sequence += 1
+            sequence = self._sequence
+            if servers:
+                self._calls.add(call)
+        if not servers:
+            self.run(on_end)
+            return sequence
+        if self.place.closed:  # closed since the check above: close() may have missed this call
+            call.cancel()
+        now = time_ns()
+        for server in servers:
+            server.accept(call, Sample(payload, sequence, now, now, self.gid))
+        return sequence
+
+    def run(self, callback: Callable[..., None], *arguments: Sample) -> None:
+        """Run a caller's function; its failure is logged, not raised into the server's thread."""
+        try:
+            callback(*arguments)
+        except Exception as error:
+            report_failure(self.place.title, error)
+
+    def forget(self, call: Call) -> None:
+        """A call has ended."""
+        with self._lock:
+            self._calls.discard(call)
+
+    def close(self) -> None:
+        """Undeclare and end every call."""
+        self.place.give_up()
+
+    def cancel_all(self) -> None:
+        """End every call."""
+        with self._lock:
+            calls = list(self._calls)
+        for call in calls:
+            call.cancel()

@@ -1,0 +1,193 @@
+"""Sessions of the memory transport: the contexts of one process, joined by a bus per domain id."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from itertools import count
+from threading import Lock
+
+from goalwire.errors import ClosedError
+from goalwire.transport.contract import (
+    ClientPort,
+    Endpoint,
+    GraphEntity,
+    GraphListener,
+    NodeName,
+    NodePort,
+    Port,
+    PublisherPort,
+    Request,
+    Sample,
+    Session,
+    SessionOptions,
+    Transport,
+)
+from goalwire.transport.fork import ForkGuard
+from goalwire.transport.memory.bus import BUSES, Bus, Watcher, key_of
+from goalwire.transport.memory.port import Membership, describe, describe_node
+from goalwire.transport.memory.services import MemoryClient, MemoryService
+from goalwire.transport.memory.topics import MemoryPublisher, MemorySubscription
+
+
+class MemorySession(Session):
+    """One context on the bus of its domain."""
+
+    def __init__(self, domain_id: int) -> None:
+        self._domain_id = domain_id
+        self._bus = BUSES.acquire(domain_id)
+        self._guard = ForkGuard()
+        self._id = os.urandom(16)
+        self._numbers = count()
+        self._nodes: dict[bytes, MemoryNode] = {}
+        self._watchers: list[Watcher] = []
+        self._lock = Lock()
+        self._is_closed = False
+
+    def _check(self) -> None:
+        self._guard.check(f'session of domain {self._domain_id}')
+        if self._is_closed:
+            raise ClosedError(f'session of domain {self._domain_id} was used after it had been closed')
+
+    def _next_gid(self) -> tuple[int, bytes]:
+        """Return a new number of this session and the gid made of both."""
+        number = next(self._numbers)
+        return number, self._id[:8] + number.to_bytes(8, 'big')
+
+    def node(self, name: NodeName) -> NodePort:
+        """Declare a node."""
+        number, gid = self._next_gid()
+        entity = describe_node(name, self._id.hex(), number, gid)
+        with self._lock:
+            self._check()
+            node = MemoryNode(entity, self._bus, self._guard, lambda: self._next_gid()[1], self._forget)
+            self._nodes[gid] = node
+        self._bus.show(entity)
+        return node
+
+    def _forget(self, gid: bytes) -> None:
+        with self._lock:
+            self._nodes.pop(gid, None)
+
+    def watch_graph(self, listener: GraphListener) -> None:
+        """Tell `listener` of everything on this bus."""
+        self._check()
+        watcher = self._bus.watch(listener)
+        with self._lock:
+            if not self._is_closed:
+                self._watchers.append(watcher)
+                return
+        self._bus.unwatch(watcher)
+
+    def close(self) -> None:
+        """Close every node and leave the bus."""
+        if self._guard.is_forked:
+            return
+        with self._lock:
+            if self._is_closed:
+                return
+            self._is_closed = True
+            nodes = list(self._nodes.values())
+        for watcher in self._watchers:
+            self._bus.unwatch(watcher)
+        for node in nodes:
+            node.close()
+        BUSES.release(self._domain_id)
+
+
+class MemoryNode(NodePort):
+    """A declared node and its endpoints."""
+
+    def __init__(
+        self,
+        entity: GraphEntity,
+        bus: Bus,
+        guard: ForkGuard,
+        next_gid: Callable[[], bytes],
+        forget: Callable[[bytes], None],
+    ) -> None:
+        self.gid = entity.gid
+        self._place = Membership(entity, guard, self._leave)
+        self._bus = bus
+        self._guard = guard
+        self._next_gid = next_gid
+        self._forget = forget
+        self._ports: dict[bytes, Port] = {}
+        self._lock = Lock()
+
+    def publisher(self, endpoint: Endpoint) -> PublisherPort:
+        """Declare a publisher."""
+        place = self._place_for(endpoint, lambda: self._bus.remove_publisher(port))
+        port = MemoryPublisher(place)
+        self._keep(port)
+        self._bus.add_publisher(port)
+        return port
+
+    def subscription(self, endpoint: Endpoint, deliver: Callable[[Sample], None]) -> Port:
+        """Declare a subscription."""
+        place = self._place_for(endpoint, lambda: self._bus.remove_subscription(port))
+        port = MemorySubscription(place, deliver, ignore_local=endpoint.ignore_local)
+        self._keep(port)
+        self._bus.add_subscription(port)
+        return port
+
+    def service(self, endpoint: Endpoint, deliver: Callable[[Request], None]) -> Port:
+        """Declare a service server."""
+        place = self._place_for(endpoint, lambda: self._bus.remove_server(port))
+        port = MemoryService(place, deliver)
+        self._keep(port)
+        self._bus.add_server(port)
+        return port
+
+    def client(self, endpoint: Endpoint) -> ClientPort:
+        """Declare a service client."""
+
+        def leave() -> None:
+            self._bus.hide(place.entity)
+            port.cancel_all()
+
+        place = self._place_for(endpoint, leave)
+        key = key_of(place.entity)
+        port = MemoryClient(place, lambda: self._bus.servers(key))
+        self._keep(port)
+        self._bus.show(place.entity)
+        return port
+
+    def _place_for(self, endpoint: Endpoint, leave: Callable[[], None]) -> Membership:
+        """Return the place of a new endpoint; `leave` takes it off the bus."""
+        self._place.check()
+        entity = describe(endpoint, self._place.entity, self._next_gid())
+
+        def leave_us() -> None:
+            with self._lock:
+                self._ports.pop(entity.gid, None)
+            leave()
+
+        return Membership(entity, self._guard, leave_us)
+
+    def _keep(self, port: Port) -> None:
+        with self._lock:
+            self._place.check()  # once more: closing takes what it finds here, and finds nothing later
+            self._ports[port.gid] = port
+
+    def close(self) -> None:
+        """Close every endpoint, then leave the graph."""
+        self._place.give_up()
+
+    def _leave(self) -> None:
+        with self._lock:
+            ports = list(self._ports.values())
+        for port in ports:
+            port.close()
+        self._bus.hide(self._place.entity)
+        self._forget(self.gid)
+
+
+class MemoryTransport(Transport):
+    """The wire within one process."""
+
+    identifier = 'goalwire_memory'
+
+    def open(self, options: SessionOptions) -> Session:
+        """Join the bus of a domain; it exists as long as somebody is on it."""
+        return MemorySession(options.domain_id)

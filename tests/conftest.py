@@ -1,0 +1,77 @@
+"""Fixtures for every test: isolated worlds, the transports, and a look at what was left behind."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import sys
+from collections.abc import Callable, Iterator
+from typing import TypeAlias
+
+import pytest
+from helpers.isolation import claim_slot, isolated_env
+from helpers.leaks import Inventory
+
+from goalwire.transport import registry
+from goalwire.transport.contract import Session, SessionOptions
+
+TRANSPORTS = ['goalwire_memory', 'rmw_zenoh_cpp'][
+    : 2 if importlib.util.find_spec('goalwire.transport.zenoh') else 1
+]
+
+OpenSession: TypeAlias = Callable[[], Session]
+
+
+@pytest.fixture(autouse=True)
+def nothing_left_behind() -> Iterator[None]:
+    """Fail a test that leaves a thread, a session, a file or a network socket behind."""
+    claim_slot()
+    before = Inventory()
+    yield
+    assert before.added_threads() == [], 'threads left running'
+    assert _open_memory_sessions() == 0, 'sessions of the memory transport left open'
+    assert before.added_descriptors() == [], 'file descriptors left open'
+
+
+def _open_memory_sessions() -> int:
+    module = sys.modules.get('goalwire.transport.memory.bus')
+    return module.BUSES.users() if module else 0
+
+
+@pytest.fixture(params=TRANSPORTS)
+def transport_name(request: pytest.FixtureRequest) -> str:
+    """Each transport in turn, by its RMW_IMPLEMENTATION name."""
+    name: str = request.param
+    return name
+
+
+@pytest.fixture
+def isolated(transport_name: str, monkeypatch: pytest.MonkeyPatch) -> dict[str, str]:
+    """A world of its own for this process; returns the environment, for child processes in the same world."""
+    env = isolated_env(transport_name)
+    for name in set(os.environ) - set(env):
+        monkeypatch.delenv(name)
+    for name, value in env.items():
+        monkeypatch.setenv(name, value)
+    return env
+
+
+@pytest.fixture
+def open_session(isolated: dict[str, str]) -> Iterator[OpenSession]:
+    """A function that opens one more session in the isolated world; all are closed after the test."""
+    opened: list[Session] = []
+
+    def open_one() -> Session:
+        options = SessionOptions(domain_id=int(isolated['ROS_DOMAIN_ID']))
+        opened.append(registry.get(isolated['RMW_IMPLEMENTATION']).open(options))
+        return opened[-1]
+
+    yield open_one
+    for session in opened:
+        session.close()
+
+
+@pytest.fixture
+def session_pair(open_session: OpenSession) -> tuple[Session, Session]:
+    """Two sessions that see each other."""
+    return open_session(), open_session()

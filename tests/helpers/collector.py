@@ -1,0 +1,42 @@
+"""A place where threads put things and a test waits for them."""
+
+from __future__ import annotations
+
+import threading
+from typing import Generic, TypeVar
+
+T = TypeVar('T')
+
+
+class Collector(Generic[T]):
+    """A list that can be waited on; an instance is itself the callback that fills it."""
+
+    def __init__(self) -> None:
+        self._items: list[T] = []
+        self._threads: list[int] = []
+        self._changed = threading.Condition()
+
+    def __call__(self, item: T) -> None:
+        with self._changed:
+            self._items.append(item)
+            self._threads.append(threading.get_ident())
+            self._changed.notify_all()
+
+    @property
+    def items(self) -> list[T]:
+        """What has come so far, in order."""
+        with self._changed:
+            return list(self._items)
+
+    @property
+    def threads(self) -> list[int]:
+        """The identifier of the thread that brought each item."""
+        with self._changed:
+            return list(self._threads)
+
+    def expect(self, number: int = 1, timeout: float = 10.0) -> list[T]:
+        """Wait until `number` items or more have come and return all."""
+        with self._changed:
+            came = self._changed.wait_for(lambda: len(self._items) >= number, timeout)
+            assert came, f'{len(self._items)} of {number} came within {timeout} s: {self._items}'
+            return list(self._items)

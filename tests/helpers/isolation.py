@@ -1,0 +1,87 @@
+"""Environments in which a test meets nobody but itself, however many test runs share the machine.
+
+A test run claims one slot of the machine by holding a port. The slot gives it domain ids (valid for DDS
+too: 1 to 230) and router ports below every system's ephemeral range, so nothing else takes them by chance.
+"""
+
+from __future__ import annotations
+
+import atexit
+import os
+import shutil
+import socket
+import tempfile
+from functools import cache
+from itertools import count
+from pathlib import Path
+
+SLOTS = 23
+_DOMAINS_PER_SLOT = 10
+_PORTS_PER_SLOT = 400
+_FIRST_PORT = 20_000
+_FIRST_CLAIM = _FIRST_PORT + SLOTS * _PORTS_PER_SLOT
+
+_OTHERS = ('AMENT_', 'COLCON_', 'CYCLONEDDS_', 'FASTRTPS_', 'GOALWIRE_', 'RCUTILS_', 'RMW_', 'ROS_', 'ZENOH_')
+"""Beginnings of the variables that would let the machine's own ROS 2 into a test."""
+
+_ports = count()
+_domains = count()
+
+
+@cache
+def _claim() -> tuple[int, socket.socket]:
+    """Return this run's slot and the socket that holds it until the process ends."""
+    for slot in range(SLOTS):
+        claim = socket.socket()
+        try:
+            claim.bind(('127.0.0.1', _FIRST_CLAIM + slot))
+        except OSError:
+            claim.close()
+        else:
+            return slot, claim
+    raise RuntimeError(f'{SLOTS} test runs are under way on this machine; wait for one to end')
+
+
+def claim_slot() -> None:
+    """Take this run's slot now, so that no later check mistakes the socket for a test's."""
+    _claim()
+
+
+def free_port() -> int:
+    """Return a port of this run that nobody listens on."""
+    slot, _ = _claim()
+    for _ in range(_PORTS_PER_SLOT):
+        port = _FIRST_PORT + slot * _PORTS_PER_SLOT + next(_ports) % _PORTS_PER_SLOT
+        with socket.socket() as probe:
+            if os.name == 'posix':
+                probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            try:
+                probe.bind(('127.0.0.1', port))
+            except OSError:
+                continue
+            return port
+    raise RuntimeError(f'no free port in {_PORTS_PER_SLOT} from {_FIRST_PORT + slot * _PORTS_PER_SLOT}')
+
+
+def fresh_domain() -> int:
+    """Return a domain id that no other test run uses, and this one has not used lately."""
+    slot, _ = _claim()
+    return 1 + slot * _DOMAINS_PER_SLOT + next(_domains) % _DOMAINS_PER_SLOT
+
+
+@cache
+def _log_directory() -> Path:
+    directory = Path(tempfile.mkdtemp(prefix='goalwire-tests-'))
+    atexit.register(shutil.rmtree, directory, ignore_errors=True)
+    return directory
+
+
+def isolated_env(transport: str, log_dir: Path | None = None) -> dict[str, str]:
+    """Return a whole environment for `transport`: own domain, own router port, own log directory."""
+    kept = {name: value for name, value in os.environ.items() if not name.startswith(_OTHERS)}
+    return kept | {
+        'RMW_IMPLEMENTATION': transport,
+        'ROS_DOMAIN_ID': str(fresh_domain()),
+        'GOALWIRE_ROUTER_PORT': str(free_port()),
+        'ROS_LOG_DIR': str(log_dir or _log_directory()),
+    }
