@@ -36,7 +36,7 @@ Fault = tuple[str, int]
 
 
 class InvalidName(LocalError, ValueError):
-    """A name that ROS 2 forbids: `kind` and `name`, the `reason` in ROS 2's words, the `index` of the fault."""
+    """A name that ROS 2 forbids: `kind` and `name`, the `reason` in its words, the `index` of the fault."""
 
     def __init__(self, kind: str, name: str, reason: str, index: int) -> None:
         self.kind = kind
