@@ -1,13 +1,13 @@
 """The values that `-p name:=value` and parameter files give, by the rules of rcl_yaml_param_parser.
 
-They differ from PyYAML's own: `yes`, `on` and `y` are booleans, `010` is octal, `null` and `~` are strings, dates
-are strings too, and the elements of a sequence must all have one type.
+They differ from PyYAML's own: `yes`, `on` and `y` are booleans, `010` is octal, `null`, `~` and dates are
+strings, and the elements of a sequence must all have one type.
 """
 
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from goalwire.protocol.names.lexer import RuleSyntaxError
 
@@ -109,15 +109,14 @@ def _from_events(events: Iterator[yaml.Event]) -> ParameterValue:
             if sequence is None:
                 value = scalar
             else:
-                _append(sequence, scalar, event.start_mark.line + 1)
+                _append(sequence, scalar, _line(event))
         elif isinstance(event, yaml.SequenceStartEvent):
             if sequence is not None:
-                raise RuleSyntaxError(
-                    f'Sequences of sequences are no parameters: line {event.start_mark.line + 1}'
-                )
+                raise RuleSyntaxError(f'Sequences of sequences are no parameters, at line {_line(event)}')
             sequence = []
         elif isinstance(event, yaml.SequenceEndEvent):
-            value, sequence = sequence or None, None
+            # An empty sequence has no element to tell its type: ROS 2 takes it for no value.
+            value, sequence = cast('ParameterValue', sequence or None), None
         elif isinstance(event, yaml.MappingStartEvent | yaml.AliasEvent):
             raise RuleSyntaxError('Unknown YAML event')
     return value
@@ -126,7 +125,7 @@ def _from_events(events: Iterator[yaml.Event]) -> ParameterValue:
 def _scalar(event: yaml.ScalarEvent) -> Scalar:
     quoted = event.style in {"'", '"'}
     if not event.value and not quoted:
-        raise RuleSyntaxError(f'No value at line {event.start_mark.line + 1}')
+        raise RuleSyntaxError(f'No value at line {_line(event)}')
     if quoted or event.tag == 'tag:yaml.org,2002:str':
         return event.value
     return plain_scalar(event.value)
@@ -134,8 +133,10 @@ def _scalar(event: yaml.ScalarEvent) -> Scalar:
 
 def _append(sequence: list[Scalar], scalar: Scalar, line: int) -> None:
     if sequence and type(scalar) is not type(sequence[0]):
-        raise RuleSyntaxError(
-            f"Sequence should be of same type. Value type '{_TYPE_NAMES[type(scalar)]}' do not belong at "
-            f'line_num {line}'
-        )
+        found = f"Value type '{_TYPE_NAMES[type(scalar)]}' do not belong at line_num {line}"
+        raise RuleSyntaxError(f'Sequence should be of same type. {found}')
     sequence.append(scalar)
+
+
+def _line(event: yaml.Event) -> int:
+    return event.start_mark.line + 1 if event.start_mark else 1
