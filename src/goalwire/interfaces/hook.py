@@ -1,5 +1,140 @@
-"""The import hook that serves interface packages (std_msgs, …) from their definition files."""
+"""The import hook: serves interface packages from their definition files, and orders the overlay.
+
+goalwire.pth loads this module at every interpreter start, so it imports nothing but what Python has
+loaded by then. The finder stands just before the path finder and asks it (and those behind) first:
+
+- A regular package or module always wins; a folder without __init__.py (which Python would take for a
+  namespace package) does not: ./humanoid_interfaces/ may be a source folder.
+- Whatever lies in goalwire/overlay/ (rclpy and its companions) comes last, wherever the overlay stands
+  in sys.path, unless GOALWIRE_FIRST=1, which `python -m goalwire.run` sets.
+- Beside a real rclpy the hook serves nothing: that ROS 2 has its own packages.
+"""
+
+import os
+import sys
+from _frozen_importlib_external import PathFinder  # importlib.machinery would cost 0.3 ms
+
+TYPE_CHECKING = False  # typing would cost 5 ms
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+    from importlib.machinery import ModuleSpec
+    from types import ModuleType
+
+OVERLAY = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), 'overlay')
+OVERLAY_FIRST = 'GOALWIRE_FIRST'
+# Python itself tries to import these and is used to missing them.
+NEVER_PACKAGES = frozenset({'sitecustomize', 'usercustomize', 'org', 'java'}) | sys.stdlib_module_names
+TELLING_ENDINGS = ('_msgs', '_srvs', '_interfaces', '_actions')
+
+
+class InterfaceFinder:
+    """A meta path finder for std_msgs, humanoid_interfaces and the like."""
+
+    def __init__(self) -> None:
+        self._served: set[str] = set()
+
+    def find_spec(
+        self, fullname: str, path: 'Sequence[str] | None' = None, target: 'ModuleType | None' = None
+    ) -> 'ModuleSpec | None':
+        """Find a module as importlib asks for it.
+
+        Raises ImportError for a type that a served package lacks, and ModuleNotFoundError, with the places
+        that were searched, for an import statement that names a missing package like foo_msgs.
+        """
+        if path is not None:
+            return self._inner_spec(fullname) if fullname.partition('.')[0] in self._served else None
+        if os.environ.get(OVERLAY_FIRST) == '1' and (spec := _regular(fullname, [OVERLAY])):
+            return spec
+        found = self._ask_behind(fullname, target)
+        if found is not None and found.loader is not None:
+            return _not_ours(fullname, found) or found
+        return self._package_spec(fullname) or found
+
+    def invalidate_caches(self) -> None:
+        """Part of importlib.invalidate_caches(): search for packages afresh."""
+        if search_path := sys.modules.get('goalwire.interfaces.search_path'):
+            search_path.forget()
+
+    def _ask_behind(self, fullname: str, target: 'ModuleType | None') -> 'ModuleSpec | None':
+        """What the finders behind this one find: a module, else a namespace folder, else nothing."""
+        namespace = None
+        for finder in _behind(self):
+            spec = finder.find_spec(fullname, None, target)
+            if spec is not None and spec.loader is not None:
+                return spec
+            namespace = namespace or spec
+        return namespace
+
+    def _package_spec(self, name: str) -> 'ModuleSpec | None':
+        if name in NEVER_PACKAGES or name[0] == '_':
+            return None
+        from goalwire.interfaces import search_path
+
+        if not search_path.is_package_name(name) or self._real_rclpy():
+            return None
+        if search_path.find_package(name) or _registered(name):
+            from goalwire.interfaces import modules
+
+            self._served.add(name)
+            return modules.package_spec(name)
+        if name.endswith(TELLING_ENDINGS) and _asked_by_import_statement():
+            text = f'No module named {name!r}: {search_path.explain_missing(name)}'
+            raise ModuleNotFoundError(text, name=name)
+        return None
+
+    def _inner_spec(self, fullname: str) -> 'ModuleSpec | None':
+        from goalwire.interfaces import modules
+
+        spec = modules.inner_spec(fullname)
+        if spec is None and _asked_by_import_statement() and (text := modules.explain_unknown(fullname)):
+            raise ImportError(text, name=fullname)
+        return spec
+
+    def _real_rclpy(self) -> bool:
+        """Whether `import rclpy` means a rclpy that is not goalwire's."""
+        loaded = sys.modules.get('rclpy')
+        spec = loaded.__spec__ if loaded is not None else self.find_spec('rclpy')
+        return spec is not None and spec.origin is not None and not spec.origin.startswith(OVERLAY)
 
 
 def install() -> None:
-    """Insert the finder before the path finder; called by goalwire.pth at interpreter start."""
+    """Put the finder before the path finder, once; goalwire.pth calls this at interpreter start."""
+    if any(isinstance(finder, InterfaceFinder) for finder in sys.meta_path):
+        return
+    place = sys.meta_path.index(PathFinder) if PathFinder in sys.meta_path else len(sys.meta_path)
+    sys.meta_path.insert(place, InterfaceFinder())
+
+
+def _registered(package: str) -> bool:
+    """Whether register_definitions gave this package types."""
+    registry = sys.modules.get('goalwire.interfaces.registry')
+    return registry is not None and bool(registry.registered_types(package))
+
+
+def _behind(finder: InterfaceFinder) -> 'Iterator[type[PathFinder]]':
+    """The finders after this one; all have PathFinder's find_spec."""
+    finders = sys.meta_path
+    for other in finders[finders.index(finder) + 1 :]:
+        if hasattr(other, 'find_spec'):
+            yield other  # type: ignore[misc]
+
+
+def _not_ours(fullname: str, found: 'ModuleSpec') -> 'ModuleSpec | None':
+    """For a module of the overlay: the same name elsewhere in sys.path, which then comes first."""
+    if found.origin is None or not found.origin.startswith(OVERLAY):
+        return None
+    return _regular(fullname, [entry for entry in sys.path if entry != OVERLAY])
+
+
+def _regular(fullname: str, path: list[str]) -> 'ModuleSpec | None':
+    spec = PathFinder.find_spec(fullname, path)
+    return spec if spec is not None and spec.loader is not None else None
+
+
+def _asked_by_import_statement() -> bool:
+    """Whether importlib's import itself asks, and not importlib.util.find_spec, which wants None."""
+    frame = sys._getframe(1)  # noqa: SLF001  # inspect would cost 10 ms
+    while frame.f_back is not None and frame.f_code.co_filename == __file__:
+        frame = frame.f_back  # leave this file: then _find_spec, then who called it
+    caller = frame.f_back
+    return caller is not None and caller.f_code.co_name == '_find_and_load_unlocked'

@@ -12,22 +12,18 @@ import hook, so nothing heavy is imported at the top.
 
 import os
 import sys
-from typing import TYPE_CHECKING
 
-from goalwire.errors import LocalError
+from goalwire.errors import UnknownInterfaceError
 from goalwire.interfaces import registered, workspace
 from goalwire.interfaces.workspace import KINDS
 
+TYPE_CHECKING = False  # typing would cost 5 ms
 if TYPE_CHECKING:
     from pathlib import Path
 
 SHIPPED = os.path.join(os.path.dirname(__file__), 'share')
 INTERFACE_PATH = 'GOALWIRE_INTERFACE_PATH'
 PREFIX_PATH = 'AMENT_PREFIX_PATH'
-
-
-class InvalidPackageName(LocalError, ValueError):
-    """A name that no ROS package can have."""
 
 
 class InterfacePackage:
@@ -73,10 +69,10 @@ def find_package(package: str) -> InterfacePackage | None:
     """Find a package's definition files; None where there are none.
 
     Answers are kept until an environment variable, the working directory or sys.path changes, or
-    importlib.invalidate_caches() is called. Raises InvalidPackageName.
+    importlib.invalidate_caches() is called. Raises UnknownInterfaceError for a name that no package can have.
     """
     if not is_package_name(package):
-        raise InvalidPackageName(
+        raise UnknownInterfaceError(
             f'{package!r} is no ROS package name: use lower-case letters, digits and single underscores, '
             'with a letter first'
         )
