@@ -7,7 +7,7 @@ import time
 from humanoid.mission.display import display
 from humanoid.mission.events import Retrying, Sink, from_line
 from humanoid.mission.summary import Summary
-from humanoid.supervisor import Ended, StopAsked, Supervisor
+from humanoid.supervisor import Ended, StopAsked, Supervisor, program
 from humanoid.up import SERVERS
 
 MISSION = 'mission'
@@ -33,6 +33,7 @@ def demo() -> int:
                 _follow(supervisor, summary, show)
         except Failed as failure:
             problem = str(failure)
+            supervisor.stop(MISSION)  # while there are servers left to cancel its goals
     print(summary.table())
     if problem is None and not summary.all_well:
         problem = 'not every step ended as it should'
@@ -42,7 +43,7 @@ def demo() -> int:
 
 
 def _start(supervisor: Supervisor, name: str, *arguments: str) -> None:
-    pid = supervisor.start(name, *arguments)
+    pid = supervisor.start(name, program(name, *arguments))
     print(f'started {name} (pid {pid})', flush=True)
 
 

@@ -79,10 +79,10 @@ class Supervisor:
         for number, handler in self._handlers.items():
             signal.signal(number, handler)
 
-    def start(self, name: str, *arguments: str) -> int:
-        """Run `python -m humanoid NAME ARGUMENTS` as a process of its own and return its pid."""
+    def start(self, name: str, command: Sequence[str]) -> int:
+        """Run `command` as a process that is called `name` here, and return its pid."""
         process = subprocess.Popen(
-            [sys.executable, '-m', 'humanoid', name, *arguments],
+            command,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
@@ -90,7 +90,8 @@ class Supervisor:
             encoding='utf-8',
             errors='replace',
             env={**os.environ, lifeline.VARIABLE: '1', 'PYTHONUNBUFFERED': '1', 'PYTHONIOENCODING': 'utf-8'},
-            **_own_process_group(),
+            start_new_session=os.name == 'posix',
+            creationflags=getattr(subprocess, 'CREATE_NEW_PROCESS_GROUP', 0),
         )
         child = Child(name, process)
         self._children.append(child)
@@ -109,13 +110,14 @@ class Supervisor:
         """The last lines that a program printed."""
         return [line for child in self._children if child.name == name for line in child.tail]
 
-    def stop(self) -> None:
-        """Ask every child to end, then end those that do not."""
-        for child in self._children:
+    def stop(self, *names: str) -> None:
+        """Ask the children of these names (without any: all) to end, then end those that do not."""
+        children = [child for child in self._children if not names or child.name in names]
+        for child in children:
             if not child.done.is_set():
                 child.process.terminate()
         deadline = time.monotonic() + STOP_WITHIN
-        for child in self._children:
+        for child in children:
             if not child.done.wait(max(deadline - time.monotonic(), 0.0)):
                 child.process.kill()
                 child.done.wait(STOP_WITHIN)
@@ -137,6 +139,11 @@ class Supervisor:
         self._events.put(StopAsked(number))  # SimpleQueue.put may interrupt itself
 
 
+def program(name: str, *arguments: str) -> Sequence[str]:
+    """The command of one of the robot's own programs (humanoid.cli)."""
+    return [sys.executable, '-m', 'humanoid', name, *arguments]
+
+
 def ending(returncode: int) -> str:
     """How a process ended, in words."""
     if returncode < 0:
@@ -145,9 +152,3 @@ def ending(returncode: int) -> str:
         except ValueError:
             return f'was killed by signal {-returncode}'
     return f'ended with exit code {returncode}'
-
-
-def _own_process_group() -> dict[str, object]:
-    if sys.platform == 'win32':
-        return {'creationflags': subprocess.CREATE_NEW_PROCESS_GROUP}
-    return {'start_new_session': True}

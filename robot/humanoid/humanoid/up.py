@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from humanoid.supervisor import Ended, Printed, StopAsked, Supervisor
+from humanoid.supervisor import Ended, Printed, StopAsked, Supervisor, program
 
 SERVERS = ('joint_state_service', 'navigation_action_server', 'battery_service', 'arm_action_server')
 
@@ -12,7 +12,7 @@ def up() -> int:
     died = 0
     with Supervisor() as supervisor:
         for name in SERVERS:
-            print(f'started {name} (pid {supervisor.start(name)})', flush=True)
+            print(f'started {name} (pid {supervisor.start(name, program(name))})', flush=True)
         print('Ctrl-C stops them all', flush=True)
         while died < len(SERVERS):
             event = supervisor.next_event()

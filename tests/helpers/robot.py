@@ -1,0 +1,48 @@
+"""The humanoid's programs as processes, and a node that talks to them."""
+
+from __future__ import annotations
+
+import os
+import select
+from collections.abc import Mapping
+from pathlib import Path
+
+from helpers.isolation import isolated_env
+from helpers.processes import Program
+
+ROOT = Path(__file__).resolve().parents[2]
+COURSE = ROOT / 'examples' / 'course'
+
+_MAIN = 'from humanoid.cli import main; raise SystemExit(main())'
+
+
+def robot_env() -> dict[str, str]:
+    """An isolated world on Zenoh in which the robot's package and its interfaces are found."""
+    return isolated_env('rmw_zenoh_cpp') | {
+        'PYTHONPATH': str(ROOT / 'robot' / 'humanoid'),
+        'GOALWIRE_INTERFACE_PATH': str(ROOT / 'robot'),
+    }
+
+
+def humanoid(*arguments: str, env: Mapping[str, str]) -> Program:
+    """Run `humanoid ARGUMENTS`."""
+    return Program(_MAIN, *arguments, env=env)
+
+
+def course(name: str, *, env: Mapping[str, str]) -> Program:
+    """Run one of the chapter's programs."""
+    return Program(COURSE / f'{name}.py', env=env)
+
+
+def wait_until_gone(pid: int, timeout: float) -> bool:
+    """Wait for the end of a process that need not be a child of this one (Linux); True once it has ended."""
+    try:
+        descriptor = os.pidfd_open(pid)
+    except ProcessLookupError:
+        return True
+    try:
+        poll = select.poll()
+        poll.register(descriptor, select.POLLIN)
+        return bool(poll.poll(timeout * 1000))
+    finally:
+        os.close(descriptor)
