@@ -4,8 +4,15 @@ GoalwireError
 ├── LocalError            the caller's mistake: fix the program
 │   ├── ClosedError       the context, node or endpoint is no longer open
 │   │   └── InvalidHandle  the same, as rclpy's programs catch it
-│   └── ForkedError       a context opened before fork() is used in the child
+│   ├── ForkedError       a context opened before fork() is used in the child
+│   ├── InterfaceError    a .msg, .srv or .action cannot be used (also an ImportError)
+│   │   ├── InterfaceSyntaxError   its text breaks the grammar
+│   │   └── UnknownInterfaceError  no such package or type
+│   └── EncodeError       a message's value does not fit its field
+│       ├── EncodeTypeError        … by its type (also a TypeError)
+│       └── EncodeValueError       … by its value (also a ValueError)
 ├── RemoteError           a peer sent something that breaks the rules
+│   └── DecodeError       bytes that are no message of the expected type (also a ValueError)
 ├── TransportError        the wire itself failed: no session, refused configuration
 ├── NoServerError         nobody serves that name
 ├── ServerLostError       the server went away before it answered
@@ -36,8 +43,55 @@ class ForkedError(LocalError):
     """A context opened before fork() was used in the child process."""
 
 
+class InterfaceError(LocalError, ImportError):
+    """A .msg, .srv or .action cannot be used."""
+
+
+class InterfaceSyntaxError(InterfaceError):
+    """A definition breaks the grammar; `line` and `column` count from 1, 0 where there is none."""
+
+    def __init__(self, source: str, line: int, column: int, problem: str) -> None:
+        super().__init__(f'{source}:{line}:{column}: {problem}')
+        self.source = source
+        self.line = line
+        self.column = column
+        self.problem = problem
+
+
+class UnknownInterfaceError(InterfaceError):
+    """No such interface package, or no such type in it."""
+
+
+class EncodeError(LocalError):
+    """A value does not fit its field; `field` is its path in the message of type `type_name`."""
+
+    def __init__(self, type_name: str, field: str, problem: str) -> None:
+        super().__init__(f'{type_name}: {field}: {problem}' if field else f'{type_name}: {problem}')
+        self.type_name = type_name
+        self.field = field
+
+
+class EncodeTypeError(EncodeError, TypeError):
+    """A value has the wrong type for its field."""
+
+
+class EncodeValueError(EncodeError, ValueError):
+    """A value has the right type, but the field cannot hold it."""
+
+
 class RemoteError(GoalwireError):
     """A peer sent something that breaks the rules."""
+
+
+class DecodeError(RemoteError, ValueError):
+    """Bytes that are no message of `type_name`; `offset` counts from the first byte, header included."""
+
+    def __init__(self, type_name: str, field: str, offset: int, problem: str) -> None:
+        where = f'{field}: ' if field else ''
+        super().__init__(f'{type_name}: {where}at byte {offset}: {problem}')
+        self.type_name = type_name
+        self.field = field
+        self.offset = offset
 
 
 class TransportError(GoalwireError):
