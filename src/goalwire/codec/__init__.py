@@ -1,0 +1,1 @@
+"""Messages as bytes (CDR) and types as hashes (RIHS01)."""

@@ -1,0 +1,37 @@
+"""Interfaces without a build step: .msg, .srv and .action files become Python classes when they are asked for."""
+
+from importlib import import_module
+
+TYPE_CHECKING = False  # typing costs 5 ms, and the import hook loads this package at every start
+if TYPE_CHECKING:
+    from goalwire.codec.type_hash import has_buffer_fields as has_buffer_fields
+    from goalwire.codec.type_hash import type_hash as type_hash
+    from goalwire.interfaces.registry import definition as definition
+    from goalwire.interfaces.registry import register_definitions as register_definitions
+    from goalwire.interfaces.type_names import get_action as get_action
+    from goalwire.interfaces.type_names import get_interface as get_interface
+    from goalwire.interfaces.type_names import get_message as get_message
+    from goalwire.interfaces.type_names import get_service as get_service
+    from goalwire.interfaces.type_names import type_name as type_name
+
+_HOMES = {
+    'definition': 'goalwire.interfaces.registry',
+    'get_action': 'goalwire.interfaces.type_names',
+    'get_interface': 'goalwire.interfaces.type_names',
+    'get_message': 'goalwire.interfaces.type_names',
+    'get_service': 'goalwire.interfaces.type_names',
+    'has_buffer_fields': 'goalwire.codec.type_hash',
+    'register_definitions': 'goalwire.interfaces.registry',
+    'type_hash': 'goalwire.codec.type_hash',
+    'type_name': 'goalwire.interfaces.type_names',
+}
+__all__ = list(_HOMES)  # noqa: PLE0605
+
+
+def __getattr__(name: str) -> object:
+    home = _HOMES.get(name)
+    if home is None:
+        raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
+    value = getattr(import_module(home), name)
+    globals()[name] = value
+    return value

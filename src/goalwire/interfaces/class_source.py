@@ -1,0 +1,148 @@
+"""The Python source of a message class: what rosidl would generate, with a constructor made to be fast.
+
+Names inside: `_self` and everything the class borrows start with an underscore, which no field does.
+"""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from goalwire.interfaces.model import Default, Field, MessageDefinition, Shape
+from goalwire.interfaces.runtime import TYPECODES, UNSET, ArrayDefault
+
+_ZEROS = {'bool': False, 'byte': b'\0', 'string': '', 'wstring': ''}
+
+
+@dataclass(frozen=True, slots=True)
+class _Slot:
+    """A field as the source needs it: its signature default, and expressions for what is stored."""
+
+    name: str
+    signature: str  # the keyword's default
+    fresh: str  # an expression for a new default; '' where the signature's default is stored itself
+    convert: str  # an expression that converts the given value `{}`
+
+    def stored(self) -> str:
+        given = self.convert.format(self.name)
+        return f'{self.fresh} if {self.name} is _UNSET else {given}' if self.fresh else given
+
+
+def class_source(message: MessageDefinition, classes: dict[str, type]) -> tuple[str, dict[str, object]]:
+    """Return the source of a class and the names it needs; `classes` maps nested full names to their classes."""
+    names: dict[str, object] = {'_UNSET': UNSET}
+    slots = [_slot(field, names) for field in message.fields]
+    names.update({_class_name(full_name): cls for full_name, cls in classes.items()})
+    slot_names = [*(f'_{slot.name}' for slot in slots), '_check_fields']
+    lines = [
+        f'class {message.name}(metaclass=_Metaclass):',
+        f'    __slots__ = {slot_names!r}',
+        '',
+        *_constructor(slots),
+        *_equality(message.fields),
+    ]
+    for field, slot in zip(message.fields, slots, strict=True):
+        lines += _property(field, slot)
+    return '\n'.join(lines) + '\n', names
+
+
+def single_default(field: Field) -> object:
+    """Return the default of a field that holds one primitive value."""
+    if field.default is not None:
+        return field.default
+    return _ZEROS.get(field.type.base, 0.0 if field.type.base.startswith('float') else 0)
+
+
+def copied_default(field: Field) -> object:
+    """Return a field's own default as a value that the caller may change."""
+    values = field.default
+    if not isinstance(values, tuple):
+        return values
+    if field.type.is_number and field.type.is_sequence:
+        return array(TYPECODES[field.type.base], values)  # type: ignore[arg-type]
+    if field.type.is_number:
+        return _array_default(field, values)()
+    return list(values)
+
+
+def _class_name(full_name: str) -> str:
+    return full_name.replace('/', '__')
+
+
+def _array_default(field: Field, values: Default | None) -> Callable[[], object]:
+    return ArrayDefault(field.type.base, field.type.capacity, values)  # type: ignore[arg-type]
+
+
+def _slot(field: Field, names: dict[str, object]) -> _Slot:
+    type_, name = field.type, field.name
+    default = field.default
+    if type_.shape is Shape.SINGLE:
+        if type_.is_message:
+            return _Slot(name, '_UNSET', f'{_class_name(type_.base)}()', '{}')
+        names[f'_default_{name}'] = single_default(field)
+        return _Slot(name, f'_default_{name}', '', '{}')
+    if type_.is_number and type_.is_sequence:
+        code = TYPECODES[type_.base]
+        initial = f', {default!r}' if default else ''
+        return _Slot(name, '_UNSET', f'_array({code!r}{initial})', f'_to_array({code!r}, {{}})')
+    if type_.is_number:
+        names[f'_new_{name}'] = _array_default(field, default)
+        return _Slot(name, '_UNSET', f'_new_{name}()', f'_to_ndarray(_dtype_{name}, {{}})')
+    if default is not None:
+        names[f'_default_{name}'] = default
+        return _Slot(name, '_UNSET', f'_list(_default_{name})', '{}')
+    if type_.shape is not Shape.ARRAY:
+        return _Slot(name, '_UNSET', '[]', '{}')
+    item = f'{_class_name(type_.base)}()' if type_.is_message else repr(_ZEROS[type_.base])
+    return _Slot(name, '_UNSET', f'[{item} for _ in _range({type_.capacity})]', '{}')
+
+
+def _constructor(slots: list[_Slot]) -> list[str]:
+    keywords = ''.join(f'{slot.name}={slot.signature}, ' for slot in slots)
+    return [
+        f'    def __init__(_self, *, {keywords}check_fields=_CHECK_FIELDS, **_unknown):',
+        '        _self._check_fields = check_fields',
+        '        if check_fields:',
+        '            _reject_unknown(_self.__class__, _unknown)',
+        *(
+            f'            _self.{slot.name} = ' + (f'{slot.fresh} if {slot.name} is _UNSET else ' if slot.fresh else '')
+            + slot.name
+            for slot in slots
+        ),
+        '            return',
+        *(f'        _self._{slot.name} = {slot.stored()}' for slot in slots),
+        '',
+    ]
+
+
+def _equality(fields: tuple[Field, ...]) -> list[str]:
+    def compare(field: Field) -> str:
+        if field.type.is_number and field.type.shape is Shape.ARRAY:
+            return f'_arrays_equal(_self._{field.name}, _other._{field.name})'
+        return f'_self._{field.name} == _other._{field.name}'
+
+    return [
+        '    def __eq__(_self, _other):',
+        '        if not _isinstance(_other, _self.__class__):',
+        '            return False',
+        f'        return {" and ".join(map(compare, fields)) or True}',
+        '',
+    ]
+
+
+def _property(field: Field, slot: _Slot) -> list[str]:
+    return [
+        '    @_property',
+        f'    def {slot.name}(_self):',
+        f'        """Message field {slot.name!r}."""',
+        f'        return _self._{slot.name}',
+        '',
+        f'    @{slot.name}.setter',
+        f'    def {slot.name}(_self, _value):',
+        '        if _self._check_fields:',
+        f'            _self._{slot.name} = _check_{slot.name}(_value)',
+        '        else:',
+        f'            _self._{slot.name} = {slot.convert.format("_value")}',
+        '',
+    ]

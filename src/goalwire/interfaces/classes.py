@@ -1,0 +1,249 @@
+"""Python classes for messages, services and actions, as rosidl generates them: built when first asked for, once.
+
+Two threads may build the same class at the same time; the first to finish wins and both get its class, so no lock
+is needed while nested packages are imported.
+"""
+
+from __future__ import annotations
+
+import builtins
+import linecache
+import os
+from array import array
+from collections.abc import Mapping
+from functools import partial
+from importlib import import_module
+from types import ModuleType
+
+from goalwire.errors import UnknownInterfaceError
+from goalwire.interfaces import registry
+from goalwire.interfaces.checks import checked, reject_unknown
+from goalwire.interfaces.class_source import class_source, copied_default
+from goalwire.interfaces.implicit import CANCEL_SERVICE, STATUS_MESSAGE
+from goalwire.interfaces.model import ActionDefinition, Definition, MessageDefinition, ServiceDefinition
+from goalwire.interfaces.naming import module_name
+from goalwire.interfaces.runtime import (
+    DTYPES,
+    TYPECODES,
+    arrays_equal,
+    message_repr,
+    to_array,
+    to_ndarray,
+)
+from goalwire.interfaces.slot_types import to_slot_type, type_text
+
+_classes: dict[str, type] = {}
+_names: dict[type, str] = {}
+
+
+class InterfaceMeta(type):
+    """The metaclass of every interface class; rclpy asks for _TYPE_SUPPORT to tell them from others."""
+
+    _TYPE_SUPPORT: str | None = None
+
+    @classmethod
+    def __import_type_support__(cls) -> None:
+        """rosidl loads its C code here; there is none."""
+
+
+class _SlotTypes:
+    """SLOT_TYPES, made when first read: most programs never do."""
+
+    def __init__(self, message: MessageDefinition) -> None:
+        self._message = message
+        self._types: tuple[object, ...] | None = None
+
+    def __get__(self, instance: object, owner: type) -> tuple[object, ...]:
+        if self._types is None:
+            self._types = tuple(to_slot_type(field.type) for field in self._message.fields)
+        return self._types
+
+
+class _Part:
+    """A class attribute such as Request: the class is built when first read and then replaces this."""
+
+    def __init__(self, full_name: str) -> None:
+        self._full_name = full_name
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._name = name
+
+    def __get__(self, instance: object, owner: type) -> type:
+        part = find_class(self._full_name)
+        setattr(owner, self._name, part)
+        return part
+
+
+def message_class(full_name: str) -> type:
+    """Return the class of 'pkg/msg/Name' or of a message derived from a service or action.
+
+    Raises UnknownInterfaceError, or InterfaceSyntaxError where this or a nested definition is malformed.
+    """
+    return _classes.get(full_name) or _build_message(registry.message_definition(full_name))
+
+
+def service_class(full_name: str) -> type:
+    """Return the class of 'pkg/srv/Name', or of a service of an action ('pkg/action/Name_SendGoal')."""
+    found = _classes.get(full_name)
+    if found is None:
+        defined = registry.definition(full_name)
+        if not isinstance(defined, ServiceDefinition):
+            raise UnknownInterfaceError(f'{full_name} is no service')
+        parts = {
+            'Request': _Part(defined.request.full_name),
+            'Response': _Part(defined.response.full_name),
+            'Event': _Part(defined.event.full_name),
+        }
+        found = _build_holder(defined, 'Service', parts)
+    return found
+
+
+def action_class(full_name: str) -> type:
+    """Return the class of 'pkg/action/Name'."""
+    found = _classes.get(full_name)
+    if found is None:
+        defined = registry.definition(full_name)
+        if not isinstance(defined, ActionDefinition):
+            raise UnknownInterfaceError(f'{full_name} is no action')
+        impl = {
+            'SendGoalService': _Part(defined.send_goal.full_name),
+            'GetResultService': _Part(defined.get_result.full_name),
+            'FeedbackMessage': _Part(defined.feedback_message.full_name),
+            'CancelGoalService': _Part(CANCEL_SERVICE),
+            'GoalStatusMessage': _Part(STATUS_MESSAGE),
+        }
+        module = _module(defined)
+        parts: dict[str, object] = {
+            'Goal': _Part(defined.goal.full_name),
+            'Result': _Part(defined.result.full_name),
+            'Feedback': _Part(defined.feedback.full_name),
+            'Impl': type('Impl', (), {**impl, '__module__': module, '__qualname__': f'{defined.name}.Impl'}),
+        }
+        found = _build_holder(defined, 'Action', parts)
+    return found
+
+
+def find_class(full_name: str) -> type:
+    """Return the class that `from pkg.msg import Name` gives: that of a real ROS 2 package where there is one."""
+    found = _classes.get(full_name)
+    if found is not None:
+        return found
+    package, kind, name = registry.split_name(full_name)
+    module = foreign_module(package, kind)
+    if module is not None:
+        own = import_module(f'{package}.{kind}.{module_name(name.partition("_")[0])}')  # derived types live here alone
+        return getattr(own, name)  # type: ignore[no-any-return]
+    defined = registry.definition(full_name)
+    if isinstance(defined, MessageDefinition):
+        return message_class(full_name)
+    return service_class(full_name) if isinstance(defined, ServiceDefinition) else action_class(full_name)
+
+
+def foreign_module(package: str, kind: str) -> ModuleType | None:
+    """Return the module 'pkg.msg' of a real ROS 2 that is importable here, None where goalwire serves the package."""
+    try:
+        module = import_module(f'{package}.{kind}')
+    except ImportError:
+        return None  # the import hook is not installed, or the package has no such kind
+    return module if getattr(module, '__file__', None) else None
+
+
+def name_of(cls: type) -> str | None:
+    """Return the full name of a class that this module made, None for any other."""
+    return _names.get(cls)
+
+
+def _module(defined: Definition) -> str:
+    return f'{defined.package}.{defined.kind}.{module_name(defined.name.partition("_")[0])}'
+
+
+def _metaclass(defined: Definition, attributes: Mapping[str, object]) -> type[InterfaceMeta]:
+    """Make Metaclass_Name: `attributes` become read-only properties of the class and visible in instances."""
+    namespace: dict[str, object] = {
+        '__module__': _module(defined),
+        '__prepare__': classmethod(lambda cls, name, bases, **_: dict(attributes)),
+        '_TYPE_SUPPORT': defined.full_name,
+    }
+    for name, value in attributes.items():
+        namespace[name] = property(lambda cls, value=value: value)
+    return type(f'Metaclass_{defined.name}', (InterfaceMeta,), namespace)
+
+
+def _build_holder(defined: ServiceDefinition | ActionDefinition, kind: str, parts: Mapping[str, object]) -> type:
+    """Make the class of a service or an action, which only holds the classes of its parts."""
+
+    def refuse(self: object) -> None:
+        raise NotImplementedError(f'{kind} classes can not be instantiated')
+
+    namespace = {
+        **parts,
+        '__init__': refuse,
+        '__module__': _module(defined),
+        '__doc__': f'{kind} class {defined.name!r}.',
+    }
+    return _publish(defined, _metaclass(defined, {})(defined.name, (), namespace))
+
+
+def _build_message(message: MessageDefinition) -> type:
+    registry.check_nested(message)
+    nested = {field.type.base: find_class(field.type.base) for field in message.fields if field.type.is_message}
+    source, names = class_source(message, nested)
+    for field in message.fields:
+        cls = nested.get(field.type.base)
+        names[f'_check_{field.name}'] = partial(checked, field.name, field.type, cls)
+        if field.type.is_number:
+            names[f'_dtype_{field.name}'] = DTYPES[TYPECODES[field.type.base]]
+    constants = {constant.name: constant.value for constant in message.constants}
+    defaults = {f'{field.name.upper()}__DEFAULT': copied_default(field) for field in message.fields if field.default is not None}
+    names |= {
+        '__name__': _module(message),
+        '_Metaclass': _metaclass(message, {**constants, **defaults}),
+        '_CHECK_FIELDS': os.environ.get('ROS_PYTHON_CHECK_FIELDS', '') == '1',
+        '_array': array,
+        '_arrays_equal': arrays_equal,
+        '_isinstance': isinstance,
+        '_list': list,
+        '_property': builtins.property,
+        '_range': range,
+        '_reject_unknown': reject_unknown,
+        '_to_array': to_array,
+        '_to_ndarray': to_ndarray,
+    }
+    cls = _compile(message, source, names)
+    _finish(cls, message)
+    return _publish(message, cls)
+
+
+def _compile(message: MessageDefinition, source: str, names: dict[str, object]) -> type:
+    """Run the source; tracebacks show its lines."""
+    filename = f'<goalwire {message.full_name}>'
+    linecache.cache[filename] = (len(source), None, source.splitlines(keepends=True), filename)
+    exec(compile(source, filename, 'exec'), names)  # noqa: S102 - the source is class_source's, from checked names
+    cls = names[message.name]
+    assert isinstance(cls, type)
+    return cls
+
+
+def _finish(cls: type, message: MessageDefinition) -> None:
+    """Add what is the same for every message class."""
+    texts = {field.name: type_text(field.type) for field in message.fields}
+
+    def get_fields_and_field_types(cls: type) -> dict[str, str]:
+        return dict(texts)
+
+    attributes = {
+        '__doc__': f'Message class {message.name!r}.' + (f'\n\n{message.comment}' if message.comment else ''),
+        '__repr__': message_repr,
+        '_fields_and_field_types': texts,
+        'get_fields_and_field_types': classmethod(get_fields_and_field_types),
+        'SLOT_TYPES': _SlotTypes(message),
+    }
+    for name, value in attributes.items():
+        setattr(cls, name, value)
+
+
+def _publish(defined: Definition, cls: type) -> type:
+    winner = _classes.setdefault(defined.full_name, cls)
+    _names[winner] = defined.full_name
+    return winner
+

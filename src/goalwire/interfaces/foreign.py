@@ -1,0 +1,68 @@
+"""The definition behind any interface class: goalwire's own, or one that a real rosidl generated."""
+
+from __future__ import annotations
+
+from typing import Protocol, cast
+
+from goalwire.interfaces import classes, implicit, registry
+from goalwire.interfaces.model import ActionDefinition, Definition, Field, MessageDefinition, ServiceDefinition
+from goalwire.interfaces.slot_types import SlotType, from_slot_type
+from goalwire.interfaces.type_names import type_name
+
+
+class MessageClass(Protocol):
+    """The part of a generated message class that tells its fields."""
+
+    SLOT_TYPES: tuple[SlotType, ...]
+
+    @classmethod
+    def get_fields_and_field_types(cls) -> dict[str, str]: ...
+
+
+class _ServiceClass(Protocol):
+    Request: type
+    Response: type
+
+
+class _ActionClass(Protocol):
+    Goal: type
+    Result: type
+    Feedback: type
+
+
+def definition_of(cls: type) -> Definition:
+    """Return the definition of a message, service or action class; raises UnknownInterfaceError for others."""
+    own = classes.name_of(cls)
+    if own is not None:
+        return registry.definition(own)
+    type_name(cls)  # raises for what is no interface class
+    if hasattr(cls, 'get_fields_and_field_types'):
+        return _foreign_message(cls)
+    return _foreign_service(cls) if hasattr(cls, 'Request') else _foreign_action(cls)
+
+
+def definition_by_name(full_name: str) -> Definition:
+    """Return the definition of the class that `from pkg.msg import Name` gives."""
+    package, kind, _ = registry.split_name(full_name)
+    if classes.foreign_module(package, kind) is None:
+        return registry.definition(full_name)
+    return definition_of(classes.find_class(full_name))
+
+
+def _foreign_message(cls: type) -> MessageDefinition:
+    message = cast('MessageClass', cls)
+    package, kind, name = type_name(cls).split('/')
+    fields = zip(message.get_fields_and_field_types(), message.SLOT_TYPES, strict=True)
+    return MessageDefinition(
+        package, kind, name, tuple(Field(field, from_slot_type(slot)) for field, slot in fields), source=cls.__module__
+    )
+
+
+def _foreign_service(cls: type) -> ServiceDefinition:
+    service = cast('_ServiceClass', cls)
+    return implicit.service(_foreign_message(service.Request), _foreign_message(service.Response))
+
+
+def _foreign_action(cls: type) -> ActionDefinition:
+    action = cast('_ActionClass', cls)
+    return implicit.action(*(_foreign_message(part) for part in (action.Goal, action.Result, action.Feedback)))

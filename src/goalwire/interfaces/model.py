@@ -1,0 +1,159 @@
+"""What an interface definition says, as plain data: no I/O, no classes, no wire format."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from enum import Enum
+
+Scalar = bool | int | float | str | bytes
+Default = Scalar | tuple[Scalar, ...]
+
+INTEGER_BITS = {
+    'int8': 8, 'uint8': 8, 'int16': 16, 'uint16': 16, 'int32': 32, 'uint32': 32, 'int64': 64, 'uint64': 64,
+}  # fmt: skip
+FLOATS = frozenset({'float32', 'float64'})
+STRINGS = frozenset({'string', 'wstring'})
+PRIMITIVES = frozenset({'bool', 'byte', 'char'}) | INTEGER_BITS.keys() | FLOATS | STRINGS
+
+# rosidl gives a message without fields this one byte, since C has no empty struct: it is in the type hash
+# and on the wire, never in the Python class.
+EMPTY_MEMBER = 'structure_needs_at_least_one_member'
+
+_UNIT = re.compile(r'\[([^\[\],\d\s][^\[\],]*)\]')
+
+
+class Shape(Enum):
+    """How many values a field holds."""
+
+    SINGLE = 0
+    ARRAY = 1  # exactly `capacity`
+    BOUNDED = 2  # at most `capacity`
+    UNBOUNDED = 3
+
+
+@dataclass(frozen=True, slots=True)
+class FieldType:
+    """The type of a field: `base` is a primitive's name or a message's full name (pkg/msg/Name)."""
+
+    base: str
+    shape: Shape = Shape.SINGLE
+    capacity: int = 0
+    string_capacity: int = 0  # 0: unbounded
+
+    @property
+    def is_message(self) -> bool:
+        return '/' in self.base
+
+    @property
+    def is_string(self) -> bool:
+        return self.base in STRINGS
+
+    @property
+    def is_number(self) -> bool:
+        """Integers, `char` and floats: what array.array and numpy hold; not bool and byte."""
+        return self.base in INTEGER_BITS or self.base in FLOATS or self.base == 'char'
+
+    @property
+    def is_sequence(self) -> bool:
+        """True for bounded and unbounded sequences."""
+        return self.shape in (Shape.BOUNDED, Shape.UNBOUNDED)
+
+
+def integer_range(base: str) -> tuple[int, int]:
+    """Return the least and the greatest value of an integer type (`char` is an uint8 in ROS 2)."""
+    bits = INTEGER_BITS['uint8' if base == 'char' else base]
+    return (0, 2**bits - 1) if base[0] in 'uc' else (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1)
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """A field; `line` counts from 1 in the definition file, 0 where no file says it."""
+
+    name: str
+    type: FieldType
+    default: Default | None = None
+    comment: str = ''
+    line: int = 0
+
+    @property
+    def unit(self) -> str:
+        """The unit that the comment gives in square brackets, such as rad/s; '' where it gives none."""
+        found = _UNIT.search(self.comment)
+        return found[1] if found else ''
+
+
+@dataclass(frozen=True, slots=True)
+class Constant:
+    """A constant of a message."""
+
+    name: str
+    base: str
+    value: Scalar
+    comment: str = ''
+
+
+@dataclass(frozen=True, slots=True)
+class MessageDefinition:
+    """A message; `kind` is the folder it lives in: msg, srv or action."""
+
+    package: str
+    kind: str
+    name: str
+    fields: tuple[Field, ...] = ()
+    constants: tuple[Constant, ...] = ()
+    comment: str = ''
+    source: str = field(default='', compare=False)
+
+    @property
+    def full_name(self) -> str:
+        return f'{self.package}/{self.kind}/{self.name}'
+
+
+@dataclass(frozen=True, slots=True)
+class ServiceDefinition:
+    """A service with the three messages made for it."""
+
+    package: str
+    kind: str
+    name: str
+    request: MessageDefinition
+    response: MessageDefinition
+    event: MessageDefinition
+
+    @property
+    def full_name(self) -> str:
+        return f'{self.package}/{self.kind}/{self.name}'
+
+    @property
+    def messages(self) -> tuple[MessageDefinition, ...]:
+        return (self.request, self.response, self.event)
+
+
+@dataclass(frozen=True, slots=True)
+class ActionDefinition:
+    """An action with the messages and services made for it."""
+
+    package: str
+    kind: str
+    name: str
+    goal: MessageDefinition
+    result: MessageDefinition
+    feedback: MessageDefinition
+    send_goal: ServiceDefinition
+    get_result: ServiceDefinition
+    feedback_message: MessageDefinition
+
+    @property
+    def full_name(self) -> str:
+        return f'{self.package}/{self.kind}/{self.name}'
+
+    @property
+    def messages(self) -> tuple[MessageDefinition, ...]:
+        return (
+            self.goal, self.result, self.feedback, self.feedback_message,
+            *self.send_goal.messages, *self.get_result.messages,
+        )  # fmt: skip
+
+
+Definition = MessageDefinition | ServiceDefinition | ActionDefinition

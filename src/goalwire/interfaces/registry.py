@@ -1,0 +1,145 @@
+"""Every interface definition by its full name, parsed once: files found on the search path, or registered text."""
+
+from __future__ import annotations
+
+import difflib
+import threading
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from goalwire.errors import InterfaceError, InterfaceSyntaxError, UnknownInterfaceError
+from goalwire.interfaces import grammar, search_path
+from goalwire.interfaces.model import ActionDefinition, Definition, MessageDefinition, ServiceDefinition
+
+_PARSERS = {'msg': grammar.parse_message, 'srv': grammar.parse_service, 'action': grammar.parse_action}
+
+_lock = threading.Lock()
+_parsed: dict[str, Definition] = {}
+_texts: dict[str, dict[str, str]] = {}  # package -> 'msg/Name' -> text, from register_definitions
+
+
+def register_definitions(package: str, definitions: Mapping[str, str]) -> None:
+    """Make the types of a package known by their text: {'msg/Foo': 'int32 x', 'srv/Bar': …}.
+
+    Registered text is found before any file. Raises InterfaceError where a type is known by other text already.
+    """
+    for name, text in definitions.items():
+        kind, _, type_name = name.partition('/')
+        if kind not in _PARSERS:
+            raise InterfaceError(f'{package}/{name}: a definition is named msg/Name, srv/Name or action/Name')
+        parsed = _PARSERS[kind](text, package, type_name, source=f'{package}/{name}.{kind}')
+        known = _parsed.get(parsed.full_name)
+        if known is not None and known != parsed:
+            raise InterfaceError(f'{package}/{name} is already defined differently')
+    with _lock:
+        _texts.setdefault(package, {}).update(definitions)
+
+
+def registered_types(package: str) -> frozenset[str]:
+    """Return the names, such as 'msg/Foo', that register_definitions gave this package."""
+    with _lock:
+        return frozenset(_texts.get(package, ()))
+
+
+def definition(full_name: str) -> Definition:
+    """Return what defines 'pkg/msg/Name', 'pkg/srv/Name', 'pkg/action/Name' or a type derived from these.
+
+    Raises UnknownInterfaceError, or InterfaceSyntaxError for text that breaks the grammar.
+    """
+    found = _parsed.get(full_name)
+    if found is None:
+        package, kind, name = split_name(full_name)
+        parsed = _parse(package, kind, name.partition('_')[0])
+        with _lock:
+            for item in _with_derived(parsed):
+                _parsed.setdefault(item.full_name, item)
+        found = _parsed.get(full_name)
+        if found is None:
+            raise UnknownInterfaceError(f'{full_name}: {parsed.full_name} has no part of this name')
+    return found
+
+
+def message_definition(full_name: str) -> MessageDefinition:
+    """Return the definition of a message; raises as `definition`, and for services and actions."""
+    found = definition(full_name)
+    if not isinstance(found, MessageDefinition):
+        raise UnknownInterfaceError(f'{full_name} is no message')
+    return found
+
+
+def check_nested(message: MessageDefinition, _open: tuple[str, ...] = ()) -> None:
+    """Raise where a field, at any depth, has an unknown type or a message contains itself."""
+    if message.full_name in _open:
+        cycle = ' -> '.join((*_open[_open.index(message.full_name) :], message.full_name))
+        raise InterfaceSyntaxError(message.source, 0, 0, f'a message cannot contain itself: {cycle}')
+    if message.full_name in _sound:
+        return
+    for field in message.fields:
+        if field.type.is_message:
+            try:
+                nested = message_definition(field.type.base)
+            except UnknownInterfaceError as error:
+                raise InterfaceSyntaxError(message.source, field.line, 1, f'field {field.name}: {error}') from None
+            check_nested(nested, (*_open, message.full_name))
+    _sound.add(message.full_name)
+
+
+_sound: set[str] = set()
+
+
+def split_name(full_name: str) -> tuple[str, str, str]:
+    """Split 'pkg/msg/Name'; raises UnknownInterfaceError for anything else."""
+    parts = full_name.split('/')
+    if len(parts) != 3 or parts[1] not in _PARSERS or not all(parts):
+        raise UnknownInterfaceError(f'{full_name!r} is no interface name (write package/msg/Name, …/srv/… or …/action/…)')
+    return parts[0], parts[1], parts[2]
+
+
+def _with_derived(parsed: Definition) -> Iterator[Definition]:
+    yield parsed
+    if isinstance(parsed, (ServiceDefinition, ActionDefinition)):
+        yield from parsed.messages
+    if isinstance(parsed, ActionDefinition):
+        yield parsed.send_goal
+        yield parsed.get_result
+
+
+def _parse(package: str, kind: str, name: str) -> Definition:
+    text, source = _text(package, kind, name)
+    return _PARSERS[kind](text, package, name, source=source)
+
+
+def _text(package: str, kind: str, name: str) -> tuple[str, str]:
+    """Return the text of a definition and the name of its file."""
+    key = f'{kind}/{name}'
+    with _lock:
+        text = _texts.get(package, {}).get(key)
+    if text is not None:
+        return text, f'{package}/{key}.{kind}'
+    found = search_path.find_package(package)
+    files: dict[str, Path] = found.files() if found else {}
+    if key in files:
+        return read_definition(files[key]), str(files[key])
+    if found is None and package not in _texts:
+        raise UnknownInterfaceError(
+            f'{package}/{key}: no package {package!r} was found '
+            '(name its folder in GOALWIRE_INTERFACE_PATH, or source the workspace that has it)'
+        )
+    known = {*files, *registered_types(package)}
+    close = difflib.get_close_matches(key, known, n=3, cutoff=0.7)
+    hint = f'; close: {", ".join(close)}' if close else ''
+    place = f' in {found.path}' if found else ''
+    raise UnknownInterfaceError(f'{package}/{key}: the package has no such type{place}{hint}')
+
+
+def read_definition(path: Path) -> str:
+    """Read a definition file; raises InterfaceSyntaxError for bytes that are no UTF-8, InterfaceError for the rest."""
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise InterfaceError(f'{path}: cannot be read: {error.strerror}') from error
+    try:
+        return data.decode('utf-8-sig')
+    except UnicodeDecodeError as error:
+        line = data.count(b'\n', 0, error.start) + 1
+        raise InterfaceSyntaxError(str(path), line, 1, 'this line is no UTF-8 text') from None

@@ -1,0 +1,100 @@
+"""What the generated message classes call: conversions of field values, repr and equality.
+
+array.array holds primitive sequences and numpy primitive arrays, as in rosidl. numpy is imported when the first
+value needs it.
+"""
+
+from __future__ import annotations
+
+import sys
+from array import array
+from typing import TYPE_CHECKING, Protocol
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    import numpy as np
+
+TYPECODES = {
+    'int8': 'b', 'uint8': 'B', 'char': 'B', 'int16': 'h', 'uint16': 'H', 'int32': 'i', 'uint32': 'I',
+    'int64': 'q', 'uint64': 'Q', 'float32': 'f', 'float64': 'd',
+}  # fmt: skip
+DTYPES = {
+    'b': 'int8', 'B': 'uint8', 'h': 'int16', 'H': 'uint16', 'i': 'int32', 'I': 'uint32', 'q': 'int64', 'Q': 'uint64',
+    'f': 'float32', 'd': 'float64',
+}  # fmt: skip
+
+
+class Message(Protocol):
+    """What every message class offers."""
+
+    @classmethod
+    def get_fields_and_field_types(cls) -> dict[str, str]: ...
+
+
+class _Unset:
+    """The default of keyword arguments whose real default is made anew for every message."""
+
+    def __repr__(self) -> str:
+        return '<a new default>'
+
+
+UNSET = _Unset()
+
+
+class ArrayDefault:
+    """Makes the default of a fixed primitive array: zeros, or the definition's values."""
+
+    __slots__ = ('_dtype', '_template', '_values')
+
+    def __init__(self, base: str, size: int, values: Iterable[float] | None) -> None:
+        self._dtype = DTYPES[TYPECODES[base]]
+        self._values = [0] * size if values is None else list(values)
+        self._template: np.ndarray | None = None
+
+    def __call__(self) -> np.ndarray:
+        if self._template is None:
+            self._template = to_ndarray(self._dtype, self._values)
+        return self._template.copy()
+
+
+def to_ndarray(dtype: str, value: object) -> np.ndarray:
+    """Return a new numpy array; numpy raises what it raises."""
+    import numpy as np
+
+    return np.array(value, dtype=dtype)
+
+
+def to_array(typecode: str, value: Iterable[float]) -> array[float]:
+    """Return a new array.array; one copy of the memory where the value is a buffer of the same items."""
+    if isinstance(value, memoryview):
+        same = value.format == typecode and value.ndim == 1 and value.c_contiguous
+    else:
+        numpy = sys.modules.get('numpy')
+        same = (
+            numpy is not None
+            and isinstance(value, numpy.ndarray)
+            and value.ndim == 1
+            and value.dtype == DTYPES[typecode]
+        )
+    if not same:
+        return array(typecode, value)
+    result: array[float] = array(typecode)
+    result.frombytes(value.tobytes())  # type: ignore[attr-defined]
+    return result
+
+
+def message_repr(message: Message) -> str:
+    """The repr of rosidl: package.kind.Name(field=value, …), sequences as lists."""
+    cls = type(message)
+    fields = (f'{name}={_value_repr(getattr(message, name))}' for name in cls.get_fields_and_field_types())
+    return f'{cls.__module__.rpartition(".")[0]}.{cls.__name__}({", ".join(fields)})'
+
+
+def _value_repr(value: object) -> str:
+    return repr(value.tolist()) if isinstance(value, array) else repr(value)
+
+
+def arrays_equal(one: np.ndarray, other: np.ndarray) -> bool:
+    """Compare two fixed primitive arrays value by value; nan is unequal to itself, as everywhere in Python."""
+    return one.shape == other.shape and bool((one == other).all())
