@@ -11,8 +11,9 @@ from threading import Lock
 from typing import TypeAlias
 
 from goalwire.transport.contract import GraphEntity, GraphListener
+from goalwire.transport.failures import report_failure
 from goalwire.transport.fork import in_child
-from goalwire.transport.memory.outbox import Outbox, report_failure
+from goalwire.transport.memory.outbox import Outbox
 from goalwire.transport.memory.services import MemoryService
 from goalwire.transport.memory.topics import MemoryPublisher, MemorySubscription
 

@@ -50,12 +50,3 @@ class Outbox(Generic[T]):
     def _deliver_all(self) -> None:
         while self._items:
             self._deliver(self._items.popleft())
-
-
-def report_failure(where: str, error: Exception) -> None:
-    """Log what a receiver raised: a receiver that fails takes nobody else down."""
-    from logging import getLogger  # heavy, and needed only when something is broken
-
-    getLogger('goalwire.transport').error(
-        '%s: its receiver raised; this delivery is lost', where, exc_info=error
-    )

@@ -12,7 +12,7 @@ from time import time_ns
 
 from goalwire.errors import LocalError
 from goalwire.transport.contract import ClientPort, Port, Request, Sample
-from goalwire.transport.memory.outbox import report_failure
+from goalwire.transport.failures import report_failure
 from goalwire.transport.memory.port import Membership
 
 

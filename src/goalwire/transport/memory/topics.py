@@ -13,7 +13,8 @@ from time import time_ns
 
 from goalwire.protocol.qos import QoS
 from goalwire.transport.contract import Port, PublisherPort, Sample
-from goalwire.transport.memory.outbox import Outbox, report_failure
+from goalwire.transport.failures import report_failure
+from goalwire.transport.memory.outbox import Outbox
 from goalwire.transport.memory.port import Membership
 
 _DEFAULT_DEPTH = 42

@@ -1,0 +1,264 @@
+"""The world as discovery shows it: nodes, endpoints, and who is told when they change.
+
+Rules of ROS 2 followed here: rmw_zenoh's graph cache. A node is told apart by its session and number, so two
+nodes of one name are two entries. An endpoint of an unknown node makes that node known; a node that goes
+takes its endpoints along; the departure of an unknown thing means nothing (the wire promises no order).
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from threading import Lock
+from typing import TypeAlias
+
+from goalwire.graph.mismatch import Mismatch, find_mismatches, opposite
+from goalwire.graph.names import NamesAndTypes, actions_among
+from goalwire.graph.watch import Watch, Watchers
+from goalwire.protocol.names.actions import ActionNames
+from goalwire.protocol.qos_compatibility import QoSCompatibility, check_compatible
+from goalwire.transport.contract import Endpoint, EndpointKind, GraphEntity, GraphListener
+
+_NodeKey: TypeAlias = tuple[str, int]
+_Endpoints: TypeAlias = dict[bytes, GraphEntity]
+"""Endpoints by gid, in the order of their appearance."""
+
+
+@dataclass(slots=True)
+class _Node:
+    """One node and what it owns; `is_declared` is false while only its endpoints have been seen."""
+
+    entity: GraphEntity
+    is_declared: bool = False
+    endpoints: _Endpoints = field(default_factory=dict)
+
+
+class Graph(GraphListener):
+    """What a session's `watch_graph` fills. Every question is answered from an index, from any thread."""
+
+    def __init__(self) -> None:
+        self._lock = Lock()
+        self._nodes: dict[_NodeKey, _Node] = {}
+        self._nodes_by_name: dict[tuple[str, str], dict[_NodeKey, _Node]] = defaultdict(dict)
+        self._endpoints: dict[EndpointKind, dict[str, _Endpoints]] = {
+            kind: defaultdict(dict) for kind in EndpointKind if kind is not EndpointKind.NODE
+        }
+        self._mismatches: dict[tuple[object, ...], Mismatch] = {}
+        self._change_watchers: Watchers[[]] = Watchers()
+        self._mismatch_watchers: Watchers[[Mismatch]] = Watchers()
+
+    # -- what the transport tells --------------------------------------------------------------------------
+
+    def appeared(self, entity: GraphEntity) -> None:
+        """Add a node or endpoint; one that is known already changes nothing."""
+        found: list[Mismatch] = []
+        with self._lock:
+            if entity.kind is EndpointKind.NODE:
+                changed = self._add_node(entity)
+            else:
+                changed = self._add_endpoint(entity)
+            if changed and entity.kind is not EndpointKind.NODE:
+                found = self._new_mismatches(entity)
+        if changed:
+            self._change_watchers.tell()
+        for mismatch in found:
+            self._mismatch_watchers.tell(mismatch)
+
+    def vanished(self, entity: GraphEntity) -> None:
+        """Remove a node with all it owns, or an endpoint; an unknown one changes nothing."""
+        with self._lock:
+            if entity.kind is EndpointKind.NODE:
+                changed = self._remove_node(entity)
+            else:
+                changed = self._remove_endpoint(entity)
+        if changed:
+            self._change_watchers.tell()
+
+    def on_change(self, callback: Callable[[], object]) -> Watch[[]]:
+        """Call `callback` after each change, on the thread that brought it, until the answer is closed.
+
+        To wait for a state: watch first, then look, then sleep until called.
+        """
+        return self._change_watchers.add(callback)
+
+    def on_mismatch(self, callback: Callable[[Mismatch], object]) -> Watch[[Mismatch]]:
+        """Call `callback` with each mismatch found from now on; `mismatches` has the earlier ones."""
+        return self._mismatch_watchers.add(callback)
+
+    def mismatches(self) -> list[Mismatch]:
+        """Return every mismatch found so far, each once, also where a side has gone."""
+        with self._lock:
+            return list(self._mismatches.values())
+
+    # -- nodes ---------------------------------------------------------------------------------------------
+
+    def nodes(self) -> list[GraphEntity]:
+        """Return all nodes; two of one name are two entries."""
+        with self._lock:
+            return [node.entity for node in self._nodes.values()]
+
+    def node_exists(self, name: str, namespace: str = '/') -> bool:
+        """Return whether a node of that name is there."""
+        with self._lock:
+            return (namespace, name) in self._nodes_by_name
+
+    # -- endpoints -----------------------------------------------------------------------------------------
+
+    def entities(self, kind: EndpointKind, name: str) -> list[GraphEntity]:
+        """Return the endpoints of one kind and name."""
+        with self._lock:
+            return list(self._endpoints[kind].get(name, {}).values())
+
+    def count(self, kind: EndpointKind, name: str) -> int:
+        """Return how many endpoints of one kind and name there are, whatever their types and QoS."""
+        with self._lock:
+            return len(self._endpoints[kind].get(name, ()))
+
+    def has_service(self, name: str, type_name: str) -> bool:
+        """Return whether a server of that name and type is there; hash and QoS are not compared."""
+        return any(server.type_name == type_name for server in self.entities(EndpointKind.SERVICE, name))
+
+    def matched(self, endpoint: Endpoint | GraphEntity) -> list[GraphEntity]:
+        """Return the counterparts of an endpoint: same name and type and, for topics, a QoS that agrees."""
+        others = self.entities(opposite(endpoint.kind), endpoint.name)
+        return [
+            other for other in others if other.type_name == endpoint.type_name and _agree(endpoint, other)
+        ]
+
+    # -- names and types -----------------------------------------------------------------------------------
+
+    def topic_names_and_types(self) -> NamesAndTypes:
+        """Return every topic that somebody publishes or subscribes to."""
+        return self._names_and_types(EndpointKind.PUBLISHER, EndpointKind.SUBSCRIPTION)
+
+    def service_names_and_types(self) -> NamesAndTypes:
+        """Return every service that somebody serves or calls."""
+        return self._names_and_types(EndpointKind.SERVICE, EndpointKind.CLIENT)
+
+    def action_names_and_types(self) -> NamesAndTypes:
+        """Return every action that somebody serves or calls."""
+        return actions_among(self.topic_names_and_types())
+
+    def names_and_types_by_node(self, kind: EndpointKind, name: str, namespace: str = '/') -> NamesAndTypes:
+        """Return what the first node of that name has of one kind; empty where there is no such node."""
+        with self._lock:
+            nodes = self._nodes_by_name.get((namespace, name), {})
+            first = next(iter(nodes.values()), None)
+            endpoints = list(first.endpoints.values()) if first else []
+        return _sorted(endpoint for endpoint in endpoints if endpoint.kind is kind)
+
+    def action_servers_by_node(self, name: str, namespace: str = '/') -> NamesAndTypes:
+        """Return the actions that a node serves."""
+        return actions_among(self.names_and_types_by_node(EndpointKind.PUBLISHER, name, namespace))
+
+    def action_clients_by_node(self, name: str, namespace: str = '/') -> NamesAndTypes:
+        """Return the actions that a node calls."""
+        return actions_among(self.names_and_types_by_node(EndpointKind.SUBSCRIPTION, name, namespace))
+
+    def has_action(self, name: str, type_name: str) -> bool:
+        """Return whether an action server is there with all five parts, as rcl_action asks."""
+        parts = ActionNames(name)
+        return (
+            self.has_service(parts.send_goal, f'{type_name}_SendGoal')
+            and self.has_service(parts.cancel_goal, 'action_msgs/srv/CancelGoal')
+            and self.has_service(parts.get_result, f'{type_name}_GetResult')
+            and self.count(EndpointKind.PUBLISHER, parts.feedback) > 0
+            and self.count(EndpointKind.PUBLISHER, parts.status) > 0
+        )
+
+    def _names_and_types(self, *kinds: EndpointKind) -> NamesAndTypes:
+        with self._lock:
+            found = [
+                endpoint
+                for kind in kinds
+                for endpoints in self._endpoints[kind].values()
+                for endpoint in endpoints.values()
+            ]
+        return _sorted(found)
+
+    # -- the tables; the lock is held ------------------------------------------------------------------------
+
+    def _node_of(self, entity: GraphEntity) -> _Node:
+        """Return the node an entity belongs to, made known where it was not."""
+        key = entity.session, entity.node_id
+        node = self._nodes.get(key)
+        if node is None:
+            node = self._nodes[key] = _Node(
+                GraphEntity(EndpointKind.NODE, entity.session, entity.node_id, entity.node)
+            )
+            self._nodes_by_name[entity.node.namespace, entity.node.name][key] = node
+        return node
+
+    def _add_node(self, entity: GraphEntity) -> bool:
+        node = self._node_of(entity)
+        changed = not node.is_declared
+        node.entity, node.is_declared = entity, True
+        return changed
+
+    def _add_endpoint(self, entity: GraphEntity) -> bool:
+        endpoints = self._node_of(entity).endpoints
+        if entity.gid in endpoints:
+            return False
+        endpoints[entity.gid] = self._endpoints[entity.kind][entity.name][entity.gid] = entity
+        return True
+
+    def _remove_node(self, entity: GraphEntity) -> bool:
+        node = self._nodes.get((entity.session, entity.node_id))
+        if node is None:
+            return False
+        for endpoint in node.endpoints.values():
+            self._forget_endpoint(endpoint)
+        self._forget_node(node)
+        return True
+
+    def _remove_endpoint(self, entity: GraphEntity) -> bool:
+        node = self._nodes.get((entity.session, entity.node_id))
+        known = node.endpoints.pop(entity.gid, None) if node else None
+        if node is None or known is None:
+            return False
+        self._forget_endpoint(known)
+        if not node.endpoints and not node.is_declared:
+            self._forget_node(node)
+        return True
+
+    def _forget_endpoint(self, entity: GraphEntity) -> None:
+        by_name = self._endpoints[entity.kind]
+        del by_name[entity.name][entity.gid]
+        if not by_name[entity.name]:
+            del by_name[entity.name]
+
+    def _forget_node(self, node: _Node) -> None:
+        key = node.entity.session, node.entity.node_id
+        name = node.entity.node.namespace, node.entity.node.name
+        del self._nodes[key]
+        del self._nodes_by_name[name][key]
+        if not self._nodes_by_name[name]:
+            del self._nodes_by_name[name]
+
+    def _new_mismatches(self, entity: GraphEntity) -> list[Mismatch]:
+        counterparts = self._endpoints[opposite(entity.kind)].get(entity.name, {})
+        fellows = self._endpoints[entity.kind][entity.name]
+        found = []
+        others = [fellow for gid, fellow in fellows.items() if gid != entity.gid]
+        for mismatch in find_mismatches(entity, counterparts.values(), others):
+            if mismatch.key not in self._mismatches:
+                self._mismatches[mismatch.key] = mismatch
+                found.append(mismatch)
+        return found
+
+
+def _agree(one: Endpoint | GraphEntity, other: GraphEntity) -> bool:
+    """Return whether the QoS of two topic endpoints go together; that of services is never asked."""
+    if one.kind is EndpointKind.PUBLISHER:
+        return check_compatible(one.qos, other.qos)[0] is not QoSCompatibility.ERROR
+    if one.kind is EndpointKind.SUBSCRIPTION:
+        return check_compatible(other.qos, one.qos)[0] is not QoSCompatibility.ERROR
+    return True
+
+
+def _sorted(endpoints: Iterable[GraphEntity]) -> NamesAndTypes:
+    types: dict[str, set[str]] = defaultdict(set)
+    for endpoint in endpoints:
+        types[endpoint.name].add(endpoint.type_name)
+    return [(name, sorted(types[name])) for name in sorted(types)]

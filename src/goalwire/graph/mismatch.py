@@ -1,0 +1,82 @@
+"""What keeps two peers apart, or confuses them, although the wire says nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from enum import Enum
+
+from goalwire.graph.names import SEND_GOAL, is_part_of_action
+from goalwire.transport.contract import EndpointKind, GraphEntity
+
+
+class Reason(Enum):
+    """What is wrong between two endpoints."""
+
+    DEFINITION = 'definition'
+    """Same name, same type, another hash: no message ever passes."""
+    TWO_SERVERS = 'two servers'
+    """Two servers of one name: each gets every request, the client takes the first reply."""
+
+
+@dataclass(frozen=True, slots=True)
+class Mismatch:
+    """Two endpoints that do not go together. `name` is the action's where they serve one."""
+
+    reason: Reason
+    name: str
+    first: GraphEntity
+    second: GraphEntity
+
+    @property
+    def key(self) -> tuple[object, ...]:
+        """What makes it the same finding, also after either node has started anew."""
+        sides = sorted(
+            (side.kind.value, side.node.qualified, side.type_hash) for side in (self.first, self.second)
+        )
+        return (self.reason, self.name, self.first.type_name, *sides)
+
+    def __str__(self) -> str:
+        first, second = self.first, self.second
+        if self.reason is Reason.TWO_SERVERS:
+            return (
+                f"'{self.name}' is served twice, by node '{first.node.qualified}' and by node "
+                f"'{second.node.qualified}': every request reaches both and the first "
+                f'answer wins; stop or rename one'
+            )
+        return (
+            f"{first.kind.value} in node '{first.node.qualified}' and {second.kind.value} in node "
+            f"'{second.node.qualified}' share the name '{self.name}' and the type {first.type_name}, but "
+            f'not its definition ({first.type_hash} and {second.type_hash}): nothing passes between them; '
+            f'give both the same version of the interface package'
+        )
+
+
+_OPPOSITES = {
+    EndpointKind.PUBLISHER: EndpointKind.SUBSCRIPTION,
+    EndpointKind.SUBSCRIPTION: EndpointKind.PUBLISHER,
+    EndpointKind.SERVICE: EndpointKind.CLIENT,
+    EndpointKind.CLIENT: EndpointKind.SERVICE,
+}
+
+
+def opposite(kind: EndpointKind) -> EndpointKind:
+    """Return the kind of endpoint that an endpoint talks to; raises KeyError for nodes."""
+    return _OPPOSITES[kind]
+
+
+def find_mismatches(
+    newcomer: GraphEntity, counterparts: Iterable[GraphEntity], fellows: Iterable[GraphEntity]
+) -> Iterator[Mismatch]:
+    """Hold a new endpoint against those of its name: its counterparts, and its fellows of the same kind."""
+    for peer in counterparts:
+        if peer.type_name == newcomer.type_name and peer.type_hash != newcomer.type_hash:
+            yield Mismatch(Reason.DEFINITION, newcomer.name, peer, newcomer)
+    if newcomer.kind is EndpointKind.SERVICE and _counts_as_server(newcomer.name):
+        for peer in fellows:
+            yield Mismatch(Reason.TWO_SERVERS, newcomer.name.removesuffix(SEND_GOAL), peer, newcomer)
+
+
+def _counts_as_server(name: str) -> bool:
+    """Of an action's three services only one is counted, so that it is named once."""
+    return name.endswith(SEND_GOAL) or not is_part_of_action(name)

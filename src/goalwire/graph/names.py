@@ -1,0 +1,37 @@
+"""What a name in the graph tells by its form alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TypeAlias
+
+NamesAndTypes: TypeAlias = list[tuple[str, list[str]]]
+"""Names in alphabetical order, each with its types in alphabetical order."""
+
+_FEEDBACK = '/_action/feedback'
+_FEEDBACK_TYPE = '_FeedbackMessage'
+SEND_GOAL = '/_action/send_goal'
+
+
+def is_hidden(name: str) -> bool:
+    """Return whether ROS 2's tools leave a name out: one of its tokens starts with an underscore."""
+    return any(token.startswith('_') for token in name.split('/'))
+
+
+def without_hidden(names_and_types: NamesAndTypes) -> NamesAndTypes:
+    """Return what ROS 2's tools show of a list."""
+    return [(name, types) for name, types in names_and_types if not is_hidden(name)]
+
+
+def actions_among(topics: Iterable[tuple[str, list[str]]]) -> NamesAndTypes:
+    """Return the actions that a list of topics reveals, as rcl_action does: by their feedback topics."""
+    return [
+        (name.removesuffix(_FEEDBACK), [type_name.removesuffix(_FEEDBACK_TYPE) for type_name in types])
+        for name, types in topics
+        if name.endswith(_FEEDBACK)
+    ]
+
+
+def is_part_of_action(name: str) -> bool:
+    """Return whether a service or topic belongs to an action."""
+    return '/_action/' in name

@@ -1,0 +1,104 @@
+"""What the graph finds wrong between peers."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import count
+
+from goalwire.graph.graph import Graph
+from goalwire.graph.mismatch import Mismatch, Reason
+from goalwire.transport.contract import EndpointKind, GraphEntity, NodeName
+
+PUBLISHER, SUBSCRIPTION = EndpointKind.PUBLISHER, EndpointKind.SUBSCRIPTION
+SERVICE, CLIENT = EndpointKind.SERVICE, EndpointKind.CLIENT
+OLD, NEW = f'RIHS01_{"0" * 64}', f'RIHS01_{"1" * 64}'
+POSE = 'geometry_msgs/msg/Pose'
+
+_numbers = count(1)
+
+
+def endpoint(
+    node: str, kind: EndpointKind, name: str, *, type_name: str = POSE, type_hash: str = OLD
+) -> GraphEntity:
+    number = next(_numbers)
+    return GraphEntity(
+        kind,
+        f'session{number}',
+        0,
+        NodeName(node),
+        name,
+        type_name,
+        type_hash,
+        gid=number.to_bytes(16, 'little'),
+    )
+
+
+def found_in(*entities: GraphEntity) -> list[Mismatch]:
+    graph = Graph()
+    told: list[Mismatch] = []
+    graph.on_mismatch(told.append)
+    for entity in entities:
+        graph.appeared(entity)
+    assert graph.mismatches() == told
+    return told
+
+
+def test_another_definition_of_the_same_type_is_reported_naming_both_nodes() -> None:
+    talker = endpoint('talker', PUBLISHER, '/pose', type_hash=OLD)
+    listener = endpoint('listener', SUBSCRIPTION, '/pose', type_hash=NEW)
+    (mismatch,) = found_in(talker, listener)
+    assert mismatch == Mismatch(Reason.DEFINITION, '/pose', talker, listener)
+    for part in ('/talker', '/listener', '/pose', POSE, OLD, NEW):
+        assert part in str(mismatch)
+
+
+def test_clients_and_servers_of_another_definition_are_reported_too() -> None:
+    server = endpoint('server', SERVICE, '/add', type_hash=OLD)
+    client = endpoint('client', CLIENT, '/add', type_hash=NEW)
+    assert [mismatch.reason for mismatch in found_in(client, server)] == [Reason.DEFINITION]
+
+
+def test_two_publishers_never_disturb_each_other() -> None:
+    first = endpoint('first', PUBLISHER, '/pose', type_hash=OLD)
+    assert found_in(first, endpoint('second', PUBLISHER, '/pose', type_hash=NEW)) == []
+
+
+def test_other_types_under_one_name_are_no_question_of_definitions() -> None:
+    talker = endpoint('talker', PUBLISHER, '/pose', type_hash=OLD)
+    assert found_in(talker, endpoint('l', SUBSCRIPTION, '/pose', type_name='a/msg/B', type_hash=NEW)) == []
+
+
+def test_peers_that_agree_are_not_reported() -> None:
+    assert found_in(endpoint('talker', PUBLISHER, '/pose'), endpoint('listener', SUBSCRIPTION, '/pose')) == []
+
+
+def test_two_servers_of_one_name_are_reported_naming_both_nodes() -> None:
+    first, second = endpoint('first', SERVICE, '/add'), endpoint('second', SERVICE, '/add')
+    (mismatch,) = found_in(first, second)
+    assert mismatch == Mismatch(Reason.TWO_SERVERS, '/add', first, second)
+    for part in ('/first', '/second', '/add'):
+        assert part in str(mismatch)
+
+
+def test_two_servers_of_one_action_are_reported_once_by_the_action_name() -> None:
+    parts = ('send_goal', 'cancel_goal', 'get_result')
+    servers = [
+        endpoint(node, SERVICE, f'/walk/_action/{part}', type_name=part)
+        for node in ('one', 'two')
+        for part in parts
+    ]
+    assert [(mismatch.reason, mismatch.name) for mismatch in found_in(*servers)] == [
+        (Reason.TWO_SERVERS, '/walk')
+    ]
+
+
+def test_a_peer_that_comes_again_is_not_reported_again() -> None:
+    graph = Graph()
+    told: list[Mismatch] = []
+    graph.on_mismatch(told.append)
+    graph.appeared(endpoint('talker', PUBLISHER, '/pose', type_hash=OLD))
+    listener = endpoint('listener', SUBSCRIPTION, '/pose', type_hash=NEW)
+    graph.appeared(listener)
+    graph.vanished(listener)
+    graph.appeared(replace(listener, session='started anew', gid=b'another'))
+    assert len(told) == 1
