@@ -1,0 +1,26 @@
+"""Goals: the table of their life, and server and client as pure reactors over it."""
+
+from goalwire.protocol.goals.cancel import CancelCode
+from goalwire.protocol.goals.client import ClientStatistics, GoalClient, GoalIdTaken
+from goalwire.protocol.goals.ids import NO_ID, GoalId, new_goal_id
+from goalwire.protocol.goals.server import RESULT_TIMEOUT_NS, GoalServer, ServerStatistics
+from goalwire.protocol.goals.status import decode_status_array
+from goalwire.protocol.goals.table import TABLE, GoalEvent, GoalStatus, InvalidTransition
+
+__all__ = [
+    'NO_ID',
+    'RESULT_TIMEOUT_NS',
+    'TABLE',
+    'CancelCode',
+    'ClientStatistics',
+    'GoalClient',
+    'GoalEvent',
+    'GoalId',
+    'GoalIdTaken',
+    'GoalServer',
+    'GoalStatus',
+    'InvalidTransition',
+    'ServerStatistics',
+    'decode_status_array',
+    'new_goal_id',
+]

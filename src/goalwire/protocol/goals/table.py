@@ -1,0 +1,104 @@
+"""The life of a goal: one table, which the server, the client, the documents and the tests all read.
+
+    ACCEPTED ──EXECUTE──► EXECUTING ──SUCCEED──► SUCCEEDED
+        │                  │     └────ABORT────► ABORTED
+    CANCEL_GOAL       CANCEL_GOAL
+        │                  ▼
+        └──────────────► CANCELING ──CANCELED──► CANCELED
+                           │ └───────SUCCEED───► SUCCEEDED
+                           └─────────ABORT─────► ABORTED
+
+ACCEPTED, EXECUTING and CANCELING are active; the other three are terminal: nothing leaves them. Numbers are
+those of action_msgs/msg/GoalStatus and rcl_action_goal_event_t.
+"""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+from goalwire.errors import LocalError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+
+class GoalStatus(IntEnum):
+    """Where a goal stands; UNKNOWN where nobody can tell."""
+
+    UNKNOWN = 0
+    ACCEPTED = 1
+    EXECUTING = 2
+    CANCELING = 3
+    SUCCEEDED = 4
+    CANCELED = 5
+    ABORTED = 6
+
+    @property
+    def is_active(self) -> bool:
+        """True from acceptance to the end."""
+        return GoalStatus.ACCEPTED <= self <= GoalStatus.CANCELING
+
+    @property
+    def is_terminal(self) -> bool:
+        """True once the goal has ended."""
+        return self >= GoalStatus.SUCCEEDED
+
+    @property
+    def is_cancelable(self) -> bool:
+        """True where a cancel request may still be put to the user."""
+        return GoalEvent.CANCEL_GOAL in TABLE.get(self, {})
+
+
+class GoalEvent(IntEnum):
+    """What happens to a goal."""
+
+    EXECUTE = 0
+    CANCEL_GOAL = 1
+    SUCCEED = 2
+    ABORT = 3
+    CANCELED = 4
+
+
+TABLE: Mapping[GoalStatus, Mapping[GoalEvent, GoalStatus]] = MappingProxyType(
+    {
+        GoalStatus.ACCEPTED: {
+            GoalEvent.EXECUTE: GoalStatus.EXECUTING,
+            GoalEvent.CANCEL_GOAL: GoalStatus.CANCELING,
+        },
+        GoalStatus.EXECUTING: {
+            GoalEvent.CANCEL_GOAL: GoalStatus.CANCELING,
+            GoalEvent.SUCCEED: GoalStatus.SUCCEEDED,
+            GoalEvent.ABORT: GoalStatus.ABORTED,
+        },
+        GoalStatus.CANCELING: {
+            GoalEvent.SUCCEED: GoalStatus.SUCCEEDED,
+            GoalEvent.ABORT: GoalStatus.ABORTED,
+            GoalEvent.CANCELED: GoalStatus.CANCELED,
+        },
+        GoalStatus.SUCCEEDED: {},
+        GoalStatus.CANCELED: {},
+        GoalStatus.ABORTED: {},
+    }
+)
+
+
+class InvalidTransition(LocalError, RuntimeError):
+    """An event that the table does not allow in this state; the text is ROS 2's own."""
+
+    def __init__(self, status: GoalStatus, event: GoalEvent) -> None:
+        self.status = status
+        self.event = event
+        super().__init__(
+            'Failed to update goal state: goal_handle attempted invalid transition '
+            f'from state {status.name} with event {event.name}'
+        )
+
+
+def after(status: GoalStatus, event: GoalEvent) -> GoalStatus:
+    """Return the state that `event` leads to; raises InvalidTransition."""
+    try:
+        return TABLE[status][event]
+    except KeyError:
+        raise InvalidTransition(status, event) from None
