@@ -44,6 +44,22 @@ class ArmActionServer(Node):
         self._commands = self.create_publisher(JointTrajectory, 'joint_command', 10)
         self.create_subscription(JointState, 'joint_states', self._see, 10)
         self.create_timer(TICK, self._tick)
+        self._action_server: ActionServer | None = None
+        self.get_logger().info('Arm Action Server waiting for joint states')
+
+    def destroy_node(self) -> None:
+        if self._action_server is not None:
+            self._action_server.destroy()
+        super().destroy_node()
+
+    def _see(self, states: JointState) -> None:
+        self._here = dict(zip(states.name, states.position, strict=False))
+        self._seen = now(self)
+        if self._action_server is None:
+            self._offer()
+
+    def _offer(self) -> None:
+        """Only a server that knows where the joints are appears as one: clients then need not guess."""
         self._action_server = ActionServer(
             self,
             MoveArm,
@@ -54,14 +70,6 @@ class ArmActionServer(Node):
             cancel_callback=self._cancel,
         )
         self.get_logger().info('Arm Action Server ready')
-
-    def destroy_node(self) -> None:
-        self._action_server.destroy()
-        super().destroy_node()
-
-    def _see(self, states: JointState) -> None:
-        self._here = dict(zip(states.name, states.position, strict=False))
-        self._seen = now(self)
 
     def _judge(self, goal: MoveArm.Goal) -> GoalResponse:
         reason = refusal(

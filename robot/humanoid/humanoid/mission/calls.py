@@ -13,6 +13,7 @@ from types import TracebackType
 from typing import Any, Self
 
 from action_msgs.msg import GoalStatus
+from action_msgs.srv import CancelGoal
 from rclpy.action import ActionClient
 from rclpy.action.client import ClientGoalHandle
 from rclpy.client import Client
@@ -20,6 +21,7 @@ from rclpy.task import Future
 
 from humanoid.mission.retry import NoAnswer
 
+FIND_WITHIN = 5.0  # s for a server to appear
 CANCEL_WITHIN = 2.0  # s for a goal to end once its cancellation was asked for
 
 STATUS_NAME = {
@@ -62,8 +64,9 @@ class GoalRun:
         self._deadline = time.monotonic() + timeout
         self._inbox: SimpleQueue[Any] = SimpleQueue()
         self._result: Any = None
-        if not client.wait_for_server(timeout_sec=timeout):
-            raise NoAnswer(f'{name}: no action server within {timeout:.1f} s')
+        find = min(timeout, FIND_WITHIN)
+        if not client.wait_for_server(timeout_sec=find):
+            raise NoAnswer(f'{name}: no action server within {find:.1f} s')
         sent = client.send_goal_async(goal, feedback_callback=self._inbox.put)
         self._handle: ClientGoalHandle = wait_for(sent, self._left(), f'{name}: goal request')
         if self.accepted:
@@ -98,9 +101,9 @@ class GoalRun:
         for _ in self.feedback():
             pass
 
-    def cancel(self) -> None:
-        """Ask for cancellation; the result tells whether it came to that."""
-        wait_for(self._handle.cancel_goal_async(), self._left(), f'{self._name}: cancel request')
+    def cancel(self) -> CancelGoal.Response:
+        """Ask for cancellation; the result tells whether it came to that. Raises NoAnswer."""
+        return wait_for(self._handle.cancel_goal_async(), self._left(), f'{self._name}: cancel request')
 
     def __enter__(self) -> Self:
         return self

@@ -46,7 +46,7 @@ def battery_by_retry(robot: Robot, report: Report) -> str:
     status, attempts = retry(
         robot.battery,
         attempt_timeout=0.5,
-        timeout=15.0,
+        timeout=10.0,
         backoff=Backoff(),
         on_retry=lambda attempt, pause, why: report.retrying(attempt, pause, str(why)),
     )

@@ -1,0 +1,124 @@
+"""arm_action_server beside joint_state_service, each its own process, given goals from this one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+from helpers.collector import Collector
+from helpers.processes import Program
+from helpers.robot import humanoid
+from humanoid.mission.retry import NoAnswer
+from humanoid.mission.robot import Robot
+from sensor_msgs.msg import JointState
+
+pytestmark = pytest.mark.slow
+
+WITHIN = 15.0
+SHOULDER, ELBOW = 'left_arm_shoulder', 'left_arm_elbow'
+
+
+@pytest.fixture
+def joints(world: dict[str, str]) -> Iterator[Program]:
+    with humanoid('joint_state_service', env=world) as program:
+        program.expect('Joint State Service ready')
+        yield program
+
+
+@pytest.fixture
+def server(world: dict[str, str], joints: Program, robot: Robot) -> Iterator[Program]:
+    with humanoid('arm_action_server', env=world) as program:
+        program.expect('Arm Action Server ready')
+        yield program
+
+
+def test_the_joints_arrive_and_are_seen_moving(server: Program, robot: Robot) -> None:
+    seen: Collector[JointState] = Collector()
+    robot.node.create_subscription(JointState, 'joint_states', seen, 100)
+    seen.expect(1)
+    with robot.reach({SHOULDER: 1.1, ELBOW: 0.4}, duration=0.8, timeout=WITHIN) as run:
+        done = [feedback.fraction_done for feedback in run.feedback()]
+    assert (run.status, run.result.success) == ('SUCCEEDED', True)
+    assert list(run.result.final_positions) == pytest.approx([1.1, 0.4], abs=0.01)
+    assert robot.joint(SHOULDER).position == pytest.approx(1.1, abs=0.01)
+    assert done == sorted(done)
+    assert done[0] < 0.3
+    assert done[-1] > 0.9
+    moving = [state for state in seen.items if state.velocity[state.name.index(SHOULDER)] > 0.5]
+    assert len(moving) > 10
+
+
+def test_feedback_comes_at_twenty_hertz(server: Program, robot: Robot) -> None:
+    with robot.reach({SHOULDER: 1.5}, duration=1.0, timeout=WITHIN) as run:
+        count = sum(1 for _ in run.feedback())
+    assert count == pytest.approx(20, abs=3)
+
+
+@pytest.mark.parametrize(
+    ('target', 'duration', 'reason'),
+    [
+        ({ELBOW: 2.5}, 2.0, 'left_arm_elbow cannot go to 2.5 rad; its limits are 0.0 to 2.4 rad'),
+        ({'tail': 0.0}, 2.0, "unknown joint 'tail'"),
+        ({SHOULDER: 2.5}, 0.5, 'would need 4.00 rad/s'),
+        ({SHOULDER: 1.0}, -1.0, 'duration -1.0 s'),
+    ],
+)
+def test_an_impossible_goal_is_refused_and_the_reason_logged(
+    server: Program, robot: Robot, target: dict[str, float], duration: float, reason: str
+) -> None:
+    with robot.reach(target, duration=duration, timeout=WITHIN) as run:
+        assert not run.accepted
+    server.expect(f'Rejected: .*{reason}')
+
+
+def test_cancel_holds_the_joints_where_they_are(server: Program, robot: Robot) -> None:
+    with robot.reach({SHOULDER: 2.5}, duration=5.0, timeout=WITHIN) as run:
+        for feedback in run.feedback():
+            if feedback.fraction_done > 0.1:
+                break
+        run.cancel()
+        run.finish()
+    assert (run.status, run.result.success) == ('CANCELED', False)
+    stopped = robot.joint(SHOULDER)
+    while stopped.is_moving:  # the command to hold may still be on its way; each call is a round trip
+        stopped = robot.joint(SHOULDER)
+    assert 0.7 <= stopped.position < 1.2
+
+
+def test_two_goals_on_different_joints_run_at_once_and_one_on_the_same_is_refused(
+    server: Program, robot: Robot
+) -> None:
+    with (
+        robot.reach({SHOULDER: 1.0}, duration=0.8, timeout=WITHIN) as left,
+        robot.reach({'right_arm_shoulder': -1.0}, duration=0.8, timeout=WITHIN) as right,
+        robot.reach({SHOULDER: 0.0}, duration=0.8, timeout=WITHIN) as clash,
+    ):
+        assert not clash.accepted
+        left.finish()
+        right.finish()
+    assert (left.status, right.status) == ('SUCCEEDED', 'SUCCEEDED')
+    server.expect('Rejected: left_arm_shoulder is moving for another goal')
+
+
+def test_the_action_is_offered_once_the_joints_have_been_seen(world: dict[str, str], robot: Robot) -> None:
+    with humanoid('arm_action_server', env=world) as server:
+        server.expect('waiting for joint states')
+        with pytest.raises(NoAnswer, match='no action server'):
+            robot.reach({SHOULDER: 1.0}, duration=1.0, timeout=0.5)
+        with (
+            humanoid('joint_state_service', env=world),
+            robot.reach({SHOULDER: 1.0}, duration=1.0, timeout=WITHIN) as run,
+        ):
+            run.finish()
+    assert run.status == 'SUCCEEDED'
+
+
+def test_a_goal_aborts_with_the_reason_when_the_joints_are_lost(
+    server: Program, joints: Program, robot: Robot
+) -> None:
+    with robot.reach({SHOULDER: 2.5}, duration=8.0, timeout=WITHIN) as run:
+        next(run.feedback())
+        joints.kill()
+        run.finish()
+    assert run.status == 'ABORTED'
+    assert 'is joint_state_service running?' in run.result.message

@@ -1,0 +1,44 @@
+"""battery_service beside the base that it watches, each its own process."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from helpers.robot import humanoid
+from humanoid.mission.robot import Robot
+from humanoid.model import BATTERY
+from sensor_msgs.msg import BatteryState
+
+pytestmark = pytest.mark.slow
+
+
+def test_the_state_follows_the_definition_of_battery_state(world: dict[str, str], robot: Robot) -> None:
+    with humanoid('battery_service', env=world):
+        status = robot.battery(timeout=10.0)
+    battery = status.battery
+    assert battery.percentage == pytest.approx(battery.charge / battery.capacity)
+    assert 0.79 < battery.percentage <= 0.8
+    assert BATTERY.empty_voltage < battery.voltage < BATTERY.full_voltage
+    assert battery.current == -BATTERY.idle_draw
+    assert battery.power_supply_status == BatteryState.POWER_SUPPLY_STATUS_DISCHARGING
+    assert battery.present
+    assert math.isnan(battery.temperature)
+    assert status.time_remaining.sec == pytest.approx(battery.charge / BATTERY.idle_draw * 3600, rel=0.01)
+
+
+def test_driving_drains_it_and_rest_charges_it(world: dict[str, str], robot: Robot) -> None:
+    with (
+        humanoid('battery_service', env=world) as battery,
+        humanoid('navigation_action_server', env=world),
+    ):
+        battery.expect('Battery Service ready')
+        with robot.drive(0.8, 0.0, allowed=10.0, timeout=15.0) as run:
+            draws = [robot.battery().battery.current for _ in run.feedback()]
+        assert run.status == 'SUCCEEDED'
+        assert min(draws) < -BATTERY.idle_draw - BATTERY.draw_per_base_speed * 0.5
+        status = robot.battery()
+        while status.battery.current < 0.0:  # bounded by the test's time limit; each call is a round trip
+            low, status = status.battery.charge, robot.battery()
+    assert status.battery.power_supply_status == BatteryState.POWER_SUPPLY_STATUS_CHARGING
+    assert status.battery.charge >= low

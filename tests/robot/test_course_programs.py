@@ -1,0 +1,54 @@
+"""The chapter's four programs, run as it tells: server and client in two terminals."""
+
+from __future__ import annotations
+
+import signal
+
+import pytest
+from helpers.robot import course
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.mark.parametrize('server_first', [True, False])
+def test_the_service_client_reads_three_joints(world: dict[str, str], server_first: bool) -> None:
+    names = ['joint_state_service', 'joint_state_client']
+    first, second = names if server_first else reversed(names)
+    with course(first, env=world) as one, course(second, env=world) as two:
+        server, client = (one, two) if server_first else (two, one)
+        client.expect('Joint: left_arm_shoulder, Position: 0.500, Velocity: 0.000')
+        client.expect('Joint: right_knee, Position: 0.000, Velocity: 0.000')
+        client.expect('Joint: left_knee, Position: 0.000, Velocity: 0.000')
+        assert client.wait() == 0
+        server.expect('Served joint state for: left_knee')
+
+
+def test_the_service_client_says_that_it_waits(world: dict[str, str]) -> None:
+    with course('joint_state_client', env=world) as client:
+        client.expect('Service not available, waiting...')
+
+
+@pytest.mark.timeout(120)
+@pytest.mark.parametrize('server_first', [True, False])
+def test_the_action_client_follows_its_goal_to_the_result(world: dict[str, str], server_first: bool) -> None:
+    """The chapter's goal takes its whole timeout of 30 s."""
+    names = ['navigation_action_server', 'navigation_action_client']
+    first, second = names if server_first else reversed(names)
+    with course(first, env=world) as one, course(second, env=world) as two:
+        server, client = (one, two) if server_first else (two, one)
+        client.expect(r'Sending goal: \(1.0, 2.0, 0.0\)')
+        client.expect('Goal accepted')
+        client.expect(r'Feedback: Position=\(0\.00, 0\.00\), Distance=2\.24m')
+        client.expect(r'Feedback: Position=\(0\.50, 1\.00\), Distance=1\.1\dm', timeout=30.0)
+        client.expect('Result: Success=True, Message=Navigation completed successfully', timeout=30.0)
+        server.expect('Executing navigation goal')
+        server.expect('Navigation goal completed')
+
+
+@pytest.mark.parametrize('name', ['joint_state_service', 'navigation_action_server'])
+def test_a_server_of_the_chapter_ends_on_ctrl_c_as_rclpy_does(world: dict[str, str], name: str) -> None:
+    with course(name, env=world) as server:
+        server.expect('ready')
+        server.send_signal(signal.SIGINT)
+        assert server.wait() != 0
+        assert server.output.rstrip().endswith('KeyboardInterrupt')

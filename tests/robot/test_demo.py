@@ -1,0 +1,149 @@
+"""`humanoid demo` and `humanoid up` as a user runs them, and what happens when something is killed."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import time
+
+import pytest
+from helpers.processes import Program
+from helpers.robot import humanoid, wait_until_gone
+
+pytestmark = pytest.mark.slow
+
+SERVERS = ('joint_state_service', 'navigation_action_server', 'battery_service', 'arm_action_server')
+PROGRAMS = (*SERVERS, 'mission')
+GONE_WITHIN = 15.0
+
+
+def pid_of(name: str, program: Program) -> int:
+    """The pid that the program has told of one of its children."""
+    found = re.search(rf'started {name} \(pid (\d+)\)', program.output)
+    assert found, f'{name} was not started:\n{program.output}'
+    return int(found[1])
+
+
+def assert_all_gone(program: Program) -> None:
+    pids = [int(pid) for pid in re.findall(r'started \w+ \(pid (\d+)\)', program.output)]
+    assert pids
+    left = [pid for pid in pids if not wait_until_gone(pid, GONE_WITHIN)]
+    assert left == []
+
+
+def test_the_demo_ends_well_within_thirty_seconds(world: dict[str, str]) -> None:
+    began = time.monotonic()
+    with humanoid('demo', env=world) as demo:
+        output = demo.succeed(timeout=45.0)
+        took = time.monotonic() - began
+        assert_all_gone(demo)
+    assert '10 of 10 steps ended as they should' in output
+    assert re.search(
+        r'^ok +battery, down at first +answers on a retry +79\.\d% on attempt [2-9]', output, re.M
+    )
+    assert took < 30.0, output
+
+
+@pytest.mark.parametrize('name', PROGRAMS)
+def test_killing_a_program_in_mid_demo_fails_it_by_name(world: dict[str, str], name: str) -> None:
+    with humanoid('demo', env=world) as demo:
+        demo.expect(r'^\[3/10\] raise the left arm')
+        os.kill(pid_of(name, demo), signal.SIGKILL)
+        assert demo.wait(timeout=30.0) == 1
+        output = demo.output
+        assert_all_gone(demo)
+    assert re.search(rf'demo failed: {name} \(pid \d+\) was killed by SIGKILL', output)
+    assert re.search(r'^cut +raise the left arm', output, re.MULTILINE)
+    assert 'Traceback' not in output
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_stopping_the_demo_stops_everything_without_a_traceback(
+    world: dict[str, str], number: signal.Signals
+) -> None:
+    with humanoid('demo', env=world) as demo:
+        demo.expect(r'^\[5/10\] drive to')
+        demo.send_signal(number)
+        assert demo.wait(timeout=20.0) == 1
+        output = demo.output
+        assert_all_gone(demo)
+    assert 'demo failed: stopped on request' in output
+    assert 'Traceback' not in output
+
+
+@pytest.mark.parametrize('command', ['up', 'demo'])
+def test_no_program_outlives_a_killed_supervisor(world: dict[str, str], command: str) -> None:
+    with humanoid(command, env=world) as program:
+        if command == 'up':
+            for _ in SERVERS:
+                program.expect(r'Service ready|Server ready')
+        else:
+            program.expect(r'^\[3/10\]')
+        program.kill()
+        assert_all_gone(program)
+
+
+def test_up_relays_the_servers_and_stops_them_all_on_ctrl_c(world: dict[str, str]) -> None:
+    with humanoid('up', env=world) as up:
+        for _ in SERVERS:
+            up.expect(r'^\[\w+\] .*(Service|Server) ready')
+        up.send_signal(signal.SIGINT)
+        assert up.wait() == 0
+        assert_all_gone(up)
+        assert 'Traceback' not in up.output
+
+
+@pytest.mark.parametrize('name', SERVERS)
+def test_up_keeps_the_others_working_when_one_is_killed(world: dict[str, str], name: str) -> None:
+    with humanoid('up', env=world) as up:
+        for _ in SERVERS:
+            up.expect(r'Service ready|Server ready')
+        os.kill(pid_of(name, up), signal.SIGKILL)
+        up.expect(rf'{name} \(pid \d+\) was killed by SIGKILL; the others go on')
+        others = [other for other in SERVERS if other != name]
+        assert not any(wait_until_gone(pid_of(other, up), 0.0) for other in others)
+        up.send_signal(signal.SIGINT)
+        assert up.wait() == 1
+        assert_all_gone(up)
+
+
+@pytest.mark.timeout(120)
+def test_a_mission_beside_up_ends_well_twice(world: dict[str, str]) -> None:
+    with humanoid('up', env=world):
+        for _ in range(2):
+            with humanoid('mission', env=world) as mission:
+                assert '10 of 10 steps ended as they should' in mission.succeed(timeout=45.0)
+
+
+def test_a_stopped_mission_cancels_its_goal_before_it_leaves(world: dict[str, str]) -> None:
+    with humanoid('up', env=world) as up, humanoid('mission', env=world) as mission:
+        mission.expect(r'^\[5/10\] drive to')
+        mission.expect(r'25%')
+        mission.send_signal(signal.SIGINT)
+        assert mission.wait() == 130
+        assert 'Traceback' not in mission.output
+        up.expect(r'\[navigation_action_server\].*Goal canceled')
+
+
+@pytest.mark.timeout(120)
+def test_a_mission_without_any_server_fails_in_bounded_time(world: dict[str, str]) -> None:
+    with humanoid('mission', env=world) as mission:
+        assert mission.wait(timeout=90.0) == 1
+        assert re.search(r'^FAILED +battery', mission.output, re.MULTILINE)
+        assert 'get_battery_status: no server' in mission.output
+
+
+@pytest.mark.parametrize('name', SERVERS)
+def test_a_server_ends_on_ctrl_c_with_success_and_no_traceback(world: dict[str, str], name: str) -> None:
+    with humanoid(name, env=world) as server:
+        server.expect('ready|waiting')
+        server.send_signal(signal.SIGINT)
+        assert server.wait() == 0
+        assert 'Traceback' not in server.output
+
+
+def test_an_unknown_command_is_refused_with_the_known_ones(world: dict[str, str]) -> None:
+    with humanoid('fly', env=world) as program:
+        assert program.wait() == 2
+        assert 'joint_state_service' in program.output
