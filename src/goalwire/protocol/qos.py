@@ -13,6 +13,8 @@ UNSPECIFIED_NS = 0
 """A duration left to the middleware (RMW_DURATION_UNSPECIFIED)."""
 INFINITE_NS = 9_223_372_036_854_775_807
 """A duration without end (RMW_DURATION_INFINITE: 9223372036 s, 854775807 ns)."""
+BEST_AVAILABLE_NS = INFINITE_NS - 1
+"""Whatever suits the endpoints on the other side (RMW_DURATION_BEST_AVAILABLE)."""
 
 
 class QoSPolicyEnum(IntEnum):
@@ -115,3 +117,23 @@ PARAMETERS = QoS(depth=1000)
 PARAMETER_EVENTS = QoS(depth=1000)
 ACTION_STATUS_DEFAULT = QoS(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 ROSOUT = QoS(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL, lifespan_ns=10_000_000_000)
+SYSTEM_DEFAULT = QoS(
+    depth=0,
+    history=HistoryPolicy.SYSTEM_DEFAULT,
+    reliability=ReliabilityPolicy.SYSTEM_DEFAULT,
+    durability=DurabilityPolicy.SYSTEM_DEFAULT,
+)
+UNKNOWN = QoS(
+    depth=0,
+    history=HistoryPolicy.UNKNOWN,
+    reliability=ReliabilityPolicy.UNKNOWN,
+    durability=DurabilityPolicy.UNKNOWN,
+    liveliness=LivelinessPolicy.UNKNOWN,
+)
+BEST_AVAILABLE = QoS(
+    reliability=ReliabilityPolicy.BEST_AVAILABLE,
+    durability=DurabilityPolicy.BEST_AVAILABLE,
+    deadline_ns=BEST_AVAILABLE_NS,
+    liveliness=LivelinessPolicy.BEST_AVAILABLE,
+    lease_ns=BEST_AVAILABLE_NS,
+)

@@ -74,7 +74,7 @@ class Duration:
         return f'Duration(nanoseconds={self._nanoseconds})'
 
     def __str__(self) -> str:
-        return f'{self._nanoseconds} nanoseconds'
+        return 'Infinite' if self._nanoseconds == _INT64_MAX else f'{self._nanoseconds} nanoseconds'
 
     def __eq__(self, other: object) -> bool:
         if isinstance(other, Duration):

@@ -1,0 +1,39 @@
+"""ROS 2's logging: named loggers with inherited levels, filters per call site, its console format.
+
+A call passes `logger` (level, filters, who called), becomes one frozen `LogRecord`, and goes through
+`dispatch` to the console and to every sink that `add_sink` registered (rosout, log files).
+"""
+
+from goalwire.logging.caller import CallerId
+from goalwire.logging.configuration import (
+    clear_config,
+    configure,
+    get_logging_directory,
+    initialize,
+    shutdown,
+)
+from goalwire.logging.dispatch import Sink, SinkHandle, add_sink
+from goalwire.logging.levels import get_logger_effective_level, get_logger_level, set_logger_level
+from goalwire.logging.logger import RcutilsLogger, get_logger
+from goalwire.logging.record import LogRecord
+from goalwire.logging.severity import LoggingSeverity, get_logging_severity_from_string
+
+__all__ = [
+    'CallerId',
+    'LogRecord',
+    'LoggingSeverity',
+    'RcutilsLogger',
+    'Sink',
+    'SinkHandle',
+    'add_sink',
+    'clear_config',
+    'configure',
+    'get_logger',
+    'get_logger_effective_level',
+    'get_logger_level',
+    'get_logging_directory',
+    'get_logging_severity_from_string',
+    'initialize',
+    'set_logger_level',
+    'shutdown',
+]

@@ -1,0 +1,106 @@
+"""Writes records as lines to stderr or stdout, as the RCUTILS_* variables ask (rcutils/logging.h)."""
+
+from __future__ import annotations
+
+import os
+import sys
+import threading
+from collections.abc import Mapping
+from typing import Self, TextIO
+
+from goalwire.logging.format import DEFAULT_FORMAT, Formatter, compile_format
+from goalwire.logging.record import LogRecord
+from goalwire.logging.severity import LoggingSeverity
+
+_COLOURS = {
+    LoggingSeverity.DEBUG: '\x1b[32m',
+    LoggingSeverity.INFO: '\x1b[0m',
+    LoggingSeverity.WARN: '\x1b[33m',
+    LoggingSeverity.ERROR: '\x1b[31m',
+    LoggingSeverity.FATAL: '\x1b[31m',
+}
+_NO_COLOUR = '\x1b[0m'
+
+# One for all consoles, held over write and flush only, so that lines stay whole. It is re-entrant because a
+# signal handler may log while the same thread is writing.
+_writing = threading.RLock()
+
+
+def _new_lock_in_child() -> None:
+    global _writing  # noqa: PLW0603 - a thread that does not exist in the child may hold the old one
+    _writing = threading.RLock()
+
+
+if hasattr(os, 'register_at_fork'):
+    os.register_at_fork(after_in_child=_new_lock_in_child)
+
+
+class Console:
+    """A sink that prints. The stream is looked up at every line, since programs replace sys.stderr."""
+
+    def __init__(
+        self,
+        formatter: Formatter,
+        *,
+        to_stdout: bool = False,
+        flush: bool = True,
+        colours: bool | None = None,
+    ) -> None:
+        """`colours` None means: where the stream is a terminal."""
+        self._format = formatter
+        self._to_stdout = to_stdout
+        self._flush = flush
+        self._colours = colours
+
+    @classmethod
+    def from_environment(cls, environment: Mapping[str, str]) -> Self:
+        """Read the RCUTILS_* variables; one with a value that ROS 2 does not know is reported and ignored."""
+        to_stdout = _switch(environment, 'RCUTILS_LOGGING_USE_STDOUT') or False
+        buffered = _switch(environment, 'RCUTILS_LOGGING_BUFFERED_STREAM')
+        return cls(
+            compile_format(environment.get('RCUTILS_CONSOLE_OUTPUT_FORMAT') or DEFAULT_FORMAT),
+            to_stdout=to_stdout,
+            # Unset leaves the stream as it is: stderr writes at once, stdout as Python buffers it.
+            flush=buffered is not None or not to_stdout,
+            colours=_switch(environment, 'RCUTILS_COLORIZED_OUTPUT'),
+        )
+
+    def __call__(self, record: LogRecord) -> None:
+        """Print one record. A stream that is closed or broken takes nothing, and nobody is blamed."""
+        stream = sys.stdout if self._to_stdout else sys.stderr
+        if stream is None:  # pythonw, daemons
+            return
+        try:
+            line = self._format(record)
+            if self._wants_colours(stream):
+                line = f'{_COLOURS.get(record.severity, _NO_COLOUR)}{line}{_NO_COLOUR}'
+            with _writing:
+                _write(stream, f'{line}\n')
+                if self._flush:
+                    stream.flush()
+        except (OSError, ValueError, RuntimeError):
+            return
+
+    def _wants_colours(self, stream: TextIO) -> bool:
+        if self._colours is not None:
+            return self._colours
+        # The old console of Windows prints escape sequences as they are.
+        return stream.isatty() and (os.name != 'nt' or 'WT_SESSION' in os.environ)
+
+
+def _write(stream: TextIO, text: str) -> None:
+    try:
+        stream.write(text)
+    except UnicodeEncodeError:
+        encoding = getattr(stream, 'encoding', None) or 'ascii'
+        stream.write(text.encode(encoding, 'backslashreplace').decode(encoding))
+
+
+def _switch(environment: Mapping[str, str], name: str) -> bool | None:
+    """Return what a variable says: '1' and '0', or None where it is unset or empty."""
+    value = environment.get(name, '')
+    if value in ('0', '1'):
+        return value == '1'
+    if value and sys.stderr is not None:
+        sys.stderr.write(f"goalwire: {name} is '{value}', which is ignored: set it to 0 or 1\n")
+    return None

@@ -1,0 +1,159 @@
+"""Filters that a log call may ask for: `throttle_duration_sec`, `skip_first`, `once`.
+
+Each keeps its state in its call site's context, a dictionary that also remembers what the call asked for.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from typing import ClassVar, Protocol, runtime_checkable
+
+from goalwire.errors import LocalError
+
+Context = dict[str, object]
+
+
+class _Instant(Protocol):
+    @property
+    def nanoseconds(self) -> int: ...
+
+
+@runtime_checkable
+class LogClock(Protocol):
+    """Whatever tells the time as rclpy.clock.Clock does."""
+
+    def now(self) -> _Instant:
+        """Return the present instant."""
+        ...
+
+
+class _SteadyInstant:
+    __slots__ = ('nanoseconds',)
+
+    def __init__(self) -> None:
+        self.nanoseconds = time.monotonic_ns()
+
+
+class _SteadyClock:
+    def now(self) -> _SteadyInstant:
+        return _SteadyInstant()
+
+
+class LoggingOptionError(LocalError, TypeError):
+    """A log call with an option that does not exist, or without one that it needs."""
+
+
+class LoggingFilter:
+    """What a filter is: the parameters that ask for it, and whether this call may pass."""
+
+    params: ClassVar[Mapping[str, object]] = {}
+    """Parameters and their defaults; None marks one that must be given."""
+
+    @classmethod
+    def initialize_context(cls, context: Context, **kwargs: object) -> None:
+        """Put the parameters into the context of a call site that is seen for the first time."""
+        for name, default in cls.params.items():
+            context[name] = kwargs.get(name, default)
+
+    @staticmethod
+    def should_log(context: Context) -> bool:
+        """Return whether this call passes, and remember that it came."""
+        raise NotImplementedError
+
+
+class Once(LoggingFilter):
+    """Only the first call that reaches this filter passes."""
+
+    params: ClassVar[Mapping[str, object]] = {'once': None}
+
+    @classmethod
+    def initialize_context(cls, context: Context, **kwargs: object) -> None:
+        super().initialize_context(context, **kwargs)
+        context['has_been_logged_once'] = False
+
+    @staticmethod
+    def should_log(context: Context) -> bool:
+        first = not context['has_been_logged_once']
+        context['has_been_logged_once'] = True
+        return first
+
+
+class SkipFirst(LoggingFilter):
+    """Every call but the first passes."""
+
+    params: ClassVar[Mapping[str, object]] = {'skip_first': None}
+
+    @classmethod
+    def initialize_context(cls, context: Context, **kwargs: object) -> None:
+        super().initialize_context(context, **kwargs)
+        context['first_has_been_skipped'] = False
+
+    @staticmethod
+    def should_log(context: Context) -> bool:
+        passes = bool(context['first_has_been_skipped'])
+        context['first_has_been_skipped'] = True
+        return passes
+
+
+class Throttle(LoggingFilter):
+    """At most one call in `throttle_duration_sec` passes; a clock that jumped back starts anew."""
+
+    params: ClassVar[Mapping[str, object]] = {
+        'throttle_duration_sec': None,
+        'throttle_time_source_type': _SteadyClock(),
+    }
+
+    @classmethod
+    def initialize_context(cls, context: Context, **kwargs: object) -> None:
+        super().initialize_context(context, **kwargs)
+        context['throttle_last_logged'] = None
+        clock = context['throttle_time_source_type']
+        if isinstance(clock, type) or not isinstance(clock, LogClock):
+            raise ValueError(f'Received throttle_time_source_type of "{clock}" is not a clock instance')  # noqa: TRY004
+
+    @staticmethod
+    def should_log(context: Context) -> bool:
+        clock, duration = context['throttle_time_source_type'], context['throttle_duration_sec']
+        assert isinstance(clock, LogClock)
+        if not isinstance(duration, int | float):
+            raise LoggingOptionError(f'throttle_duration_sec must be a number of seconds, got {duration!r}')
+        now, last = clock.now().nanoseconds, context['throttle_last_logged']
+        passes = not isinstance(last, int) or now < last or now >= last + duration * 1e9
+        if passes:
+            context['throttle_last_logged'] = now
+        return passes
+
+
+supported_filters: dict[str, type[LoggingFilter]] = {
+    'throttle': Throttle,
+    'skip_first': SkipFirst,
+    'once': Once,
+}
+"""In the order in which they are asked."""
+
+_ALL_PARAMS = [param for kind in supported_filters.values() for param in kind.params]
+
+
+def get_filters_from_kwargs(**kwargs: object) -> list[str]:
+    """Return the names of the filters that a call's options ask for.
+
+    Raises LoggingOptionError (a TypeError) for an unknown option, and where a filter lacks one that it needs.
+    """
+    asked = []
+    for name, kind in supported_filters.items():
+        if not any(kwargs.get(param) for param in kind.params):
+            continue
+        asked.append(name)
+        for param, default in kind.params.items():
+            if default is None and param not in kwargs:
+                raise LoggingOptionError(
+                    f'required parameter "{param}" not specified '
+                    f'but is required for the the logging filter "{name}"'
+                )
+    for param in kwargs:
+        if param not in _ALL_PARAMS:
+            raise LoggingOptionError(
+                f'parameter "{param}" is not one of the recognized logging options "{_ALL_PARAMS}"'
+            )
+    return asked

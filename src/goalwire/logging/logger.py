@@ -1,0 +1,168 @@
+"""The logger that programs hold.
+
+A call below the logger's level returns before anything else is looked at. The others are known by their
+call site: it owns the filters' state and, as in ROS 2, must always be used in the same way.
+"""
+
+from __future__ import annotations
+
+import sys
+import threading
+import time
+from typing import TypedDict, Unpack
+
+from goalwire.errors import LocalError
+from goalwire.logging import dispatch
+from goalwire.logging.caller import CallerId
+from goalwire.logging.filters import Context, LogClock, get_filters_from_kwargs, supported_filters
+from goalwire.logging.levels import get_logger_effective_level, set_logger_level
+from goalwire.logging.record import LogRecord
+from goalwire.logging.severity import LoggingSeverity
+
+_DEBUG, _INFO, _WARN, _ERROR, _FATAL = list(LoggingSeverity)[1:]
+
+
+class LogOptions(TypedDict, total=False):
+    """What a log call may ask for beside its message."""
+
+    name: str
+    once: bool
+    skip_first: bool
+    throttle_duration_sec: float
+    throttle_time_source_type: LogClock
+
+
+class LoggerNameError(LocalError, ValueError):
+    """A logger without a name."""
+
+
+class ChangedCallError(LocalError, ValueError):
+    """One log call in the source was used in two ways."""
+
+
+class RcutilsLogger:
+    """Logs under a name; dots in it make a hierarchy of levels. '' is the root."""
+
+    def __init__(self, name: str = '') -> None:
+        self.name = name
+        self.contexts: dict[CallerId, Context] = {}
+        self._lock = threading.RLock()
+
+    def get_child(self, name: str) -> RcutilsLogger:
+        """Return the logger `<this name>.<name>`; raises ValueError for an empty name."""
+        if not name:
+            raise LoggerNameError('Child logger name must not be empty.')
+        return get_logger(f'{self.name}.{name}' if self.name else name)
+
+    def set_level(self, level: int) -> None:
+        """Let pass what is at least so grave, here and below; raises ValueError for no severity."""
+        set_logger_level(self.name, level)
+
+    def get_effective_level(self) -> LoggingSeverity:
+        """Return the level in force."""
+        return get_logger_effective_level(self.name)
+
+    def is_enabled_for(self, severity: int) -> bool:
+        """Tell whether a message of this severity would pass; raises ValueError for no severity."""
+        return LoggingSeverity(severity) >= get_logger_effective_level(self.name)
+
+    def log(self, message: str, severity: int, **kwargs: Unpack[LogOptions]) -> bool:
+        """Log with a severity given as an argument; returns whether the message was logged.
+
+        Raises TypeError for a message that is no string or an unknown option, ValueError for no severity
+        and for a call in the source that was used with another name, severity or filter before.
+        """
+        return self._log(LoggingSeverity(severity), message, kwargs)
+
+    def debug(self, message: str, **kwargs: Unpack[LogOptions]) -> bool:
+        """Log what helps to find a fault; as `log`."""
+        return self._log(_DEBUG, message, kwargs)
+
+    def info(self, message: str, **kwargs: Unpack[LogOptions]) -> bool:
+        """Log what is as it should be; as `log`."""
+        return self._log(_INFO, message, kwargs)
+
+    def warning(self, message: str, **kwargs: Unpack[LogOptions]) -> bool:
+        """Log what may lead to trouble; as `log`."""
+        return self._log(_WARN, message, kwargs)
+
+    def warn(self, message: str, **kwargs: Unpack[LogOptions]) -> bool:
+        """Log what may lead to trouble; as `log`."""
+        return self._log(_WARN, message, kwargs)
+
+    def error(self, message: str, **kwargs: Unpack[LogOptions]) -> bool:
+        """Log what went wrong; as `log`."""
+        return self._log(_ERROR, message, kwargs)
+
+    def fatal(self, message: str, **kwargs: Unpack[LogOptions]) -> bool:
+        """Log what ends the program; as `log`."""
+        return self._log(_FATAL, message, kwargs)
+
+    def _log(self, severity: LoggingSeverity, message: str, options: LogOptions) -> bool:
+        if severity < get_logger_effective_level(self.name):
+            return False
+        caller = CallerId(sys._getframe(2))  # noqa: SLF001 - past info() or log(), to who called it
+        name = options.pop('name', self.name)
+        with self._lock:
+            if not self._passes(caller, name, severity, options):
+                return False
+        if name != self.name and severity < get_logger_effective_level(name):
+            return False
+        dispatch.emit(
+            LogRecord(
+                time.time_ns(),
+                severity,
+                name,
+                message if type(message) is str else _text(message),
+                caller.function_name,
+                caller.file_path,
+                caller.line_number,
+            )
+        )
+        return True
+
+    def _passes(self, caller: CallerId, name: str, severity: LoggingSeverity, options: LogOptions) -> bool:
+        """Ask the call site's filters, all up to the first that refuses."""
+        asked = get_filters_from_kwargs(**options) if options else []
+        context = self.contexts.get(caller)
+        if context is None:
+            context = {'name': name, 'severity': severity, 'filters': asked}
+            for filter_name in asked:
+                supported_filters[filter_name].initialize_context(context, **options)
+            self.contexts[caller] = context
+        else:
+            _refuse_change(context, name, severity, asked, options)
+        return all(supported_filters[filter_name].should_log(context) for filter_name in asked)
+
+
+def get_logger(name: str) -> RcutilsLogger:
+    """Return a logger of that name; raises ValueError for an empty one, TypeError for what is no string."""
+    if not name:
+        raise LoggerNameError('Logger name must not be empty.')
+    if not isinstance(name, str):
+        raise TypeError(f'Logger name must be a str, got {name!r}')
+    return RcutilsLogger(name)
+
+
+def _refuse_change(
+    context: Context, name: str, severity: LoggingSeverity, asked: list[str], options: LogOptions
+) -> None:
+    if context['severity'] is not severity:
+        raise ChangedCallError('Logger severity cannot be changed between calls.')
+    if context['name'] != name:
+        raise ChangedCallError('Logger name cannot be changed between calls.')
+    if context['filters'] != asked:
+        raise ChangedCallError('Requested logging filters cannot be changed between calls.')
+    if asked and any(context[param] != value for param, value in options.items() if param in context):
+        raise ChangedCallError('Logging filter parameters cannot be changed between calls.')
+
+
+def _text(message: object) -> str:
+    """Return what ROS 2 prints for a message that is no plain string; raises TypeError for most."""
+    if message is None:
+        return '(null)'
+    if isinstance(message, bytes):
+        return message.decode(errors='backslashreplace')
+    if isinstance(message, str):
+        return str(message)
+    raise TypeError(f'a log message must be a str, got {message!r}: write str(…) around it, or an f-string')

@@ -1,0 +1,6 @@
+"""rclpy.duration: spans of time."""
+
+from goalwire.protocol.time import Duration, DurationType, Infinite
+from rclpy.constants import S_TO_NS
+
+__all__ = ['S_TO_NS', 'Duration', 'DurationType', 'Infinite']

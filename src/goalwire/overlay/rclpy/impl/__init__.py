@@ -1,0 +1,1 @@
+"""Where rclpy keeps what its public modules re-export."""

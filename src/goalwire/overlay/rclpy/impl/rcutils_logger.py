@@ -1,0 +1,25 @@
+"""rclpy.impl.rcutils_logger: the logger and the filters of its calls."""
+
+from goalwire.logging.caller import CallerId
+from goalwire.logging.filters import (
+    LoggingFilter,
+    Once,
+    SkipFirst,
+    Throttle,
+    get_filters_from_kwargs,
+    supported_filters,
+)
+from goalwire.logging.logger import RcutilsLogger
+from goalwire.logging.severity import LoggingSeverity
+
+__all__ = [
+    'CallerId',
+    'LoggingFilter',
+    'LoggingSeverity',
+    'Once',
+    'RcutilsLogger',
+    'SkipFirst',
+    'Throttle',
+    'get_filters_from_kwargs',
+    'supported_filters',
+]

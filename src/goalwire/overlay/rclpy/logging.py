@@ -1,0 +1,31 @@
+"""rclpy.logging: loggers by name, and the levels of all of them."""
+
+from goalwire.logging import (
+    LoggingSeverity,
+    RcutilsLogger,
+    clear_config,
+    get_logger,
+    get_logger_effective_level,
+    get_logger_level,
+    get_logging_directory,
+    get_logging_severity_from_string,
+    initialize,
+    set_logger_level,
+    shutdown,
+)
+
+__all__ = [
+    'LoggingSeverity',
+    'RcutilsLogger',
+    'clear_config',
+    'get_logger',
+    'get_logger_effective_level',
+    'get_logger_level',
+    'get_logging_directory',
+    'get_logging_severity_from_string',
+    'initialize',
+    'set_logger_level',
+    'shutdown',
+]
+
+_root_logger = RcutilsLogger()

@@ -1,0 +1,355 @@
+"""rclpy.qos: quality of service, as programs set it. What it means lives in goalwire.protocol.qos."""
+
+from __future__ import annotations
+
+import warnings
+from enum import Enum, IntEnum
+from typing import Self, TypedDict, TypeVar, Unpack
+
+from goalwire.errors import LocalError
+from goalwire.protocol import qos as core
+from goalwire.protocol.qos import (
+    DurabilityPolicy,
+    HistoryPolicy,
+    LivelinessPolicy,
+    QoS,
+    QoSPolicyEnum,
+    ReliabilityPolicy,
+)
+from goalwire.protocol.qos_compatibility import QoSCompatibility, check_compatible
+from rclpy.duration import Duration
+
+__all__ = [
+    'DeadlineBestAvailable',
+    'DurabilityPolicy',
+    'HistoryPolicy',
+    'InvalidQoSProfileException',
+    'LivelinessLeaseDurationeBestAvailable',
+    'LivelinessPolicy',
+    'QoSCompatibility',
+    'QoSDurabilityPolicy',
+    'QoSHistoryPolicy',
+    'QoSLivelinessPolicy',
+    'QoSPolicyEnum',
+    'QoSPolicyKind',
+    'QoSPresetProfiles',
+    'QoSProfile',
+    'QoSReliabilityPolicy',
+    'ReliabilityPolicy',
+    'qos_check_compatible',
+    'qos_policy_name_from_kind',
+    'qos_profile_action_status_default',
+    'qos_profile_best_available',
+    'qos_profile_default',
+    'qos_profile_parameter_events',
+    'qos_profile_parameters',
+    'qos_profile_sensor_data',
+    'qos_profile_services_default',
+    'qos_profile_system_default',
+    'qos_profile_unknown',
+]
+
+QoSHistoryPolicy = HistoryPolicy
+QoSReliabilityPolicy = ReliabilityPolicy
+QoSDurabilityPolicy = DurabilityPolicy
+QoSLivelinessPolicy = LivelinessPolicy
+
+PolicyT = TypeVar('PolicyT', bound=QoSPolicyEnum)
+
+
+class QoSPolicyKind(IntEnum):
+    """Which policy is meant (rmw_qos_policy_kind_t)."""
+
+    INVALID = 1 << 0
+    DURABILITY = 1 << 1
+    DEADLINE = 1 << 2
+    LIVELINESS = 1 << 3
+    RELIABILITY = 1 << 4
+    HISTORY = 1 << 5
+    LIFESPAN = 1 << 6
+    DEPTH = 1 << 7
+    LIVELINESS_LEASE_DURATION = 1 << 8
+    AVOID_ROS_NAMESPACE_CONVENTIONS = 1 << 9
+
+
+def qos_policy_name_from_kind(policy_kind: QoSPolicyKind | int) -> str:
+    """Return the name of a kind of policy; raises ValueError for a number that is none."""
+    return QoSPolicyKind(policy_kind).name
+
+
+class InvalidQoSProfileException(LocalError):
+    """A profile that lacks what it needs."""
+
+    def __init__(self, *args: object) -> None:
+        super().__init__('Invalid QoSProfile', *args)
+
+
+class _Policies(TypedDict, total=False):
+    history: int
+    depth: int
+    reliability: int
+    durability: int
+    lifespan: Duration
+    deadline: Duration
+    liveliness: int
+    liveliness_lease_duration: Duration
+    avoid_ros_namespace_conventions: bool
+
+
+def _refuse(policy: str, expected: str, value: object) -> AssertionError:
+    return AssertionError(f'QoS {policy} must be {expected}, got {value!r}')
+
+
+def _member(policy: str, kind: type[PolicyT], value: int) -> PolicyT:
+    if not isinstance(value, int):
+        raise _refuse(policy, f'a {kind.__name__}', value)
+    return kind(value)
+
+
+def _duration(policy: str, value: Duration) -> Duration:
+    if not isinstance(value, Duration):
+        raise _refuse(policy, 'an rclpy.duration.Duration', value)
+    return value
+
+
+class QoSProfile:
+    """Quality of service of an endpoint. It needs a depth, or KEEP_ALL; the rest has defaults.
+
+    Setters raise AssertionError for a wrong type and ValueError for a number outside the policy, as rclpy's.
+    """
+
+    __slots__ = [
+        '_avoid_ros_namespace_conventions',
+        '_deadline',
+        '_depth',
+        '_durability',
+        '_history',
+        '_lifespan',
+        '_liveliness',
+        '_liveliness_lease_duration',
+        '_reliability',
+    ]
+
+    def __init__(self, **kwargs: Unpack[_Policies]) -> None:
+        if any(f'_{name}' not in self.__slots__ for name in kwargs):
+            raise AssertionError(f'Invalid arguments passed to constructor: {kwargs.keys()!r}')
+        if 'history' not in kwargs and 'depth' not in kwargs:
+            raise InvalidQoSProfileException('History and/or depth settings are required.')
+        self.history = kwargs.get('history', HistoryPolicy.KEEP_LAST)
+        if self.history is HistoryPolicy.KEEP_LAST and 'depth' not in kwargs:
+            raise InvalidQoSProfileException('History set to KEEP_LAST without a depth setting.')
+        self.depth = kwargs.get('depth', 0)
+        self.reliability = kwargs.get('reliability', ReliabilityPolicy.RELIABLE)
+        self.durability = kwargs.get('durability', DurabilityPolicy.VOLATILE)
+        self.lifespan = kwargs.get('lifespan', Duration())
+        self.deadline = kwargs.get('deadline', Duration())
+        self.liveliness = kwargs.get('liveliness', LivelinessPolicy.SYSTEM_DEFAULT)
+        self.liveliness_lease_duration = kwargs.get('liveliness_lease_duration', Duration())
+        self.avoid_ros_namespace_conventions = kwargs.get('avoid_ros_namespace_conventions', False)
+
+    @property
+    def history(self) -> HistoryPolicy:
+        """How many messages a queue keeps."""
+        return self._history
+
+    @history.setter
+    def history(self, value: int) -> None:
+        self._history = _member('history', HistoryPolicy, value)
+
+    @property
+    def depth(self) -> int:
+        """The length of the queue, in messages, under KEEP_LAST."""
+        return self._depth
+
+    @depth.setter
+    def depth(self, value: int) -> None:
+        if not isinstance(value, int):
+            raise _refuse('depth', 'an int', value)
+        if value < 0:
+            raise ValueError('history depth must be greater than or equal to zero')
+        if value == 0 and self.history is HistoryPolicy.KEEP_LAST:
+            warnings.warn(
+                "A zero depth with KEEP_LAST doesn't make sense; no data could be stored. "
+                'This will be interpreted as SYSTEM_DEFAULT',
+                stacklevel=3,  # past the constructor, to whoever asked for the profile
+            )
+        self._depth = value
+
+    @property
+    def reliability(self) -> ReliabilityPolicy:
+        """Whether messages are sent again until they arrive."""
+        return self._reliability
+
+    @reliability.setter
+    def reliability(self, value: int) -> None:
+        self._reliability = _member('reliability', ReliabilityPolicy, value)
+
+    @property
+    def durability(self) -> DurabilityPolicy:
+        """Whether late subscribers get what was published before they came."""
+        return self._durability
+
+    @durability.setter
+    def durability(self, value: int) -> None:
+        self._durability = _member('durability', DurabilityPolicy, value)
+
+    @property
+    def lifespan(self) -> Duration:
+        """How long a message is worth delivering; zero leaves it to the middleware."""
+        return self._lifespan
+
+    @lifespan.setter
+    def lifespan(self, value: Duration) -> None:
+        self._lifespan = _duration('lifespan', value)
+
+    @property
+    def deadline(self) -> Duration:
+        """The longest time between two messages; zero leaves it to the middleware."""
+        return self._deadline
+
+    @deadline.setter
+    def deadline(self, value: Duration) -> None:
+        self._deadline = _duration('deadline', value)
+
+    @property
+    def liveliness(self) -> LivelinessPolicy:
+        """Who asserts that a publisher is alive."""
+        return self._liveliness
+
+    @liveliness.setter
+    def liveliness(self, value: int) -> None:
+        self._liveliness = _member('liveliness', LivelinessPolicy, value)
+
+    @property
+    def liveliness_lease_duration(self) -> Duration:
+        """How long a publisher counts as alive without a sign of it; zero leaves it to the middleware."""
+        return self._liveliness_lease_duration
+
+    @liveliness_lease_duration.setter
+    def liveliness_lease_duration(self, value: Duration) -> None:
+        self._liveliness_lease_duration = _duration('liveliness_lease_duration', value)
+
+    @property
+    def avoid_ros_namespace_conventions(self) -> bool:
+        """Use the name on the wire as it is."""
+        return self._avoid_ros_namespace_conventions
+
+    @avoid_ros_namespace_conventions.setter
+    def avoid_ros_namespace_conventions(self, value: bool) -> None:
+        if not isinstance(value, bool):
+            raise _refuse('avoid_ros_namespace_conventions', 'a bool', value)
+        self._avoid_ros_namespace_conventions = value
+
+    @classmethod
+    def of(cls, qos_or_depth: QoSProfile | int) -> QoSProfile:
+        """Return the profile, or one of that depth; raises TypeError for others, ValueError below 0."""
+        if isinstance(qos_or_depth, QoSProfile):
+            return qos_or_depth
+        if isinstance(qos_or_depth, int):
+            return cls(depth=qos_or_depth)
+        raise TypeError(f'Expected QoSProfile or int, but received {type(qos_or_depth)!r}')
+
+    def to_core(self) -> QoS:
+        """Return the frozen form that everything below rclpy takes."""
+        return QoS(
+            depth=self.depth,
+            history=self.history,
+            reliability=self.reliability,
+            durability=self.durability,
+            deadline_ns=self.deadline.nanoseconds,
+            lifespan_ns=self.lifespan.nanoseconds,
+            liveliness=self.liveliness,
+            lease_ns=self.liveliness_lease_duration.nanoseconds,
+            avoid_ros_namespace_conventions=self.avoid_ros_namespace_conventions,
+        )
+
+    @classmethod
+    def from_core(cls, qos: QoS) -> Self:
+        """Return the mutable form of a frozen profile, as discovery shows it."""
+        profile = cls(
+            history=HistoryPolicy.KEEP_ALL,
+            reliability=qos.reliability,
+            durability=qos.durability,
+            deadline=Duration(nanoseconds=qos.deadline_ns),
+            lifespan=Duration(nanoseconds=qos.lifespan_ns),
+            liveliness=qos.liveliness,
+            liveliness_lease_duration=Duration(nanoseconds=qos.lease_ns),
+            avoid_ros_namespace_conventions=qos.avoid_ros_namespace_conventions,
+        )
+        # Set past the checks: a peer's KEEP_LAST of depth 0 is no mistake of this program.
+        profile._history, profile._depth = qos.history, qos.depth
+        return profile
+
+    def get_c_qos_profile(self) -> QoS:
+        """Return what rclpy hands to its C layer: here the frozen form."""
+        return self.to_core()
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, QoSProfile):
+            return False
+        return all(getattr(self, slot) == getattr(other, slot) for slot in self.__slots__)
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __str__(self) -> str:
+        values = ', '.join(f'{name}={getattr(self, name)}' for name in _IN_ORDER)
+        return f'{type(self).__name__}({values})'
+
+
+_IN_ORDER = (
+    'history',
+    'depth',
+    'reliability',
+    'durability',
+    'lifespan',
+    'deadline',
+    'liveliness',
+    'liveliness_lease_duration',
+    'avoid_ros_namespace_conventions',
+)
+"""The order in which ROS 2 writes them down."""
+
+DeadlineBestAvailable = Duration(nanoseconds=core.BEST_AVAILABLE_NS)
+LivelinessLeaseDurationeBestAvailable = Duration(nanoseconds=core.BEST_AVAILABLE_NS)
+
+qos_profile_unknown = QoSProfile.from_core(core.UNKNOWN)
+qos_profile_default = QoSProfile.from_core(core.DEFAULT)
+qos_profile_system_default = QoSProfile.from_core(core.SYSTEM_DEFAULT)
+qos_profile_sensor_data = QoSProfile.from_core(core.SENSOR_DATA)
+qos_profile_services_default = QoSProfile.from_core(core.SERVICES_DEFAULT)
+qos_profile_parameters = QoSProfile.from_core(core.PARAMETERS)
+qos_profile_parameter_events = QoSProfile.from_core(core.PARAMETER_EVENTS)
+qos_profile_best_available = QoSProfile.from_core(core.BEST_AVAILABLE)
+qos_profile_action_status_default = QoSProfile.from_core(core.ACTION_STATUS_DEFAULT)
+
+
+class QoSPresetProfiles(Enum):
+    """ROS 2's ready-made profiles. Those with equal values are one member with two names, as in rclpy."""
+
+    UNKNOWN = qos_profile_unknown
+    DEFAULT = qos_profile_default
+    SYSTEM_DEFAULT = qos_profile_system_default
+    SENSOR_DATA = qos_profile_sensor_data
+    SERVICES_DEFAULT = qos_profile_services_default
+    PARAMETERS = qos_profile_parameters
+    PARAMETER_EVENTS = qos_profile_parameter_events
+    ACTION_STATUS_DEFAULT = qos_profile_action_status_default
+    BEST_AVAILABLE = qos_profile_best_available
+
+    @classmethod
+    def short_keys(cls) -> list[str]:
+        """Return the names in lower case, as command lines spell them."""
+        return [name.lower() for name in cls.__members__]
+
+    @classmethod
+    def get_from_short_key(cls, name: str) -> QoSProfile:
+        """Return the profile behind a short key; raises KeyError for an unknown one."""
+        profile: QoSProfile = cls[name.upper()].value
+        return profile
+
+
+def qos_check_compatible(
+    publisher_qos: QoSProfile, subscription_qos: QoSProfile
+) -> tuple[QoSCompatibility, str]:
+    """Return whether messages flow from such a publisher to such a subscription under DDS, and why not."""
+    return check_compatible(publisher_qos.to_core(), subscription_qos.to_core())

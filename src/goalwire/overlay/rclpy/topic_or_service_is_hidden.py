@@ -1,0 +1,10 @@
+"""rclpy.topic_or_service_is_hidden: which names tools leave out unless asked."""
+
+from goalwire.protocol.names import is_hidden_name
+
+HIDDEN_TOPIC_PREFIX = '_'
+
+
+def topic_or_service_is_hidden(name: str) -> bool:
+    """Return whether one of the name's tokens starts with `_`."""
+    return is_hidden_name(name)

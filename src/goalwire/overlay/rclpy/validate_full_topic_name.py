@@ -1,0 +1,11 @@
+"""rclpy.validate_full_topic_name: which fully-qualified topic and service names there may be."""
+
+from goalwire.entities.names import rclpy_exceptions
+from goalwire.protocol import names
+
+
+def validate_full_topic_name(name: str, *, is_service: bool = False) -> bool:
+    """Return True; raises InvalidTopicNameException or InvalidServiceNameException."""
+    with rclpy_exceptions():
+        names.validate_full_topic_name(name, is_service=is_service)
+    return True

@@ -1,0 +1,11 @@
+"""rclpy.validate_namespace: which namespaces a node may live in."""
+
+from goalwire.entities.names import rclpy_exceptions
+from goalwire.protocol import names
+
+
+def validate_namespace(namespace: str) -> bool:
+    """Return True; raises InvalidNamespaceException, which points at the character that is wrong."""
+    with rclpy_exceptions():
+        names.validate_namespace(namespace)
+    return True

@@ -1,0 +1,11 @@
+"""rclpy.validate_node_name: which names a node may have."""
+
+from goalwire.entities.names import rclpy_exceptions
+from goalwire.protocol import names
+
+
+def validate_node_name(node_name: str) -> bool:
+    """Return True; raises InvalidNodeNameException, which points at the character that is wrong."""
+    with rclpy_exceptions():
+        names.validate_node_name(node_name)
+    return True

@@ -1,0 +1,13 @@
+"""rclpy.validate_topic_name: which topic and service names users may write."""
+
+from goalwire.entities.names import rclpy_exceptions
+from goalwire.protocol import names
+
+TOPIC_SEPARATOR_STRING = '/'
+
+
+def validate_topic_name(name: str, *, is_service: bool = False) -> bool:
+    """Return True; raises InvalidTopicNameException or InvalidServiceNameException."""
+    with rclpy_exceptions():
+        names.validate_topic_name(name, is_service=is_service)
+    return True
