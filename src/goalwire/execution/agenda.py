@@ -1,0 +1,87 @@
+"""Who is to be woken when: the due times of timers and asyncio loops, in steady time."""
+
+from __future__ import annotations
+
+from heapq import heapify, heappop, heappush
+from threading import Lock
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+
+class Alarm:
+    """Something that rings once at its due time."""
+
+    __slots__ = ('__weakref__', 'agenda', 'due', 'ring')
+
+    def __init__(self, ring: Callable[[], None]) -> None:
+        self.ring = ring
+        self.due: int | None = None
+        self.agenda: Agenda | None = None
+
+
+class Agenda:
+    """A heap of alarms. An alarm that was set again leaves its old entry behind, which is skipped.
+
+    `on_earlier` is called, outside the lock, when the earliest due time has moved forward.
+    """
+
+    __slots__ = ('_lock', '_on_earlier', '_serial', '_stale', 'heap')
+
+    def __init__(self, on_earlier: Callable[[], None]) -> None:
+        self.heap: list[tuple[int, int, Alarm]] = []
+        self._lock = Lock()
+        self._serial = 0
+        self._stale = 0
+        self._on_earlier = on_earlier
+
+    def set(self, alarm: Alarm, due: int) -> None:
+        """Let `alarm` ring at `due` (steady ns), instead of any time set before."""
+        with self._lock:
+            self._leave_behind(alarm)
+            earlier = not self.heap or due < self.heap[0][0]
+            self._serial += 1
+            alarm.due, alarm.agenda = due, self
+            heappush(self.heap, (due, self._serial, alarm))
+        if earlier:
+            self._on_earlier()
+
+    def forget(self, alarm: Alarm) -> None:
+        """Let `alarm` ring no more."""
+        with self._lock:
+            self._leave_behind(alarm)
+            alarm.due = alarm.agenda = None
+
+    def next_due(self) -> int | None:
+        """The earliest due time, or None. It may belong to an alarm that is off by now."""
+        try:
+            return self.heap[0][0]
+        except IndexError:
+            return None
+
+    def ring_due(self, now: int) -> None:
+        """Ring everything that is due at `now`."""
+        while self.heap:
+            with self._lock:
+                if not self.heap or self.heap[0][0] > now:
+                    return
+                due, _, alarm = heappop(self.heap)
+                if alarm.due != due or alarm.agenda is not self:
+                    self._stale -= 1
+                    continue
+                alarm.due = alarm.agenda = None
+            alarm.ring()
+
+    def _leave_behind(self, alarm: Alarm) -> None:
+        """Count the entry that `alarm` has here as dead, and clear the dead away when they are the majority."""
+        if alarm.agenda is not self or alarm.due is None:
+            return
+        self._stale += 1
+        if self._stale > 64 and self._stale * 2 > len(self.heap):
+            self.heap[:] = [entry for entry in self.heap if entry[2] is not alarm and self._lives(entry)]
+            heapify(self.heap)
+            self._stale = 0
+
+    def _lives(self, entry: tuple[int, int, Alarm]) -> bool:
+        return entry[2].agenda is self and entry[2].due == entry[0]

@@ -1,0 +1,117 @@
+"""Callback groups: which callbacks may run beside each other (rclpy.callback_groups)."""
+
+from __future__ import annotations
+
+from _thread import allocate_lock
+from collections import deque
+from typing import TYPE_CHECKING
+from weakref import WeakSet
+
+if TYPE_CHECKING:
+    from goalwire.execution.work import Work
+
+
+class CallbackGroup:
+    """The entities whose callbacks one rule governs."""
+
+    def __init__(self) -> None:
+        self.entities: WeakSet[object] = WeakSet()
+
+    def add_entity(self, entity: object) -> None:
+        """Make `entity` a member. Raises TypeError for what cannot be referenced weakly."""
+        self.entities.add(entity)
+
+    def has_entity(self, entity: object) -> bool:
+        """Whether `entity` is a member."""
+        return entity in self.entities
+
+    def can_execute(self, entity: object) -> bool:
+        """Whether a callback of `entity` may start now."""
+        raise NotImplementedError
+
+    def beginning_execution(self, entity: object) -> bool:
+        """Note that a callback of `entity` starts; False where it may not."""
+        raise NotImplementedError
+
+    def ending_execution(self, entity: object) -> None:
+        """Note that a callback of `entity` has ended."""
+        raise NotImplementedError
+
+    def park(self, work: Work) -> None:
+        """Keep `work`, which may not start now, and post it again when it may."""
+        raise NotImplementedError
+
+
+class ReentrantCallbackGroup(CallbackGroup):
+    """Its callbacks run beside each other, and beside themselves."""
+
+    def can_execute(self, entity: object) -> bool:  # noqa: ARG002
+        """Always."""
+        return True
+
+    def beginning_execution(self, entity: object) -> bool:  # noqa: ARG002
+        """Always."""
+        return True
+
+    def ending_execution(self, entity: object) -> None:
+        """Nothing to note."""
+
+    def park(self, work: Work) -> None:
+        """Never needed; posting again is right all the same."""
+        work.home.post(work)
+
+
+class MutuallyExclusiveCallbackGroup(CallbackGroup):
+    """One callback at a time. What comes meanwhile waits in here, without keeping a thread busy.
+
+    It takes no blocking lock. Who parks work appends it, then looks whether the group is still busy; who
+    ends frees the group, then looks for parked work: one of them sees the other.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._busy = allocate_lock()
+        self._active: object = None
+        self._parked: deque[Work] = deque()
+
+    def can_execute(self, entity: object) -> bool:  # noqa: ARG002
+        """Whether no callback runs."""
+        return not self._busy.locked()
+
+    def beginning_execution(self, entity: object) -> bool:
+        """Take the group for `entity`; False while another callback runs."""
+        if self._busy.acquire(blocking=False):
+            self._active = entity
+            return True
+        return False
+
+    def ending_execution(self, entity: object) -> None:
+        """Free the group, if `entity` has it, and post the next parked work."""
+        if self._active is not entity:
+            return
+        self._active = None
+        self._busy.release()
+        if self._parked:
+            self._post_next()
+
+    @property
+    def active_entity(self) -> object:
+        """Whose callback runs, or None."""
+        return self._active
+
+    def park(self, work: Work) -> None:
+        """Keep `work` until the group is free."""
+        self._parked.append(work)
+        if not self._busy.locked():
+            self._post_next()
+
+    def _post_next(self) -> None:
+        """Post the oldest parked work, and more while it goes to nodes that no executor runs."""
+        while self._parked:
+            try:
+                work = self._parked.popleft()
+            except IndexError:
+                return
+            work.home.post(work)
+            if work.home.attached:
+                return

@@ -1,0 +1,339 @@
+"""What both executors share: nodes, tasks, and how one piece of ready work is run (rclpy.executors)."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Coroutine
+from contextvars import copy_context
+from functools import partial
+from types import CoroutineType, TracebackType
+from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar
+from weakref import WeakSet
+
+from goalwire.execution.agenda import Agenda
+from goalwire.execution.callback_groups import MutuallyExclusiveCallbackGroup
+from goalwire.execution.current import HELD
+from goalwire.execution.future import Future
+from goalwire.execution.home import Home
+from goalwire.execution.lifeline import ContextLike, default_context
+from goalwire.execution.outcomes import (
+    ConditionReachedException,
+    ExternalShutdownException,
+    ShutdownException,
+    TimeoutException,
+)
+from goalwire.execution.readiness import Parker, Readiness
+from goalwire.execution.ready import ReadyQueue
+from goalwire.execution.steady import deadline_after
+from goalwire.execution.task import Handler, Task, TaskWork
+
+if TYPE_CHECKING:
+    from goalwire.execution.callback_groups import CallbackGroup
+    from goalwire.execution.lane import Lane, Lanes
+    from goalwire.execution.work import Work
+
+T = TypeVar('T')
+
+
+class NodeLike(Protocol):
+    """What an executor needs of a node. `executor` is set by `add_node` and holds no strong reference."""
+
+    @property
+    def home(self) -> Home:
+        """Where the node's entities post their work."""
+
+    executor: Any
+
+
+class TimeoutObject:
+    """A timeout in s that can be changed while somebody waits for it."""
+
+    def __init__(self, timeout: float) -> None:
+        self._timeout = timeout
+
+    @property
+    def timeout(self) -> float:
+        """Seconds."""
+        return self._timeout
+
+    @timeout.setter
+    def timeout(self, timeout: float) -> None:
+        self._timeout = timeout
+
+
+Timeout = float | TimeoutObject | None
+
+
+async def await_or_execute(
+    callback: Callable[..., T] | Callable[..., Coroutine[Any, Any, T]], *args: object
+) -> T:
+    """Call `callback`, and await what it returns if that is a coroutine."""
+    value = callback(*args)
+    if isinstance(value, Coroutine):
+        return await value
+    return value
+
+
+class Executor:
+    """Runs the callbacks of its nodes on the threads that spin it.
+
+    Ready work is run in the order in which it became ready, one callback a turn. What a callback raises
+    comes out of spin; the executor can be used on.
+    """
+
+    _spread_lanes = False
+
+    def __init__(self, *, context: ContextLike | None = None) -> None:
+        self._context = default_context() if context is None else context
+        self._lifeline = self._context.lifeline
+        self._clock = self._lifeline.clock
+        self._ready = ReadyQueue()
+        self._agenda = Agenda(self._ready.wake_one)
+        self._readiness = Readiness(self._ready.wake_one)
+        self._nodes: WeakSet[Any] = WeakSet()
+        self._failures: deque[BaseException] = deque()
+        self._lanes: Lanes | None = None
+        self._is_shutdown = False
+        self.home = Home()
+        """Where the executor's own tasks are posted."""
+        self.home.attach(self._ready, self._agenda)
+
+    # -- nodes and tasks
+
+    @property
+    def context(self) -> ContextLike:
+        """The context under which this spins."""
+        return self._context
+
+    def add_node(self, node: NodeLike) -> bool:
+        """Run `node`'s callbacks from now on, instead of the executor it was in. False if it is here already.
+
+        Raises ShutdownException after `shutdown`.
+        """
+        self._refuse_after_shutdown('add a node')
+        if node in self._nodes and node.home.queue is self._ready:
+            return False
+        previous = node.executor
+        if previous is not None and previous is not self:
+            previous.remove_node(node)
+        self._nodes.add(node)
+        node.home.attach(self._ready, self._agenda)
+        node.executor = self
+        self._ready.wake_one()
+        return True
+
+    def remove_node(self, node: NodeLike) -> None:
+        """Run `node`'s callbacks no more. What is pending waits for the executor it is added to next."""
+        self._nodes.discard(node)
+        if node.home.queue is self._ready:
+            node.home.detach()
+
+    def get_nodes(self) -> list[Any]:
+        """The nodes that were added and are still alive."""
+        return list(self._nodes)
+
+    def create_task(self, callback: Handler[T], *args: object, **kwargs: object) -> Task[T]:
+        """Run a function, a coroutine function or a coroutine here; the task is a future of its result.
+
+        Raises ShutdownException after `shutdown`.
+        """
+        self._refuse_after_shutdown('create a task')
+        task: Task[T] = Task(callback, args, kwargs, executor=self)
+        self.home.post(TaskWork(task, self.home))
+        return task
+
+    def can_execute(self, entity: object) -> bool:
+        """Whether the callback group of `entity` lets it run now."""
+        group: CallbackGroup | None = getattr(entity, 'callback_group', None)
+        return group is None or group.can_execute(entity)
+
+    def wake(self) -> None:
+        """Let a spinning thread look at what there is. Any thread."""
+        self._ready.wake_one()
+
+    # -- spinning
+
+    def spin(self) -> None:
+        """Run callbacks until `shutdown` or the context's end.
+
+        Raises ExternalShutdownException where the context ends while this waits, and what callbacks raise.
+        """
+        self._run(None, None, once=False)
+
+    def spin_once(self, timeout_sec: Timeout = None) -> None:
+        """Run one callback, after waiting up to `timeout_sec` for it (None or negative: without limit)."""
+        self._run(None, self._deadline(timeout_sec), once=True)
+
+    def spin_until_future_complete(self, future: Future[Any], timeout_sec: Timeout = None) -> None:
+        """Run callbacks until `future` is done or cancelled. It returns at once where that is so already."""
+        self._run(future, self._deadline(timeout_sec), once=False)
+
+    def spin_once_until_future_complete(self, future: Future[Any], timeout_sec: Timeout = None) -> None:
+        """Run one callback, unless `future` is done or cancelled first."""
+        self._run(future, self._deadline(timeout_sec), once=True)
+
+    def wait_for_ready_callbacks(
+        self,
+        timeout_sec: Timeout = None,
+        nodes: list[Any] | None = None,  # noqa: ARG002
+        condition: Callable[[], bool] = bool,
+    ) -> tuple[Task[None], Work, None]:
+        """Wait for one piece of ready work and return a task that runs it, for executors written by users.
+
+        Raises TimeoutException, ShutdownException, ExternalShutdownException, ConditionReachedException.
+        """
+        deadline = self._deadline(timeout_sec)
+        parker = self._parker()
+        watch = self._lifeline.watch(parker.wake)
+        try:
+            while True:
+                work = self._take(parker, condition, deadline)
+                if work is not None:
+                    return Task(partial(self._perform_and_raise, work)), work, None
+                if self._is_shutdown:
+                    raise ShutdownException
+                if condition():
+                    raise ConditionReachedException
+                raise TimeoutException
+        finally:
+            watch.close()
+
+    def shutdown(self, timeout_sec: float | None = None) -> bool:  # noqa: ARG002
+        """End every spin and forget the nodes; True. A callback that runs ends by itself, after this."""
+        self._is_shutdown = True
+        for node in self.get_nodes():
+            self.remove_node(node)
+        self._ready.wake_all()
+        self._close_lanes()
+        return True
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, exc_type: type[BaseException] | None, exc_val: BaseException | None, exc_tb: TracebackType | None
+    ) -> None:
+        self.shutdown()
+
+    # -- for the two kinds of executors
+
+    def _run(self, until: Future[Any] | None, deadline: int | None, *, once: bool) -> None:
+        """Spin on the calling thread."""
+        raise NotImplementedError
+
+    def thread_waits_alone(self) -> bool:
+        """Whether nothing of this executor runs while the calling thread blocks."""
+        raise NotImplementedError
+
+    def _parker(self) -> Parker:
+        return Parker(self._readiness)
+
+    def _deadline(self, timeout: Timeout) -> int | None:
+        return deadline_after(self._clock, timeout.timeout if isinstance(timeout, TimeoutObject) else timeout)
+
+    def _refuse_after_shutdown(self, what: str) -> None:
+        if self._is_shutdown:
+            raise ShutdownException(f'cannot {what}: this executor was shut down; make a new one')
+
+    def _next(self) -> Work | None:
+        """The next ready work, timers and file descriptors looked at first; None where there is none."""
+        heap = self._agenda.heap
+        if heap and heap[0][0] <= (now := self._clock.now()):
+            self._agenda.ring_due(now)
+        if self._readiness.watched:
+            self._readiness.poll()
+        return self._ready.pop()
+
+    def _take(self, parker: Parker, leave: Callable[[], bool], deadline: int | None) -> Work | None:
+        """The next ready work, after sleeping for it; None when `leave()`, at shutdown and at `deadline`.
+
+        Raises ExternalShutdownException when the context has ended.
+        """
+        while not self._is_shutdown:
+            if not self._lifeline.alive:
+                raise ExternalShutdownException
+            work = self._next()
+            if work is not None:
+                return work
+            if leave() or (deadline is not None and deadline <= self._clock.now()):
+                return None
+            self._sleep(parker, leave, deadline)
+        return None
+
+    def _sleep(self, parker: Parker, leave: Callable[[], bool], deadline: int | None) -> None:
+        """Sleep until there may be work."""
+        due = self._agenda.next_due()
+        if due is not None and (deadline is None or due < deadline):
+            deadline = due
+        self._ready.park(parker, self._clock, deadline, lambda: self._is_shutdown or leave())
+
+    def _perform(self, work: Work) -> bool:
+        """Run one callback of `work`; False where its group is busy or its node has left."""
+        home, group = work.home, work.group
+        if home.queue is not self._ready:
+            home.post(work)
+            return False
+        if group is None:
+            self._call(work, None)
+            return True
+        if not group.beginning_execution(work):
+            group.park(work)
+            return False
+        if isinstance(group, MutuallyExclusiveCallbackGroup):
+            token = HELD.set((group,))
+            try:
+                self._call(work, group)
+            finally:
+                HELD.reset(token)
+        else:
+            self._call(work, group)
+        return True
+
+    def _call(self, work: Work, group: CallbackGroup | None) -> None:
+        try:
+            outcome = work.run()
+        except BaseException:
+            _end(work, group)
+            raise
+        if outcome is not None and (type(outcome) is CoroutineType or isinstance(outcome, Coroutine)):
+            lane = self._get_lanes().start(outcome, group, copy_context(), partial(_end, work, group))
+            lane.run()  # up to its first await, in the order of plain callbacks
+        else:
+            _end(work, group)
+
+    def _perform_and_raise(self, work: Work) -> None:
+        self._perform(work)
+        self._raise_failure()
+
+    def _raise_failure(self) -> None:
+        """Raise what a coroutine callback, or a callback on another thread, has raised."""
+        if self._failures:
+            raise self._failures.popleft()
+
+    def _fail(self, error: BaseException) -> None:
+        self._failures.append(error)
+
+    def _get_lanes(self) -> Lanes:
+        if self._lanes is None:
+            from goalwire.execution.lane import Lanes
+
+            self._lanes = Lanes(self._make_lane, self._fail, spread=self._spread_lanes)
+        return self._lanes
+
+    def _make_lane(self) -> Lane:
+        from goalwire.execution.lane import Lane
+
+        return Lane(self.home, self._readiness, self._clock)
+
+    def _close_lanes(self) -> None:
+        lanes, self._lanes = self._lanes, None
+        if lanes is not None:
+            lanes.close()
+        self._readiness.close()
+
+
+def _end(work: Work, group: CallbackGroup | None) -> None:
+    """Note that a callback has ended."""
+    if group is not None:
+        group.ending_execution(work)
+    work.settle()

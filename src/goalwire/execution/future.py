@@ -1,0 +1,250 @@
+"""Future: a result to come, as rclpy.task.Future, completed on any thread."""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from typing import TYPE_CHECKING, Generic, TypeVar, cast
+
+from goalwire.execution.bridge import running_loop, wait_on
+from goalwire.execution.steady import STEADY, SteadyClock
+from goalwire.execution.waiting import Waiter
+from goalwire.execution.work import Work
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Generator
+
+    from goalwire.execution.executor import Executor
+    from goalwire.execution.home import Home
+    from goalwire.execution.lifeline import Lifeline
+
+T = TypeVar('T')
+
+_PENDING, _CANCELLED, _FINISHED = range(3)
+
+
+class _Reminder:
+    """Prints an exception that nobody has asked for when its future goes."""
+
+    __slots__ = ('exception', 'retrieved')
+
+    def __init__(self, exception: object) -> None:
+        self.exception = exception
+        self.retrieved = False
+
+    def __del__(self) -> None:
+        if not self.retrieved and sys.stderr is not None:
+            print(f'The following exception was never retrieved: {self.exception}', file=sys.stderr)
+
+
+class _DoneCallback(Work):
+    """A user's done callback on its way through an executor."""
+
+    __slots__ = ('_callback', '_future')
+
+    def __init__(self, home: Home, callback: Callable[[Future[T]], object], future: Future[T]) -> None:
+        super().__init__(home, None)
+        self._callback = callback
+        self._future = future
+
+    def run(self) -> object:
+        return self._callback(self._future)
+
+
+class Future(Generic[T]):
+    """A result to come. As in rclpy a cancelled future is not `done`, and a result may be set again.
+
+    It takes no lock. Who completes it sets the state, then calls the wakers; who adds a waker appends it,
+    then looks at the state: one of them sees the other, and `list.pop` gives each waker to one caller.
+
+    Wakers are the library's, short, and run on the completing thread. Done callbacks are the user's: they go
+    through the executor that the future belongs to, in the order they were added; a future that belongs to
+    none calls them at once.
+    """
+
+    __slots__ = (
+        '__weakref__', '_callbacks', '_exception', '_home', '_raw', '_reminder', '_result', '_state', '_wakers',
+    )  # fmt: skip
+
+    def __init__(self, *, executor: Executor | None = None, home: Home | None = None) -> None:
+        self._state = _PENDING
+        self._result: T | None = None
+        self._exception: BaseException | None = None
+        self._reminder: _Reminder | None = None
+        self._raw: object = None
+        self._wakers: list[Callable[[], None]] = []
+        self._callbacks: list[Callable[[Future[T]], object]] = []
+        self._home = executor.home if executor is not None else home
+
+    # -- what rclpy offers
+
+    def done(self) -> bool:
+        """Whether it has a result or an exception."""
+        return self._state == _FINISHED
+
+    def cancelled(self) -> bool:
+        """Whether it was cancelled before it was done."""
+        return self._state == _CANCELLED
+
+    def result(self) -> T | None:
+        """The result; None while there is none. Raises the exception if it was given one."""
+        if self._raw is not None:
+            self._open()
+        exception = self._exception
+        if exception is not None:
+            self._retrieved()
+            raise exception
+        return self._result
+
+    def exception(self) -> BaseException | None:
+        """The exception, or None."""
+        if self._raw is not None:
+            self._open()
+        self._retrieved()
+        return self._exception
+
+    def set_result(self, result: T) -> None:
+        """Complete it. Any thread."""
+        self._raw = None
+        self._exception = None
+        self._result = result
+        self._retrieved()
+        self._become(_FINISHED)
+
+    def set_exception(self, exception: BaseException) -> None:
+        """Complete it with an exception, which `result` raises."""
+        self._raw = None
+        self._exception = exception
+        self._retrieved()
+        self._reminder = _Reminder(exception)
+        self._become(_FINISHED)
+
+    def cancel(self) -> None:
+        """Give it up, if it is not done."""
+        if self._state == _PENDING:
+            self._become(_CANCELLED)
+
+    def add_done_callback(self, callback: Callable[[Future[T]], object]) -> None:
+        """Call `callback(self)` when this is done or cancelled; soon or at once if it is already."""
+        if self._state == _PENDING:
+            self._callbacks.append(callback)
+            if self._state != _PENDING:
+                self._call_back()
+        elif self._home is not None:
+            self._home.post(_DoneCallback(self._home, callback, self))
+        else:
+            callback(self)
+
+    def __await__(self) -> Generator[object, None, T | None]:
+        """Wait in a coroutine: in an asyncio task, or in a `Task` driven by hand.
+
+        Awaiting a cancelled future gives None, as in newer rclpy.
+        """
+        while self._state == _PENDING:
+            loop = running_loop()
+            if loop is None:
+                yield self
+            else:
+                yield from wait_on(loop, self)
+        return self.result()
+
+    # -- what the library builds on
+
+    def pending(self) -> bool:
+        """Whether it is neither done nor cancelled."""
+        return self._state == _PENDING
+
+    def set_raw(self, raw: object) -> None:
+        """Complete it with something that `_decode` makes the result of, when somebody asks for that."""
+        self._raw = raw
+        self._become(_FINISHED)
+
+    def add_waker(self, waker: Callable[[], None]) -> None:
+        """Call `waker` once, on the completing thread; at once if this is not pending."""
+        self._wakers.append(waker)
+        if self._state != _PENDING:
+            self._wake()
+
+    def remove_waker(self, waker: Callable[[], None]) -> None:
+        """Take a waker back. It may still be called, if this is being completed."""
+        try:
+            self._wakers.remove(waker)
+        except ValueError:
+            return  # it was called, or is about to be
+
+    def wait(
+        self,
+        deadline: int | None = None,
+        *,
+        clock: SteadyClock = STEADY,
+        lifeline: Lifeline | None = None,
+    ) -> bool:
+        """Block this thread until it is done or cancelled (True), `deadline` (steady ns) or the lifeline's end.
+
+        Needs no executor: the thread that completes this wakes the waiting one.
+        """
+        if self._state != _PENDING:
+            return True
+        waiter = Waiter()
+        watch = None if lifeline is None else lifeline.watch(waiter.wake)
+        self.add_waker(waiter.wake)
+        try:
+            while self._state == _PENDING and (lifeline is None or lifeline.alive):
+                if not clock.wait(waiter, deadline):
+                    break
+        finally:
+            self.remove_waker(waiter.wake)
+            if watch is not None:
+                watch.close()
+        return self._state != _PENDING
+
+    def _decode(self, raw: object) -> T:
+        """Make the result of what `set_raw` was given."""
+        return cast('T', raw)
+
+    def _set_executor(self, executor: Executor | None) -> None:
+        self._home = None if executor is None else executor.home
+
+    def _open(self) -> None:
+        raw = self._raw
+        try:
+            self._result = self._decode(raw)
+        except Exception as error:
+            self._exception = error
+        self._raw = None
+
+    def _retrieved(self) -> None:
+        reminder = self._reminder
+        if reminder is not None:
+            reminder.retrieved = True
+            self._reminder = None
+
+    def _become(self, state: int) -> None:
+        self._state = state
+        if self._wakers:
+            self._wake()
+        if self._callbacks:
+            self._call_back()
+
+    def _wake(self) -> None:
+        while self._wakers:
+            try:
+                waker = self._wakers.pop(0)
+            except IndexError:
+                return
+            waker()
+
+    def _call_back(self) -> None:
+        while self._callbacks:
+            try:
+                callback = self._callbacks.pop(0)
+            except IndexError:
+                return
+            home = self._home
+            if home is not None:
+                home.post(_DoneCallback(home, callback, self))
+                continue
+            try:
+                callback(self)
+            except Exception as error:
+                warnings.warn(f'Unhandled exception in done callback: {error}', stacklevel=4)

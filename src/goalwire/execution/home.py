@@ -1,0 +1,94 @@
+"""Where a node's work goes: to the executor that the node is in, or to a backlog while it is in none."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from goalwire.execution.agenda import Agenda, Alarm
+    from goalwire.execution.ready import ReadyQueue
+    from goalwire.execution.work import Work
+
+
+class Home:
+    """The address that all of a node's entities post to, whichever executor the node is in.
+
+    Moving costs what is pending and the number of timers, not the number of entities: `rclpy.spin_once(node)`
+    adds and removes the node with every call.
+    """
+
+    __slots__ = ('__weakref__', '_alarms', '_backlog', 'agenda', 'queue')
+
+    def __init__(self) -> None:
+        self.queue: ReadyQueue | None = None
+        self.agenda: Agenda | None = None
+        self._backlog: deque[Work] = deque()
+        self._alarms: set[Alarm] = set()
+
+    @property
+    def attached(self) -> bool:
+        """Whether an executor runs what is posted here."""
+        return self.queue is not None
+
+    def post(self, work: Work) -> None:
+        """Queue `work` for the executor. Any thread."""
+        queue = self.queue
+        if queue is None:
+            self._backlog.append(work)
+            if self.queue is not None:
+                self._flush()  # attached in between
+            return
+        queue.post(work)
+        if self.queue is not queue:
+            self._move_out(queue)  # detached in between
+
+    def attach(self, queue: ReadyQueue, agenda: Agenda) -> None:
+        """From now on post to `queue`, and let timers follow `agenda`."""
+        self.detach()
+        self.agenda = agenda
+        self.queue = queue
+        self._flush()
+        for alarm in tuple(self._alarms):
+            if alarm.due is not None and alarm.agenda is not agenda:
+                agenda.set(alarm, alarm.due)
+
+    def detach(self) -> None:
+        """Take everything pending back from the executor. Timers keep their due times."""
+        queue = self.queue
+        if queue is None:
+            return
+        self.queue = self.agenda = None
+        if queue.items:
+            self._move_out(queue)
+
+    def set_alarm(self, alarm: Alarm, due: int) -> None:
+        """Let `alarm` ring at steady time `due` (ns), whichever executor the node is in by then."""
+        self._alarms.add(alarm)
+        alarm.due = due
+        agenda = self.agenda
+        while agenda is not None:
+            agenda.set(alarm, due)
+            moved = self.agenda
+            if moved is agenda:
+                return
+            agenda = moved
+
+    def drop_alarm(self, alarm: Alarm) -> None:
+        """Forget `alarm`."""
+        self._alarms.discard(alarm)
+        if alarm.agenda is not None:
+            alarm.agenda.forget(alarm)
+        alarm.due = None
+
+    def _flush(self) -> None:
+        while self._backlog:
+            try:
+                work = self._backlog.popleft()
+            except IndexError:
+                return
+            self.post(work)
+
+    def _move_out(self, queue: ReadyQueue) -> None:
+        for work in queue.reclaim(self):
+            self.post(work)

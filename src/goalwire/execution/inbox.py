@@ -1,0 +1,100 @@
+"""The queue between the transport's threads and a subscription's or service's callback."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import TYPE_CHECKING, Generic, Literal, TypeVar
+
+from goalwire.execution.callback_groups import MutuallyExclusiveCallbackGroup
+from goalwire.execution.work import Work
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from goalwire.execution.callback_groups import CallbackGroup
+    from goalwire.execution.home import Home
+
+E = TypeVar('E')
+
+
+class Inbox(Work, Generic[E]):
+    """Events that wait for their callback, `depth` of them at most (None: without limit).
+
+    When it is full, overflow='oldest' drops the oldest event and 'refuse' refuses the new one; `dropped`
+    counts both. However many events wait, the inbox is in the executor's queue once.
+    """
+
+    __slots__ = ('_alone', '_events', '_handle', '_posted', '_refuse_at', 'closed', 'depth', 'dropped')
+
+    def __init__(
+        self,
+        home: Home,
+        group: CallbackGroup | None,
+        handle: Callable[[E], object],
+        *,
+        depth: int | None = None,
+        overflow: Literal['oldest', 'refuse'] = 'oldest',
+    ) -> None:
+        super().__init__(home, group)
+        self.depth = depth
+        self.dropped = 0
+        self.closed = False
+        self._handle = handle
+        self._events: deque[E] = deque(maxlen=depth if overflow == 'oldest' else None)
+        self._refuse_at = depth if overflow == 'refuse' else None
+        self._posted = False
+        self._alone = isinstance(group, MutuallyExclusiveCallbackGroup)
+
+    def __len__(self) -> int:
+        return len(self._events)
+
+    def __bool__(self) -> bool:
+        return True
+
+    def deliver(self, event: E) -> bool:
+        """Queue `event`; False where it was refused. Any thread; short, takes no lock.
+
+        The append comes before the look at `_posted`, and `settle` resets that before it looks for events.
+        """
+        events = self._events
+        if self.depth is not None and len(events) >= self.depth:
+            self.dropped += 1
+            if self._refuse_at is not None:
+                return False
+        if self.closed:
+            return False
+        events.append(event)
+        if not self._posted:
+            self._posted = True
+            self.home.post(self)
+        return True
+
+    def take(self) -> E | None:
+        """Take the oldest event out, past the callback; None where there is none."""
+        try:
+            return self._events.popleft()
+        except IndexError:
+            return None
+
+    def close(self) -> None:
+        """Drop what waits and refuse what comes. A callback that runs goes on."""
+        self.closed = True
+        self._events.clear()
+
+    def run(self) -> object:
+        """Run the callback for the oldest event."""
+        try:
+            event = self._events.popleft()
+        except IndexError:
+            self.settle()
+            return None
+        if not self._alone:
+            self.settle()  # the callback may run beside itself: let another thread have the next event
+        return self._handle(event)
+
+    def settle(self) -> None:
+        """Post again if events wait."""
+        self._posted = False
+        if self._events:
+            self._posted = True
+            self.home.post(self)

@@ -1,0 +1,182 @@
+"""Lanes: where coroutine callbacks run, as asyncio tasks, on whichever thread of the executor is free."""
+
+from __future__ import annotations
+
+import asyncio
+from _thread import allocate_lock
+from collections import deque
+from typing import TYPE_CHECKING, Any
+from weakref import WeakKeyDictionary
+
+from goalwire.execution.agenda import Alarm
+from goalwire.execution.callback_groups import MutuallyExclusiveCallbackGroup
+from goalwire.execution.loop import new_loop
+from goalwire.execution.work import Work
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Coroutine
+    from contextvars import Context
+
+    from goalwire.execution.callback_groups import CallbackGroup
+    from goalwire.execution.home import Home
+    from goalwire.execution.readiness import Readiness
+    from goalwire.execution.steady import SteadyClock
+
+MOST_LANES = 256
+"""Coroutines of reentrant groups share lanes beyond this many."""
+
+
+class Lane(Work):
+    """An asyncio loop that is bound to no thread. It is ready work like any other: one turn, one step.
+
+    One thread at a time drives it; a thread that finds it driven leaves a note and goes on.
+    """
+
+    __slots__ = ('_alarm', '_closing', '_missed', '_posted', '_starting', '_turn', 'load', 'loop')
+
+    def __init__(self, home: Home, readiness: Readiness, clock: SteadyClock) -> None:
+        super().__init__(home, None)
+        self.load = 0
+        """How many callbacks run here."""
+        self._posted = self._missed = self._closing = False
+        self._turn = allocate_lock()
+        self._starting: deque[tuple[Coroutine[Any, Any, object], Context]] = deque()
+        self._alarm = Alarm(self.wake)
+        self.loop = new_loop(readiness, clock, self.wake)
+
+    @property
+    def driven(self) -> bool:
+        """Whether a thread is in the middle of a step."""
+        return self._turn.locked()
+
+    def start(self, coroutine: Coroutine[Any, Any, object], context: Context) -> None:
+        """Make a task of `coroutine` with the next step. Any thread."""
+        self._starting.append((coroutine, context))
+
+    def wake(self) -> None:
+        """Ask for a step. Any thread."""
+        if not self._posted:
+            self._posted = True
+            self.home.post(self)
+
+    def run(self) -> None:
+        """Do one step, and ask for the next one where there is more to do."""
+        self._posted = False
+        if not self._turn.acquire(blocking=False):
+            self._missed = True
+            if not self._turn.locked():
+                self.wake()
+            return
+        self._missed = False
+        due = None
+        try:
+            if not self.loop.is_closed():
+                self._step()
+                due = self.loop.next_due()
+        finally:
+            if self._closing:
+                self._close_loop()
+            self._turn.release()
+        if self._missed or self.loop.more or self._starting:
+            self.wake()
+        elif due is not None and (self._alarm.due is None or due < self._alarm.due):
+            self.home.set_alarm(self._alarm, due)
+
+    def close(self) -> None:
+        """Cancel what runs here and close the loop; the thread in mid-step does so, if there is one."""
+        self._closing = True
+        self.home.drop_alarm(self._alarm)
+        if self._turn.acquire(blocking=False):
+            try:
+                self._close_loop()
+            finally:
+                self._turn.release()
+
+    def _step(self) -> None:
+        while self._starting:
+            coroutine, context = self._starting.popleft()
+            self.loop.create_task(coroutine, context=context)
+        self.loop.step()
+
+    def _close_loop(self) -> None:
+        """Give cancelled tasks a bounded number of steps to end in."""
+        loop = self.loop
+        if loop.is_closed():
+            return
+        if self._starting:
+            self._step()  # what never began could not clean up
+        left = asyncio.all_tasks(loop)
+        for task in left:
+            task.cancel()
+        for _ in range(10):
+            if not left:
+                break
+            loop.step()
+            left = {task for task in left if not task.done()}
+        loop.close()
+
+
+class Lanes:
+    """The lanes of one executor.
+
+    `spread` False: all coroutines share one lane, as one thread drives them anyway. True: each exclusive
+    group has a lane of its own and each callback of other groups has one while it runs, so that one that
+    blocks holds up nobody but its group.
+    """
+
+    def __init__(self, make: Callable[[], Lane], fail: Callable[[BaseException], None], *, spread: bool) -> None:
+        self._make = make
+        self._fail = fail
+        self._spread = spread
+        self._shared: list[Lane] = []
+        self._of_group: WeakKeyDictionary[CallbackGroup, Lane] = WeakKeyDictionary()
+
+    def start(
+        self, coroutine: Coroutine[Any, Any, object], group: CallbackGroup | None, context: Context,
+        ended: Callable[[], None],
+    ) -> Lane:  # fmt: skip
+        """Let `coroutine` run in the lane that is right for `group`; `ended` is called when it is over."""
+        lane = self._lane_for(group)
+        lane.load += 1
+        lane.start(self._carry(coroutine, lane, ended), context)
+        return lane
+
+    def close(self) -> None:
+        """Cancel all coroutines and close all lanes."""
+        for lane in (*self._shared, *self._of_group.values()):
+            lane.close()
+        self._shared.clear()
+        self._of_group.clear()
+
+    async def _carry(
+        self, coroutine: Coroutine[Any, Any, object], lane: Lane, ended: Callable[[], None]
+    ) -> None:
+        try:
+            await coroutine
+        except (asyncio.CancelledError, GeneratorExit):
+            raise
+        except BaseException as error:  # it comes out of spin
+            self._fail(error)
+        finally:
+            lane.load -= 1
+            ended()
+
+    def _lane_for(self, group: CallbackGroup | None) -> Lane:
+        if self._spread and isinstance(group, MutuallyExclusiveCallbackGroup):
+            lane = self._of_group.get(group)
+            if lane is None:
+                lane = self._of_group[group] = self._make()
+            if not lane.driven:
+                return lane
+        return self._idle_lane()
+
+    def _idle_lane(self) -> Lane:
+        """A shared lane that nobody drives right now: a nested spin cannot go on with the one it is in."""
+        for lane in self._shared:
+            if not lane.driven and (lane.load == 0 or not self._spread):
+                return lane
+        if len(self._shared) < MOST_LANES:
+            lane = self._make()
+            self._shared.append(lane)
+            return lane
+        return min(self._shared, key=lambda lane: lane.load)

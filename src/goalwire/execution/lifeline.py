@@ -1,0 +1,94 @@
+"""The life of a context: everything that waits is woken when it ends."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol
+
+from goalwire.execution.steady import STEADY, SteadyClock
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+
+class Watch:
+    """Somebody who wants to know when a lifeline ends."""
+
+    __slots__ = ('_lifeline', '_wake')
+
+    def __init__(self, lifeline: Lifeline, wake: Callable[[], None]) -> None:
+        self._lifeline = lifeline
+        self._wake = wake
+
+    def close(self) -> None:
+        """Watch no more."""
+        self._lifeline._watchers.pop(self, None)  # noqa: SLF001
+
+    def notify(self) -> None:
+        """Pass the end on."""
+        self._wake()
+
+
+class Lifeline:
+    """Ends once, for whatever reason. `clock` is the time that everything under this context lives in."""
+
+    __slots__ = ('__weakref__', '_watchers', 'alive', 'clock', 'reason')
+
+    def __init__(self, clock: SteadyClock = STEADY) -> None:
+        self.clock = clock
+        self.alive = True
+        self.reason: str | None = None
+        self._watchers: dict[Watch, None] = {}
+
+    def end(self, reason: str) -> bool:
+        """End it and tell everybody; False if it has ended before. Takes no lock: signal handlers call it."""
+        if not self.alive:
+            return False
+        self.reason = reason
+        self.alive = False
+        self._tell()
+        return True
+
+    def watch(self, wake: Callable[[], None]) -> Watch:
+        """Call `wake` once when this ends; at once if it has ended.
+
+        It may run on any thread and inside a signal handler: it must only wake somebody, and take no lock.
+        """
+        watch = Watch(self, wake)
+        self._watchers[watch] = None
+        if not self.alive:
+            self._tell()
+        return watch
+
+    def _tell(self) -> None:
+        while self._watchers:
+            try:
+                watch, _ = self._watchers.popitem()
+            except KeyError:
+                return
+            watch.notify()
+
+
+class ContextLike(Protocol):
+    """What execution needs of a context."""
+
+    @property
+    def lifeline(self) -> Lifeline:
+        """Its life."""
+
+    def ok(self) -> bool:
+        """Whether it is initialised and not shut down."""
+
+
+_provider: list[Callable[[], ContextLike]] = []
+
+
+def provide_default_context(provider: Callable[[], ContextLike]) -> None:
+    """Say where `default_context` finds the default context; the front does, once."""
+    _provider[:] = [provider]
+
+
+def default_context() -> ContextLike:
+    """The context for what was made without one. Raises RuntimeError where no front was imported."""
+    if not _provider:
+        raise RuntimeError('there is no default context: pass context=..., or import rclpy first')
+    return _provider[0]()

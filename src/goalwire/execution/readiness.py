@@ -1,0 +1,142 @@
+"""File descriptors: which are ready, for the asyncio loops; and the sleep that watches them."""
+
+from __future__ import annotations
+
+from _thread import allocate_lock
+from typing import TYPE_CHECKING
+
+from goalwire.execution.waiting import Waiter
+
+if TYPE_CHECKING:
+    import selectors
+    import socket
+    from collections.abc import Callable
+
+
+class Readiness:
+    """One selector for all asyncio loops of an executor; made when the first descriptor is watched.
+
+    A descriptor is reported once, then left alone until its loop arms it again, so that one which a busy
+    loop has not served yet keeps nobody awake.
+    """
+
+    __slots__ = ('_interrupt', '_listener', '_on_armed', '_selector', '_selecting', '_turn', 'watched')
+
+    def __init__(self, on_armed: Callable[[], None]) -> None:
+        """`on_armed` gets a sleeper to look again, which then watches the descriptors."""
+        self.watched = 0
+        self._on_armed = on_armed
+        self._selector: selectors.BaseSelector | None = None
+        self._interrupt: socket.socket | None = None
+        self._listener: socket.socket | None = None
+        self._selecting = False
+        self._turn = allocate_lock()
+
+    def arm(self, fd: int, events: int, report: Callable[[int, int], None]) -> None:
+        """Call `report(fd, ready_events)` once when one of `events` is ready."""
+        selector = self._selector or self._open()
+        selector.register(fd, events, report)
+        self.watched += 1
+        if self._selecting:
+            self.interrupt()
+        else:
+            self._on_armed()
+
+    def disarm(self, fd: int) -> None:
+        """Watch `fd` no more, if it is watched."""
+        if self._selector is not None:
+            try:
+                self._selector.unregister(fd)
+            except KeyError:
+                return  # it has been reported
+            self.watched -= 1
+
+    def poll(self, timeout: float | None = 0) -> None:
+        """Report what is ready, after waiting up to `timeout` s. One thread at a time; others return at once."""
+        selector = self._selector
+        if selector is None or not self._turn.acquire(blocking=False):
+            return
+        try:
+            self._selecting = timeout != 0
+            ready = selector.select(timeout)
+        finally:
+            self._selecting = False
+            self._turn.release()
+        for key, events in ready:
+            if key.data is None:
+                self._drain()
+                continue
+            self.disarm(key.fd)
+            key.data(key.fd, events)
+
+    @property
+    def attended(self) -> bool:
+        """Whether a thread waits in the selector now."""
+        return self._turn.locked()
+
+    def interrupt(self) -> None:
+        """End a `poll` that waits. Any thread."""
+        if self._interrupt is not None:
+            try:
+                self._interrupt.send(b'\0')
+            except (BlockingIOError, OSError):
+                return  # full: it is being interrupted; closed: nobody waits
+
+    def close(self) -> None:
+        """Close the selector."""
+        selector, self._selector = self._selector, None
+        self.watched = 0
+        if selector is not None:
+            selector.close()
+        for end in (self._interrupt, self._listener):
+            if end is not None:
+                end.close()
+
+    def _open(self) -> selectors.BaseSelector:
+        import selectors
+        import socket
+
+        self._listener, self._interrupt = socket.socketpair()
+        self._listener.setblocking(False)
+        self._interrupt.setblocking(False)
+        selector = self._selector = selectors.DefaultSelector()
+        selector.register(self._listener, selectors.EVENT_READ, None)
+        return selector
+
+    def _drain(self) -> None:
+        if self._listener is None:
+            return
+        try:
+            self._listener.recv(4096)
+        except BlockingIOError:
+            return  # somebody else was quicker
+
+
+class Parker(Waiter):
+    """A waiter that watches file descriptors while it sleeps, where there are any and nobody else does."""
+
+    __slots__ = ('_readiness', '_watching')
+
+    def __init__(self, readiness: Readiness) -> None:
+        super().__init__()
+        self._readiness = readiness
+        self._watching = False
+
+    def wait(self, timeout_ns: int | None = None) -> bool:
+        readiness = self._readiness
+        if not readiness.watched or readiness.attended:
+            return super().wait(timeout_ns)
+        self._watching = True
+        try:
+            # Said first, looked second: a `wake` in between sees one or the other.
+            if super().wait(0):
+                return True
+            readiness.poll(None if timeout_ns is None else max(timeout_ns, 0) / 1e9)
+        finally:
+            self._watching = False
+        return super().wait(0)
+
+    def wake(self) -> None:
+        super().wake()
+        if self._watching:
+            self._readiness.interrupt()

@@ -1,0 +1,102 @@
+"""The queue of ready work, and the list of threads that sleep until there is some."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from goalwire.execution.home import Home
+    from goalwire.execution.steady import SteadyClock
+    from goalwire.execution.waiting import Waiter
+    from goalwire.execution.work import Work
+
+
+class ReadyQueue:
+    """First in, first out. It takes no lock: each step is one atomic operation of a deque or a list.
+
+    No wake-up is lost, because both sides act in opposite order. A poster appends its work, then looks for
+    sleepers. A sleeper puts itself on the list, then looks for work. One of them sees the other. The thread
+    that went to sleep last is woken first: its caches are warm, and the others sleep on.
+    """
+
+    __slots__ = ('_wakers', 'items')
+
+    def __init__(self) -> None:
+        self.items: deque[Work] = deque()
+        self._wakers: list[Callable[[], None]] = []
+
+    def post(self, work: Work) -> None:
+        """Append `work` and wake one sleeper, if any: the poster's last act. Any thread."""
+        self.items.append(work)
+        if self._wakers:
+            self.wake_one()
+
+    def pop(self) -> Work | None:
+        """The oldest ready work, or None."""
+        try:
+            return self.items.popleft()
+        except IndexError:
+            return None
+
+    def wake_one(self) -> None:
+        """Let one sleeper look again. Whoever leaves while there is work must call this."""
+        try:
+            waker = self._wakers.pop()
+        except IndexError:
+            return
+        waker()
+
+    def wake_all(self) -> None:
+        """Let all sleepers look again."""
+        while self._wakers:
+            self.wake_one()
+
+    @property
+    def sleepers(self) -> int:
+        """How many threads sleep here."""
+        return len(self._wakers)
+
+    def park(
+        self,
+        waiter: Waiter,
+        clock: SteadyClock,
+        deadline: int | None,
+        leave: Callable[[], bool],
+        *,
+        last: bool = False,
+    ) -> None:
+        """Sleep in `waiter` until there may be work, `leave()` may have become true, or `deadline` (ns).
+
+        `last` makes this sleeper the last one to be woken by posts.
+        """
+        wake = waiter.wake
+        try:
+            if last:
+                self._wakers.insert(0, wake)
+            else:
+                self._wakers.append(wake)
+            if not self.items and not leave():
+                clock.wait(waiter, deadline)
+        finally:
+            try:
+                self._wakers.remove(wake)
+            except ValueError:
+                pass  # a poster took it: its wake-up ends this wait, or makes the next one look once more
+
+    def reclaim(self, home: Home) -> list[Work]:
+        """Take out all work of `home`, oldest first; the order of the rest stays."""
+        taken = []
+        for _ in range(len(self.items)):
+            work = self.pop()
+            if work is None:
+                break
+            if work.home is home:
+                taken.append(work)
+            else:
+                self.items.append(work)
+        if self.items:
+            self.wake_one()
+        return taken

@@ -1,0 +1,123 @@
+"""SingleThreadedExecutor: callbacks run on the thread that spins, one at a time."""
+
+from __future__ import annotations
+
+from _thread import allocate_lock
+from collections.abc import Callable
+from threading import get_ident
+from typing import TYPE_CHECKING, Any
+
+from goalwire.execution.executor import Executor
+from goalwire.execution.outcomes import ExternalShutdownException
+from goalwire.execution.spinning import Loan, Stay, settled
+from goalwire.execution.waiting import Waiter
+
+if TYPE_CHECKING:
+    from goalwire.execution.future import Future
+    from goalwire.execution.lifeline import ContextLike
+
+
+class SingleThreadedExecutor(Executor):
+    """One thread at a time drives it. Others that spin it wait for what they want, or for their turn."""
+
+    def __init__(self, *, context: ContextLike | None = None) -> None:
+        super().__init__(context=context)
+        self._seat = allocate_lock()
+        self._driver = 0
+        self._depth = 0
+        self._successors: list[Waiter] = []
+        self._parkers = [self._parker()]
+
+    def thread_waits_alone(self) -> bool:
+        """Whether the calling thread is the one that drives this."""
+        return self._driver == get_ident()
+
+    def _run(self, until: Future[Any] | None, deadline: int | None, *, once: bool) -> None:
+        if until is not None and settled(until):
+            return
+        if self._driver == get_ident():
+            self._run_nested(until, deadline, once=once)
+            return
+        if not self._sit_down(until, deadline):
+            return
+        try:
+            self._drive(until, deadline, once=once)
+        finally:
+            self._driver = 0
+            self._seat.release()
+            if self._successors:
+                self._call_successor()
+
+    def _run_nested(self, until: Future[Any] | None, deadline: int | None, *, once: bool) -> None:
+        """Spin inside a callback of this very executor."""
+        loan = Loan()
+        try:
+            self._drive(until, deadline, once=once)
+        finally:
+            loan.take_back(self.home, self._spin_while)
+
+    def _spin_while(self, busy: Callable[[], bool]) -> None:
+        parker = self._parker()
+        while busy():
+            work = self._take(parker, lambda: not busy(), None)
+            if work is None:
+                return
+            self._perform(work)
+
+    def _drive(self, until: Future[Any] | None, deadline: int | None, *, once: bool) -> None:
+        parker = self._parker()
+
+        def leave() -> bool:
+            return until is not None and settled(until)
+
+        with Stay(self, self._lifeline, parker, until):
+            self._raise_failure()
+            while True:
+                work = self._take(parker, leave, deadline)
+                if work is None:
+                    return
+                performed = self._perform(work)
+                if self._failures:
+                    self._raise_failure()
+                if performed and once:
+                    return
+                if not self._lifeline.alive or leave():
+                    return
+
+    def _sit_down(self, until: Future[Any] | None, deadline: int | None) -> bool:
+        """Become the thread that drives this; False where another one did until this one need not."""
+        if not self._seat.acquire(blocking=False):
+            waiter = Waiter()
+            with Stay(self, self._lifeline, waiter, until):
+                while not self._wait_for_seat(waiter, deadline):
+                    if self._is_shutdown or (until is not None and settled(until)):
+                        return False
+                    if not self._lifeline.alive:
+                        raise ExternalShutdownException
+                    if deadline is not None and deadline <= self._clock.now():
+                        return False
+        self._driver = get_ident()
+        return True
+
+    def _wait_for_seat(self, waiter: Waiter, deadline: int | None) -> bool:
+        self._successors.append(waiter)
+        try:
+            if self._seat.acquire(blocking=False):
+                return True
+            if not self._is_shutdown:
+                self._clock.wait(waiter, deadline)
+        finally:
+            if waiter in self._successors:
+                self._successors.remove(waiter)
+        return self._seat.acquire(blocking=False)
+
+    def _call_successor(self) -> None:
+        """Let all that wait for the seat try: one gets it, the others wait on."""
+        for waiter in tuple(self._successors):
+            waiter.wake()
+
+    def shutdown(self, timeout_sec: float | None = None) -> bool:
+        """End every spin and forget the nodes; True. A callback that runs ends by itself, after this."""
+        super().shutdown(timeout_sec)
+        self._call_successor()
+        return True

@@ -1,0 +1,44 @@
+"""The one place where the execution core reads the machine's time and sleeps."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from goalwire.execution.waiting import Waiter
+
+
+class SteadyClock:
+    """The machine's clocks, and waiting on them. A virtual clock overrides all three methods."""
+
+    __slots__ = ()
+
+    def now(self) -> int:
+        """Steady time in ns: what all deadlines are made of."""
+        return time.monotonic_ns()
+
+    def system_now(self) -> int:
+        """System time in ns since the UNIX epoch."""
+        return time.time_ns()
+
+    def wait(self, waiter: Waiter, deadline_ns: int | None) -> bool:
+        """Sleep in `waiter` until it is woken (True) or steady time reaches `deadline_ns` (False)."""
+        if deadline_ns is None:
+            return waiter.wait(None)
+        return waiter.wait(deadline_ns - self.now())
+
+
+STEADY = SteadyClock()
+"""The machine's own time."""
+
+
+def deadline_after(clock: SteadyClock, timeout_sec: float | None) -> int | None:
+    """The deadline in ns for a timeout as rclpy takes it: None and negative values mean without limit."""
+    if timeout_sec is None or timeout_sec < 0:
+        return None
+    return clock.now() + min(int(timeout_sec * 1e9), _FOREVER)
+
+
+_FOREVER = 2**62
+"""ns; 146 years: keeps float('inf') from being asked of int()."""

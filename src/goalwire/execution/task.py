@@ -1,0 +1,158 @@
+"""Task: a function or coroutine that an executor runs, and its result (rclpy.task.Task)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Coroutine
+from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar, cast
+
+from goalwire.execution.future import Future
+from goalwire.execution.work import Work
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from goalwire.execution.executor import Executor
+    from goalwire.execution.home import Home
+
+T = TypeVar('T')
+Handler: TypeAlias = Callable[..., T] | Callable[..., Coroutine[Any, Any, T]] | Coroutine[Any, Any, T]
+
+
+class Task(Future[T]):
+    """Runs `handler(*args, **kwargs)`, or a coroutine, once; then it is done.
+
+    An executor runs it as an asyncio task. Called by hand it runs until it is done or awaits something that
+    is pending; each further call goes on from there.
+    """
+
+    __slots__ = ('_cancel_run', '_coroutine', '_executing', '_handler', '_started')
+
+    def __init__(
+        self,
+        handler: Handler[T],
+        args: Sequence[object] | None = None,
+        kwargs: Mapping[str, object] | None = None,
+        executor: Executor | None = None,
+    ) -> None:
+        super().__init__(executor=executor)
+        self._handler = (handler, tuple(args or ()), dict(kwargs or {}))
+        self._coroutine: Coroutine[Any, Any, T] | None = None
+        self._cancel_run: Callable[[], object] | None = None
+        self._executing = False
+        self._started = False
+
+    def executing(self) -> bool:
+        """Whether it runs right now."""
+        return self._executing
+
+    def started(self) -> bool:
+        """Whether its handler has been called."""
+        return self._started
+
+    def cancel(self) -> None:
+        """Give it up. What an executor runs as a coroutine is cancelled where it awaits."""
+        super().cancel()
+        if self._cancel_run is not None:
+            self._cancel_run()
+
+    def __call__(self) -> None:
+        """Run it by hand; see the class."""
+        if self.done() or self._executing:
+            return
+        self._executing = True
+        try:
+            if self._coroutine is None:
+                self._begin()
+            if self._coroutine is not None:
+                self._await_again(self._coroutine.send(None))
+        except StopIteration as end:
+            self._finish(cast('T', end.value))
+        except BaseException as error:
+            self._forget()
+            self.set_exception(error)
+            if not isinstance(error, Exception):
+                raise
+        finally:
+            self._executing = False
+
+    def begin(self) -> Coroutine[Any, Any, T] | None:
+        """Start it for an executor: run a function to its end, or return the coroutine to be run."""
+        if self._started:
+            return None
+        self._executing = True
+        try:
+            self._begin()
+        except BaseException as error:
+            self._forget()
+            self.set_exception(error)
+            self._retrieved()  # it comes out of spin
+            raise
+        finally:
+            self._executing = False
+        return None if self._coroutine is None else self._carry(self._coroutine)
+
+    def _begin(self) -> None:
+        self._started = True
+        handler, args, kwargs = self._handler
+        value = handler if isinstance(handler, Coroutine) else handler(*args, **kwargs)
+        if isinstance(value, Coroutine):
+            self._coroutine = value
+        else:
+            self._finish(value)
+
+    async def _carry(self, coroutine: Coroutine[Any, Any, T]) -> T:
+        import asyncio
+
+        task = asyncio.current_task()
+        if task is not None:
+            self._cancel_run = task.cancel
+        self._executing = True
+        try:
+            result = await coroutine
+        except asyncio.CancelledError:
+            Future.cancel(self)
+            raise
+        except BaseException as error:
+            self.set_exception(error)
+            self._retrieved()  # it comes out of spin
+            raise
+        finally:
+            self._executing = False
+            self._forget()
+        self.set_result(result)
+        return result
+
+    def _await_again(self, awaited: object) -> None:
+        """Where an executor is known, let it go on when what is awaited is done; else the next call does."""
+        if self._home is not None and isinstance(awaited, Future):
+            home = self._home
+            awaited.add_waker(lambda: home.post(TaskWork(self, home)))
+
+    def _finish(self, result: T) -> None:
+        self._forget()
+        self.set_result(result)
+
+    def _forget(self) -> None:
+        """Drop what the handler holds: a done task is kept for its result alone."""
+        self._coroutine = self._cancel_run = None
+        self._handler = (_nothing, (), {})
+
+
+def _nothing() -> Any:
+    """Stand in for a handler that has run."""
+
+
+class TaskWork(Work):
+    """A task on its way through an executor."""
+
+    __slots__ = ('task',)
+
+    def __init__(self, task: Task[Any], home: Home) -> None:
+        super().__init__(home, None)
+        self.task = task
+
+    def run(self) -> object:
+        task = self.task
+        if task.started():
+            return task()  # it was begun by hand, and what it awaited is done
+        return task.begin()

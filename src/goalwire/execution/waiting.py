@@ -1,0 +1,36 @@
+"""How a thread sleeps until somebody wakes it."""
+
+from __future__ import annotations
+
+from _thread import allocate_lock
+from threading import TIMEOUT_MAX
+
+
+class Waiter:
+    """A place for one thread to sleep in.
+
+    It holds at most one wake-up: a `wake` that comes first ends the next `wait` at once, and several count
+    as one. So whoever waits looks again at what it waits for, each time. In the main thread a sleep is
+    interrupted by signal handlers, and by what they raise.
+    """
+
+    __slots__ = ('_gate',)
+
+    def __init__(self) -> None:
+        self._gate = allocate_lock()
+        self._gate.acquire()
+
+    def wait(self, timeout_ns: int | None = None) -> bool:
+        """Sleep until woken (True) or for `timeout_ns` (False); None sleeps without limit."""
+        if timeout_ns is None:
+            return self._gate.acquire()
+        if timeout_ns <= 0:
+            return self._gate.acquire(blocking=False)
+        return self._gate.acquire(timeout=min(timeout_ns / 1e9, TIMEOUT_MAX))
+
+    def wake(self) -> None:
+        """End the current or the next `wait`. Any thread, signal handlers too; takes no lock."""
+        try:
+            self._gate.release()
+        except RuntimeError:
+            return  # the wake-up before this one has not been used yet

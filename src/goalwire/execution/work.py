@@ -1,0 +1,34 @@
+"""What an executor runs."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from goalwire.execution.callback_groups import CallbackGroup
+    from goalwire.execution.home import Home
+
+
+class Work:
+    """A source of callbacks: a subscription's inbox, a timer, a task, an asyncio lane.
+
+    Each turn through an executor's queue runs one callback, so sources take turns fairly.
+    """
+
+    __slots__ = ('__weakref__', 'group', 'home')
+
+    def __init__(self, home: Home, group: CallbackGroup | None) -> None:
+        self.home = home
+        self.group = group
+
+    def run(self) -> object:
+        """Take one event and run the user's callback for it.
+
+        Where the callback is `async def`, return the coroutine it made: the executor runs it as an asyncio
+        task and holds the group until that ends. Any other value means nothing. What this raises comes out
+        of spin.
+        """
+        raise NotImplementedError
+
+    def settle(self) -> None:
+        """Called when the callback has ended and the group is free: post again if there is more to do."""
