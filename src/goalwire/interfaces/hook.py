@@ -78,7 +78,7 @@ class InterfaceFinder:
             self._served.add(name)
             return modules.package_spec(name)
         if name.endswith(TELLING_ENDINGS) and _asked_by_import_statement():
-            text = f'No module named {name!r}: {search_path.explain_missing(name)}'
+            text = f'No module named {name!r}, and {search_path.explain_missing(name)}'
             raise ModuleNotFoundError(text, name=name)
         return None
 
@@ -87,7 +87,7 @@ class InterfaceFinder:
 
         spec = modules.inner_spec(fullname)
         if spec is None and _asked_by_import_statement() and (text := modules.explain_unknown(fullname)):
-            raise ImportError(text, name=fullname)
+            raise (ImportError if fullname.count('.') > 1 else ModuleNotFoundError)(text, name=fullname)
         return spec
 
     def _real_rclpy(self) -> bool:

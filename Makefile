@@ -1,0 +1,41 @@
+# make demo and make test set themselves up: they need Python 3.11 or newer, and make.
+PYTHON ?= python3
+VENV ?= .venv
+BIN := $(VENV)/bin
+RMW ?= rmw_zenoh_cpp
+
+.PHONY: demo test quick lint types bench clean
+
+demo: $(VENV)/.run
+	RMW_IMPLEMENTATION=$(RMW) $(BIN)/humanoid demo
+
+test: $(VENV)/.dev
+	$(BIN)/python -m pytest
+
+quick: $(VENV)/.dev
+	$(BIN)/python -m pytest -m 'not slow'
+
+lint: $(VENV)/.dev
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+types: $(VENV)/.dev
+	$(BIN)/python -m goalwire.interfaces.stubs typings humanoid_interfaces
+	$(BIN)/mypy
+
+bench: $(VENV)/.dev
+	$(BIN)/python -m benchmarks
+
+$(BIN)/python:
+	$(PYTHON) -m venv $(VENV)
+
+$(VENV)/.run: pyproject.toml robot/humanoid/setup.py | $(BIN)/python
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e . ./robot/humanoid
+	@touch $@
+
+$(VENV)/.dev: pyproject.toml robot/humanoid/setup.py | $(BIN)/python
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]' ./robot/humanoid
+	@touch $@
+
+clean:
+	rm -rf $(VENV) build dist .pytest_cache .mypy_cache .ruff_cache

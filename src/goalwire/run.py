@@ -1,0 +1,42 @@
+"""Run a program on goalwire where a real ROS 2 is installed too: python -m goalwire.run prog.py [ARGS…].
+
+    python -m goalwire.run prog.py --ros-args -r __node:=other
+    python -m goalwire.run -m package.module ARGS
+
+goalwire's rclpy and its companions then come before real ones, in this process and in those it starts.
+Interface packages that are importable stay as they are: goalwire takes real rosidl classes too.
+"""
+
+import os
+import runpy
+import sys
+
+from goalwire.interfaces import hook
+
+USAGE = 'usage: python -m goalwire.run (PROGRAM | -m MODULE) [ARGUMENT …]'
+
+
+def main(arguments: list[str]) -> int:
+    """Run the program in this process; 2 for a wrong command line, else what the program does."""
+    if not arguments or arguments[0] in ('-h', '--help') or arguments == ['-m']:
+        print(USAGE, file=sys.stderr)
+        return 0 if arguments[:1] in (['-h'], ['--help']) else 2
+    os.environ[hook.OVERLAY_FIRST] = '1'  # read by the hook, inherited by children
+    hook.install()
+    if arguments[0] == '-m':
+        sys.argv = arguments[1:]
+        runpy.run_module(arguments[1], run_name='__main__', alter_sys=True)
+        return 0
+    program = arguments[0]
+    if not os.path.exists(program):
+        print(f'goalwire.run: no such file: {program}', file=sys.stderr)
+        return 2
+    sys.argv = arguments
+    if not sys.flags.safe_path and sys.path:
+        sys.path[0] = os.path.dirname(os.path.abspath(program))  # as `python PROGRAM` sets it
+    runpy.run_path(program, run_name='__main__')
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main(sys.argv[1:]))
