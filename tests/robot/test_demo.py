@@ -40,7 +40,7 @@ def test_the_demo_ends_well_within_thirty_seconds(world: dict[str, str]) -> None
         assert_all_gone(demo)
     assert '10 of 10 steps ended as they should' in output
     assert re.search(
-        r'^ok +battery, down at first +answers on a retry +79\.\d% on attempt [2-9]', output, re.M
+        r'^ok +battery, down at first +answers on a retry +79\.\d% on attempt [2-9]', output, re.MULTILINE
     )
     assert took < 30.0, output
 
