@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import TYPE_CHECKING
@@ -274,14 +275,10 @@ def _given(text: str | None, complaint: str) -> str:
     return text
 
 
-class _saying:  # noqa: N801 - read as a word in `with _saying(...)`
-    """Turns a RuleSyntaxError into an ArgumentError that names the two arguments."""
-
-    def __init__(self, what: str) -> None:
-        self._what = what
-
-    def __enter__(self) -> None: ...
-
-    def __exit__(self, _type: object, error: BaseException | None, _traceback: object) -> None:
-        if isinstance(error, RuleSyntaxError):
-            raise ArgumentError(f"Couldn't parse {self._what}. Error: {error}") from error
+@contextmanager
+def _saying(what: str) -> Iterator[None]:
+    """Turn a RuleSyntaxError into an ArgumentError that names the two arguments."""
+    try:
+        yield
+    except RuleSyntaxError as error:
+        raise ArgumentError(f"Couldn't parse {what}. Error: {error}") from error

@@ -68,7 +68,7 @@ class ClientStatistics:
 
 
 class GoalClient(Generic[FeedbackT, WaiterT, ResultT]):
-    """Every goal that one action client has under way. A waiter is what the driver completes with a result."""
+    """Every goal that one action client has under way. A waiter is what the driver completes in the end."""
 
     def __init__(self) -> None:
         self._goals: dict[GoalId, _Goal[WaiterT]] = {}
