@@ -10,7 +10,7 @@ from time import perf_counter
 import pytest
 
 from goalwire.graph.graph import Graph
-from goalwire.protocol.qos import DurabilityPolicy, QoS, ReliabilityPolicy
+from goalwire.protocol.qos import INFINITE_NS, DurabilityPolicy, QoS, ReliabilityPolicy
 from goalwire.transport.contract import Endpoint, EndpointKind, GraphEntity, NodeName
 
 PUBLISHER, SUBSCRIPTION = EndpointKind.PUBLISHER, EndpointKind.SUBSCRIPTION
@@ -185,6 +185,12 @@ def test_a_subscription_matches_publishers_that_offer_enough() -> None:
     offering = endpoint(talker, PUBLISHER, '/map', STRING, lasting)
     graph = graph_of(offering, endpoint(talker, PUBLISHER, '/map', STRING))
     assert graph.matched(endpoint(node('listener'), SUBSCRIPTION, '/map', STRING, lasting)) == [offering]
+
+
+def test_a_duration_nobody_asked_for_agrees_with_the_infinite_one_it_becomes_on_the_wire() -> None:
+    infinite = QoS(deadline_ns=INFINITE_NS, lease_ns=INFINITE_NS)
+    subscription = endpoint(node('listener'), SUBSCRIPTION, '/chatter', STRING, infinite)
+    assert graph_of(subscription).matched(Endpoint(PUBLISHER, '/chatter', STRING, '', QoS())) == [subscription]
 
 
 def test_services_match_whatever_their_qos() -> None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from threading import Lock
 from typing import TypeAlias
 
@@ -17,6 +17,7 @@ from goalwire.graph.mismatch import Mismatch, find_mismatches, opposite
 from goalwire.graph.names import NamesAndTypes, actions_among
 from goalwire.graph.watch import Watch, Watchers
 from goalwire.protocol.names.actions import ActionNames
+from goalwire.protocol.qos import INFINITE_NS, QoS
 from goalwire.protocol.qos_compatibility import QoSCompatibility, check_compatible
 from goalwire.transport.contract import Endpoint, EndpointKind, GraphEntity, GraphListener
 
@@ -251,10 +252,19 @@ class Graph(GraphListener):
 def _agree(one: Endpoint | GraphEntity, other: GraphEntity) -> bool:
     """Return whether the QoS of two topic endpoints go together; that of services is never asked."""
     if one.kind is EndpointKind.PUBLISHER:
-        return check_compatible(one.qos, other.qos)[0] is not QoSCompatibility.ERROR
+        return _is_enough(one.qos, other.qos)
     if one.kind is EndpointKind.SUBSCRIPTION:
-        return check_compatible(other.qos, one.qos)[0] is not QoSCompatibility.ERROR
+        return _is_enough(other.qos, one.qos)
     return True
+
+
+def _is_enough(offered: QoS, requested: QoS) -> bool:
+    return check_compatible(_stated(offered), _stated(requested))[0] is not QoSCompatibility.ERROR
+
+
+def _stated(qos: QoS) -> QoS:
+    """Return a QoS as it comes back from a wire: there, durations nobody asked for read as infinite."""
+    return replace(qos, deadline_ns=qos.deadline_ns or INFINITE_NS, lease_ns=qos.lease_ns or INFINITE_NS)
 
 
 def _sorted(endpoints: Iterable[GraphEntity]) -> NamesAndTypes:

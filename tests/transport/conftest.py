@@ -1,0 +1,21 @@
+"""Two sides that see each other, for the contract suite."""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import pytest
+from helpers.wire import Side
+
+from goalwire.transport.contract import EndpointKind, Session
+
+Sides: TypeAlias = tuple[Side, Side]
+
+
+@pytest.fixture
+def sides(session_pair: tuple[Session, Session]) -> Sides:
+    """Two sessions with the nodes /alpha and /beta, each knowing of the other."""
+    alpha, beta = Side(session_pair[0], 'alpha'), Side(session_pair[1], 'beta')
+    alpha.graph.expect(EndpointKind.NODE, '/beta')
+    beta.graph.expect(EndpointKind.NODE, '/alpha')
+    return alpha, beta
