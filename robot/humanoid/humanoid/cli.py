@@ -37,6 +37,22 @@ def main(args: Sequence[str] | None = None) -> int:
         return up()
     except KeyboardInterrupt:
         return 130
+    except ModuleNotFoundError as missing:
+        print(_advice(missing.name or str(missing)), file=sys.stderr)
+        return 1
+
+
+def _advice(module: str) -> str:
+    """What to do about a module that is not there."""
+    package = module.partition('.')[0]
+    if package == 'humanoid_interfaces':
+        advice = (
+            'Run from the directory that holds the workspace, set GOALWIRE_INTERFACE_PATH to it, '
+            'or source it where it was built by colcon.'
+        )
+    else:
+        advice = 'Run `pip install goalwire`, or source a ROS 2.'
+    return f'humanoid: the package {package} is not found. {advice}'
 
 
 def _parser() -> argparse.ArgumentParser:

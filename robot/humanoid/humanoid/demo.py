@@ -34,7 +34,8 @@ def demo() -> int:
         except Failed as failure:
             problem = str(failure)
             supervisor.stop(MISSION)  # while there are servers left to cancel its goals
-    print(summary.table())
+    if summary.begun:
+        print(summary.table())
     if problem is None and not summary.all_well:
         problem = 'not every step ended as it should'
     if problem is not None:

@@ -24,6 +24,10 @@ class Summary:
             self._finished[event.number] = event
 
     @property
+    def begun(self) -> bool:
+        return bool(self._began)
+
+    @property
     def complete(self) -> bool:
         """True once every step has ended, one way or the other."""
         return self._total is not None and len(self._finished) == self._total
