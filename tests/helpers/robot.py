@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import os
 import select
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from helpers.isolation import isolated_env
 from helpers.processes import Program
+
+if TYPE_CHECKING:
+    from humanoid.mission.robot import Robot
 
 ROOT = Path(__file__).resolve().parents[2]
 COURSE = ROOT / 'examples' / 'course'
@@ -32,6 +37,20 @@ def humanoid(*arguments: str, env: Mapping[str, str]) -> Program:
 def course(name: str, *, env: Mapping[str, str]) -> Program:
     """Run one of the chapter's programs."""
     return Program(COURSE / f'{name}.py', env=env)
+
+
+@contextmanager
+def robot_client() -> Iterator[Robot]:
+    """A client of the robot in this process, whose environment says where it is."""
+    import rclpy
+    from humanoid.mission.robot import Robot
+
+    rclpy.init(args=[])
+    try:
+        with Robot() as robot:
+            yield robot
+    finally:
+        rclpy.try_shutdown()
 
 
 def wait_until_gone(pid: int, timeout: float) -> bool:

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import pytest
-from helpers.robot import robot_env
+from helpers.robot import robot_client, robot_env
 
 if TYPE_CHECKING:
     from humanoid.mission.robot import Robot
@@ -25,12 +25,5 @@ def world(monkeypatch: pytest.MonkeyPatch) -> dict[str, str]:
 @pytest.fixture
 def robot(world: dict[str, str]) -> Iterator[Robot]:
     """A client of the robot in this process."""
-    import rclpy
-    from humanoid.mission.robot import Robot
-
-    rclpy.init(args=[])
-    try:
-        with Robot() as robot:
-            yield robot
-    finally:
-        rclpy.try_shutdown()
+    with robot_client() as client:
+        yield client

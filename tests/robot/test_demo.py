@@ -9,7 +9,7 @@ import time
 
 import pytest
 from helpers.processes import Program
-from helpers.robot import humanoid, wait_until_gone
+from helpers.robot import humanoid, robot_client, wait_until_gone
 
 pytestmark = pytest.mark.slow
 
@@ -101,6 +101,13 @@ def test_up_keeps_the_others_working_when_one_is_killed(world: dict[str, str], n
             up.expect(r'Service ready|Server ready')
         os.kill(pid_of(name, up), signal.SIGKILL)
         up.expect(rf'{name} \(pid \d+\) was killed by SIGKILL; the others go on')
+        began = time.monotonic()
+        with robot_client() as newcomer:
+            if name == 'joint_state_service':
+                newcomer.battery()
+            else:
+                newcomer.joint('left_knee')
+        assert time.monotonic() - began < 1.5, 'the rendezvous did not answer a newcomer soon enough'
         others = [other for other in SERVERS if other != name]
         assert not any(wait_until_gone(pid_of(other, up), 0.0) for other in others)
         up.send_signal(signal.SIGINT)

@@ -71,7 +71,7 @@ def test_leaving_the_block_stops_a_child_in_its_own_way() -> None:
     with Supervisor() as supervisor:
         pid = supervisor.start('obedient', python(OBEDIENT))
         wait_for(supervisor, Printed('obedient', 'ready'))
-    assert wait_for(supervisor, Printed('obedient', 'stopping'))
+    wait_for(supervisor, Printed('obedient', 'stopping'))
     assert wait_for(supervisor, Ended) == Ended('obedient', pid, 0)
 
 
