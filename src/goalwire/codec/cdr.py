@@ -1,0 +1,69 @@
+"""Messages to bytes and back: XCDR1, written in little endian, read in both.
+
+An encoder or decoder is generated when a class first needs one, and kept. Any class with rosidl's surface will do.
+"""
+
+from __future__ import annotations
+
+import linecache
+from collections.abc import Callable
+from functools import lru_cache, partial
+from typing import Any, TypeVar, cast
+
+from goalwire.codec import diagnosis
+from goalwire.codec.decoder_source import decoder_source
+from goalwire.codec.encoder_source import encoder_source
+from goalwire.interfaces.type_names import type_name
+
+Data = bytes | bytearray | memoryview
+MessageT = TypeVar('MessageT')
+
+
+def encode(message: object) -> bytes:
+    """Return a message as CDR, header included; raises EncodeError where a value does not fit its field."""
+    return encoder(type(message))(message)
+
+
+def decode(data: Data, cls: type[MessageT]) -> MessageT:
+    """Return the message of a class that CDR bytes hold; raises DecodeError for any others."""
+    return cast('MessageT', decoder(cls)(data))
+
+
+@lru_cache(maxsize=None)
+def encoder(cls: type) -> Callable[[object], bytes]:
+    """Return `encode(message) -> bytes` for one message class."""
+    source, names = encoder_source(cls)
+    names['explain'] = partial(diagnosis.explain_encode, cls)
+    return cast('Callable[[object], bytes]', _compiled(source, names, f'<goalwire encoder {type_name(cls)}>', 'encode'))
+
+
+def decoder(cls: type) -> Callable[[Data], Any]:
+    """Return `decode(data) -> message` for one message class."""
+    return _decoder(cls, '<', view=False)
+
+
+@lru_cache(maxsize=None)
+def _decoder(cls: type, order: str, *, view: bool) -> Callable[[Data], Any]:
+    source, names = decoder_source(cls, order, view=view)
+    names['explain'] = partial(diagnosis.explain_decode, cls)
+    names['otherwise'] = partial(_decode_otherwise, cls)
+    kind = f'{"big" if order == ">" else "little"} endian{" view" if view else ""}'
+    return cast('Callable[[Data], Any]', _compiled(source, names, f'<goalwire decoder {type_name(cls)}, {kind}>', 'decode'))
+
+
+def _decode_otherwise(cls: type, data: Data) -> object:
+    """Decode what is not bytes with a little-endian header."""
+    if not isinstance(data, (bytes, bytearray, memoryview)):
+        raise TypeError(f'expected bytes, got {type(data).__name__}')
+    view = not isinstance(data, bytes)
+    if view:
+        data = memoryview(data)
+        data = data.cast('B') if data.c_contiguous else memoryview(bytes(data))
+    return _decoder(cls, diagnosis.byte_order(cls, data), view=view)(data)
+
+
+def _compiled(source: str, names: dict[str, object], filename: str, function: str) -> object:
+    """Run the source; tracebacks show its lines."""
+    linecache.cache[filename] = (len(source), None, source.splitlines(keepends=True), filename)
+    exec(compile(source, filename, 'exec'), names)  # noqa: S102 - made from checked names
+    return names[function]
