@@ -1,0 +1,40 @@
+"""The isolated environments themselves."""
+
+from __future__ import annotations
+
+import socket
+
+import pytest
+from helpers.isolation import free_port, fresh_domain, isolated_env
+from helpers.processes import Program
+
+
+def test_two_environments_share_neither_domain_nor_port() -> None:
+    first, second = isolated_env('goalwire_memory'), isolated_env('goalwire_memory')
+    for name in ('ROS_DOMAIN_ID', 'GOALWIRE_ROUTER_PORT'):
+        assert first[name] != second[name]
+
+
+def test_nothing_of_a_sourced_ros_2_is_inherited(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ('AMENT_PREFIX_PATH', 'ZENOH_CONFIG_OVERRIDE', 'ROS_DISTRO', 'CYCLONEDDS_URI'):
+        monkeypatch.setenv(name, 'the machine has one')
+    monkeypatch.setenv('ROS_DOMAIN_ID', '999')
+    env = isolated_env('rmw_zenoh_cpp')
+    assert 'the machine has one' not in env.values()
+    assert 0 < int(env['ROS_DOMAIN_ID']) <= 230
+    assert env['RMW_IMPLEMENTATION'] == 'rmw_zenoh_cpp'
+
+
+def test_a_port_somebody_listens_on_is_not_handed_out() -> None:
+    port = free_port()
+    with socket.socket() as listener:
+        listener.bind(('127.0.0.1', port + 1))
+        listener.listen()
+        assert free_port() != port + 1
+
+
+def test_another_test_run_gets_other_domains() -> None:
+    mine = fresh_domain()
+    source = 'from helpers.isolation import fresh_domain; print({fresh_domain() for _ in range(10)})'
+    with Program(f'import sys; sys.path[:0] = {__import__("sys").path!r}; {source}') as program:
+        assert str(mine) not in program.succeed().strip('{}').split(', ')

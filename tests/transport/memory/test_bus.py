@@ -1,0 +1,118 @@
+"""The buses of a process, and that they go when nobody uses them."""
+
+from __future__ import annotations
+
+import gc
+import threading
+import weakref
+from collections.abc import Callable
+
+import pytest
+from helpers.wire import Side
+
+from goalwire.transport import registry
+from goalwire.transport.contract import GraphEntity, GraphListener, NodeName, Session, SessionOptions
+from goalwire.transport.memory.bus import BUSES, Bus
+
+OpenSession = Callable[[], Session]
+
+
+def test_a_bus_goes_with_its_last_session() -> None:
+    first = BUSES.acquire(7)
+    assert BUSES.acquire(7) is first
+    assert BUSES.acquire(8) is not first
+    BUSES.release(8)
+    BUSES.release(7)
+    assert BUSES.users() == 1
+    BUSES.release(7)
+    gone = weakref.ref(first)
+    del first
+    gc.collect()
+    assert gone() is None
+
+
+def test_closed_endpoints_leave_nothing_on_the_bus(open_session: OpenSession) -> None:
+    alpha, beta = Side(open_session(), 'alpha'), Side(open_session(), 'beta')
+    empty = sizes(bus_of(alpha))
+    for side in (alpha, beta):
+        ports = [
+            side.publisher('/chatter'),
+            side.subscription('/chatter', lambda _: None),
+            side.service('/add', lambda _: None),
+            side.client('/add'),
+        ]
+        for port in ports:
+            port.close()
+    assert sizes(bus_of(alpha)) == empty
+
+
+def bus_of(side: Side) -> Bus:
+    bus: Bus = side.session._bus  # type: ignore[attr-defined]
+    return bus
+
+
+def sizes(bus: Bus) -> list[int]:
+    return [len(bus._publishers), len(bus._subscriptions), len(bus._servers), len(bus._entities)]
+
+
+def test_a_graph_listener_that_raises_is_logged_and_told_on(
+    open_session: OpenSession, caplog: pytest.LogCaptureFixture
+) -> None:
+    calls: list[str] = []
+
+    class Failing(GraphListener):
+        def appeared(self, entity: GraphEntity) -> None:
+            calls.append(entity.node.name)
+            raise ZeroDivisionError
+
+        def vanished(self, entity: GraphEntity) -> None:
+            calls.append(f'{entity.node.name} gone')
+
+    session = open_session()
+    session.watch_graph(Failing())
+    session.node(NodeName('alpha')).close()
+    assert calls == ['alpha', 'alpha gone']
+    assert 'ZeroDivisionError' in caplog.text
+
+
+def test_each_listener_hears_of_things_before_their_end_however_many_threads_declare(
+    open_session: OpenSession,
+) -> None:
+    session = open_session()
+    events: list[tuple[str, bytes]] = []
+
+    class Recorder(GraphListener):
+        def appeared(self, entity: GraphEntity) -> None:
+            events.append(('+', entity.gid))
+
+        def vanished(self, entity: GraphEntity) -> None:
+            events.append(('-', entity.gid))
+
+    session.watch_graph(Recorder())
+
+    def come_and_go() -> None:
+        for number in range(200):
+            session.node(NodeName(f'n{number}')).close()
+
+    threads = [threading.Thread(target=come_and_go) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(events) == 4 * 200 * 2
+    alive: set[bytes] = set()
+    for sign, gid in events:
+        assert (gid in alive) is (sign == '-')
+        alive ^= {gid}
+
+
+def test_a_child_process_starts_with_an_empty_bus() -> None:
+    # What a fork does to the table, without the fork: the contract suite has the real one.
+    session = registry.get('goalwire_memory').open(SessionOptions(3))
+    try:
+        before = BUSES._buses
+        BUSES._reset()
+        assert BUSES.users() == 0
+        BUSES._buses = before
+    finally:
+        session.close()

@@ -1,0 +1,104 @@
+"""What the memory transport promises of topics beyond the contract."""
+
+from __future__ import annotations
+
+import threading
+from collections import defaultdict
+
+import pytest
+from helpers.wire import Side
+
+from goalwire.protocol.qos import DurabilityPolicy, QoS
+from goalwire.transport.contract import Sample
+
+Sides = tuple[Side, Side]
+
+
+def test_one_publisher_shared_by_many_threads_is_heard_in_order_by_everyone(sides: Sides) -> None:
+    alpha, beta = sides
+    inboxes: list[list[int]] = [[] for _ in range(3)]
+    for inbox in inboxes:
+        beta.subscription('/chatter', lambda sample, inbox=inbox: inbox.append(sample.sequence))
+    publisher = alpha.publisher('/chatter')
+
+    def pour() -> None:
+        for _ in range(500):
+            publisher.publish(b'')
+
+    threads = [threading.Thread(target=pour) for _ in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert inboxes == [list(range(1, 4001))] * 3
+
+
+def test_late_subscriptions_join_a_running_stream_without_gap_or_repetition(sides: Sides) -> None:
+    alpha, beta = sides
+    depth = 50
+    qos = QoS(depth=depth, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    publisher = alpha.publisher('/map', qos)
+    seen: dict[int, list[int]] = defaultdict(list)
+    threads = [
+        threading.Thread(target=lambda: [publisher.publish(b'') for _ in range(1000)]) for _ in range(2)
+    ]
+    for thread in threads:
+        thread.start()
+    for number in range(20):
+        beta.subscription('/map', lambda sample, seen=seen[number]: seen.append(sample.sequence), qos)
+    for thread in threads:
+        thread.join()
+    for sequences in seen.values():
+        assert sequences == list(range(sequences[0], 2001))
+
+
+def test_history_is_received_when_it_is_delivered(sides: Sides) -> None:
+    alpha, beta = sides
+    qos = QoS(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    alpha.publisher('/map', qos).publish(b'')
+    samples: list[Sample] = []
+    beta.subscription('/map', samples.append, qos)
+    assert samples[0].received_timestamp > samples[0].source_timestamp
+
+
+def test_a_receiver_that_raises_is_logged_and_spares_the_others(
+    sides: Sides, caplog: pytest.LogCaptureFixture
+) -> None:
+    alpha, beta = sides
+    samples: list[Sample] = []
+
+    def fail(_: Sample) -> None:
+        raise ZeroDivisionError
+
+    beta.subscription('/chatter', fail)
+    beta.subscription('/chatter', samples.append)
+    alpha.publisher('/chatter').publish(b'')
+    assert len(samples) == 1
+    assert "subscription '/chatter'" in caplog.text
+    assert 'ZeroDivisionError' in caplog.text
+
+
+def test_publishing_from_a_receiver_comes_after_not_within(sides: Sides) -> None:
+    alpha, _ = sides
+    publisher = alpha.publisher('/chatter')
+    events: list[str] = []
+
+    def receive(sample: Sample) -> None:
+        events.append(f'begin {sample.sequence}')
+        if sample.sequence == 1:
+            publisher.publish(b'')
+        events.append(f'end {sample.sequence}')
+
+    alpha.subscription('/chatter', receive)
+    publisher.publish(b'')
+    assert events == ['begin 1', 'end 1', 'begin 2', 'end 2']
+
+
+def test_a_payload_is_a_copy_where_its_buffer_could_change(sides: Sides) -> None:
+    alpha, _ = sides
+    samples: list[Sample] = []
+    alpha.subscription('/chatter', samples.append)
+    buffer = bytearray(b'before')
+    alpha.publisher('/chatter').publish(buffer)  # type: ignore[arg-type]  # what callers do all the same
+    buffer[:] = b'after!'
+    assert samples[0].payload == b'before'

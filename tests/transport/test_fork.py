@@ -1,0 +1,44 @@
+"""Noticing a fork."""
+
+from __future__ import annotations
+
+import os
+
+import pytest
+from helpers.processes import Program
+
+from goalwire.errors import ForkedError
+from goalwire.transport import fork
+
+FORKING = """
+    import os
+    from goalwire.transport import fork
+
+    calls = []
+    fork.in_child(lambda: calls.append(os.getpid()))
+    before = fork.ForkGuard()
+    if os.fork() == 0:
+        after = fork.ForkGuard()
+        os._exit(0 if before.is_forked and not after.is_forked and calls == [os.getpid()] else 1)
+    code = os.waitstatus_to_exitcode(os.wait()[1])
+    print('child', code, 'parent', before.is_forked, calls)
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, 'fork'), reason='this system has no fork')
+def test_only_the_child_and_only_what_was_opened_before_is_forked() -> None:
+    with Program(FORKING) as program:
+        assert program.succeed() == 'child 0 parent False []'
+
+
+def test_a_guard_lets_its_own_process_pass() -> None:
+    fork.ForkGuard().check('session')
+
+
+def test_the_refusal_names_the_thing_and_the_way_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    guard = fork.ForkGuard()
+    monkeypatch.setattr(fork, '_forks', fork._forks + 1)
+    with pytest.raises(
+        ForkedError, match=r'^publisher /chatter was opened before .* new context in the child'
+    ):
+        guard.check('publisher /chatter')
