@@ -2,6 +2,8 @@
 
 GoalwireError
 ├── LocalError            the caller's mistake: fix the program
+│   ├── NotInitializedException  rclpy.init() was not called
+│   ├── ROSInterruptException    a sleep was ended by shutdown
 │   ├── ClosedError       the context, node or endpoint is no longer open
 │   │   └── InvalidHandle  the same, as rclpy's programs catch it
 │   ├── ForkedError       a context opened before fork() is used in the child
@@ -37,6 +39,21 @@ class InvalidHandle(ClosedError):
 
     def __init__(self, message: str = 'cannot use Destroyable because destruction was requested') -> None:
         super().__init__(message)
+
+
+class NotInitializedException(LocalError):
+    """rclpy.init() has not been called (rclpy.exceptions)."""
+
+    def __init__(self, message: str | None = None) -> None:
+        text = 'rclpy.init() has not been called'
+        super().__init__(f'{text}. msg:{message}' if message else f'{text}.')
+
+
+class ROSInterruptException(LocalError):
+    """A sleep was ended by shutdown (rclpy.exceptions)."""
+
+    def __init__(self) -> None:
+        super().__init__('rclpy.shutdown() has been called')
 
 
 class ForkedError(LocalError):

@@ -74,7 +74,7 @@ class Agenda:
             alarm.ring()
 
     def _leave_behind(self, alarm: Alarm) -> None:
-        """Count the entry that `alarm` has here as dead, and clear the dead away when they are the majority."""
+        """Count the entry that `alarm` has here as dead; clear the dead away when they are the majority."""
         if alarm.agenda is not self or alarm.due is None:
             return
         self._stale += 1

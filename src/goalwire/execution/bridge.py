@@ -73,7 +73,7 @@ def running_loop() -> asyncio.AbstractEventLoop | None:
     events = sys.modules.get('asyncio.events')
     if events is None:
         return None
-    return cast('asyncio.AbstractEventLoop | None', events._get_running_loop())
+    return cast('asyncio.AbstractEventLoop | None', events._get_running_loop())  # noqa: SLF001
 
 
 def wait_on(loop: asyncio.AbstractEventLoop, future: Awaitable) -> Generator[object, None, None]:

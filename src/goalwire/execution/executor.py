@@ -32,6 +32,17 @@ if TYPE_CHECKING:
     from goalwire.execution.lane import Lane, Lanes
     from goalwire.execution.work import Work
 
+__all__ = [
+    'ConditionReachedException',
+    'Executor',
+    'ExternalShutdownException',
+    'NodeLike',
+    'ShutdownException',
+    'TimeoutException',
+    'TimeoutObject',
+    'await_or_execute',
+]
+
 T = TypeVar('T')
 
 
@@ -211,7 +222,10 @@ class Executor:
         return self
 
     def __exit__(
-        self, exc_type: type[BaseException] | None, exc_val: BaseException | None, exc_tb: TracebackType | None
+        self,
+        exc_type: type[BaseException] | None,
+        exc_val: BaseException | None,
+        exc_tb: TracebackType | None,
     ) -> None:
         self.shutdown()
 

@@ -34,7 +34,7 @@ class _Reminder:
 
     def __del__(self) -> None:
         if not self.retrieved and sys.stderr is not None:
-            print(f'The following exception was never retrieved: {self.exception}', file=sys.stderr)
+            print(f'The following exception was never retrieved: {self.exception}', file=sys.stderr)  # noqa: T201
 
 
 class _DoneCallback(Work):
@@ -63,8 +63,16 @@ class Future(Generic[T]):
     """
 
     __slots__ = (
-        '__weakref__', '_callbacks', '_exception', '_home', '_raw', '_reminder', '_result', '_state', '_wakers',
-    )  # fmt: skip
+        '__weakref__',
+        '_callbacks',
+        '_exception',
+        '_home',
+        '_raw',
+        '_reminder',
+        '_result',
+        '_state',
+        '_wakers',
+    )
 
     def __init__(self, *, executor: Executor | None = None, home: Home | None = None) -> None:
         self._state = _PENDING
@@ -179,7 +187,7 @@ class Future(Generic[T]):
         clock: SteadyClock = STEADY,
         lifeline: Lifeline | None = None,
     ) -> bool:
-        """Block this thread until it is done or cancelled (True), `deadline` (steady ns) or the lifeline's end.
+        """Block until it is done or cancelled (True); False at `deadline` (steady ns) or the lifeline's end.
 
         Needs no executor: the thread that completes this wakes the waiting one.
         """

@@ -32,14 +32,13 @@ class Lane(Work):
     One thread at a time drives it; a thread that finds it driven leaves a note and goes on.
     """
 
-    __slots__ = ('_alarm', '_closing', '_missed', '_posted', '_starting', '_turn', 'load', 'loop')
+    __slots__ = ('_alarm', '_carried', '_closing', '_missed', '_posted', '_starting', '_turn', 'loop')
 
     def __init__(self, home: Home, readiness: Readiness, clock: SteadyClock) -> None:
         super().__init__(home, None)
-        self.load = 0
-        """How many callbacks run here."""
         self._posted = self._missed = self._closing = False
         self._turn = allocate_lock()
+        self._carried: set[asyncio.Task[Any]] = set()  # asyncio itself holds its tasks weakly
         self._starting: deque[tuple[Coroutine[Any, Any, object], Context]] = deque()
         self._alarm = Alarm(self.wake)
         self.loop = new_loop(readiness, clock, self.wake)
@@ -48,6 +47,17 @@ class Lane(Work):
     def driven(self) -> bool:
         """Whether a thread is in the middle of a step."""
         return self._turn.locked()
+
+    @property
+    def load(self) -> int:
+        """How many callbacks run here."""
+        return len(self._carried) + len(self._starting)
+
+    def release_current(self) -> None:
+        """Hold the running task no more: it ends."""
+        task = asyncio.current_task()
+        if task is not None:
+            self._carried.discard(task)
 
     def start(self, coroutine: Coroutine[Any, Any, object], context: Context) -> None:
         """Make a task of `coroutine` with the next step. Any thread."""
@@ -95,7 +105,7 @@ class Lane(Work):
     def _step(self) -> None:
         while self._starting:
             coroutine, context = self._starting.popleft()
-            self.loop.create_task(coroutine, context=context)
+            self._carried.add(self.loop.create_task(coroutine, context=context))
         self.loop.step()
 
     def _close_loop(self) -> None:
@@ -124,7 +134,9 @@ class Lanes:
     blocks holds up nobody but its group.
     """
 
-    def __init__(self, make: Callable[[], Lane], fail: Callable[[BaseException], None], *, spread: bool) -> None:
+    def __init__(
+        self, make: Callable[[], Lane], fail: Callable[[BaseException], None], *, spread: bool
+    ) -> None:
         self._make = make
         self._fail = fail
         self._spread = spread
@@ -137,7 +149,6 @@ class Lanes:
     ) -> Lane:  # fmt: skip
         """Let `coroutine` run in the lane that is right for `group`; `ended` is called when it is over."""
         lane = self._lane_for(group)
-        lane.load += 1
         lane.start(self._carry(coroutine, lane, ended), context)
         return lane
 
@@ -158,7 +169,7 @@ class Lanes:
         except BaseException as error:  # it comes out of spin
             self._fail(error)
         finally:
-            lane.load -= 1
+            lane.release_current()
             ended()
 
     def _lane_for(self, group: CallbackGroup | None) -> Lane:

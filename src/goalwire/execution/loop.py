@@ -33,7 +33,7 @@ STOCK = os.environ.get('GOALWIRE_STOCK_LOOP') == '1'
 
 
 class LaneSelector(selectors.BaseSelector):
-    """What the loop takes for its selector. It reports what the executor's `Readiness` saw, and never waits."""
+    """The loop's selector, which never waits: it reports what the executor's `Readiness` saw."""
 
     def __init__(self, readiness: Readiness, wake: Callable[[], None]) -> None:
         self._readiness = readiness
@@ -129,7 +129,7 @@ class LaneLoop(asyncio.SelectorEventLoop):
     # Whatever is queued outside a step, by whichever thread, asks for one: so an Event that a plain callback
     # sets, or a Queue that it fills, wakes the coroutine that waits.
 
-    def call_soon(
+    def call_soon(  # type: ignore[override]
         self, callback: Callable[..., object], *args: Any, context: Context | None = None
     ) -> asyncio.Handle:
         handle = super().call_soon(callback, *args, context=context)
@@ -138,7 +138,7 @@ class LaneLoop(asyncio.SelectorEventLoop):
             self._wake()
         return handle
 
-    def call_soon_threadsafe(
+    def call_soon_threadsafe(  # type: ignore[override]
         self, callback: Callable[..., object], *args: Any, context: Context | None = None
     ) -> asyncio.Handle:
         handle = super().call_soon_threadsafe(callback, *args, context=context)
@@ -146,7 +146,7 @@ class LaneLoop(asyncio.SelectorEventLoop):
         self._wake()
         return handle
 
-    def call_at(
+    def call_at(  # type: ignore[override]
         self, when: float, callback: Callable[..., object], *args: Any, context: Context | None = None
     ) -> asyncio.TimerHandle:
         handle = super().call_at(when, callback, *args, context=context)
@@ -180,7 +180,7 @@ class FastLaneLoop(LaneLoop):
     _thread_id: int | None
     _csock: object
 
-    def add_signal_handler(self, sig: int, callback: Callable[..., object], *args: Any) -> None:
+    def add_signal_handler(self, sig: int, callback: Callable[..., object], *args: Any) -> None:  # type: ignore[override]
         if self._csock is None:
             super()._make_self_pipe()  # type: ignore[misc]
         super().add_signal_handler(sig, callback, *args)

@@ -20,7 +20,7 @@ class Readiness:
     loop has not served yet keeps nobody awake.
     """
 
-    __slots__ = ('_interrupt', '_listener', '_on_armed', '_selector', '_selecting', '_turn', 'watched')
+    __slots__ = ('_interrupt', '_listener', '_on_armed', '_selecting', '_selector', '_turn', 'watched')
 
     def __init__(self, on_armed: Callable[[], None]) -> None:
         """`on_armed` gets a sleeper to look again, which then watches the descriptors."""
@@ -52,7 +52,7 @@ class Readiness:
             self.watched -= 1
 
     def poll(self, timeout: float | None = 0) -> None:
-        """Report what is ready, after waiting up to `timeout` s. One thread at a time; others return at once."""
+        """Report what is ready, after waiting up to `timeout` s. One thread at a time; others return."""
         selector = self._selector
         if selector is None or not self._turn.acquire(blocking=False):
             return

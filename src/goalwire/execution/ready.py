@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -81,10 +82,9 @@ class ReadyQueue:
             if not self.items and not leave():
                 clock.wait(waiter, deadline)
         finally:
-            try:
+            # Where a poster took it: its wake-up ends this wait, or makes the next one look once more.
+            with suppress(ValueError):
                 self._wakers.remove(wake)
-            except ValueError:
-                pass  # a poster took it: its wake-up ends this wait, or makes the next one look once more
 
     def reclaim(self, home: Home) -> list[Work]:
         """Take out all work of `home`, oldest first; the order of the rest stays."""

@@ -30,9 +30,7 @@ class Stay:
 
     __slots__ = ('_executor', '_lifeline', '_until', '_waiter', '_watch')
 
-    def __init__(
-        self, executor: Executor, lifeline: Lifeline, waiter: Waiter, until: Future[Any] | None
-    ) -> None:
+    def __init__(self, executor: Executor, lifeline: Lifeline, waiter: Waiter, until: Any) -> None:
         self._executor = executor
         self._lifeline = lifeline
         self._waiter = waiter

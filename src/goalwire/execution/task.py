@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Coroutine
-from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar, cast
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, cast
 
 from goalwire.execution.future import Future
 from goalwire.execution.work import Work
@@ -154,5 +154,6 @@ class TaskWork(Work):
     def run(self) -> object:
         task = self.task
         if task.started():
-            return task()  # it was begun by hand, and what it awaited is done
+            task()  # it was begun by hand, and what it awaited is done
+            return None
         return task.begin()

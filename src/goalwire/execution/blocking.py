@@ -1,0 +1,40 @@
+"""Blocking calls (execution rule 3): they wait on their own thread and need no executor."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from goalwire.execution.callback_groups import MutuallyExclusiveCallbackGroup
+from goalwire.execution.current import HELD, THREAD, current_executor, current_group
+
+if TYPE_CHECKING:
+    from goalwire.execution.callback_groups import CallbackGroup
+    from goalwire.execution.future import Future
+    from goalwire.execution.home import Home
+    from goalwire.execution.lifeline import Lifeline
+
+__all__ = ['block_on', 'current_executor', 'current_group', 'why_it_cannot_answer']
+
+
+def block_on(future: Future[Any], deadline: int | None, lifeline: Lifeline) -> bool:
+    """Block until `future` is settled (True); False at `deadline` (steady ns) or the lifeline's end."""
+    return future.wait(deadline, clock=lifeline.clock, lifeline=lifeline)
+
+
+def why_it_cannot_answer(home: Home, group: CallbackGroup | None) -> str | None:
+    """Why a callback of `home` in `group` cannot run while the calling thread blocks; None where it can.
+
+    To be asked before blocking on something that an entity of this very process has to do.
+    """
+    if isinstance(group, MutuallyExclusiveCallbackGroup) and group in HELD.get():
+        return (
+            'its callback is in the mutually exclusive callback group that the calling callback holds: '
+            'give one of them a group of its own, or await call_async()'
+        )
+    for executor in THREAD.executors:
+        if home.queue is executor.home.queue and executor.thread_waits_alone():
+            return (
+                'its callback needs the very thread that would wait: spin with a MultiThreadedExecutor, '
+                'put one of the nodes into another executor, or await call_async()'
+            )
+    return None

@@ -1,0 +1,228 @@
+"""Clocks: system, steady and ROS time (rclpy.clock)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol
+from weakref import WeakSet
+
+from goalwire.errors import LocalError, NotInitializedException
+from goalwire.execution.jump import ClockChange, JumpHandle, JumpThreshold, TimeJump, TimeJumpDictionary
+from goalwire.execution.lifeline import ContextLike, default_context
+from goalwire.execution.steady import STEADY, SteadyClock
+from goalwire.execution.waiting import Waiter
+from goalwire.protocol.time import ClockType, Duration, Time
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from goalwire.execution.lifeline import Lifeline
+
+__all__ = [
+    'STEADY',
+    'Clock',
+    'ClockChange',
+    'ClockType',
+    'JumpHandle',
+    'JumpThreshold',
+    'ROSClock',
+    'SteadyClock',
+    'TimeJump',
+    'TimeJumpDictionary',
+]
+
+
+class JumpListener(Protocol):
+    """A timer: it is told of every change of its clock's time."""
+
+    def clock_jumped(self, change: ClockChange, remaining_ns: int | None) -> None: ...
+
+    def remaining_ns(self) -> int | None: ...
+
+
+class Clock:
+    """A source of `Time`. `Clock(clock_type=ClockType.ROS_TIME)` is a ROSClock, as in rclpy."""
+
+    def __new__(  # noqa: PYI034
+        cls, *, clock_type: ClockType = ClockType.SYSTEM_TIME, source: SteadyClock = STEADY  # noqa: ARG004
+    ) -> Clock:  # fmt: skip
+        """Raises TypeError for what is no ClockType."""
+        if not isinstance(clock_type, ClockType):
+            raise TypeError('Clock type must be a ClockType enum')
+        return super().__new__(ROSClock if clock_type is ClockType.ROS_TIME or cls is ROSClock else cls)
+
+    def __init__(
+        self, *, clock_type: ClockType = ClockType.SYSTEM_TIME, source: SteadyClock = STEADY
+    ) -> None:
+        self._clock_type = clock_type
+        self.source = source
+        """The machine's time, or the virtual time that stands in for it."""
+        self._jump_handles: list[JumpHandle] = []
+
+    @property
+    def clock_type(self) -> ClockType:
+        """Which time it tells."""
+        return self._clock_type
+
+    @property
+    def handle(self) -> Clock:
+        """What rclpy's C layer would know it by: itself."""
+        return self
+
+    @property
+    def overridden(self) -> bool:
+        """Whether somebody sets its time, so that waiting for it means waiting for them."""
+        return False
+
+    def __repr__(self) -> str:
+        return f'Clock(clock_type={self._clock_type.name})'
+
+    def now(self) -> Time:
+        """The time now."""
+        return Time(nanoseconds=self.now_ns(), clock_type=self._clock_type)
+
+    def now_ns(self) -> int:
+        """The time now in ns."""
+        if self._clock_type is ClockType.STEADY_TIME:
+            return self.source.now()
+        if self._clock_type is ClockType.UNINITIALIZED:
+            raise LocalError('a clock of type UNINITIALIZED tells no time: choose another ClockType')
+        return self.source.system_now()
+
+    def create_jump_callback(
+        self,
+        threshold: JumpThreshold,
+        *,
+        pre_callback: Callable[[], object] | None = None,
+        post_callback: Callable[[TimeJump], object] | None = None,
+    ) -> JumpHandle:
+        """Call `pre_callback()` before and `post_callback(jump)` after each jump that meets `threshold`.
+
+        Only ROS time jumps. Raises ValueError where no callback is given, or one is not callable.
+        """
+        return JumpHandle(
+            clock=self, threshold=threshold, pre_callback=pre_callback, post_callback=post_callback
+        )
+
+    def sleep_until(self, until: Time, context: ContextLike | None = None) -> bool:
+        """Block until this clock shows `until` (True), the context ends or ROS time is switched (False).
+
+        Raises NotInitializedException where the context is not up, ValueError for another clock's time.
+        """
+        context = default_context() if context is None else context
+        if not context.ok():
+            raise NotInitializedException
+        if until.clock_type is not self._clock_type:
+            raise ValueError("until's clock type does not match this clock's type")
+        return self.wait_until(until.nanoseconds, Waiter(), context.lifeline)
+
+    def sleep_for(self, rel_time: Duration, context: ContextLike | None = None) -> bool:
+        """Block for `rel_time` on this clock; see `sleep_until`."""
+        return self.sleep_until(self.now() + rel_time, context)
+
+    def wait_until(
+        self, target_ns: int, waiter: Waiter, lifeline: Lifeline, give_up: Callable[[], bool] = bool
+    ) -> bool:
+        """Sleep until this clock shows `target_ns` (True), `give_up()` or the lifeline's end."""
+        watch = lifeline.watch(waiter.wake)
+        try:
+            while lifeline.alive and not give_up():
+                missing = target_ns - self.now_ns()
+                if missing <= 0:
+                    return True
+                self._doze(waiter, missing)
+            return False
+        finally:
+            watch.close()
+
+    def _doze(self, waiter: Waiter, missing_ns: int) -> None:
+        self.source.wait(waiter, self.source.now() + missing_ns)
+
+
+class ROSClock(Clock):
+    """System time, until somebody overrides it: the /clock topic under `use_sim_time`."""
+
+    def __init__(self, *, source: SteadyClock = STEADY, clock_type: ClockType = ClockType.ROS_TIME) -> None:
+        super().__init__(clock_type=clock_type, source=source)
+        self._active = False
+        self._override_ns = 0
+        self._switches = 0
+        self._sleepers: list[Waiter] = []
+        self._timers: WeakSet[JumpListener] = WeakSet()
+
+    @property
+    def ros_time_is_active(self) -> bool:
+        """Whether the override counts."""
+        return self._active
+
+    @property
+    def overridden(self) -> bool:
+        return self._active
+
+    def now_ns(self) -> int:
+        return self._override_ns if self._active else self.source.system_now()
+
+    def set_ros_time_override(self, time: Time) -> None:
+        """Set the time that this clock shows while ROS time is active; post the timers that are due by then.
+
+        Raises TypeError for what is no Time.
+        """
+        if not isinstance(time, Time):
+            raise TypeError(f'Time must be specified as rclpy.time.Time. Received type: {type(time)}')
+        new = time.nanoseconds
+        if not self._active:
+            self._override_ns = new
+            return
+        self._change(ClockChange.ROS_TIME_NO_CHANGE, new - self._override_ns, new_override=new)
+
+    def watch_timer(self, timer: JumpListener) -> None:
+        """Tell `timer`, held weakly, of every change."""
+        self._timers.add(timer)
+
+    def wait_until(
+        self, target_ns: int, waiter: Waiter, lifeline: Lifeline, give_up: Callable[[], bool] = bool
+    ) -> bool:
+        # A target set under one source means nothing under the other.
+        switches = self._switches
+        self._sleepers.append(waiter)
+        try:
+            return super().wait_until(
+                target_ns, waiter, lifeline, lambda: give_up() or self._switches != switches
+            )
+        finally:
+            self._sleepers.remove(waiter)
+
+    def _set_ros_time_is_active(self, enabled: bool) -> None:
+        """Switch between the override and system time."""
+        if enabled == self._active:
+            return
+        change = ClockChange.ROS_TIME_ACTIVATED if enabled else ClockChange.ROS_TIME_DEACTIVATED
+        self._change(change, 0, active=enabled)
+
+    def _change(
+        self, change: ClockChange, delta: int, *, new_override: int | None = None, active: bool | None = None
+    ) -> None:
+        """Let the time jump, with everybody told before or after it."""
+        jump = TimeJump(change, Duration(nanoseconds=delta))
+        told = [handle for handle in tuple(self._jump_handles) if handle.threshold.met_by(jump)]
+        for handle in told:
+            if handle.pre_callback is not None:
+                handle.pre_callback()
+        timers = [(timer, timer.remaining_ns()) for timer in tuple(self._timers)]
+        if new_override is not None:
+            self._override_ns = new_override
+        if active is not None:
+            self._active = active
+            self._switches += 1
+        for handle in told:
+            if handle.post_callback is not None:
+                handle.post_callback(jump)
+        for timer, remaining in timers:
+            timer.clock_jumped(change, remaining)
+        for waiter in tuple(self._sleepers):
+            waiter.wake()
+
+    def _doze(self, waiter: Waiter, missing_ns: int) -> None:
+        if self._active:
+            self.source.wait(waiter, None)
+        else:
+            super()._doze(waiter, missing_ns)

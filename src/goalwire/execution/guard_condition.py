@@ -1,0 +1,63 @@
+"""GuardCondition: a callback that the program triggers itself (rclpy.guard_condition)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from goalwire.errors import InvalidHandle
+from goalwire.execution.home import Home
+from goalwire.execution.work import Work
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from goalwire.execution.callback_groups import CallbackGroup
+    from goalwire.execution.lifeline import ContextLike
+
+
+class GuardCondition(Work):
+    """Triggers that come before the callback has run count as one."""
+
+    __slots__ = ('_destroyed', '_posted', 'callback')
+
+    def __init__(
+        self,
+        callback: Callable[[], object] | None,
+        callback_group: CallbackGroup | None,
+        context: ContextLike | None = None,  # noqa: ARG002
+        *,
+        home: Home | None = None,
+    ) -> None:
+        super().__init__(Home() if home is None else home, callback_group)
+        self.callback = callback
+        self._posted = self._destroyed = False
+
+    @property
+    def callback_group(self) -> CallbackGroup | None:
+        """The group that it was made with."""
+        return self.group
+
+    @property
+    def handle(self) -> GuardCondition:
+        """What rclpy's C layer would know it by: itself. Raises InvalidHandle once destroyed."""
+        if self._destroyed:
+            raise InvalidHandle
+        return self
+
+    def trigger(self) -> None:
+        """Have the callback called soon. Any thread, signal handlers too. InvalidHandle once destroyed."""
+        if self._destroyed:
+            raise InvalidHandle
+        if not self._posted:
+            self._posted = True
+            self.home.post(self)
+
+    def destroy(self) -> None:
+        """End it. Idempotent."""
+        self._destroyed = True
+
+    def run(self) -> object:
+        self._posted = False
+        if self._destroyed or self.callback is None:
+            return None
+        return self.callback()

@@ -1,0 +1,218 @@
+"""Timer: a callback at a steady rhythm (rclpy.timer)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from goalwire.errors import InvalidHandle
+from goalwire.execution.agenda import Alarm
+from goalwire.execution.clock import ClockChange, ROSClock
+from goalwire.execution.home import Home
+from goalwire.execution.rate import Rate
+from goalwire.execution.work import Work
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from goalwire.execution.callback_groups import CallbackGroup
+    from goalwire.execution.clock import Clock
+    from goalwire.execution.lifeline import ContextLike
+
+__all__ = ['Rate', 'Timer']
+
+_INT64 = range(-(2**63), 2**63)
+
+
+class Timer(Work):
+    """Calls `callback` every `timer_period_ns` on `clock`.
+
+    Periods that were missed are made up for by one call, and the phase is kept, as in rcl. It is
+    an alarm in its node's executor; on an overridden ROS clock the setter of the time posts it.
+    """
+
+    __slots__ = (
+        '_alarm',
+        '_canceled',
+        '_clock',
+        '_destroyed',
+        '_last_call',
+        '_next_call',
+        '_period',
+        '_posted',
+        '_taken',
+        'callback',
+    )
+
+    def __init__(
+        self,
+        callback: Callable[[], object] | None,
+        callback_group: CallbackGroup | None,
+        timer_period_ns: int,
+        clock: Clock,
+        *,
+        context: ContextLike | None = None,  # noqa: ARG002
+        autostart: bool = True,
+        home: Home | None = None,
+    ) -> None:
+        """Raises TypeError for a period beyond an int64. Without `home` no executor ever calls it."""
+        super().__init__(Home() if home is None else home, callback_group)
+        if int(timer_period_ns) not in _INT64:
+            raise TypeError(
+                f'a timer period of {timer_period_ns} ns does not fit into 64 bits: make it shorter'
+            )
+        self.callback = callback
+        self._clock = clock
+        self._period = int(timer_period_ns)
+        self._last_call = clock.now_ns()
+        self._next_call = self._last_call + self._period
+        self._canceled = not autostart
+        self._destroyed = self._posted = self._taken = False
+        self._alarm = Alarm(self._post)
+        if isinstance(clock, ROSClock):
+            clock.watch_timer(self)
+        self._schedule()
+
+    # -- what rclpy offers
+
+    @property
+    def callback_group(self) -> CallbackGroup | None:
+        """The group that it was made with."""
+        return self.group
+
+    @property
+    def handle(self) -> Timer:
+        """What rclpy's C layer would know it by: itself. Raises InvalidHandle once destroyed."""
+        self._check()
+        return self
+
+    @property
+    def clock(self) -> Clock:
+        """The clock it goes by."""
+        return self._clock
+
+    @property
+    def timer_period_ns(self) -> int:
+        """The period in ns. A new one counts from the next call on."""
+        self._check()
+        return self._period
+
+    @timer_period_ns.setter
+    def timer_period_ns(self, value: int) -> None:
+        value = int(value)
+        self._check()
+        self._period = value
+
+    def is_ready(self) -> bool:
+        """Whether a call is due."""
+        self._check()
+        return not self._canceled and self._clock.now_ns() >= self._next_call
+
+    def is_canceled(self) -> bool:
+        """Whether it is off."""
+        self._check()
+        return self._canceled
+
+    def cancel(self) -> None:
+        """Switch it off, until `reset`."""
+        self._check()
+        self._canceled = True
+        self.home.drop_alarm(self._alarm)
+
+    def reset(self) -> None:
+        """Start anew: the next call is one period from now."""
+        self._check()
+        self._next_call = self._clock.now_ns() + self._period
+        self._canceled = False
+        self._schedule()
+
+    def time_since_last_call(self) -> int:
+        """Ns since the last call, or since it was made."""
+        self._check()
+        return self._clock.now_ns() - self._last_call
+
+    def time_until_next_call(self) -> int | None:
+        """Ns until the next call, negative where it is late; None while canceled."""
+        self._check()
+        return None if self._canceled else self._next_call - self._clock.now_ns()
+
+    def destroy(self) -> None:
+        """End it. Idempotent."""
+        self._destroyed = self._canceled = True
+        self.home.drop_alarm(self._alarm)
+
+    # -- what the library builds on
+
+    @property
+    def next_call_ns(self) -> int:
+        """When the next call is due, on its clock."""
+        return self._next_call
+
+    def take_over(self) -> None:
+        """Leave calling to somebody else, a Rate: no executor calls it from now on."""
+        self._taken = True
+        self.home.drop_alarm(self._alarm)
+
+    def advance(self) -> None:
+        """Note a call, and find the next due time: in phase, and in the future."""
+        now = self._clock.now_ns()
+        period = max(self._period, 0)
+        self._last_call = now
+        self._next_call += period
+        if self._next_call <= now:
+            self._next_call = now if period == 0 else now + period - (now - self._next_call) % period
+
+    def run(self) -> object:
+        self._posted = False
+        if self._canceled or self._taken:
+            return None
+        if self._clock.now_ns() < self._next_call:
+            self._schedule()
+            return None
+        self.advance()
+        self._schedule()  # before the callback: in a reentrant group it may overlap itself
+        return self.callback()  # type: ignore[misc]  # None is called as in rclpy: TypeError
+
+    def remaining_ns(self) -> int | None:
+        """What is left of the running period, noted before its clock jumps."""
+        return None if self._canceled else self._next_call - self._clock.now_ns()
+
+    def clock_jumped(self, change: ClockChange, remaining_ns: int | None) -> None:
+        """Adapt to the clock's new time.
+
+        Where the source was switched, the rest of the period is still to be waited for; a jump to before the
+        last call starts a new period (rcl/timer.c's rules).
+        """
+        now = self._clock.now_ns()
+        if change is not ClockChange.ROS_TIME_NO_CHANGE:
+            if now != 0 and remaining_ns is not None:
+                self._next_call = now + max(remaining_ns, 0)
+                self._last_call = self._next_call - self._period
+        elif now < self._last_call:
+            self._next_call = now + self._period
+            self._last_call = now
+        self._schedule()
+
+    def _schedule(self) -> None:
+        if self._canceled or self._taken:
+            return
+        clock = self._clock
+        if clock.overridden:
+            self.home.drop_alarm(self._alarm)
+            if clock.now_ns() >= self._next_call:
+                self._post()
+            return
+        source = clock.source
+        if clock.clock_type is clock.clock_type.STEADY_TIME:
+            due = self._next_call
+        else:
+            due = source.now() + self._next_call - clock.now_ns()
+        self.home.set_alarm(self._alarm, due)
+
+    def _post(self) -> None:
+        if not self._posted:
+            self._posted = True
+            self.home.post(self)
+
+    def _check(self) -> None:
+        if self._destroyed:
+            raise InvalidHandle
