@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 from goalwire.logging import dispatch
 from goalwire.logging.levels import reset_levels, set_logger_level
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 
 def configure(levels: Iterable[tuple[str, int]], *, to_console: bool) -> None:
@@ -40,6 +43,8 @@ def clear_config() -> None:
 
 def get_logging_directory() -> Path:
     """Return where log files belong: ROS_LOG_DIR, else ROS_HOME/log, else ~/.ros/log."""
+    from pathlib import Path  # a sixth of the import time of this package
+
     chosen = os.environ.get('ROS_LOG_DIR')
     if chosen:
         return Path(chosen).expanduser()

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
-from typing import ClassVar, Protocol, runtime_checkable
+from typing import ClassVar, Protocol, cast, runtime_checkable
 
 from goalwire.errors import LocalError
 
@@ -114,8 +114,8 @@ class Throttle(LoggingFilter):
 
     @staticmethod
     def should_log(context: Context) -> bool:
-        clock, duration = context['throttle_time_source_type'], context['throttle_duration_sec']
-        assert isinstance(clock, LogClock)
+        clock = cast('LogClock', context['throttle_time_source_type'])
+        duration = context['throttle_duration_sec']
         if not isinstance(duration, int | float):
             raise LoggingOptionError(f'throttle_duration_sec must be a number of seconds, got {duration!r}')
         now, last = clock.now().nanoseconds, context['throttle_last_logged']
