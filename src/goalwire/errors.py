@@ -10,9 +10,10 @@ GoalwireError
 │   ├── InterfaceError    a .msg, .srv or .action cannot be used (also an ImportError)
 │   │   ├── InterfaceSyntaxError   its text breaks the grammar
 │   │   └── UnknownInterfaceError  no such package or type
-│   └── EncodeError       a message's value does not fit its field
-│       ├── EncodeTypeError        … by its type (also a TypeError)
-│       └── EncodeValueError       … by its value (also a ValueError)
+│   ├── EncodeError       a message's value does not fit its field
+│   │   ├── EncodeTypeError        … by its type (also a TypeError)
+│   │   └── EncodeValueError       … by its value (also a ValueError)
+│   └── WouldDeadlockError  a blocking call that waits for its own thread or group
 ├── RemoteError           a peer sent something that breaks the rules
 │   └── DecodeError       bytes that are no message of the expected type (also a ValueError)
 ├── TransportError        the wire itself failed: no session, refused configuration
@@ -94,6 +95,10 @@ class EncodeTypeError(EncodeError, TypeError):
 
 class EncodeValueError(EncodeError, ValueError):
     """A value has the right type, but the field cannot hold it."""
+
+
+class WouldDeadlockError(LocalError, RuntimeError):
+    """A blocking call whose answer needs the very thread or callback group that waits for it."""
 
 
 class RemoteError(GoalwireError):

@@ -1,0 +1,339 @@
+"""An action client: sends goals and completes the futures of what the server answers.
+
+The rules are in goalwire.protocol.goals.client. Replies complete futures on the thread that brings them, so
+that no executor is needed to wait; feedback and statuses go through the executor, in the client's group.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Callable
+from threading import Lock
+from typing import Any
+
+from goalwire.codec import cdr
+from goalwire.entities.action_server import ActionQoS
+from goalwire.entities.client_goal import ClientGoal, ClientGoalHandle
+from goalwire.entities.exceptions import InvalidHandle
+from goalwire.entities.goal_ids import goal_id_bytes
+from goalwire.entities.graph_waiting import wait_for_graph
+from goalwire.entities.node import NodeCore
+from goalwire.entities.type_support import ActionSupport, MessageSupport, ServiceSupport
+from goalwire.errors import RemoteError, ServerLostError
+from goalwire.execution.blocking import block_on
+from goalwire.execution.callback_groups import CallbackGroup
+from goalwire.execution.future import Future
+from goalwire.execution.inbox import Inbox
+from goalwire.logging import get_logger
+from goalwire.protocol.goals import effects as effect
+from goalwire.protocol.goals import wire
+from goalwire.protocol.goals.client import REMEMBERED, GoalClient
+from goalwire.protocol.goals.ids import GoalId, new_goal_id
+from goalwire.protocol.goals.status import decode_status_array
+from goalwire.protocol.goals.table import GoalStatus
+from goalwire.protocol.names import ActionNames
+from goalwire.protocol.qos import QoS
+from goalwire.transport.contract import ClientPort, Endpoint, EndpointKind, Payload, Port, Sample
+
+FEEDBACK_LIMIT = 1000
+"""Feedback messages that may wait for one goal's callback; the oldest is dropped and counted."""
+
+
+class _RawFuture(Future[Any]):
+    """Completed with a payload, which `make` turns into the result when somebody asks."""
+
+    __slots__ = ('_make',)
+
+    def __init__(self, client: ActionClientCore, make: Callable[[Payload], Any]) -> None:
+        super().__init__(home=client.node.home)
+        self._make = make
+
+    def _decode(self, raw: Any) -> Any:
+        return self._make(raw)
+
+
+Effects = list[effect.ClientEffect[Any, _RawFuture, Payload]]
+
+
+class ActionClientCore:
+    """One action client."""
+
+    def __init__(
+        self,
+        node: NodeCore,
+        support: ActionSupport,
+        name: str,
+        group: CallbackGroup,
+        qos: ActionQoS | None = None,
+    ) -> None:
+        self.node = node
+        self.support = support
+        self.name = name
+        qos = qos or ActionQoS()
+        self._group = group
+        self._logger = get_logger(node.logger_name).get_child('action_client')
+        self._lock = Lock()
+        self._reactor: GoalClient[Any, _RawFuture, Payload] = GoalClient()
+        self._goals: dict[GoalId, ClientGoal] = {}
+        self._ended: OrderedDict[GoalId, ClientGoal] = OrderedDict()
+        self._goal_class = support.cls.Goal  # type: ignore[attr-defined]
+        self._encode_goal = cdr.encoder(self._goal_class)
+        self._names = names = ActionNames(node.resolve(name))
+        self._send_port = self._client(names.send_goal, support.send_goal, qos.goal)
+        self._result_port = self._client(names.get_result, support.get_result, qos.result)
+        self._cancel_port = self._client(names.cancel_goal, support.cancel_goal, qos.cancel)
+        self._statuses: Inbox[Sample] = Inbox(node.home, group, self._on_status, depth=1)
+        self._feedback_port = self._subscription(
+            names.feedback, support.feedback, qos.feedback, self._deliver_feedback
+        )
+        self._status_port = self._subscription(names.status, support.status, qos.status, self._statuses.deliver)
+        self._destroyed = False
+        node.own(self)
+
+    def _client(self, name: str, support: ServiceSupport, qos: QoS) -> ClientPort:
+        full = self.node.resolve(name, is_service=True)
+        return self.node.port.client(
+            Endpoint(EndpointKind.CLIENT, full, support.type_name, support.type_hash, qos)
+        )
+
+    def _subscription(
+        self, name: str, support: MessageSupport, qos: QoS, deliver: Callable[[Sample], object]
+    ) -> Port:
+        endpoint = Endpoint(
+            EndpointKind.SUBSCRIPTION,
+            self.node.resolve(name),
+            support.type_name,
+            support.type_hash,
+            qos,
+            support.has_buffers,
+        )
+        return self.node.port.subscription(endpoint, deliver)
+
+    # -- sending ------------------------------------------------------------------------------------------
+
+    def send(
+        self, goal: Any, feedback_callback: Callable[[Any], object] | None = None, goal_uuid: Any = None
+    ) -> Future[ClientGoalHandle]:
+        """Send a goal; the future gives its ClientGoalHandle, accepted or not.
+
+        Raises TypeError for another type than the action's Goal, EncodeError where a field cannot go on the
+        wire, GoalIdTaken for an id that is under way, InvalidHandle once destroyed.
+        """
+        if not isinstance(goal, self._goal_class):
+            raise TypeError(f'Expected {self._goal_class}, got {type(goal)}')
+        self._check_alive()
+        goal_id = new_goal_id() if goal_uuid is None else goal_id_bytes(goal_uuid)
+        payload = wire.wrap(goal_id, self._encode_goal(goal))
+        inbox = None if feedback_callback is None else self._feedback_inbox(feedback_callback)
+        record = ClientGoal(goal_id, inbox)
+        with self._lock:
+            self._reactor.on_send(goal_id)
+            self._ended.pop(goal_id, None)
+            self._goals[goal_id] = record
+        future = _RawFuture(
+            self,
+            lambda raw: ClientGoalHandle(self, record, self.support.send_goal.decode_response(raw)),
+        )
+        self._send_port.request(
+            payload,
+            lambda sample: self._on_goal_reply(record, future, sample),
+            lambda: self._on_goal_end(record, future),
+        )
+        return future
+
+    def _feedback_inbox(self, callback: Callable[[Any], object]) -> Inbox[Sample]:
+        decode = self.support.feedback.decode
+
+        def handle(sample: Sample) -> object:
+            try:
+                message = decode(sample.payload)
+            except RemoteError as error:
+                self._logger.error(f"Action '{self.name}': a feedback message was rejected ({error})")
+                return None
+            return callback(message)
+
+        return Inbox(self.node.home, self._group, handle, depth=FEEDBACK_LIMIT)
+
+    def _on_goal_reply(self, record: ClientGoal, future: _RawFuture, sample: Sample) -> None:
+        accepted = len(sample.payload) > 4 and sample.payload[4] != 0
+        with self._lock:
+            effects = self._reactor.on_goal_reply(record.goal_id, accepted)
+        for item in effects:
+            match item:
+                case effect.UnexpectedReply():
+                    self._logger.warning(
+                        'Ignoring unexpected goal response. There may be more than one action server '
+                        f"for the action '{self.name}'"
+                    )
+                    return
+                case effect.GoalRejected():
+                    self._goals.pop(record.goal_id, None)
+        future.set_raw(sample.payload)
+
+    def _on_goal_end(self, record: ClientGoal, future: _RawFuture) -> None:
+        if not future.pending():
+            return
+        self._goals.pop(record.goal_id, None)
+        self._apply(self._reactor.on_send_failed, record.goal_id, self._lost('goal'))
+        self._report_lost('goal')
+
+    # -- what the server tells ------------------------------------------------------------------------------
+
+    def _deliver_feedback(self, sample: Sample) -> None:
+        goal_id = bytes(sample.payload[4:20])
+        goal = self._goals.get(goal_id) or self._ended.get(goal_id)
+        if goal is not None and goal.feedback is not None:
+            goal.feedback.deliver(sample)
+
+    def _on_status(self, sample: Sample) -> None:
+        try:
+            statuses = decode_status_array(bytes(sample.payload))
+        except RemoteError as error:
+            self._logger.error(f"Action '{self.name}': a status message was rejected ({error})")
+            return
+        self._apply(self._reactor.on_status, statuses)
+
+    def _apply(self, event: Callable[..., Effects], *args: Any) -> None:
+        """Feed the reactor and perform what it decides."""
+        with self._lock:
+            effects = event(*args)
+        for item in effects:
+            match item:
+                case effect.StatusChanged(goal_id, status):
+                    self._advance(goal_id, status)
+                case effect.RequestResult(goal_id):
+                    self._request_result(goal_id)
+                case effect.DeliverResult(waiter, _, payload):
+                    waiter.set_raw(payload)
+                case effect.FailResult():
+                    pass  # as in ROS 2 its future stays pending; what happened has been logged
+
+    def _advance(self, goal_id: GoalId, status: GoalStatus) -> None:
+        goal = self._goals.get(goal_id) or self._ended.get(goal_id)
+        if goal is None:
+            return
+        goal.advance(status)
+        if status.is_terminal:
+            self._forget(goal_id)
+
+    def _forget(self, goal_id: GoalId) -> None:
+        """Keep a goal that has ended for feedback that was overtaken, the latest few of them."""
+        with self._lock:
+            goal = self._goals.pop(goal_id, None)
+            if goal is not None:
+                self._ended[goal_id] = goal
+                if len(self._ended) > REMEMBERED:
+                    self._ended.popitem(last=False)
+
+    # -- results and cancelling -------------------------------------------------------------------------------
+
+    def get_result(self, goal_id: GoalId) -> Future[Any]:
+        """Ask for a goal's result; the future gives the action's GetResult response."""
+        self._check_alive()
+        future = _RawFuture(self, self.support.get_result.decode_response)
+        self._apply(self._reactor.on_result_request, goal_id, future)
+        return future
+
+    def _request_result(self, goal_id: GoalId) -> None:
+        answered = False
+
+        def on_reply(sample: Sample) -> None:
+            nonlocal answered
+            if answered:
+                return
+            answered = True
+            status = _status_of(sample.payload)
+            self._apply(self._reactor.on_result, goal_id, status, sample.payload)
+            self._advance(goal_id, status)
+            self._forget(goal_id)
+
+        def on_end() -> None:
+            if not answered:
+                self._apply(self._reactor.on_result_failed, goal_id, self._lost('result'))
+                self._report_lost('result')
+
+        self._result_port.request(wire.encode_result_request(goal_id), on_reply, on_end)
+
+    def cancel_goal(self, goal_id: GoalId, stamp_ns: int = 0) -> Future[Any]:
+        """Ask for cancellation; the future gives an action_msgs/srv/CancelGoal response."""
+        self._check_alive()
+        future = _RawFuture(self, self.support.cancel_goal.decode_response)
+
+        def on_reply(sample: Sample) -> None:
+            if future.pending():
+                future.set_raw(sample.payload)
+
+        def on_end() -> None:
+            if future.pending():
+                self._report_lost('cancel request')
+
+        self._cancel_port.request(wire.encode_cancel_request(goal_id, stamp_ns), on_reply, on_end)
+        return future
+
+    def wait_for(self, future: Future[Any]) -> Any:
+        """Block until a future of this client is done and return its result; needs no executor."""
+        self.node.context.local_servers.check(self.node.graph, self._names.send_goal)
+        block_on(future, None, self.node.context.lifeline)
+        return future.result()
+
+    def _lost(self, what: str) -> ServerLostError:
+        return ServerLostError(f"Action '{self.name}': no server answered the {what}")
+
+    def _report_lost(self, what: str) -> None:
+        self._logger.warning(
+            f"Action '{self.name}': no server answered the {what}; there is none, or it went away. "
+            'The future stays pending, as in ROS 2: call wait_for_server() first, and wait with a timeout'
+        )
+
+    # -- the server, and the end --------------------------------------------------------------------------------
+
+    def is_ready(self) -> bool:
+        """True while the graph shows all five parts of a server; False once destroyed."""
+        if self._destroyed:
+            return False
+        return self.node.graph.has_action(self._names.name, self.type_name)
+
+    @property
+    def type_name(self) -> str:
+        """'pkg/action/Name'."""
+        return self.support.send_goal.type_name.removesuffix('_SendGoal')
+
+    def wait_for_server(self, timeout_sec: float | None = None) -> bool:
+        """Block until there is a server (True) or the time is over (False); None waits without limit."""
+        return wait_for_graph(self.node.context, self.is_ready, timeout_sec)
+
+    @property
+    def destroyed(self) -> bool:
+        """True once destroyed."""
+        return self._destroyed
+
+    def _check_alive(self) -> None:
+        if self._destroyed:
+            raise InvalidHandle
+
+    def destroy(self) -> None:
+        """Undeclare; futures that are pending stay so, as in ROS 2. Idempotent."""
+        if self._destroyed:
+            return
+        self._destroyed = True
+        self.node.disown(self)
+        for port in (
+            self._feedback_port,
+            self._status_port,
+            self._send_port,
+            self._result_port,
+            self._cancel_port,
+        ):
+            port.close()
+        self._statuses.close()
+        self._apply(self._reactor.on_close, InvalidHandle())
+        self._goals.clear()
+        self._ended.clear()
+
+
+def _status_of(payload: Payload) -> GoalStatus:
+    """Read the status that a GetResult response begins with; UNKNOWN for a number that ROS 2 does not have."""
+    try:
+        return GoalStatus(payload[4])
+    except (IndexError, ValueError):
+        return GoalStatus.UNKNOWN

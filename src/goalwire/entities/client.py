@@ -1,0 +1,152 @@
+"""A service client: sends requests, completes their futures on the thread that brings the reply."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from goalwire.entities.exceptions import InvalidHandle
+from goalwire.entities.graph_waiting import wait_for_graph
+from goalwire.entities.node import NodeCore
+from goalwire.entities.type_support import ServiceSupport
+from goalwire.execution.blocking import block_on
+from goalwire.execution.callback_groups import CallbackGroup
+from goalwire.execution.future import Future
+from goalwire.execution.steady import deadline_after
+from goalwire.logging import get_logger
+from goalwire.protocol.qos import QoS
+from goalwire.transport.contract import ClientPort, Endpoint, EndpointKind, Sample
+
+
+class ResponseFuture(Future[Any]):
+    """The response to one request; decoded by who asks for it, not by the transport's thread."""
+
+    __slots__ = ('_client', '_decode_response', 'sequence')
+
+    def __init__(self, client: ClientCore) -> None:
+        super().__init__(home=client.node.home)
+        self._client: ClientCore | None = client
+        self._decode_response = client.support.decode_response
+        self.sequence = 0
+
+    def on_reply(self, sample: Sample) -> None:
+        """Take the first reply; those of further servers of the same name are ignored, as in ROS 2."""
+        client, self._client = self._client, None
+        if client is not None:
+            client.pending.pop(sample.sequence, None)
+            if self.pending():
+                self.set_raw(sample.payload)
+
+    def on_end(self) -> None:
+        """No reply can come any more."""
+        client, self._client = self._client, None
+        if client is not None and client.pending.pop(self.sequence, None) is not None:
+            client.report_unanswered()
+
+    def cancel(self) -> None:
+        """Give the response up."""
+        self.forget()
+        super().cancel()
+
+    def forget(self) -> None:
+        """Wait for the response no longer."""
+        client, self._client = self._client, None
+        if client is not None:
+            client.pending.pop(self.sequence, None)
+
+    def _decode(self, raw: Any) -> Any:
+        return self._decode_response(raw)
+
+
+class ClientCore:
+    """Calls one service. `pending` maps the sequence numbers of unanswered requests to their futures."""
+
+    def __init__(
+        self, node: NodeCore, support: ServiceSupport, name: str, qos: QoS, group: CallbackGroup | None = None
+    ) -> None:
+        self.node = node
+        self.support = support
+        self.name = name
+        self.qos = qos
+        self.callback_group = group
+        self.pending: dict[int, ResponseFuture] = {}
+        self.unanswered = 0
+        """How many requests no server answered: there was none, or it went away."""
+        self.full_name = node.resolve(name, is_service=True)
+        self._encode = support.encode_request
+        endpoint = Endpoint(EndpointKind.CLIENT, self.full_name, support.type_name, support.type_hash, qos)
+        self._port: ClientPort | None = node.port.client(endpoint)
+        node.own(self)
+
+    def call_async(self, request: Any) -> Future[Any]:
+        """Send a request and return the future of its response.
+
+        Raises TypeError for another type, EncodeError where a field cannot go on the wire, InvalidHandle
+        once destroyed. As in ROS 2 the future stays pending where nobody answers.
+        """
+        if not isinstance(request, self.support.request):
+            raise TypeError(f'Expected {self.support.request}, got {type(request)}')
+        port = self._port
+        if port is None:
+            raise InvalidHandle
+        future = ResponseFuture(self)
+        self._send(port, self._encode(request), future)
+        return future
+
+    def _send(self, port: ClientPort, payload: bytes, future: ResponseFuture) -> None:
+        sequence = port.request(payload, future.on_reply, future.on_end)
+        future.sequence = sequence
+        if future.pending():
+            self.pending[sequence] = future
+            if not future.pending():  # answered in between
+                self.pending.pop(sequence, None)
+
+    def call(self, request: Any, timeout_sec: float | None = None) -> Any:
+        """Send a request and wait for its response; None where it did not come in time.
+
+        Works inside callbacks: the thread that brings the reply wakes this one. Raises as call_async does,
+        and at once where the server's callback would need the very thread or group that waits here.
+        """
+        self.node.context.local_servers.check(self.node.graph, self.full_name)
+        future = self.call_async(request)
+        lifeline = self.node.context.lifeline
+        assert isinstance(future, ResponseFuture)
+        try:
+            block_on(future, deadline_after(lifeline.clock, timeout_sec), lifeline)
+        finally:
+            if not future.done():
+                future.forget()
+        return future.result()
+
+    def is_ready(self) -> bool:
+        """True while the graph shows a server of this name and type; raises InvalidHandle once destroyed."""
+        if self._port is None:
+            raise InvalidHandle
+        return self.node.graph.has_service(self.full_name, self.support.type_name)
+
+    def wait_for_service(self, timeout_sec: float | None = None) -> bool:
+        """Block until there is a server (True) or the time is over (False); None waits without limit."""
+        return wait_for_graph(self.node.context, self.is_ready, timeout_sec)
+
+    def report_unanswered(self) -> None:
+        """Count a request that nobody will answer, and say so once."""
+        self.unanswered += 1
+        if self.unanswered == 1:
+            get_logger(self.node.logger_name).warning(
+                f"Service '{self.full_name}': no server answered; there is none, or it went away before it answered. "
+                'The future stays pending, as in ROS 2: call wait_for_service() first, and give calls a timeout'
+            )
+
+    @property
+    def destroyed(self) -> bool:
+        """True once destroyed."""
+        return self._port is None
+
+    def destroy(self) -> None:
+        """Undeclare; pending futures stay pending, as in ROS 2. Idempotent."""
+        port, self._port = self._port, None
+        if port is None:
+            return
+        self.node.disown(self)
+        for future in list(self.pending.values()):
+            future.forget()
+        port.close()

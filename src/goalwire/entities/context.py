@@ -1,0 +1,189 @@
+"""A context: one domain's session, graph and arguments, from init() to shutdown().
+
+Both fronts use it. The session opens with the first node, so that a program may fork after init().
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import threading
+from collections.abc import Callable, Sequence
+from inspect import ismethod
+from typing import Self
+from weakref import WeakMethod
+
+from goalwire.entities.arguments import process_arguments
+from goalwire.entities.exceptions import NotInitializedException, RCLError
+from goalwire.entities.local_servers import LocalServers
+from goalwire.execution import signals
+from goalwire.execution.lifeline import Lifeline
+from goalwire.graph.graph import Graph
+from goalwire.graph.mismatch import Mismatch
+from goalwire.protocol.arguments import Arguments
+from goalwire.transport import registry
+from goalwire.transport.contract import Session, SessionOptions
+
+ShutdownCallback = Callable[[], object]
+
+
+class Context:
+    """Holds everything that lives from init() to shutdown(). Ends once; not reusable."""
+
+    def __init__(self) -> None:
+        self.lifeline = Lifeline()
+        self.arguments = Arguments()
+        self._lock = threading.RLock()
+        self._domain_id: int | None = None
+        self._session: Session | None = None
+        self._graph: Graph | None = None
+        self._callbacks: list[Callable[[], ShutdownCallback | None]] = []
+        self._shut_down = False
+        self.local_servers = LocalServers()
+        """The request servers of this context's nodes: a blocking call asks whether one of them must answer."""
+
+    # -- from init to shutdown ----------------------------------------------------------------------------
+
+    def init(
+        self,
+        args: Sequence[str] | None = None,
+        *,
+        initialize_logging: bool = True,
+        domain_id: int | None = None,
+    ) -> None:
+        """Read the arguments (`sys.argv` where None) and the environment.
+
+        Raises RuntimeError where called twice or with a negative domain, RCLError for bad arguments.
+        """
+        with self._lock:
+            if self._domain_id is not None:
+                raise RuntimeError('Context.init() must only be called once')
+            if domain_id is not None and domain_id < 0:
+                raise RuntimeError(f'Domain id ({domain_id}) should not be lower than zero.')
+            self.arguments = process_arguments(sys.argv if args is None else args)
+            self._domain_id = _domain_from_environment() if domain_id is None else domain_id
+        if initialize_logging:
+            from goalwire.logging import configure
+
+            configure(self.arguments.log_levels, to_console=self.arguments.stdout_logs)
+        signals.register(self.lifeline)
+
+    def ok(self) -> bool:
+        """True between init() and the end, whoever ends it."""
+        return self._domain_id is not None and self.lifeline.alive
+
+    def shutdown(self) -> None:
+        """End: wake every waiter, run the shutdown callbacks, close the session.
+
+        Raises RuntimeError before init(), RCLError where a signal or an earlier call ended it already.
+        """
+        if self._domain_id is None:
+            raise RuntimeError('Context must be initialized before it can be shutdown')
+        ended_before = not self.lifeline.alive
+        self._end()
+        if ended_before:
+            raise RCLError('failed to shutdown: rcl_shutdown already called on the given context')
+
+    def try_shutdown(self) -> None:
+        """End where that has not happened yet; otherwise do nothing."""
+        if self._domain_id is not None:
+            self._end()
+
+    def _end(self) -> None:
+        with self._lock:
+            first, self._shut_down = not self._shut_down, True
+        if not first:
+            return
+        try:
+            self.lifeline.end('shutdown')
+            self._run_shutdown_callbacks()
+        finally:
+            signals.unregister(self.lifeline)
+            with self._lock:
+                session, self._session = self._session, None
+            if session is not None:
+                session.close()
+
+    def on_shutdown(self, callback: ShutdownCallback) -> None:
+        """Call `callback` at the end (at once where it has come). Methods are held weakly, as in rclpy."""
+        if not callable(callback):
+            raise TypeError('callback should be a callable, got {}', type(callback))
+        with self._lock:
+            if not self._shut_down:
+                reference = WeakMethod(callback) if ismethod(callback) else (lambda: callback)
+                self._callbacks.append(reference)
+                return
+        callback()
+
+    def _run_shutdown_callbacks(self) -> None:
+        while True:
+            with self._lock:
+                if not self._callbacks:
+                    return
+                callback = self._callbacks.pop(0)()
+            if callback is not None:
+                callback()
+
+    def destroy(self) -> None:
+        """Release everything; the same as try_shutdown()."""
+        self.try_shutdown()
+
+    def __enter__(self) -> Self:
+        self.init()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.try_shutdown()
+
+    # -- what nodes share ----------------------------------------------------------------------------------
+
+    def get_domain_id(self) -> int:
+        """Return the domain; raises RuntimeError before init()."""
+        if self._domain_id is None:
+            raise RuntimeError('Context must be initialized before it can have a domain id')
+        return self._domain_id
+
+    @property
+    def session(self) -> Session:
+        """The open session. Raises NotInitializedException before init() and RCLError after the end."""
+        with self._lock:
+            if self._session is None:
+                self._open()
+            assert self._session is not None
+            return self._session
+
+    @property
+    def graph(self) -> Graph:
+        """Who else is there, as discovery shows it."""
+        with self._lock:
+            if self._graph is None:
+                self._open()
+            assert self._graph is not None
+            return self._graph
+
+    def _open(self) -> None:
+        if self._domain_id is None:
+            raise NotInitializedException('cannot create node')
+        if not self.lifeline.alive:
+            raise RCLError('the given context is not valid, either init() was not called or shutdown() was')
+        session = registry.get().open(SessionOptions(domain_id=self._domain_id))
+        graph = Graph()
+        graph.on_mismatch(_report)
+        session.watch_graph(graph)
+        self._session, self._graph = session, graph
+
+
+def _report(mismatch: Mismatch) -> None:
+    """Silence is a bug: say once what keeps two peers apart."""
+    from goalwire.logging import get_logger
+
+    get_logger('goalwire').warning(str(mismatch))
+
+
+def _domain_from_environment() -> int:
+    text = os.environ.get('ROS_DOMAIN_ID', '').strip()
+    if not text:
+        return 0
+    if not text.isdecimal():
+        raise RCLError(f"ROS_DOMAIN_ID is '{text}', which is no domain: set it to a whole number from 0 on")
+    return int(text)

@@ -1,0 +1,146 @@
+"""The exceptions that programs written for rclpy catch, under rclpy's names (rclpy.exceptions, rclpy.node).
+
+Each is also one of goalwire's own (goalwire.errors), so that either family catches it.
+"""
+
+from __future__ import annotations
+
+from goalwire.errors import InvalidHandle, LocalError, NotInitializedException, ROSInterruptException
+from goalwire.protocol.parameters import Parameter
+
+__all__ = [
+    'InvalidHandle',
+    'InvalidNamespaceException',
+    'InvalidNodeNameException',
+    'InvalidParameterException',
+    'InvalidParameterTypeException',
+    'InvalidParameterValueException',
+    'InvalidServiceNameException',
+    'InvalidTopicNameException',
+    'NameValidationException',
+    'NoTypeSupportImportedException',
+    'NodeNameNonExistentError',
+    'NotInitializedException',
+    'ParameterAlreadyDeclaredException',
+    'ParameterException',
+    'ParameterNotDeclaredException',
+    'ParameterUninitializedException',
+    'RCLError',
+    'RCLInvalidROSArgsError',
+    'ROSInterruptException',
+    'UnknownROSArgsError',
+]
+
+
+class RCLError(LocalError, RuntimeError):
+    """What rclpy raises where its C library refuses."""
+
+
+class RCLInvalidROSArgsError(RCLError):
+    """Arguments after --ros-args that do not parse."""
+
+
+class UnknownROSArgsError(RCLError):
+    """Arguments after --ros-args that ROS 2 does not know."""
+
+
+class NodeNameNonExistentError(RCLError):
+    """A graph question about a node that is not there."""
+
+
+class NoTypeSupportImportedException(LocalError):
+    """A message class without type support."""
+
+    def __init__(self) -> None:
+        super().__init__('no type_support imported')
+
+
+class NameValidationException(LocalError):
+    """A name that ROS 2 forbids; the text points at the character."""
+
+    def __init__(self, name_type: str, name: str, error_msg: str, invalid_index: int) -> None:
+        pointer = ' ' * invalid_index
+        super().__init__(f"Invalid {name_type}: {error_msg}:\n  '{name}'\n   {pointer}^")
+
+
+class InvalidNodeNameException(NameValidationException):
+    """A node name that ROS 2 forbids."""
+
+    def __init__(self, name: str, error_msg: str, invalid_index: int) -> None:
+        super().__init__('node name', name, error_msg, invalid_index)
+
+
+class InvalidNamespaceException(NameValidationException):
+    """A namespace that ROS 2 forbids."""
+
+    def __init__(self, name: str, error_msg: str, invalid_index: int) -> None:
+        super().__init__('namespace', name, error_msg, invalid_index)
+
+
+class InvalidTopicNameException(NameValidationException):
+    """A topic name that ROS 2 forbids."""
+
+    def __init__(self, name: str, error_msg: str, invalid_index: int) -> None:
+        super().__init__('topic name', name, error_msg, invalid_index)
+
+
+class InvalidServiceNameException(NameValidationException):
+    """A service name that ROS 2 forbids."""
+
+    def __init__(self, name: str, error_msg: str, invalid_index: int) -> None:
+        super().__init__('service name', name, error_msg, invalid_index)
+
+
+class ParameterException(LocalError):
+    """A parameter that may not be used like that."""
+
+    def __init__(self, error_msg: str, parameters: object) -> None:
+        super().__init__(f'{error_msg}: {parameters}')
+
+
+class ParameterNotDeclaredException(ParameterException):
+    """A parameter that was never declared."""
+
+    def __init__(self, parameters: object) -> None:
+        super().__init__('Invalid access to undeclared parameter(s)', parameters)
+
+
+class ParameterAlreadyDeclaredException(ParameterException):
+    """A parameter declared twice."""
+
+    def __init__(self, parameters: object) -> None:
+        super().__init__('Parameter(s) already declared', parameters)
+
+
+class InvalidParameterException(ParameterException):
+    """A parameter name that ROS 2 forbids."""
+
+    def __init__(self, parameter_name: str) -> None:
+        super().__init__('Invalid parameter name', parameter_name)
+
+
+class InvalidParameterTypeException(ParameterException):
+    """A value of another type than the parameter has."""
+
+    def __init__(self, desired_parameter: Parameter, expected_type: str) -> None:
+        found = type(desired_parameter.value).__name__
+        name = desired_parameter.name
+        super().__init__(
+            f"Trying to set parameter '{name}' to '{found}' of type '{desired_parameter.type_.name}', "
+            f"expecting type '{expected_type}'",
+            name,
+        )
+
+
+class InvalidParameterValueException(ParameterException):
+    """A value that the parameter refuses."""
+
+    def __init__(self, parameter: str, value: object, reason: str) -> None:
+        super().__init__(f'Invalid parameter value ({value}) for parameter. Reason: {reason}', parameter)
+
+
+class ParameterUninitializedException(ParameterException):
+    """A parameter that has a type and no value yet."""
+
+    def __init__(self, parameter_name: str) -> None:
+        super().__init__(f"The parameter '{parameter_name}' is not initialized", parameter_name)

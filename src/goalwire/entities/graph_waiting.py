@@ -1,0 +1,34 @@
+"""Waiting for the graph to look as wanted: woken by its changes, never polling."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from goalwire.entities.context import Context
+from goalwire.execution.steady import deadline_after
+from goalwire.execution.waiting import Waiter
+
+
+def wait_for_graph(context: Context, predicate: Callable[[], bool], timeout_sec: float | None) -> bool:
+    """Block until `predicate()` holds (True), the time is over or the context ends (False).
+
+    None and negative times wait without limit. Needs no executor.
+    """
+    if predicate():
+        return True
+    lifeline = context.lifeline
+    clock = lifeline.clock
+    deadline = deadline_after(clock, timeout_sec)
+    waiter = Waiter()
+    changes = context.graph.on_change(waiter.wake)
+    end = lifeline.watch(waiter.wake)
+    try:
+        while lifeline.alive:
+            if predicate():
+                return True
+            if not clock.wait(waiter, deadline):
+                break
+        return predicate()
+    finally:
+        end.close()
+        changes.close()

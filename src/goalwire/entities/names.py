@@ -1,0 +1,68 @@
+"""The name rules of ROS 2 (goalwire.protocol.names), with rclpy's exceptions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from goalwire.entities.exceptions import (
+    InvalidNamespaceException,
+    InvalidNodeNameException,
+    InvalidServiceNameException,
+    InvalidTopicNameException,
+    RCLError,
+)
+from goalwire.protocol import names
+from goalwire.protocol.names import InvalidName, RemapRules
+from goalwire.transport.contract import NodeName
+
+_EXCEPTIONS = {
+    'node name': InvalidNodeNameException,
+    'namespace': InvalidNamespaceException,
+    'topic name': InvalidTopicNameException,
+    'service name': InvalidServiceNameException,
+}
+
+
+@contextmanager
+def rclpy_exceptions() -> Iterator[None]:
+    """Turn InvalidName into the exception that rclpy's programs catch."""
+    try:
+        yield
+    except InvalidName as error:
+        raise _EXCEPTIONS[error.kind](error.name, error.reason, error.index) from None
+
+
+def node_names(name: str, namespace: str | None, remaps: RemapRules, enclave: str) -> NodeName:
+    """Return a node's remapped and checked names; raises InvalidNodeNameException, InvalidNamespaceException."""
+    if name is None:
+        raise RCLError('error creating node: name argument is null')
+    if not isinstance(name, str):
+        raise TypeError(f'a node name is a str, not {type(name).__name__}: {name!r}')
+    with rclpy_exceptions():
+        names.validate_node_name(name)
+        absolute = names.absolute_namespace(namespace or '/')
+        names.validate_namespace(absolute)
+        remapped = remaps.node_name(name)
+        names.validate_node_name(remapped)
+        absolute = remaps.namespace(absolute, remapped)
+        names.validate_namespace(absolute)
+    return NodeName(remapped, absolute, enclave)
+
+
+def expanded_name(name: str, node: NodeName, *, is_service: bool) -> str:
+    """Return the fully-qualified form of a topic or service name of `node`, not remapped."""
+    if name is None:
+        what = 'service_name' if is_service else 'topic_name'
+        raise RCLError(f'failed to validate name: {what} argument is null')
+    with rclpy_exceptions():
+        return names.qualify_topic_name(name, node.name, node.namespace, is_service=is_service)
+
+
+def remapped_name(full_name: str, node: NodeName, remaps: RemapRules, *, is_service: bool) -> str:
+    """Return what the remap rules make of a fully-qualified name."""
+    remap = remaps.service if is_service else remaps.topic
+    with rclpy_exceptions():
+        renamed = remap(full_name, node.name, node.namespace)
+        names.validate_full_topic_name(renamed, is_service=is_service)
+    return renamed

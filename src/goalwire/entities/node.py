@@ -1,0 +1,102 @@
+"""A node as both fronts share it: its names, its place in the graph, the home of its work, what it owns."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Protocol
+
+from goalwire.entities.arguments import node_arguments, parameter_overrides
+from goalwire.entities.exceptions import InvalidHandle
+from goalwire.entities.names import expanded_name, node_names, remapped_name
+from goalwire.execution.home import Home
+from goalwire.protocol.arguments import Arguments
+from goalwire.protocol.names import RemapRules
+
+if TYPE_CHECKING:
+    from goalwire.entities.context import Context
+    from goalwire.graph.graph import Graph
+    from goalwire.protocol.parameters import ParameterValue
+    from goalwire.transport.contract import NodeName, NodePort
+
+
+class Owned(Protocol):
+    """What a node owns and ends with."""
+
+    def destroy(self) -> None:
+        """Release it. Idempotent."""
+
+
+class NodeCore:
+    """One node of the graph. Entities are made over it and register with `own`."""
+
+    def __init__(
+        self,
+        context: Context,
+        name: str,
+        namespace: str | None = None,
+        *,
+        cli_args: Sequence[str] | None = None,
+        use_global_arguments: bool = True,
+    ) -> None:
+        self.context = context
+        own = node_arguments(cli_args)
+        process = context.arguments if use_global_arguments else Arguments()
+        self._arguments = (own, process)
+        self.remaps = RemapRules((*own.remaps, *process.remaps))
+        self.name: NodeName = node_names(name, namespace, self.remaps, own.enclave or process.enclave or '/')
+        self.home = Home()
+        self._port: NodePort | None = context.session.node(self.name)
+        self._owned: dict[int, Owned] = {}
+
+    @property
+    def port(self) -> NodePort:
+        """Through which endpoints are declared; raises InvalidHandle once the node is destroyed."""
+        if self._port is None:
+            raise InvalidHandle
+        return self._port
+
+    @property
+    def destroyed(self) -> bool:
+        """True once destroyed."""
+        return self._port is None
+
+    @property
+    def graph(self) -> Graph:
+        """The discovered world."""
+        return self.context.graph
+
+    @property
+    def logger_name(self) -> str:
+        """'a.b.name' for the node /a/b/name."""
+        return self.name.qualified.strip('/').replace('/', '.')
+
+    def resolve(self, name: str, *, is_service: bool = False, only_expand: bool = False) -> str:
+        """Return the fully-qualified name that a topic or service of this node gets, remapped by default.
+
+        Raises InvalidTopicNameException or InvalidServiceNameException.
+        """
+        full = expanded_name(name, self.name, is_service=is_service)
+        return full if only_expand else remapped_name(full, self.name, self.remaps, is_service=is_service)
+
+    def parameter_overrides(self) -> dict[str, ParameterValue]:
+        """Return the values that the arguments give to this node's parameters, its own arguments last."""
+        own, process = self._arguments
+        qualified = self.name.qualified
+        return {**parameter_overrides(process, qualified), **parameter_overrides(own, qualified)}
+
+    def own(self, entity: Owned) -> None:
+        """Destroy `entity` together with the node."""
+        self._owned[id(entity)] = entity
+
+    def disown(self, entity: Owned) -> None:
+        """Forget an entity that destroys itself."""
+        self._owned.pop(id(entity), None)
+
+    def destroy(self) -> None:
+        """Destroy what the node owns, newest first, then the node. Idempotent."""
+        for entity in reversed(list(self._owned.values())):
+            entity.destroy()
+        self._owned.clear()
+        port, self._port = self._port, None
+        if port is not None:
+            port.close()

@@ -1,0 +1,137 @@
+"""What a node can ask about the graph: who is there, on which topics and services, with which QoS."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from goalwire.entities.exceptions import NodeNameNonExistentError, RCLError
+from goalwire.entities.graph_waiting import wait_for_graph
+from goalwire.protocol import names
+from goalwire.protocol.names import InvalidName
+from goalwire.transport.contract import EndpointKind
+
+if TYPE_CHECKING:
+    from goalwire.entities.node import NodeCore
+    from goalwire.graph.names import NamesAndTypes
+
+
+class NodeGraph:
+    """Mixed into Node. Names are fully qualified; types are 'pkg/msg/Name'."""
+
+    core: NodeCore
+
+    def get_node_names(self) -> list[str]:
+        """Return the name of every node, without namespaces."""
+        return [node.node.name for node in self._graph.nodes()]
+
+    def get_fully_qualified_node_names(self) -> list[str]:
+        """Return '/namespace/name' of every node."""
+        return [node.node.qualified for node in self._graph.nodes()]
+
+    def get_node_names_and_namespaces(self) -> list[tuple[str, str]]:
+        """Return name and namespace of every node."""
+        return [(node.node.name, node.node.namespace) for node in self._graph.nodes()]
+
+    def get_node_names_and_namespaces_with_enclaves(self) -> list[tuple[str, str, str]]:
+        """Return name, namespace and enclave of every node."""
+        return [(node.node.name, node.node.namespace, node.node.enclave) for node in self._graph.nodes()]
+
+    def get_topic_names_and_types(self, no_demangle: bool = False) -> NamesAndTypes:
+        """Return every topic with its types; names on the wire are ROS names, so there is nothing to demangle."""
+        return self._graph.topic_names_and_types()
+
+    def get_service_names_and_types(self) -> NamesAndTypes:
+        """Return every service with its types."""
+        return self._graph.service_names_and_types()
+
+    def get_publisher_names_and_types_by_node(
+        self, node_name: str, node_namespace: str, no_demangle: bool = False
+    ) -> NamesAndTypes:
+        """Return what a node publishes; raises NodeNameNonExistentError, RCLError for a bad name."""
+        return self._by_node(EndpointKind.PUBLISHER, node_name, node_namespace)
+
+    def get_subscriber_names_and_types_by_node(
+        self, node_name: str, node_namespace: str, no_demangle: bool = False
+    ) -> NamesAndTypes:
+        """Return what a node subscribes to; raises NodeNameNonExistentError, RCLError for a bad name."""
+        return self._by_node(EndpointKind.SUBSCRIPTION, node_name, node_namespace)
+
+    def get_service_names_and_types_by_node(self, node_name: str, node_namespace: str) -> NamesAndTypes:
+        """Return the services of a node; raises NodeNameNonExistentError, RCLError for a bad name."""
+        return self._by_node(EndpointKind.SERVICE, node_name, node_namespace)
+
+    def get_client_names_and_types_by_node(self, node_name: str, node_namespace: str) -> NamesAndTypes:
+        """Return the services that a node calls; raises NodeNameNonExistentError, RCLError for a bad name."""
+        return self._by_node(EndpointKind.CLIENT, node_name, node_namespace)
+
+    def count_publishers(self, topic_name: str) -> int:
+        """Return how many publishers a topic has, this node's included."""
+        return self._count(EndpointKind.PUBLISHER, topic_name)
+
+    def count_subscribers(self, topic_name: str) -> int:
+        """Return how many subscriptions a topic has, this node's included."""
+        return self._count(EndpointKind.SUBSCRIPTION, topic_name)
+
+    def count_clients(self, service_name: str) -> int:
+        """Return how many clients a service has, this node's included."""
+        return self._count(EndpointKind.CLIENT, service_name)
+
+    def count_services(self, service_name: str) -> int:
+        """Return how many servers a service has, this node's included."""
+        return self._count(EndpointKind.SERVICE, service_name)
+
+    def get_publishers_info_by_topic(self, topic_name: str, no_mangle: bool = False) -> list[Any]:
+        """Return a TopicEndpointInfo for each publisher of a topic."""
+        return self._endpoints(EndpointKind.PUBLISHER, topic_name)
+
+    def get_subscriptions_info_by_topic(self, topic_name: str, no_mangle: bool = False) -> list[Any]:
+        """Return a TopicEndpointInfo for each subscription to a topic."""
+        return self._endpoints(EndpointKind.SUBSCRIPTION, topic_name)
+
+    def wait_for_node(self, fully_qualified_node_name: str, timeout: float) -> bool:
+        """Block until the node is there (True) or `timeout` seconds are over (False)."""
+        namespace, _, name = fully_qualified_node_name.rpartition('/')
+        graph = self._graph
+        return wait_for_graph(self.core.context, lambda: graph.node_exists(name, namespace or '/'), timeout)
+
+    @property
+    def _graph(self) -> Any:
+        if not self.core.context.ok():
+            raise RCLError("failed to ask the graph: the node's context is invalid")
+        return self.core.graph
+
+    def _by_node(self, kind: EndpointKind, name: str, namespace: str) -> NamesAndTypes:
+        what = {
+            EndpointKind.PUBLISHER: 'publisher',
+            EndpointKind.SUBSCRIPTION: 'subscriber',
+            EndpointKind.SERVICE: 'service',
+            EndpointKind.CLIENT: 'client',
+        }[kind]
+        try:
+            names.validate_node_name(name)
+            names.validate_namespace(namespace)
+        except InvalidName as error:
+            raise RCLError(f'failed to get {what} names and types: {error.reason}, result: 2') from None
+        graph = self._graph
+        if not graph.node_exists(name, namespace):
+            raise NodeNameNonExistentError(
+                f"cannot get {what} names and types for nonexistent node: '{name}' in namespace '{namespace}'"
+            )
+        found: NamesAndTypes = graph.names_and_types_by_node(kind, name, namespace)
+        return found
+
+    def _full_name(self, name: str) -> str:
+        try:
+            return names.qualify_topic_name(name, self.core.name.name, self.core.name.namespace)
+        except InvalidName as error:
+            raise ValueError(f"topic name '{name}' is invalid: {error.reason}") from None
+
+    def _count(self, kind: EndpointKind, name: str) -> int:
+        count: int = self._graph.count(kind, self._full_name(name))
+        return count
+
+    def _endpoints(self, kind: EndpointKind, name: str) -> list[Any]:
+        from rclpy.topic_endpoint_info import TopicEndpointInfo
+
+        full = self.core.resolve(name)
+        return [TopicEndpointInfo.from_entity(entity) for entity in self._graph.entities(kind, full)]

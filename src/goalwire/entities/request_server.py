@@ -1,0 +1,97 @@
+"""The receiving end of a service: queues requests, rejects what cannot be decoded, hands on the rest."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from goalwire.errors import RemoteError
+from goalwire.entities.node import NodeCore
+from goalwire.entities.type_support import ServiceSupport
+from goalwire.execution.callback_groups import CallbackGroup
+from goalwire.execution.inbox import Inbox
+from goalwire.logging import get_logger
+from goalwire.protocol.qos import QoS
+from goalwire.transport.contract import Endpoint, EndpointKind, Payload, Port, Request
+
+QUEUE_LIMIT = 10_000
+"""Requests that may wait at one server. Beyond it the newest is refused, counted and logged, whatever the
+user's depth says: ROS 2 drops the oldest silently, and its client waits for ever."""
+
+
+class RequestServer:
+    """Declares a service and calls `handle(request, message)` on the executor, in `group`.
+
+    `decode` makes the message of the payload; the default is the request class's own. What `handle` raises
+    gives the request up, so that its client learns of it, and comes out of spin.
+    """
+
+    def __init__(
+        self,
+        node: NodeCore,
+        support: ServiceSupport,
+        name: str,
+        handle: Callable[[Request, Any], object],
+        qos: QoS,
+        group: CallbackGroup,
+        *,
+        decode: Callable[[Payload], Any] | None = None,
+    ) -> None:
+        self.node = node
+        self.full_name = node.resolve(name, is_service=True)
+        self.refused = 0
+        """How many requests found the queue full."""
+        self.rejected = 0
+        """How many requests could not be decoded."""
+        self._decode = decode or support.decode_request
+        self._call = handle
+        self.inbox: Inbox[Request] = Inbox(
+            node.home, group, self._handle, depth=QUEUE_LIMIT, overflow='refuse'
+        )
+        endpoint = Endpoint(EndpointKind.SERVICE, self.full_name, support.type_name, support.type_hash, qos)
+        self._port: Port | None = node.port.service(endpoint, self._deliver)
+        node.context.local_servers.add(self.full_name, self.inbox)
+
+    def _deliver(self, request: Request) -> None:
+        if not self.inbox.deliver(request):
+            self.refused += 1
+            request.drop()
+            if self.refused == 1:
+                self._log(f'{QUEUE_LIMIT} requests wait already; one was refused, further ones are counted only')
+
+    def _handle(self, request: Request) -> object:
+        try:
+            message = self._decode(request.sample.payload)
+        except RemoteError as error:
+            self._reject(request, error)
+            return None
+        try:
+            return self._call(request, message)
+        except BaseException:
+            request.drop()
+            raise
+
+    def _reject(self, request: Request, error: RemoteError) -> None:
+        self.rejected += 1
+        request.drop()
+        if self.rejected == 1:
+            self._log(f'a request was rejected ({error}); further ones are counted only')
+
+    def _log(self, what: str) -> None:
+        get_logger(self.node.logger_name).error(f"Service '{self.full_name}': {what}")
+
+    @property
+    def destroyed(self) -> bool:
+        """True once destroyed."""
+        return self._port is None
+
+    def destroy(self) -> None:
+        """Undeclare; requests that wait are given up. Idempotent."""
+        port, self._port = self._port, None
+        if port is None:
+            return
+        self.node.context.local_servers.remove(self.full_name, self.inbox)
+        port.close()
+        while (request := self.inbox.take()) is not None:
+            request.drop()
+        self.inbox.close()

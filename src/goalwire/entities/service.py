@@ -1,0 +1,72 @@
+"""A service server: calls back with each request and answers it once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Coroutine
+from inspect import iscoroutine
+from typing import Any
+
+from goalwire.entities.exceptions import InvalidHandle
+from goalwire.entities.node import NodeCore
+from goalwire.entities.request_server import RequestServer
+from goalwire.entities.type_support import ServiceSupport
+from goalwire.execution.callback_groups import CallbackGroup
+from goalwire.protocol.qos import QoS
+from goalwire.transport.contract import Request
+
+
+class ServiceCore:
+    """Answers requests of one service. `callback(request, response)` returns the response, or a coroutine of it."""
+
+    def __init__(
+        self,
+        node: NodeCore,
+        support: ServiceSupport,
+        name: str,
+        callback: Callable[[Any, Any], object],
+        qos: QoS,
+        group: CallbackGroup,
+    ) -> None:
+        self.node = node
+        self.support = support
+        self.name = name
+        self.callback = callback
+        self.qos = qos
+        self._server = RequestServer(node, support, name, self._handle, qos, group)
+        self.full_name = self._server.full_name
+        node.own(self)
+
+    def _handle(self, request: Request, message: object) -> Coroutine[Any, Any, None] | None:
+        answer = self.callback(message, self.support.response())
+        if iscoroutine(answer):
+            return self._answer_later(request, answer)
+        self.answer(request, answer)
+        return None
+
+    async def _answer_later(self, request: Request, answer: Coroutine[Any, Any, object]) -> None:
+        try:
+            self.answer(request, await answer)
+        except BaseException:
+            request.drop()
+            raise
+
+    def answer(self, request: Request, response: object) -> None:
+        """Send the response. Raises TypeError for another type, InvalidHandle once destroyed."""
+        if self._server.destroyed:
+            raise InvalidHandle
+        if not isinstance(response, self.support.response):
+            raise TypeError(
+                f"Service '{self.full_name}': the callback returned {type(response).__name__}; "
+                f'return the {self.support.response.__name__} that it was given'
+            )
+        request.reply(self.support.encode_response(response))
+
+    @property
+    def destroyed(self) -> bool:
+        """True once destroyed."""
+        return self._server.destroyed
+
+    def destroy(self) -> None:
+        """Undeclare; requests that wait are given up, so that their clients learn of it. Idempotent."""
+        self.node.disown(self)
+        self._server.destroy()

@@ -1,0 +1,142 @@
+"""A subscription: queues what arrives, decodes on the executor's thread, calls back."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from typing import Any, Generic, TypedDict, TypeVar
+
+from goalwire.errors import RemoteError
+from goalwire.entities.exceptions import InvalidHandle
+from goalwire.entities.node import NodeCore
+from goalwire.entities.type_support import message_support
+from goalwire.execution.callback_groups import CallbackGroup
+from goalwire.execution.inbox import Inbox
+from goalwire.logging import get_logger
+from goalwire.protocol.qos import QoS
+from goalwire.transport.contract import Endpoint, EndpointKind, Port, Sample
+
+MsgT = TypeVar('MsgT')
+
+_DEFAULT_DEPTH = 42
+"""What rmw_zenoh takes for a depth of 0 (zenoh-wire A.2)."""
+
+
+class MessageInfo(TypedDict):
+    """What a two-argument callback gets beside the message; times in ns since the UNIX epoch."""
+
+    source_timestamp: int
+    received_timestamp: int
+    publication_sequence_number: int | None
+    reception_sequence_number: int | None
+
+
+class SubscriptionCore(Generic[MsgT]):
+    """Receives messages of one type on one topic; `raw` hands out the serialized bytes."""
+
+    def __init__(
+        self,
+        node: NodeCore,
+        msg_type: type[MsgT],
+        topic: str,
+        callback: Callable[..., object],
+        qos: QoS,
+        group: CallbackGroup,
+        *,
+        raw: bool = False,
+    ) -> None:
+        self.node = node
+        self.msg_type = msg_type
+        self.topic = topic
+        self.qos = qos
+        self.raw = raw
+        self.rejected = 0
+        """How many messages could not be decoded; none of them reached the callback."""
+        self.support = message_support(msg_type)
+        self._decode: Callable[..., Any] = bytes if raw else self.support.decode
+        self.set_callback(callback)
+        self.full_name = node.resolve(topic)
+        depth = None if qos.keeps_all else qos.depth or _DEFAULT_DEPTH
+        self.inbox: Inbox[Sample] = Inbox(node.home, group, self._handle, depth=depth)
+        endpoint = Endpoint(
+            EndpointKind.SUBSCRIPTION,
+            self.full_name,
+            self.support.type_name,
+            self.support.type_hash,
+            qos,
+            self.support.has_buffers,
+        )
+        self._port: Port | None = node.port.subscription(endpoint, self.inbox.deliver)
+        node.own(self)
+
+    def set_callback(self, callback: Callable[..., object]) -> None:
+        """Take another callback of one argument (message) or two (message, MessageInfo).
+
+        Raises RuntimeError, with rclpy's words, for anything else.
+        """
+        self._wants_info = _takes_info(callback)
+        self._callback = callback
+
+    def _handle(self, sample: Sample) -> object:
+        try:
+            message = self._decode(sample.payload)
+        except RemoteError as error:
+            self._reject(error)
+            return None
+        if self._wants_info:
+            return self._callback(message, _info(sample))
+        return self._callback(message)
+
+    def _reject(self, error: RemoteError) -> None:
+        self.rejected += 1
+        if self.rejected == 1:
+            get_logger(self.node.logger_name).error(
+                f"Topic '{self.full_name}': a message was rejected ({error}); further ones are counted only"
+            )
+
+    def publisher_count(self) -> int:
+        """How many publishers the graph shows on the topic; raises InvalidHandle once destroyed."""
+        if self._port is None:
+            raise InvalidHandle
+        return self.node.graph.count(EndpointKind.PUBLISHER, self.full_name)
+
+    @property
+    def destroyed(self) -> bool:
+        """True once destroyed."""
+        return self._port is None
+
+    def destroy(self) -> None:
+        """Undeclare; what is queued is not delivered any more. Idempotent."""
+        port, self._port = self._port, None
+        if port is not None:
+            self.node.disown(self)
+            port.close()
+            self.inbox.close()
+
+
+def _info(sample: Sample) -> MessageInfo:
+    return {
+        'source_timestamp': sample.source_timestamp,
+        'received_timestamp': sample.received_timestamp,
+        'publication_sequence_number': sample.sequence,
+        'reception_sequence_number': None,
+    }
+
+
+def _takes_info(callback: Callable[..., object]) -> bool:
+    try:
+        signature = inspect.signature(callback)
+    except (TypeError, ValueError):
+        if callable(callback):
+            return False
+        signature = None
+    for count in (1, 2) if signature is not None else ():
+        try:
+            signature.bind(*range(count))
+        except TypeError:
+            continue
+        return count == 2
+    raise RuntimeError(
+        'Subscription.__init__(): callback should be either be callable with one argument'
+        '(to get only the message) or two (to get message and message info)'
+    )

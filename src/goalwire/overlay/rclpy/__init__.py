@@ -1,0 +1,174 @@
+"""ROS 2's Python API (rclpy), as goalwire speaks it: init, nodes, spinning, shutdown."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from types import TracebackType
+from typing import TYPE_CHECKING
+
+from rclpy.context import Context
+from rclpy.signals import SignalHandlerOptions, install_signal_handlers, uninstall_signal_handlers
+from rclpy.utilities import get_default_context, ok, try_shutdown
+from rclpy.utilities import shutdown as _shutdown
+
+if TYPE_CHECKING:
+    from rclpy.executors import Executor
+    from rclpy.node import Node
+    from rclpy.parameter import Parameter
+    from rclpy.task import Future
+
+__all__ = [
+    'Context',
+    'InitContextManager',
+    'create_node',
+    'get_default_context',
+    'get_global_executor',
+    'init',
+    'ok',
+    'shutdown',
+    'spin',
+    'spin_once',
+    'spin_until_future_complete',
+    'try_shutdown',
+    'uninstall_signal_handlers',
+]
+
+_global_executor: Executor | None = None
+
+
+class InitContextManager:
+    """What init() returns: leaving its block shuts the context down (ROS 2 Kilted and newer)."""
+
+    def __init__(self, context: Context, installed: bool) -> None:
+        self.context = context
+        self._installed = installed
+
+    def __enter__(self) -> InitContextManager:
+        return self
+
+    def __exit__(
+        self, exc_type: type[BaseException] | None, exc: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        try_shutdown(context=self.context)
+        if self._installed:
+            uninstall_signal_handlers()
+
+
+def init(
+    *,
+    args: Sequence[str] | None = None,
+    context: Context | None = None,
+    domain_id: int | None = None,
+    signal_handler_options: SignalHandlerOptions | None = None,
+) -> InitContextManager:
+    """Open a context (the default one where None) with `args` (`sys.argv` where None).
+
+    SIGINT and SIGTERM end it, unless `signal_handler_options` says otherwise; a context of one's own gets no
+    handlers by default. Raises RuntimeError where it is open already, RCLError for bad arguments.
+    """
+    default = context is None
+    chosen = get_default_context() if context is None else context
+    if signal_handler_options is None:
+        signal_handler_options = SignalHandlerOptions.ALL if default else SignalHandlerOptions.NO
+    chosen.init(args, domain_id=domain_id)
+    install_signal_handlers(signal_handler_options)
+    return InitContextManager(chosen, signal_handler_options is not SignalHandlerOptions.NO)
+
+
+def get_global_executor() -> Executor:
+    """Return the executor that spin() and its kin use by default."""
+    global _global_executor
+    if _global_executor is None:
+        from rclpy.executors import SingleThreadedExecutor
+
+        _global_executor = SingleThreadedExecutor()
+        get_default_context().on_shutdown(_drop_global_executor)
+    return _global_executor
+
+
+def _drop_global_executor() -> None:
+    global _global_executor
+    executor, _global_executor = _global_executor, None
+    if executor is not None:
+        executor.shutdown()
+
+
+def shutdown(*, context: Context | None = None, uninstall_handlers: bool | None = None) -> None:
+    """Close a context (the default one where None). Raises RuntimeError or RCLError where it is not open."""
+    default = context is None
+    if default:
+        _drop_global_executor()  # first, so that a spin() elsewhere returns instead of raising
+    try:
+        _shutdown(context=context)
+    finally:
+        if uninstall_handlers or (uninstall_handlers is None and default):
+            uninstall_signal_handlers()
+
+
+def create_node(
+    node_name: str,
+    *,
+    context: Context | None = None,
+    cli_args: Sequence[str] | None = None,
+    namespace: str | None = None,
+    use_global_arguments: bool = True,
+    enable_rosout: bool = True,
+    start_parameter_services: bool = True,
+    parameter_overrides: list[Parameter] | None = None,
+    allow_undeclared_parameters: bool = False,
+    automatically_declare_parameters_from_overrides: bool = False,
+    enable_logger_service: bool = False,
+) -> Node:
+    """Create a node; the same as rclpy.node.Node(…)."""
+    from rclpy.node import Node
+
+    return Node(
+        node_name,
+        context=context,
+        cli_args=cli_args,
+        namespace=namespace,
+        use_global_arguments=use_global_arguments,
+        enable_rosout=enable_rosout,
+        start_parameter_services=start_parameter_services,
+        parameter_overrides=parameter_overrides,
+        allow_undeclared_parameters=allow_undeclared_parameters,
+        automatically_declare_parameters_from_overrides=automatically_declare_parameters_from_overrides,
+        enable_logger_service=enable_logger_service,
+    )
+
+
+def spin_once(node: Node, *, executor: Executor | None = None, timeout_sec: float | None = None) -> None:
+    """Run at most one callback of `node`, waiting up to `timeout_sec` (for ever where None) for one."""
+    chosen = get_global_executor() if executor is None else executor
+    try:
+        chosen.add_node(node)
+        chosen.spin_once(timeout_sec=timeout_sec)
+    finally:
+        chosen.remove_node(node)
+
+
+def spin(node: Node, executor: Executor | None = None) -> None:
+    """Run the callbacks of `node` until its context ends.
+
+    Raises ExternalShutdownException where a signal ended it, KeyboardInterrupt on Ctrl-C.
+    """
+    chosen = get_global_executor() if executor is None else executor
+    try:
+        chosen.add_node(node)
+        chosen.spin()
+    finally:
+        chosen.remove_node(node)
+
+
+def spin_until_future_complete(
+    node: Node, future: Future, executor: Executor | None = None, timeout_sec: float | None = None
+) -> None:
+    """Run the callbacks of `node` until `future` is done, the time is over or the context ends."""
+    chosen = get_global_executor() if executor is None else executor
+    already_there = node in chosen.get_nodes()
+    try:
+        chosen.add_node(node)
+        chosen.spin_until_future_complete(future, timeout_sec)
+    finally:
+        if not already_there:
+            chosen.remove_node(node)

@@ -1,0 +1,171 @@
+"""rclpy.action.server: takes goals, runs them, answers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from enum import IntEnum
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar
+
+from goalwire.entities.action_server import (
+    ActionCallbacks,
+    ActionQoS,
+    ActionServerCore,
+    CancelResponse,
+    GoalResponse,
+)
+from goalwire.entities.exceptions import NameValidationException, RCLError
+from goalwire.entities.goal_handle import ServerGoalHandle
+from goalwire.entities.type_support import action_support
+from goalwire.protocol.goals.table import GoalEvent as _GoalEvent
+from rclpy.callback_groups import CallbackGroup
+from rclpy.qos import (
+    QoSProfile,
+    qos_profile_action_status_default,
+    qos_profile_services_default,
+)
+
+if TYPE_CHECKING:
+    from rclpy.node import Node
+
+__all__ = [
+    'ActionServer',
+    'CancelResponse',
+    'GoalEvent',
+    'GoalResponse',
+    'RCLError',
+    'ServerGoalHandle',
+    'default_cancel_callback',
+    'default_goal_callback',
+    'default_handle_accepted_callback',
+]
+
+ActT = TypeVar('ActT')
+
+
+class GoalEvent(IntEnum):
+    """What happens to a goal, numbered as in rclpy."""
+
+    EXECUTE = _GoalEvent.EXECUTE
+    CANCEL_GOAL = _GoalEvent.CANCEL_GOAL
+    SUCCEED = _GoalEvent.SUCCEED
+    ABORT = _GoalEvent.ABORT
+    CANCELED = _GoalEvent.CANCELED
+
+
+def default_handle_accepted_callback(goal_handle: ServerGoalHandle) -> None:
+    """Execute the goal."""
+    goal_handle.execute()
+
+
+def default_goal_callback(goal_request: object) -> GoalResponse:
+    """Accept every goal."""
+    return GoalResponse.ACCEPT
+
+
+def default_cancel_callback(cancel_request: object) -> CancelResponse:
+    """Cancel no goal."""
+    return CancelResponse.REJECT
+
+
+class ActionServer(ActionServerCore, Generic[ActT]):
+    """Serves one action."""
+
+    def __init__(
+        self,
+        node: Node,
+        action_type: type[ActT],
+        action_name: str,
+        execute_callback: Callable[[ServerGoalHandle], Any],
+        *,
+        callback_group: CallbackGroup | None = None,
+        goal_callback: Callable[[Any], Any] = default_goal_callback,
+        handle_accepted_callback: Callable[[ServerGoalHandle], Any] = default_handle_accepted_callback,
+        cancel_callback: Callable[[Any], Any] = default_cancel_callback,
+        goal_service_qos_profile: QoSProfile = qos_profile_services_default,
+        result_service_qos_profile: QoSProfile = qos_profile_services_default,
+        cancel_service_qos_profile: QoSProfile = qos_profile_services_default,
+        feedback_pub_qos_profile: QoSProfile = QoSProfile(depth=10),
+        status_pub_qos_profile: QoSProfile = qos_profile_action_status_default,
+        result_timeout: float = 10,
+    ) -> None:
+        """`result_timeout` in seconds: how long a result is kept; 0 not at all, a negative one for ever.
+
+        Raises TypeError for an execute callback that cannot be called, ValueError for a bad name.
+        """
+        _check_callable(execute_callback)
+        callbacks = ActionCallbacks(execute_callback, goal_callback, handle_accepted_callback, cancel_callback)
+        qos = ActionQoS(
+            goal_service_qos_profile.to_core(),
+            result_service_qos_profile.to_core(),
+            cancel_service_qos_profile.to_core(),
+            feedback_pub_qos_profile.to_core(),
+            status_pub_qos_profile.to_core(),
+        )
+        group = callback_group or node.default_callback_group
+        support = action_support(action_type)
+        try:
+            super().__init__(
+                node.core, support, action_name, callbacks, group, qos, int(result_timeout * 1_000_000_000)
+            )
+        except NameValidationException as error:
+            raise ValueError(
+                f"Failed to create action server due to invalid topic name '{action_name}' : {error}"
+            ) from None
+        self._node = node
+        self._action_type = action_type
+        self.callback_group = group
+        group.add_entity(self)
+        node.add_waitable(self)
+
+    @property
+    def action_type(self) -> type[ActT]:
+        """The action class."""
+        return self._action_type
+
+    def register_handle_accepted_callback(
+        self, handle_accepted_callback: Callable[[ServerGoalHandle], Any] | None
+    ) -> None:
+        """Call this with each accepted goal instead of executing it at once; None restores the default."""
+        self.callbacks.accepted = handle_accepted_callback or default_handle_accepted_callback
+
+    def register_goal_callback(self, goal_callback: Callable[[Any], Any] | None) -> None:
+        """Let this decide about goals; None restores the default, which accepts."""
+        self.callbacks.goal = goal_callback or default_goal_callback
+
+    def register_cancel_callback(self, cancel_callback: Callable[[Any], Any] | None) -> None:
+        """Let this decide about cancel requests; None restores the default, which refuses."""
+        self.callbacks.cancel = cancel_callback or default_cancel_callback
+
+    def register_execute_callback(self, execute_callback: Callable[[ServerGoalHandle], Any]) -> None:
+        """Let this execute goals; raises TypeError where it cannot be called."""
+        _check_callable(execute_callback)
+        self.callbacks.execute = execute_callback
+
+    def notify_execute(
+        self, goal_handle: ServerGoalHandle, execute_callback: Callable[[ServerGoalHandle], Any] | None
+    ) -> None:
+        """Start the execution of an accepted goal."""
+        self.execute(goal_handle, execute_callback)
+
+    def notify_goal_done(self) -> None:
+        """Nothing to do: expiry follows from the end of each goal."""
+
+    def destroy(self) -> None:
+        """Answer every open request, abort what runs, undeclare. Idempotent."""
+        if not self.destroyed:
+            self._node.remove_waitable(self)
+        super().destroy()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, exc_type: type[BaseException] | None, exc: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self.destroy()
+
+
+def _check_callable(execute_callback: object) -> None:
+    if not callable(execute_callback):
+        raise TypeError('Failed to register goal execution callback: not callable')

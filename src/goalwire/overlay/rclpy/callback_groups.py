@@ -1,0 +1,9 @@
+"""rclpy.callback_groups: which callbacks may run at the same time."""
+
+from goalwire.execution.callback_groups import (
+    CallbackGroup,
+    MutuallyExclusiveCallbackGroup,
+    ReentrantCallbackGroup,
+)
+
+__all__ = ['CallbackGroup', 'MutuallyExclusiveCallbackGroup', 'ReentrantCallbackGroup']

@@ -1,0 +1,58 @@
+"""rclpy.client: calls services."""
+
+from __future__ import annotations
+
+from types import TracebackType
+from typing import Any, Generic, Self, TypeVar
+
+from goalwire.entities.client import ClientCore, ResponseFuture
+from goalwire.entities.exceptions import InvalidHandle
+from rclpy.qos import QoSProfile
+from rclpy.task import Future
+
+SrvT = TypeVar('SrvT')
+
+
+class Client(ClientCore, Generic[SrvT]):
+    """Made by Node.create_client."""
+
+    srv_type: type[SrvT]
+    qos_profile: QoSProfile
+
+    def get_pending_request(self, sequence_number: int) -> Future[Any]:
+        """Return the future of an unanswered request; raises KeyError."""
+        return self.pending[sequence_number]
+
+    def remove_pending_request(self, future: Future[Any]) -> None:
+        """Wait for a response no longer; its future stays pending."""
+        if isinstance(future, ResponseFuture):
+            future.forget()
+
+    def service_is_ready(self) -> bool:
+        """True while there is a server of this name and type."""
+        return self.is_ready()
+
+    @property
+    def service_name(self) -> str:
+        """The fully-qualified name; raises InvalidHandle once destroyed."""
+        if self.destroyed:
+            raise InvalidHandle
+        return self.full_name
+
+    @property
+    def srv_name(self) -> str:
+        """The name as it was given."""
+        return self.name
+
+    @property
+    def handle(self) -> Self:
+        """The client itself: there is no C handle behind it."""
+        return self
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, exc_type: type[BaseException] | None, exc: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self.destroy()

@@ -1,0 +1,39 @@
+"""rclpy.exceptions: what ROS 2's Python API raises."""
+
+from goalwire.entities.exceptions import (
+    InvalidHandle,
+    InvalidNamespaceException,
+    InvalidNodeNameException,
+    InvalidParameterException,
+    InvalidParameterTypeException,
+    InvalidParameterValueException,
+    InvalidServiceNameException,
+    InvalidTopicNameException,
+    NameValidationException,
+    NoTypeSupportImportedException,
+    NotInitializedException,
+    ParameterAlreadyDeclaredException,
+    ParameterException,
+    ParameterNotDeclaredException,
+    ParameterUninitializedException,
+    ROSInterruptException,
+)
+
+__all__ = [
+    'InvalidHandle',
+    'InvalidNamespaceException',
+    'InvalidNodeNameException',
+    'InvalidParameterException',
+    'InvalidParameterTypeException',
+    'InvalidParameterValueException',
+    'InvalidServiceNameException',
+    'InvalidTopicNameException',
+    'NameValidationException',
+    'NoTypeSupportImportedException',
+    'NotInitializedException',
+    'ParameterAlreadyDeclaredException',
+    'ParameterException',
+    'ParameterNotDeclaredException',
+    'ParameterUninitializedException',
+    'ROSInterruptException',
+]

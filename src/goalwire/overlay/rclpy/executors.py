@@ -1,0 +1,25 @@
+"""rclpy.executors: who runs the callbacks."""
+
+from goalwire.execution.executor import (
+    ConditionReachedException,
+    Executor,
+    ExternalShutdownException,
+    ShutdownException,
+    TimeoutException,
+    TimeoutObject,
+    await_or_execute,
+)
+from goalwire.execution.multi_threaded import MultiThreadedExecutor
+from goalwire.execution.single_threaded import SingleThreadedExecutor
+
+__all__ = [
+    'ConditionReachedException',
+    'Executor',
+    'ExternalShutdownException',
+    'MultiThreadedExecutor',
+    'ShutdownException',
+    'SingleThreadedExecutor',
+    'TimeoutException',
+    'TimeoutObject',
+    'await_or_execute',
+]

@@ -1,0 +1,401 @@
+"""rclpy.node: the node, and everything it makes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import TYPE_CHECKING, Any, TypeVar
+from weakref import ReferenceType, ref
+
+from goalwire.entities.exceptions import InvalidHandle, NodeNameNonExistentError
+from goalwire.entities.node import NodeCore
+from goalwire.entities.node_graph import NodeGraph
+from goalwire.entities.node_parameters import NodeParameters
+from goalwire.entities.type_support import service_support
+from goalwire.execution.home import Home
+from rclpy.callback_groups import CallbackGroup, MutuallyExclusiveCallbackGroup
+from rclpy.client import Client
+from rclpy.clock import Clock, ROSClock
+from rclpy.context import Context
+from rclpy.exceptions import NotInitializedException
+from rclpy.guard_condition import GuardCondition
+from rclpy.impl.rcutils_logger import RcutilsLogger
+from rclpy.logging import get_logger
+from rclpy.publisher import Publisher
+from rclpy.qos import QoSProfile, qos_profile_services_default
+from rclpy.service import Service
+from rclpy.subscription import Subscription
+from rclpy.timer import Rate, Timer
+from rclpy.utilities import get_default_context
+
+if TYPE_CHECKING:
+    from rclpy.executors import Executor
+    from rclpy.parameter import Parameter
+
+HIDDEN_NODE_PREFIX = '_'
+
+MsgT = TypeVar('MsgT')
+SrvT = TypeVar('SrvT')
+EntityT = TypeVar('EntityT')
+
+__all__ = ['HIDDEN_NODE_PREFIX', 'Node', 'NodeNameNonExistentError']
+
+
+class Node(NodeGraph, NodeParameters):
+    """A node of the ROS 2 graph."""
+
+    PARAM_REL_TOL = 1e-6
+
+    def __init__(
+        self,
+        node_name: str,
+        *,
+        context: Context | None = None,
+        cli_args: Sequence[str] | None = None,
+        namespace: str | None = None,
+        use_global_arguments: bool = True,
+        enable_rosout: bool = True,
+        start_parameter_services: bool = True,
+        parameter_overrides: list[Parameter] | None = None,
+        allow_undeclared_parameters: bool = False,
+        automatically_declare_parameters_from_overrides: bool = False,
+        enable_logger_service: bool = False,
+    ) -> None:
+        """Raises NotInitializedException before init(), and rclpy's name exceptions."""
+        self._context = get_default_context() if context is None else context
+        if not self._context.ok():
+            raise NotInitializedException('cannot create node')
+        self.core = NodeCore(
+            self._context, node_name, namespace, cli_args=cli_args, use_global_arguments=use_global_arguments
+        )
+        self._executor: ReferenceType[Executor] | None = None
+        self._publishers: list[Publisher[Any]] = []
+        self._subscriptions: list[Subscription[Any]] = []
+        self._clients: list[Client[Any]] = []
+        self._services: list[Service[Any]] = []
+        self._timers: list[Timer] = []
+        self._guards: list[GuardCondition] = []
+        self._waitables: list[Any] = []
+        self._rates: dict[Rate, Timer] = {}
+        self._default_callback_group: CallbackGroup = MutuallyExclusiveCallbackGroup()
+        self._clock = ROSClock()
+        self._logger = get_logger(self.core.logger_name)
+        self._init_parameters(
+            parameter_overrides or [],
+            allow_undeclared=allow_undeclared_parameters,
+            declare_overrides=automatically_declare_parameters_from_overrides,
+        )
+
+    # -- what it is ----------------------------------------------------------------------------------------
+
+    @property
+    def handle(self) -> NodeCore:
+        """What stands behind the node: there is no C handle."""
+        return self.core
+
+    @property
+    def home(self) -> Home:
+        """Where the node's work goes: to its executor, or to a backlog until it has one."""
+        return self.core.home
+
+    @property
+    def executor(self) -> Executor | None:
+        """The executor that runs this node's callbacks."""
+        return self._executor() if self._executor is not None else None
+
+    @executor.setter
+    def executor(self, new_executor: Executor | None) -> None:
+        current = self.executor
+        if current is new_executor:
+            return
+        if current is not None:
+            current.remove_node(self)
+        if new_executor is None:
+            self._executor = None
+        else:
+            new_executor.add_node(self)
+            self._executor = ref(new_executor)
+
+    @property
+    def context(self) -> Context:
+        """The context that the node lives in."""
+        return self._context
+
+    @property
+    def default_callback_group(self) -> CallbackGroup:
+        """The exclusive group of every callback that names no group."""
+        return self._default_callback_group
+
+    def get_name(self) -> str:
+        """Return the name without its namespace; raises InvalidHandle once destroyed."""
+        self._check_alive()
+        return self.core.name.name
+
+    def get_namespace(self) -> str:
+        """Return the namespace, '/' or '/a/b'; raises InvalidHandle once destroyed."""
+        self._check_alive()
+        return self.core.name.namespace
+
+    def get_fully_qualified_name(self) -> str:
+        """Return '/a/b/name'; raises InvalidHandle once destroyed."""
+        self._check_alive()
+        return self.core.name.qualified
+
+    def get_clock(self) -> Clock:
+        """Return the node's clock (ROS time)."""
+        return self._clock
+
+    def get_logger(self) -> RcutilsLogger:
+        """Return the node's logger, 'a.b.name'."""
+        return self._logger
+
+    def resolve_topic_name(self, topic: str, *, only_expand: bool = False) -> str:
+        """Return the fully-qualified name of a topic, remapped unless `only_expand`."""
+        return self.core.resolve(topic, only_expand=only_expand)
+
+    def resolve_service_name(self, service: str, *, only_expand: bool = False) -> str:
+        """Return the fully-qualified name of a service, remapped unless `only_expand`."""
+        return self.core.resolve(service, is_service=True, only_expand=only_expand)
+
+    def _check_alive(self) -> None:
+        if self.core.destroyed:
+            raise InvalidHandle
+
+    def __repr__(self) -> str:
+        return f'<rclpy.node.Node object at {id(self):#x}: {self.core.name.qualified}>'
+
+    # -- what it owns --------------------------------------------------------------------------------------
+
+    @property
+    def publishers(self) -> Iterator[Publisher[Any]]:
+        """The publishers made by this node."""
+        yield from self._publishers
+
+    @property
+    def subscriptions(self) -> Iterator[Subscription[Any]]:
+        """The subscriptions made by this node."""
+        yield from self._subscriptions
+
+    @property
+    def clients(self) -> Iterator[Client[Any]]:
+        """The service clients made by this node."""
+        yield from self._clients
+
+    @property
+    def services(self) -> Iterator[Service[Any]]:
+        """The service servers made by this node."""
+        yield from self._services
+
+    @property
+    def timers(self) -> Iterator[Timer]:
+        """The timers made by this node."""
+        yield from self._timers
+
+    @property
+    def guards(self) -> Iterator[GuardCondition]:
+        """The guard conditions made by this node."""
+        yield from self._guards
+
+    @property
+    def waitables(self) -> Iterator[Any]:
+        """The action servers and clients, and other waitables, of this node."""
+        yield from self._waitables
+
+    def add_waitable(self, waitable: object) -> None:
+        """List a waitable among the node's own."""
+        self._waitables.append(waitable)
+
+    def remove_waitable(self, waitable: object) -> None:
+        """Forget a waitable; raises ValueError where it is not the node's."""
+        self._waitables.remove(waitable)
+
+    # -- what it makes -------------------------------------------------------------------------------------
+
+    def create_publisher(
+        self,
+        msg_type: type[MsgT],
+        topic: str,
+        qos_profile: QoSProfile | int,
+        *,
+        callback_group: CallbackGroup | None = None,
+        event_callbacks: object | None = None,
+        qos_overriding_options: object | None = None,
+        publisher_class: type[Publisher[Any]] = Publisher,
+    ) -> Publisher[MsgT]:
+        """Create a publisher; `qos_profile` is a profile or a history depth.
+
+        Raises InvalidTopicNameException, and TypeError or RuntimeError for a bad type or profile.
+        """
+        self._check_alive()
+        profile = QoSProfile.of(qos_profile)
+        publisher: Publisher[MsgT] = publisher_class(self.core, msg_type, topic, profile.to_core())
+        publisher.qos_profile = profile
+        self._publishers.append(publisher)
+        return publisher
+
+    def create_subscription(
+        self,
+        msg_type: type[MsgT],
+        topic: str,
+        callback: Callable[..., object],
+        qos_profile: QoSProfile | int,
+        *,
+        callback_group: CallbackGroup | None = None,
+        event_callbacks: object | None = None,
+        qos_overriding_options: object | None = None,
+        raw: bool = False,
+    ) -> Subscription[MsgT]:
+        """Create a subscription; `callback(message)` or `callback(message, info)`, plain or `async def`.
+
+        With `raw` the callback gets serialized bytes. Raises as create_publisher does.
+        """
+        self._check_alive()
+        profile = QoSProfile.of(qos_profile)
+        group = callback_group or self._default_callback_group
+        subscription = Subscription(self.core, msg_type, topic, callback, profile.to_core(), group, raw=raw)
+        subscription.qos_profile = profile
+        subscription.callback_group = group
+        group.add_entity(subscription)
+        self._subscriptions.append(subscription)
+        return subscription
+
+    def create_client(
+        self,
+        srv_type: type[SrvT],
+        srv_name: str,
+        *,
+        qos_profile: QoSProfile = qos_profile_services_default,
+        callback_group: CallbackGroup | None = None,
+    ) -> Client[SrvT]:
+        """Create a service client. Raises InvalidServiceNameException, RuntimeError for a bad type."""
+        self._check_alive()
+        group = callback_group or self._default_callback_group
+        client: Client[SrvT] = Client(self.core, service_support(srv_type), srv_name, qos_profile.to_core(), group)
+        client.srv_type = srv_type
+        client.qos_profile = qos_profile
+        group.add_entity(client)
+        self._clients.append(client)
+        return client
+
+    def create_service(
+        self,
+        srv_type: type[SrvT],
+        srv_name: str,
+        callback: Callable[[Any, Any], object],
+        *,
+        qos_profile: QoSProfile = qos_profile_services_default,
+        callback_group: CallbackGroup | None = None,
+    ) -> Service[SrvT]:
+        """Create a service; `callback(request, response)` returns the response, plain or `async def`.
+
+        Raises InvalidServiceNameException, RuntimeError for a bad type.
+        """
+        self._check_alive()
+        group = callback_group or self._default_callback_group
+        support = service_support(srv_type)
+        service: Service[SrvT] = Service(self.core, support, srv_name, callback, qos_profile.to_core(), group)
+        service.srv_type = srv_type
+        service.qos_profile = qos_profile
+        service.callback_group = group
+        group.add_entity(service)
+        self._services.append(service)
+        return service
+
+    def create_timer(
+        self,
+        timer_period_sec: float,
+        callback: Callable[..., object] | None,
+        callback_group: CallbackGroup | None = None,
+        clock: Clock | None = None,
+        autostart: bool = True,
+    ) -> Timer:
+        """Create a timer of a period in seconds, on the node's clock unless another is given."""
+        self._check_alive()
+        period_ns = int(float(timer_period_sec) * 1_000_000_000)
+        timer = Timer(
+            callback,
+            callback_group or self._default_callback_group,
+            period_ns,
+            clock or self._clock,
+            context=self._context,
+            autostart=autostart,
+            home=self.core.home,
+        )
+        self._timers.append(timer)
+        self.core.own(timer)
+        timer.callback_group.add_entity(timer)
+        return timer
+
+    def create_guard_condition(
+        self, callback: Callable[[], object] | None, callback_group: CallbackGroup | None = None
+    ) -> GuardCondition:
+        """Create a guard condition, whose callback runs after each trigger()."""
+        self._check_alive()
+        group = callback_group or self._default_callback_group
+        guard = GuardCondition(callback, group, context=self._context, home=self.core.home)
+        self._guards.append(guard)
+        self.core.own(guard)
+        group.add_entity(guard)
+        return guard
+
+    def create_rate(self, frequency: float, clock: Clock | None = None) -> Rate:
+        """Create a rate of `frequency` Hz; needs a thread that spins. Raises ValueError unless > 0."""
+        if frequency <= 0:
+            raise ValueError('frequency must be > 0')
+        timer = self.create_timer(1.0 / frequency, None, MutuallyExclusiveCallbackGroup(), clock)
+        rate = Rate(timer, context=self._context)
+        self._rates[rate] = timer
+        return rate
+
+    # -- how it ends ---------------------------------------------------------------------------------------
+
+    def destroy_publisher(self, publisher: Publisher[Any]) -> bool:
+        """Destroy a publisher of this node; False where it is not (any more)."""
+        return _destroy(publisher, self._publishers)
+
+    def destroy_subscription(self, subscription: Subscription[Any]) -> bool:
+        """Destroy a subscription of this node; False where it is not (any more)."""
+        return _destroy(subscription, self._subscriptions)
+
+    def destroy_client(self, client: Client[Any]) -> bool:
+        """Destroy a client of this node; False where it is not (any more)."""
+        return _destroy(client, self._clients)
+
+    def destroy_service(self, service: Service[Any]) -> bool:
+        """Destroy a service of this node; False where it is not (any more)."""
+        return _destroy(service, self._services)
+
+    def destroy_timer(self, timer: Timer) -> bool:
+        """Destroy a timer of this node; False where it is not (any more)."""
+        return _destroy(timer, self._timers)
+
+    def destroy_guard_condition(self, guard: GuardCondition) -> bool:
+        """Destroy a guard condition of this node; False where it is not (any more)."""
+        return _destroy(guard, self._guards)
+
+    def destroy_rate(self, rate: Rate) -> bool:
+        """Destroy a rate of this node; False where it is not (any more)."""
+        timer = self._rates.pop(rate, None)
+        if timer is None:
+            return False
+        rate.destroy()
+        self.destroy_timer(timer)
+        return True
+
+    def destroy_node(self) -> None:
+        """Destroy everything the node made, then the node. Idempotent."""
+        self.executor = None
+        for waitable in list(self._waitables):
+            waitable.destroy()
+        for rate in list(self._rates):
+            self.destroy_rate(rate)
+        for owned in (self._publishers, self._subscriptions, self._clients, self._services, self._timers, self._guards):
+            owned.clear()
+        self.core.destroy()
+
+
+def _destroy(entity: Any, owned: list[Any]) -> bool:
+    if entity not in owned:
+        return False
+    owned.remove(entity)
+    entity.destroy()
+    return True

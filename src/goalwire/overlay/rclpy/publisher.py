@@ -1,0 +1,54 @@
+"""rclpy.publisher: publishes messages on a topic."""
+
+from __future__ import annotations
+
+from types import TracebackType
+from typing import Self
+
+from goalwire.entities.exceptions import InvalidHandle
+from goalwire.entities.publisher import MsgT, PublisherCore
+from rclpy.duration import Duration
+from rclpy.qos import QoSProfile
+
+_FOREVER = Duration(seconds=-1)
+
+
+class Publisher(PublisherCore[MsgT]):
+    """Made by Node.create_publisher."""
+
+    qos_profile: QoSProfile
+
+    def get_subscription_count(self) -> int:
+        """How many subscriptions there are; raises InvalidHandle once destroyed."""
+        return self.subscription_count()
+
+    @property
+    def topic_name(self) -> str:
+        """The fully-qualified name; raises InvalidHandle once destroyed."""
+        if self.destroyed:
+            raise InvalidHandle
+        return self.full_name
+
+    @property
+    def handle(self) -> Self:
+        """The publisher itself: there is no C handle behind it."""
+        return self
+
+    def assert_liveliness(self) -> None:
+        """Say that the publisher is alive; automatic liveliness needs no call. Raises InvalidHandle once destroyed."""
+        if self.destroyed:
+            raise InvalidHandle
+
+    def wait_for_all_acked(self, timeout: Duration = _FOREVER) -> bool:
+        """Return True: the wire acknowledges by flow control, nothing waits unacknowledged here."""
+        if self.destroyed:
+            raise InvalidHandle
+        return True
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, exc_type: type[BaseException] | None, exc: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self.destroy()

@@ -1,0 +1,51 @@
+"""rclpy.service: answers requests."""
+
+from __future__ import annotations
+
+from types import TracebackType
+from typing import Generic, Self, TypeVar
+
+from goalwire.entities.exceptions import InvalidHandle
+from goalwire.entities.service import ServiceCore
+from goalwire.transport.contract import Request
+from rclpy.callback_groups import CallbackGroup
+from rclpy.qos import QoSProfile
+
+SrvT = TypeVar('SrvT')
+
+
+class Service(ServiceCore, Generic[SrvT]):
+    """Made by Node.create_service."""
+
+    srv_type: type[SrvT]
+    qos_profile: QoSProfile
+    callback_group: CallbackGroup
+
+    @property
+    def service_name(self) -> str:
+        """The fully-qualified name; raises InvalidHandle once destroyed."""
+        if self.destroyed:
+            raise InvalidHandle
+        return self.full_name
+
+    @property
+    def srv_name(self) -> str:
+        """The name as it was given."""
+        return self.name
+
+    def send_response(self, response: object, header: Request) -> None:
+        """Answer the request that `header` stands for. Raises TypeError, InvalidHandle."""
+        self.answer(header, response)
+
+    @property
+    def handle(self) -> Self:
+        """The service itself: there is no C handle behind it."""
+        return self
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, exc_type: type[BaseException] | None, exc: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self.destroy()

@@ -1,0 +1,17 @@
+"""rclpy.signals: what SIGINT and SIGTERM do."""
+
+from goalwire.execution.signals import (
+    SignalHandlerGuardCondition,
+    SignalHandlerOptions,
+    get_current_signal_handlers_options,
+    install_signal_handlers,
+    uninstall_signal_handlers,
+)
+
+__all__ = [
+    'SignalHandlerGuardCondition',
+    'SignalHandlerOptions',
+    'get_current_signal_handlers_options',
+    'install_signal_handlers',
+    'uninstall_signal_handlers',
+]

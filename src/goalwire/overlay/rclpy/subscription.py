@@ -1,0 +1,54 @@
+"""rclpy.subscription: receives messages of a topic."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from types import TracebackType
+from typing import Self
+
+from goalwire.entities.exceptions import InvalidHandle
+from goalwire.entities.subscription import MessageInfo, MsgT, SubscriptionCore
+from rclpy.callback_groups import CallbackGroup
+from rclpy.qos import QoSProfile
+
+__all__ = ['MessageInfo', 'Subscription']
+
+
+class Subscription(SubscriptionCore[MsgT]):
+    """Made by Node.create_subscription."""
+
+    qos_profile: QoSProfile
+    callback_group: CallbackGroup
+
+    def get_publisher_count(self) -> int:
+        """How many publishers there are; raises InvalidHandle once destroyed."""
+        return self.publisher_count()
+
+    @property
+    def topic_name(self) -> str:
+        """The fully-qualified name; raises InvalidHandle once destroyed."""
+        if self.destroyed:
+            raise InvalidHandle
+        return self.full_name
+
+    @property
+    def callback(self) -> Callable[..., object]:
+        """What is called with each message."""
+        return self._callback
+
+    @callback.setter
+    def callback(self, value: Callable[..., object]) -> None:
+        self.set_callback(value)
+
+    @property
+    def handle(self) -> Self:
+        """The subscription itself: there is no C handle behind it."""
+        return self
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, exc_type: type[BaseException] | None, exc: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self.destroy()

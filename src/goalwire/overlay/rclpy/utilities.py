@@ -1,0 +1,68 @@
+"""The default context, and what asks about it (rclpy.utilities)."""
+
+from __future__ import annotations
+
+import sys
+import threading
+from collections.abc import Sequence
+
+from goalwire.execution.lifeline import provide_default_context
+from goalwire.protocol.arguments import remove_ros_args as _remove_ros_args
+from goalwire.transport import registry
+from rclpy.constants import S_TO_NS
+from rclpy.context import Context
+
+g_default_context: Context | None = None
+g_context_lock = threading.Lock()
+
+
+def get_default_context(*, shutting_down: bool = False) -> Context:
+    """Return the context that programs share unless they make one; a fresh one after shutdown."""
+    global g_default_context
+    with g_context_lock:
+        if g_default_context is None:
+            g_default_context = Context()
+        chosen = g_default_context
+        if shutting_down:
+            g_default_context = None
+    return chosen
+
+
+def remove_ros_args(args: Sequence[str] | None = None) -> list[str]:
+    """Return `args` (`sys.argv` where None) without `--ros-args … --`."""
+    return _remove_ros_args(sys.argv if args is None else args)
+
+
+def ok(*, context: Context | None = None) -> bool:
+    """True while the context is open."""
+    return (get_default_context() if context is None else context).ok()
+
+
+def shutdown(*, context: Context | None = None) -> None:
+    """Close a context; raises RuntimeError or RCLError where it is not open."""
+    (get_default_context(shutting_down=True) if context is None else context).shutdown()
+
+
+def try_shutdown(*, context: Context | None = None) -> None:
+    """Close a context if it is open."""
+    (get_default_context(shutting_down=True) if context is None else context).try_shutdown()
+
+
+def get_rmw_implementation_identifier() -> str:
+    """Return the name of the wire in use, as RMW_IMPLEMENTATION spells it."""
+    return registry.selected_identifier()
+
+
+def get_available_rmw_implementations() -> set[str]:
+    """Return the wires that RMW_IMPLEMENTATION may name."""
+    return registry.available()
+
+
+def timeout_sec_to_nsec(timeout_sec: float | None) -> int:
+    """Return nanoseconds; -1 (no limit) for None and for negative times, as rclpy does."""
+    if timeout_sec is None or timeout_sec < 0:
+        return -1
+    return int(float(timeout_sec) * S_TO_NS)
+
+
+provide_default_context(get_default_context)

@@ -1,0 +1,75 @@
+"""The payloads of an action whose layout does not depend on the action's type (CDR, action_msgs).
+
+A goal id is sixteen plain bytes in front of everything else, so what follows it is aligned as if it stood
+alone: a goal or a feedback can be cut out of its wrapper, and put into it, without decoding either.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterable
+
+from goalwire.errors import RemoteError
+from goalwire.protocol.goals.cancel import CancelCode
+from goalwire.protocol.goals.ids import ID_LENGTH, GoalId
+
+_HEADER = b'\x00\x01\x00\x00'
+_START = len(_HEADER)
+_INNER = _START + ID_LENGTH
+_S_TO_NS = 1_000_000_000
+_ACCEPTANCE = struct.Struct('<4s?3xiI')
+_CANCEL_HEAD = struct.Struct('<4sb3xI')
+_STAMP = {1: struct.Struct('<iI'), 0: struct.Struct('>iI')}
+
+
+def unwrap(payload: bytes) -> tuple[GoalId, bytes]:
+    """Split a send_goal request or a feedback message into goal id and the serialized goal or feedback.
+
+    Raises RemoteError for a payload too short to hold an id.
+    """
+    if len(payload) < _INNER:
+        raise RemoteError(f'a goal id takes {_INNER} bytes of payload, got {len(payload)}')
+    return bytes(payload[_START:_INNER]), bytes(payload[:_START]) + bytes(payload[_INNER:])
+
+
+def wrap(goal_id: GoalId, message: bytes) -> bytes:
+    """Put a goal id before a serialized goal or feedback."""
+    return message[:_START] + goal_id + message[_START:]
+
+
+def goal_id_of(payload: bytes) -> GoalId:
+    """Return the goal id that a payload begins with; raises RemoteError for one too short."""
+    if len(payload) < _INNER:
+        raise RemoteError(f'a goal id takes {_INNER} bytes of payload, got {len(payload)}')
+    return bytes(payload[_START:_INNER])
+
+
+def encode_result_request(goal_id: GoalId) -> bytes:
+    """Serialize a get_result request."""
+    return _HEADER + goal_id
+
+
+def encode_acceptance(accepted: bool, stamp_ns: int) -> bytes:
+    """Serialize a send_goal reply; `stamp_ns` is ROS time."""
+    return _ACCEPTANCE.pack(_HEADER, accepted, *divmod(stamp_ns, _S_TO_NS))
+
+
+def encode_cancel_request(goal_id: GoalId, stamp_ns: int = 0) -> bytes:
+    """Serialize a cancel_goal request."""
+    return _HEADER + goal_id + _STAMP[1].pack(*divmod(stamp_ns, _S_TO_NS))
+
+
+def decode_cancel_request(payload: bytes) -> tuple[GoalId, int]:
+    """Return id and stamp (ns) of a cancel_goal request; raises RemoteError for one too short."""
+    goal_id = goal_id_of(payload)
+    try:
+        seconds, nanoseconds = _STAMP[payload[1] & 1].unpack_from(payload, _INNER)
+    except struct.error:
+        raise RemoteError(f'a cancel request takes {_INNER + 8} bytes, got {len(payload)}') from None
+    return goal_id, seconds * _S_TO_NS + nanoseconds
+
+
+def encode_cancel_reply(code: CancelCode, goals: Iterable[tuple[GoalId, int]]) -> bytes:
+    """Serialize a cancel_goal reply: its code, and ids and stamps (ns) of the goals that are CANCELING."""
+    entries = [goal_id + _STAMP[1].pack(*divmod(stamp_ns, _S_TO_NS)) for goal_id, stamp_ns in goals]
+    return b''.join((_CANCEL_HEAD.pack(_HEADER, code, len(entries)), *entries))
