@@ -1,13 +1,14 @@
 """Messages to bytes and back: XCDR1, written in little endian, read in both.
 
-An encoder or decoder is generated when a class first needs one, and kept. Any class with rosidl's surface will do.
+An encoder or decoder is generated when a class first needs one, and kept. Any class with rosidl's surface
+will do.
 """
 
 from __future__ import annotations
 
 import linecache
 from collections.abc import Callable
-from functools import lru_cache, partial
+from functools import cache, partial
 from typing import Any, TypeVar, cast
 
 from goalwire.codec import diagnosis
@@ -21,7 +22,8 @@ MessageT = TypeVar('MessageT')
 
 def encode(message: object) -> bytes:
     """Return a message as CDR, header included; raises EncodeError where a value does not fit its field."""
-    return encoder(type(message))(message)
+    cls: type = type(message)
+    return encoder(cls)(message)
 
 
 def decode(data: Data, cls: type[MessageT]) -> MessageT:
@@ -29,12 +31,15 @@ def decode(data: Data, cls: type[MessageT]) -> MessageT:
     return cast('MessageT', decoder(cls)(data))
 
 
-@lru_cache(maxsize=None)
+@cache
 def encoder(cls: type) -> Callable[[object], bytes]:
     """Return `encode(message) -> bytes` for one message class."""
     source, names = encoder_source(cls)
     names['explain'] = partial(diagnosis.explain_encode, cls)
-    return cast('Callable[[object], bytes]', _compiled(source, names, f'<goalwire encoder {type_name(cls)}>', 'encode'))
+    return cast(
+        'Callable[[object], bytes]',
+        _compiled(source, names, f'<goalwire encoder {type_name(cls)}>', 'encode'),
+    )
 
 
 def decoder(cls: type) -> Callable[[Data], Any]:
@@ -42,24 +47,27 @@ def decoder(cls: type) -> Callable[[Data], Any]:
     return _decoder(cls, '<', view=False)
 
 
-@lru_cache(maxsize=None)
+@cache
 def _decoder(cls: type, order: str, *, view: bool) -> Callable[[Data], Any]:
     source, names = decoder_source(cls, order, view=view)
     names['explain'] = partial(diagnosis.explain_decode, cls)
     names['otherwise'] = partial(_decode_otherwise, cls)
     kind = f'{"big" if order == ">" else "little"} endian{" view" if view else ""}'
-    return cast('Callable[[Data], Any]', _compiled(source, names, f'<goalwire decoder {type_name(cls)}, {kind}>', 'decode'))
+    return cast(
+        'Callable[[Data], Any]',
+        _compiled(source, names, f'<goalwire decoder {type_name(cls)}, {kind}>', 'decode'),
+    )
 
 
 def _decode_otherwise(cls: type, data: Data) -> object:
     """Decode what is not bytes with a little-endian header."""
     if not isinstance(data, (bytes, bytearray, memoryview)):
         raise TypeError(f'expected bytes, got {type(data).__name__}')
-    view = not isinstance(data, bytes)
-    if view:
-        data = memoryview(data)
-        data = data.cast('B') if data.c_contiguous else memoryview(bytes(data))
-    return _decoder(cls, diagnosis.byte_order(cls, data), view=view)(data)
+    if isinstance(data, bytes):
+        return _decoder(cls, diagnosis.byte_order(cls, data), view=False)(data)
+    view = memoryview(data)
+    view = view.cast('B') if view.c_contiguous else memoryview(bytes(view))
+    return _decoder(cls, diagnosis.byte_order(cls, view), view=True)(view)
 
 
 def _compiled(source: str, names: dict[str, object], filename: str, function: str) -> object:

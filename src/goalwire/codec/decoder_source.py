@@ -1,7 +1,7 @@
 """The source of a decoder: one function per message class, one more per class inside its sequences.
 
-Values are read run by run into variables; the message objects are made last, without their constructors. A length is
-held against the bytes that are left before anything is made for it.
+Values are read run by run into variables; the message objects are made last, without their constructors. A
+length is held against the bytes that are left before anything is made for it.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ _BYTE = Item('B', 1, 1)
 def decoder_source(cls: type, order: str, *, view: bool) -> tuple[str, dict[str, object]]:
     """Return the source of `decode(data)` for a message class and the names that it needs.
 
-    `order` is '<' or '>'; `view` tells that data is a memoryview, not bytes. A header of another kind is given to
-    `otherwise(data)`.
+    `order` is '<' or '>'; `view` tells that data is a memoryview, not bytes. Data with a header of
+    another kind is given to `otherwise(data)`.
     """
     module = _Module(order, view=view)
     body = _Body(module, first=True)
@@ -117,7 +117,9 @@ class _Body:
         self.making.append(f'{root} = new({self._module.name("Class", cls)})')
         self.making += [f'{root}._{name} = {value}' for name, value in values]
         if '_check_fields' in getattr(cls, '__slots__', ()):
-            self.making.append(f'{root}._check_fields = {os.environ.get("ROS_PYTHON_CHECK_FIELDS", "") == "1"}')
+            self.making.append(
+                f'{root}._check_fields = {os.environ.get("ROS_PYTHON_CHECK_FIELDS", "") == "1"}'
+            )
         return root
 
     def flush(self) -> None:
@@ -133,7 +135,9 @@ class _Body:
         elif self._items:
             table = self._module.name('run', reading.plain_unpackers(self._items, self._order))
             self.lines.append(f'run, size = {table}[at & 7]')
-            self.lines.append(f'{", ".join(self._targets)}, = run(data, at)' if self._targets else 'run(data, at)')
+            self.lines.append(
+                f'{", ".join(self._targets)}, = run(data, at)' if self._targets else 'run(data, at)'
+            )
             self.lines.append('at += size')
         self._first = False
         self._items, self._targets = [], []
@@ -178,7 +182,8 @@ class _Body:
             self.lines.append(f'if {size} > {limit + 1}: refuse()')
         value, end = self._new(), self._assign(f'at + {size}')
         quick = f"str(data[at:{end} - 1], 'utf-8')" if self._module.view else f'data[at:{end} - 1].decode()'
-        self.lines += [  # for size 0, data[end - 1] is the length's last byte: 0 too; past the end it is an IndexError
+        # For size 0, data[end - 1] is the last byte of the length, 0 too; past the data it is an IndexError.
+        self.lines += [
             f'{value} = text(data, at, {size}) if data[{end} - 1] else {quick}',
             f'at = {end}',
         ]

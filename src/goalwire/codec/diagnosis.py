@@ -1,11 +1,13 @@
-"""Which field was it? A slow second look at what an encoder or decoder refused, to name field, value and offset."""
+"""Which field was it? A slow second look at what an encoder or decoder refused, to name field, value and
+offset.
+"""
 
 from __future__ import annotations
 
 import math
 import struct
 from array import array
-from collections.abc import Iterator, Sized
+from collections.abc import Collection, Iterator
 
 from goalwire.codec import layout, reading
 from goalwire.codec.layout import HEADER_SIZE, MAX_PADDING, Leaf
@@ -42,8 +44,8 @@ def _values(cls: type, message: object, prefix: str) -> Iterator[tuple[str, Leaf
             continue
         if leaf.type.shape is Shape.SINGLE:
             yield from _values(leaf.cls, value, f'{path}.')
-        elif isinstance(value, Sized):
-            for index, item in enumerate(value):  # type: ignore[call-overload]
+        elif isinstance(value, Collection):
+            for index, item in enumerate(value):
                 yield from _values(leaf.cls, item, f'{path}[{index}].')
 
 
@@ -52,7 +54,7 @@ def _judge(root: str, path: str, leaf: Leaf, value: object) -> None:
     if leaf.type.shape is Shape.SINGLE:
         _judge_single(root, path, leaf, value)
         return
-    if not isinstance(value, Sized) or not hasattr(value, '__iter__'):
+    if not isinstance(value, Collection):
         raise EncodeTypeError(root, path, f'expected a sequence, got {_shown(value)}')
     size = int(getattr(value, 'size', len(value)))
     capacity = leaf.type.capacity
@@ -79,7 +81,12 @@ def _judge_single(root: str, path: str, leaf: Leaf, value: object) -> None:
         _judge_text(root, path, leaf, value)
     elif base == 'bool':
         if not isinstance(value, bool):
-            raise EncodeTypeError(root, path, f'expected bool, got {_shown(value)} (write {bool(value)})')
+            hint = (
+                f' (write {value == 1})'
+                if hasattr(value, '__index__') or type(value).__module__ == 'numpy'
+                else ''
+            )
+            raise EncodeTypeError(root, path, f'expected bool, got {_shown(value)}{hint}')
     elif base == 'byte':
         if not isinstance(value, bytes) or len(value) != 1:
             raise EncodeTypeError(root, path, f'expected bytes of length 1, got {_shown(value)}')
@@ -95,9 +102,13 @@ def _judge_text(root: str, path: str, leaf: Leaf, value: object) -> None:
     try:
         data = value.encode()
     except UnicodeEncodeError as error:
-        raise EncodeValueError(root, path, f'no valid Unicode at character {error.start}: {error.reason}') from None
+        raise EncodeValueError(
+            root, path, f'no valid Unicode at character {error.start}: {error.reason}'
+        ) from None
     if leaf.type.base == 'string' and 0 in data:
-        raise EncodeValueError(root, path, f'a string cannot contain a NUL (at character {value.index(chr(0))})')
+        raise EncodeValueError(
+            root, path, f'a string cannot contain a NUL (at character {value.index(chr(0))})'
+        )
     size = len(data) if leaf.type.base == 'string' else len(value.encode('utf-16-le')) // 2
     if 0 < leaf.type.string_capacity < size:
         unit = 'bytes of UTF-8' if leaf.type.base == 'string' else 'UTF-16 units'
@@ -123,20 +134,29 @@ def _judge_integer(root: str, path: str, base: str, value: object) -> None:
 
 
 def _shown(value: object) -> str:
+    cls = type(value)
+    if hasattr(cls, 'get_fields_and_field_types'):
+        return type_name(cls)
     text = repr(value)
-    return f'{type(value).__name__} {text if len(text) <= 60 else text[:57] + "..."}'
+    name = cls.__name__ if cls.__module__ == 'builtins' else f'{cls.__module__}.{cls.__name__}'
+    return f'{name} {text if len(text) <= 60 else text[:57] + "..."}'
 
 
 def byte_order(cls: type, data: reading.Buffer) -> str:
     """Return '<' or '>' as the header tells; raises DecodeError for a header that is not XCDR1's."""
     if len(data) < HEADER_SIZE:
-        raise DecodeError(type_name(cls), '', len(data), f'the header has {HEADER_SIZE} bytes, the data {len(data)}')
+        raise DecodeError(
+            type_name(cls), '', len(data), f'the header has {HEADER_SIZE} bytes, the data {len(data)}'
+        )
     kind = data[0] << 8 | data[1]
     if kind not in (_LITTLE_ENDIAN, _BIG_ENDIAN):
         names = {2: 'a parameter list', 3: 'a parameter list', **dict.fromkeys(range(6, 12), 'XCDR2')}
         what = names.get(kind, 'unknown')
         raise DecodeError(
-            type_name(cls), '', 0, f'representation {bytes(data[:2]).hex()} is {what}; ROS 2 messages are plain CDR (0000, 0001)'
+            type_name(cls),
+            '',
+            0,
+            f'representation {bytes(data[:2]).hex()} is {what}; ROS 2 messages are plain CDR (0000, 0001)',
         )
     return '<' if kind == _LITTLE_ENDIAN else '>'
 
@@ -182,7 +202,10 @@ class _Walk:
             self.fail(path, f'has {count} values, its type at most {leaf.type.capacity}')
         least = count * layout.element_minimum(leaf)
         if least > len(self._data) - self.at:
-            self.fail(path, f'has {count} values of at least {least} bytes, but {len(self._data) - self.at} are left')
+            self.fail(
+                path,
+                f'has {count} values of at least {least} bytes, but {len(self._data) - self.at} are left',
+            )
         if leaf.type.is_number:
             if count:
                 self._take(path, count * layout.SIZES[leaf.type.base], layout.SIZES[leaf.type.base])
@@ -207,7 +230,10 @@ class _Walk:
         wide = leaf.type.base == 'wstring'
         limit = leaf.type.string_capacity
         if 0 < limit < size - (not wide):
-            self.fail(path, f'has {size} {"units" if wide else "bytes with the NUL"}, its type at most {limit} without')
+            self.fail(
+                path,
+                f'has {size} {"units" if wide else "bytes with the NUL"}, its type at most {limit} without',
+            )
         start = self._take(path, size * 4 if wide else size, 1)
         try:
             if wide:

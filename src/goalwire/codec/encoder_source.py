@@ -1,7 +1,8 @@
 """The source of an encoder: one function per message class, one more per class inside its sequences.
 
-Nested messages are flattened. Fields of fixed size, with at most one string among them, form a run: one call of one
-precompiled struct. Types and ranges are checked in passing; what fails is explained by codec/diagnosis.py.
+Nested messages are flattened. Fields of fixed size, with at most one string among them, form a run: one
+call of one precompiled struct. Types and ranges are checked in passing; what fails is explained by
+codec/diagnosis.py.
 """
 
 from __future__ import annotations
@@ -122,13 +123,18 @@ class _Body:
             key = f'{self._text_size} << 3' + ('' if self._first else ' | at & 7')
             call = f'{table}[{key}]({arguments})'
         elif self._first:
-            call = f'{self._module.name("run", layout.run_struct(self._items, 0, prefix=prefix).pack)}({arguments})'
+            run = layout.run_struct(self._items, 0, prefix=prefix)
+            call = f'{self._module.name("run", run.pack)}({arguments})'
         else:
             call = f'{self._module.name("run", writing.plain_packers(self._items))}[at & 7]({arguments})'
         if self._single:
             self.lines.append(f'return {call}')
         else:
-            self.lines += [f'part = {call}', 'add(part)', 'at = len(part)' if self._first else 'at += len(part)']
+            self.lines += [
+                f'part = {call}',
+                'add(part)',
+                'at = len(part)' if self._first else 'at += len(part)',
+            ]
         self._first = False
 
     def _variable(self, expression: str) -> str:
@@ -209,18 +215,19 @@ class _Body:
     def _fixed_numbers(self, leaf: Leaf, value: str) -> None:
         size, capacity = layout.SIZES[leaf.type.base], leaf.type.capacity
         dtype = wire_dtype(leaf.type.base)
-        self.lines.append(
-            f'if {value}.__class__.__name__ != "ndarray" or {value}.dtype.str != {dtype!r} or {value}.size != {capacity}:'
-            f' {value} = fixed_numbers({value}, {dtype!r}, {capacity})'
-        )
+        self.lines += [
+            f'if {value}.dtype.str != {dtype!r} or {value}.size != {capacity}:',
+            f'    {value} = fixed_numbers({value}, {dtype!r}, {capacity})',
+        ]
         self._items.append(Item.block(size * capacity, size))
         self._arguments.append(f'{value}.tobytes()')
 
     def _numbers(self, leaf: Leaf, value: str) -> None:
         code, size = TYPECODES[leaf.type.base], layout.SIZES[leaf.type.base]
-        self.lines.append(
-            f'if type({value}) is not array or {value}.typecode != {code!r}: {value} = numbers({code!r}, {value})'
-        )
+        self.lines += [
+            f'if type({value}) is not array or {value}.typecode != {code!r}:',
+            f'    {value} = numbers({code!r}, {value})',
+        ]
         length = self._length(leaf, value)
         self.flush()
         self.lines.append(f'if {length}:')

@@ -1,15 +1,17 @@
-"""How messages lie on the wire in XCDR1: sizes and alignments of primitives, and runs of fields of fixed size.
+"""How messages lie on the wire in XCDR1: sizes and alignments of primitives, and runs of fields of fixed
+size.
 
-A value of size s starts at a multiple of s, counted from the end of the 4-byte header. Offsets here count from the
-header's first byte, so that the start of a run is known by `offset & 7` alone.
+A value of size s starts at a multiple of s, counted from the end of the 4-byte header. Offsets here count
+from the header's first byte, so that the start of a run is known by `offset & 7` alone.
 """
 
 from __future__ import annotations
 
+import builtins
 import struct
 from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache
 
 from goalwire.interfaces import classes
 from goalwire.interfaces.foreign import definition_of
@@ -21,8 +23,8 @@ LENGTH = struct.Struct('<I')
 
 # struct codes; their sizes are also their alignments. bool is read as a number, to refuse what is not 0 or 1.
 CODES = {
-    'bool': '?', 'byte': 'c', 'char': 'B', 'int8': 'b', 'uint8': 'B', 'int16': 'h', 'uint16': 'H', 'int32': 'i',
-    'uint32': 'I', 'int64': 'q', 'uint64': 'Q', 'float32': 'f', 'float64': 'd',
+    'bool': '?', 'byte': 'c', 'char': 'B', 'int8': 'b', 'uint8': 'B', 'int16': 'h', 'uint16': 'H',
+    'int32': 'i', 'uint32': 'I', 'int64': 'q', 'uint64': 'Q', 'float32': 'f', 'float64': 'd',
 }  # fmt: skip
 SIZES = {base: struct.calcsize(f'<{code}') for base, code in CODES.items()}
 
@@ -33,7 +35,7 @@ class Leaf:
 
     name: str
     type: FieldType
-    cls: type | None
+    cls: builtins.type | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +60,7 @@ EMPTY = Item('x', 1, 1)  # the one byte of a message without fields
 TEXT = Item('', 0, 1)
 
 
-@lru_cache(maxsize=None)
+@cache
 def leaves(cls: type) -> tuple[Leaf, ...]:
     """Return the fields of a message class, goalwire's or rosidl's; raises TypeError for anything else."""
     definition = definition_of(cls)
@@ -70,7 +72,7 @@ def leaves(cls: type) -> tuple[Leaf, ...]:
     )
 
 
-@lru_cache(maxsize=None)
+@cache
 def minimum_size(cls: type) -> int:
     """Return the least number of bytes of a message, padding not counted; never 0."""
     return sum(map(_leaf_minimum, leaves(cls))) or EMPTY.size
@@ -89,7 +91,7 @@ def _leaf_minimum(leaf: Leaf) -> int:
     return element_minimum(leaf) * (leaf.type.capacity if leaf.type.shape is Shape.ARRAY else 1)
 
 
-@lru_cache(maxsize=None)
+@cache
 def texts_inside(cls: type) -> int | None:
     """Return how many strings a message holds; None where anything else in it varies in size."""
     total = 0
@@ -107,8 +109,10 @@ def texts_inside(cls: type) -> int | None:
     return total
 
 
-def run_struct(items: Iterable[Item], offset: int, *, order: str = '<', prefix: str = '', text: int = 0) -> struct.Struct:
-    """Return the struct of items that start at `offset`, padding included; a TEXT item is `text` bytes long."""
+def run_struct(
+    items: Iterable[Item], offset: int, *, order: str = '<', prefix: str = '', text: int = 0
+) -> struct.Struct:
+    """Return the struct of items that start at `offset`, padding included; TEXT is `text` bytes long."""
     codes = [order, prefix]
     at = offset + struct.calcsize(f'<{prefix}')
     for item in items:

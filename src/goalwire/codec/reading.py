@@ -1,5 +1,5 @@
-"""What generated decoders call. All of these raise ValueError or IndexError for bytes that cannot be right, before
-they allocate anything for them; codec/diagnosis.py finds out which field it was.
+"""What generated decoders call. All of these raise ValueError or IndexError for bytes that cannot be right,
+before they allocate anything for them; codec/diagnosis.py finds out which field it was.
 """
 
 from __future__ import annotations
@@ -73,7 +73,9 @@ def wide_text(data: Buffer, at: int, units: int, order: str) -> str:
         return ''
     if max(values) <= 0xFFFF:
         return array('H', values).tobytes().decode(f'utf-16-{"le" if sys.byteorder == "little" else "be"}')
-    return ''.join(map(chr, values)).encode().decode()  # written by a peer as code points; refuses surrogates
+    return (
+        ''.join(chr(int(value)) for value in values).encode().decode()
+    )  # written by a peer as code points; refuses surrogates
 
 
 def texts(data: Buffer, at: int, count: int, order: str, limit: int) -> tuple[list[str], int]:

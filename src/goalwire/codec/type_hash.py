@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from functools import lru_cache
+from functools import cache
 
 from goalwire.errors import InterfaceError
 from goalwire.interfaces.foreign import definition_by_name, definition_of
@@ -25,8 +25,8 @@ from goalwire.interfaces.type_names import type_name
 
 _MESSAGE = 1
 _TYPE_IDS = {
-    'int8': 2, 'uint8': 3, 'char': 3, 'int16': 4, 'uint16': 5, 'int32': 6, 'uint32': 7, 'int64': 8, 'uint64': 9,
-    'float32': 10, 'float64': 11, 'bool': 15, 'byte': 16, 'string': 17, 'wstring': 18,
+    'int8': 2, 'uint8': 3, 'char': 3, 'int16': 4, 'uint16': 5, 'int32': 6, 'uint32': 7,
+    'int64': 8, 'uint64': 9, 'float32': 10, 'float64': 11, 'bool': 15, 'byte': 16, 'string': 17, 'wstring': 18,
 }  # fmt: skip
 _BOUNDED_STRING_OFFSET = 4
 _SHAPE_OFFSETS = {Shape.SINGLE: 0, Shape.ARRAY: 48, Shape.BOUNDED: 96, Shape.UNBOUNDED: 144}
@@ -37,7 +37,7 @@ def type_hash(interface: type | str) -> str:
     return _hash_of(interface if isinstance(interface, str) else type_name(interface), interface)
 
 
-@lru_cache(maxsize=None)
+@cache
 def _hash_of(full_name: str, interface: type | str) -> str:
     root = definition_by_name(full_name) if isinstance(interface, str) else definition_of(interface)
     description = {
@@ -48,7 +48,7 @@ def _hash_of(full_name: str, interface: type | str) -> str:
 
 
 def described_fields(definition: Definition) -> tuple[Field, ...]:
-    """Return the fields of a type as its description lists them; those of services and actions are their parts."""
+    """Return the fields as the description lists them: of services and actions, the parts."""
     if isinstance(definition, MessageDefinition):
         return definition.fields or (Field(EMPTY_MEMBER, FieldType('uint8')),)
     if isinstance(definition, ServiceDefinition):
@@ -85,14 +85,16 @@ def type_id(type_: FieldType) -> int:
     return single + (_BOUNDED_STRING_OFFSET if type_.string_capacity else 0) + _SHAPE_OFFSETS[type_.shape]
 
 
-@lru_cache(maxsize=None)
+@cache
 def has_buffer_fields(cls: type) -> bool:
     """Tell whether a message class holds, at any depth, an unbounded sequence of primitives.
 
     Newer rmw_zenoh gives such types side channels ("buffers"). Strings are no primitives here.
     """
     root = definition_of(cls)
-    return any(_is_buffer(field.type) for item in (root, *referenced(root)) for field in described_fields(item))
+    return any(
+        _is_buffer(field.type) for item in (root, *referenced(root)) for field in described_fields(item)
+    )
 
 
 def _is_buffer(type_: FieldType) -> bool:

@@ -1,6 +1,8 @@
-"""What generated encoders call: tables of packers, and the conversions of values that need more than a struct.
+"""What generated encoders call: tables of packers, and the conversions of values that need more than a
+struct.
 
-All of these raise TypeError or ValueError for a value that does not fit; codec/diagnosis.py finds out which it was.
+All of these raise TypeError or ValueError for a value that does not fit; codec/diagnosis.py finds out which
+it was.
 """
 
 from __future__ import annotations
@@ -112,7 +114,11 @@ def fixed_numbers(value: object, dtype: str, size: int) -> np.ndarray:
     """Return a numpy array in little-endian order; refuses other types and sizes."""
     import numpy as np
 
-    if not isinstance(value, np.ndarray) or value.dtype.newbyteorder('<') != np.dtype(dtype) or value.size != size:
+    if (
+        not isinstance(value, np.ndarray)
+        or value.dtype.newbyteorder('<') != np.dtype(dtype)
+        or value.size != size
+    ):
         raise TypeError('no numpy array of this type and size')
     return value.astype(dtype)
 
@@ -127,16 +133,18 @@ def bools(values: Collection[bool]) -> bytes:
     return bytes(map(bool, listed))
 
 
-def octets(values: Collection[bytes]) -> bytes:
+def octets(values: Collection[bytes] | bytes | bytearray) -> bytes:
     """Return bytes of length 1 joined; a bytes object counts as such a collection."""
     if isinstance(values, (bytes, bytearray)):
         return bytes(values)
-    if any(not isinstance(value, bytes) or len(value) != 1 for value in values):
-        refuse()
+    for value in values:
+        require(bytes, value)
+        if len(value) != 1:
+            refuse()
     return b''.join(values)
 
 
-def little_endian(values: array[float]) -> bytes:
+def little_endian(values: array[int] | array[float]) -> bytes:
     """Return the bytes of an array in the wire's order."""
     if sys.byteorder == 'big':
         values = values[:]

@@ -1,4 +1,6 @@
-"""Interfaces without a build step: .msg, .srv and .action files become Python classes when they are asked for."""
+"""Interfaces without a build step: .msg, .srv and .action files become Python classes when they are asked
+for.
+"""
 
 from importlib import import_module
 
@@ -25,7 +27,7 @@ _HOMES = {
     'type_hash': 'goalwire.codec.type_hash',
     'type_name': 'goalwire.interfaces.type_names',
 }
-__all__ = list(_HOMES)  # noqa: PLE0605
+__all__ = list(_HOMES)
 
 
 def __getattr__(name: str) -> object:

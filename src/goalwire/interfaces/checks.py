@@ -1,4 +1,5 @@
-"""The checks of rosidl's setters: made only where ROS_PYTHON_CHECK_FIELDS=1 or check_fields=True asks for them.
+"""The checks of rosidl's setters: made only where ROS_PYTHON_CHECK_FIELDS=1 or check_fields=True asks for
+them.
 
 The texts of the AssertionErrors are rosidl_generator_py's, since programs and their tests match on them.
 """
@@ -8,7 +9,8 @@ from __future__ import annotations
 import math
 from array import array
 from collections import UserList, UserString
-from collections.abc import Callable, Sequence, Set
+from collections.abc import Callable, Sequence
+from collections.abc import Set as AbstractSet
 from typing import NoReturn
 
 from goalwire.interfaces.model import FLOATS, FieldType, Shape, integer_range
@@ -38,7 +40,7 @@ def checked(name: str, type_: FieldType, message: type | None, value: object) ->
     return value
 
 
-def reject_unknown(cls: type, unknown: dict[str, object]) -> None:
+def reject_unknown(unknown: dict[str, object]) -> None:
     """Raise AssertionError for keyword arguments that name no field."""
     if unknown:
         _fail(f'Invalid arguments passed to constructor: {", ".join(sorted(unknown))}')
@@ -108,7 +110,7 @@ def _checked_array(name: str, type_: FieldType, value: object) -> object:
 def _check_collection(name: str, type_: FieldType, wanted: type, value: object) -> None:
     fits: Callable[[object], bool] = lambda item: isinstance(item, wanted) and _in_range(type_.base, item)  # noqa: E731
     good = (
-        isinstance(value, (Sequence, Set, UserList))
+        isinstance(value, (Sequence, AbstractSet, UserList))
         and not isinstance(value, (str, UserString))
         and not (type_.shape is Shape.ARRAY and len(value) != type_.capacity)
         and not (type_.shape is Shape.BOUNDED and len(value) > type_.capacity)

@@ -5,12 +5,11 @@ Names inside: `_self` and everything the class borrows start with an underscore,
 
 from __future__ import annotations
 
-from array import array
 from collections.abc import Callable
 from dataclasses import dataclass
 
 from goalwire.interfaces.model import Default, Field, MessageDefinition, Shape
-from goalwire.interfaces.runtime import TYPECODES, UNSET, ArrayDefault
+from goalwire.interfaces.runtime import TYPECODES, UNSET, ArrayDefault, to_array
 
 _ZEROS = {'bool': False, 'byte': b'\0', 'string': '', 'wstring': ''}
 
@@ -30,7 +29,7 @@ class _Slot:
 
 
 def class_source(message: MessageDefinition, classes: dict[str, type]) -> tuple[str, dict[str, object]]:
-    """Return the source of a class and the names it needs; `classes` maps nested full names to their classes."""
+    """Return the source of a class and the names it needs; `classes` are the nested ones by full name."""
     names: dict[str, object] = {'_UNSET': UNSET}
     slots = [_slot(field, names) for field in message.fields]
     names.update({_class_name(full_name): cls for full_name, cls in classes.items()})
@@ -42,8 +41,8 @@ def class_source(message: MessageDefinition, classes: dict[str, type]) -> tuple[
         *_constructor(slots),
         *_equality(message.fields),
     ]
-    for field, slot in zip(message.fields, slots, strict=True):
-        lines += _property(field, slot)
+    for slot in slots:
+        lines += _property(slot)
     return '\n'.join(lines) + '\n', names
 
 
@@ -60,7 +59,7 @@ def copied_default(field: Field) -> object:
     if not isinstance(values, tuple):
         return values
     if field.type.is_number and field.type.is_sequence:
-        return array(TYPECODES[field.type.base], values)  # type: ignore[arg-type]
+        return to_array(TYPECODES[field.type.base], values)  # type: ignore[arg-type]
     if field.type.is_number:
         return _array_default(field, values)()
     return list(values)
@@ -104,9 +103,10 @@ def _constructor(slots: list[_Slot]) -> list[str]:
         f'    def __init__(_self, *, {keywords}check_fields=_CHECK_FIELDS, **_unknown):',
         '        _self._check_fields = check_fields',
         '        if check_fields:',
-        '            _reject_unknown(_self.__class__, _unknown)',
+        '            _reject_unknown(_unknown)',
         *(
-            f'            _self.{slot.name} = ' + (f'{slot.fresh} if {slot.name} is _UNSET else ' if slot.fresh else '')
+            f'            _self.{slot.name} = '
+            + (f'{slot.fresh} if {slot.name} is _UNSET else ' if slot.fresh else '')
             + slot.name
             for slot in slots
         ),
@@ -131,7 +131,7 @@ def _equality(fields: tuple[Field, ...]) -> list[str]:
     ]
 
 
-def _property(field: Field, slot: _Slot) -> list[str]:
+def _property(slot: _Slot) -> list[str]:
     return [
         '    @_property',
         f'    def {slot.name}(_self):',

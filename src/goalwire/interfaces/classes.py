@@ -1,7 +1,8 @@
-"""Python classes for messages, services and actions, as rosidl generates them: built when first asked for, once.
+"""Python classes for messages, services and actions, as rosidl generates them: built when first asked for,
+once.
 
-Two threads may build the same class at the same time; the first to finish wins and both get its class, so no lock
-is needed while nested packages are imported.
+Two threads may build the same class at the same time; the first to finish wins and both get its class, so
+no lock is needed while nested packages are imported.
 """
 
 from __future__ import annotations
@@ -124,14 +125,16 @@ def action_class(full_name: str) -> type:
 
 
 def find_class(full_name: str) -> type:
-    """Return the class that `from pkg.msg import Name` gives: that of a real ROS 2 package where there is one."""
+    """Return the class that `from pkg.msg import Name` gives: a real ROS 2 package's where there is one."""
     found = _classes.get(full_name)
     if found is not None:
         return found
     package, kind, name = registry.split_name(full_name)
     module = foreign_module(package, kind)
     if module is not None:
-        own = import_module(f'{package}.{kind}.{module_name(name.partition("_")[0])}')  # derived types live here alone
+        own = import_module(
+            f'{package}.{kind}.{module_name(name.partition("_")[0])}'
+        )  # derived types live here alone
         return getattr(own, name)  # type: ignore[no-any-return]
     defined = registry.definition(full_name)
     if isinstance(defined, MessageDefinition):
@@ -140,7 +143,7 @@ def find_class(full_name: str) -> type:
 
 
 def foreign_module(package: str, kind: str) -> ModuleType | None:
-    """Return the module 'pkg.msg' of a real ROS 2 that is importable here, None where goalwire serves the package."""
+    """Return the module 'pkg.msg' of a real ROS 2 that is importable here, None where there is none."""
     try:
         module = import_module(f'{package}.{kind}')
     except ImportError:
@@ -161,15 +164,21 @@ def _metaclass(defined: Definition, attributes: Mapping[str, object]) -> type[In
     """Make Metaclass_Name: `attributes` become read-only properties of the class and visible in instances."""
     namespace: dict[str, object] = {
         '__module__': _module(defined),
-        '__prepare__': classmethod(lambda cls, name, bases, **_: dict(attributes)),
+        '__prepare__': staticmethod(lambda *_: dict(attributes)),
         '_TYPE_SUPPORT': defined.full_name,
     }
     for name, value in attributes.items():
-        namespace[name] = property(lambda cls, value=value: value)
+        namespace[name] = property(partial(_constant, value))
     return type(f'Metaclass_{defined.name}', (InterfaceMeta,), namespace)
 
 
-def _build_holder(defined: ServiceDefinition | ActionDefinition, kind: str, parts: Mapping[str, object]) -> type:
+def _constant(value: object, _cls: type) -> object:
+    return value
+
+
+def _build_holder(
+    defined: ServiceDefinition | ActionDefinition, kind: str, parts: Mapping[str, object]
+) -> type:
     """Make the class of a service or an action, which only holds the classes of its parts."""
 
     def refuse(self: object) -> None:
@@ -186,7 +195,9 @@ def _build_holder(defined: ServiceDefinition | ActionDefinition, kind: str, part
 
 def _build_message(message: MessageDefinition) -> type:
     registry.check_nested(message)
-    nested = {field.type.base: find_class(field.type.base) for field in message.fields if field.type.is_message}
+    nested = {
+        field.type.base: find_class(field.type.base) for field in message.fields if field.type.is_message
+    }
     source, names = class_source(message, nested)
     for field in message.fields:
         cls = nested.get(field.type.base)
@@ -194,7 +205,11 @@ def _build_message(message: MessageDefinition) -> type:
         if field.type.is_number:
             names[f'_dtype_{field.name}'] = DTYPES[TYPECODES[field.type.base]]
     constants = {constant.name: constant.value for constant in message.constants}
-    defaults = {f'{field.name.upper()}__DEFAULT': copied_default(field) for field in message.fields if field.default is not None}
+    defaults = {
+        f'{field.name.upper()}__DEFAULT': copied_default(field)
+        for field in message.fields
+        if field.default is not None
+    }
     names |= {
         '__name__': _module(message),
         '_Metaclass': _metaclass(message, {**constants, **defaults}),
@@ -228,7 +243,7 @@ def _finish(cls: type, message: MessageDefinition) -> None:
     """Add what is the same for every message class."""
     texts = {field.name: type_text(field.type) for field in message.fields}
 
-    def get_fields_and_field_types(cls: type) -> dict[str, str]:
+    def get_fields_and_field_types(_cls: type) -> dict[str, str]:
         return dict(texts)
 
     attributes = {
@@ -246,4 +261,3 @@ def _publish(defined: Definition, cls: type) -> type:
     winner = _classes.setdefault(defined.full_name, cls)
     _names[winner] = defined.full_name
     return winner
-

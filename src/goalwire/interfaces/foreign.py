@@ -5,15 +5,21 @@ from __future__ import annotations
 from typing import Protocol, cast
 
 from goalwire.interfaces import classes, implicit, registry
-from goalwire.interfaces.model import ActionDefinition, Definition, Field, MessageDefinition, ServiceDefinition
-from goalwire.interfaces.slot_types import SlotType, from_slot_type
+from goalwire.interfaces.model import (
+    ActionDefinition,
+    Definition,
+    Field,
+    MessageDefinition,
+    ServiceDefinition,
+)
+from goalwire.interfaces.slot_types import from_slot_type
 from goalwire.interfaces.type_names import type_name
 
 
 class MessageClass(Protocol):
     """The part of a generated message class that tells its fields."""
 
-    SLOT_TYPES: tuple[SlotType, ...]
+    SLOT_TYPES: tuple[object, ...]
 
     @classmethod
     def get_fields_and_field_types(cls) -> dict[str, str]: ...
@@ -31,7 +37,7 @@ class _ActionClass(Protocol):
 
 
 def definition_of(cls: type) -> Definition:
-    """Return the definition of a message, service or action class; raises UnknownInterfaceError for others."""
+    """Return the definition of a message, service or action class; else UnknownInterfaceError."""
     own = classes.name_of(cls)
     if own is not None:
         return registry.definition(own)
@@ -54,7 +60,11 @@ def _foreign_message(cls: type) -> MessageDefinition:
     package, kind, name = type_name(cls).split('/')
     fields = zip(message.get_fields_and_field_types(), message.SLOT_TYPES, strict=True)
     return MessageDefinition(
-        package, kind, name, tuple(Field(field, from_slot_type(slot)) for field, slot in fields), source=cls.__module__
+        package,
+        kind,
+        name,
+        tuple(Field(field, from_slot_type(slot)) for field, slot in fields),
+        source=cls.__module__,
     )
 
 
@@ -65,4 +75,6 @@ def _foreign_service(cls: type) -> ServiceDefinition:
 
 def _foreign_action(cls: type) -> ActionDefinition:
     action = cast('_ActionClass', cls)
-    return implicit.action(*(_foreign_message(part) for part in (action.Goal, action.Result, action.Feedback)))
+    return implicit.action(
+        *(_foreign_message(part) for part in (action.Goal, action.Result, action.Feedback))
+    )

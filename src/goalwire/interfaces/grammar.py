@@ -1,8 +1,8 @@
 """The text of .msg, .srv and .action files becomes model objects.
 
-One line holds one field (`type name [default]`) or one constant (`type NAME=value`); `#` starts a comment; a line
-`---` separates the parts of a service or an action. Rules: ROS 2's "Interface definition" page and rosidl_adapter.
-Every refusal is an InterfaceSyntaxError that names file, line and character.
+One line holds one field (`type name [default]`) or one constant (`type NAME=value`); `#` starts a comment;
+a line `---` separates the parts of a service or an action. Rules: ROS 2's "Interface definition" page and
+rosidl_adapter. Every refusal is an InterfaceSyntaxError that names file, line and character.
 """
 
 from __future__ import annotations
@@ -66,28 +66,30 @@ def parse_message(text: str, package: str, name: str, *, source: str = '') -> Me
 def parse_service(text: str, package: str, name: str, *, source: str = '') -> ServiceDefinition:
     """Parse the text of a .srv file: request --- response."""
     where = _checked_names(package, name, 'srv', source)
-    request, response = _sections(text, where, package, 'srv', name, ('Request', 'Response'))
+    request, response = _sections(text, where, package, 'srv', name, 'Request', 'Response')
     return implicit.service(request, response)
 
 
 def parse_action(text: str, package: str, name: str, *, source: str = '') -> ActionDefinition:
     """Parse the text of an .action file: goal --- result --- feedback."""
     where = _checked_names(package, name, 'action', source)
-    goal, result, feedback = _sections(text, where, package, 'action', name, ('Goal', 'Result', 'Feedback'))
+    goal, result, feedback = _sections(text, where, package, 'action', name, 'Goal', 'Result', 'Feedback')
     return implicit.action(goal, result, feedback)
 
 
 def _checked_names(package: str, name: str, kind: str, source: str) -> _Source:
     where = _Source(source or f'{package}/{kind}/{name}.{kind}', 0)
     if not _PACKAGE.fullmatch(package):
-        raise where.error(0, f'{package!r} is no package name (a-z, 0-9 and single _, starting with a letter)')
+        raise where.error(
+            0, f'{package!r} is no package name (a-z, 0-9 and single _, starting with a letter)'
+        )
     if not _TYPE_NAME.fullmatch(name):
         raise where.error(0, f'{name!r} is no type name (letters and digits, starting with a capital)')
     return where
 
 
 def _sections(
-    text: str, where: _Source, package: str, kind: str, name: str, suffixes: tuple[str, ...]
+    text: str, where: _Source, package: str, kind: str, name: str, *suffixes: str
 ) -> list[MessageDefinition]:
     lines = text.splitlines()
     cuts = [index for index, line in enumerate(lines) if line.rstrip() == _SEPARATOR]
@@ -182,7 +184,9 @@ class _Message:
         self, type_: FieldType, name: str, value: str, where: _Source, columns: tuple[int, int, int]
     ) -> None:
         if type_.is_message or type_.shape is not Shape.SINGLE:
-            raise where.error(columns[0], f'constant {name}: only single values of primitive types can be constants')
+            raise where.error(
+                columns[0], f'constant {name}: only single values of primitive types can be constants'
+            )
         if not _CONSTANT_NAME.fullmatch(name):
             raise where.error(columns[1], f'{name!r} is no constant name (A-Z, 0-9 and single _)')
         if not value and not type_.is_string:
@@ -194,9 +198,13 @@ class _Message:
         self._order.append((True, len(self._constants)))
         self._constants.append(constant)
 
-    def _field(self, type_: FieldType, name: str, value: str, where: _Source, columns: tuple[int, int]) -> None:
+    def _field(
+        self, type_: FieldType, name: str, value: str, where: _Source, columns: tuple[int, int]
+    ) -> None:
         if not _FIELD_NAME.fullmatch(name):
-            raise where.error(columns[0], f'{name!r} is no field name (a-z, 0-9 and single _, starting with a letter)')
+            raise where.error(
+                columns[0], f'{name!r} is no field name (a-z, 0-9 and single _, starting with a letter)'
+            )
         if iskeyword(name) or name in _TAKEN:
             raise where.error(columns[0], f'{name!r} is taken by Python, no field can have this name')
         try:

@@ -35,8 +35,10 @@ def service(request: MessageDefinition, response: MessageDefinition) -> ServiceD
     return ServiceDefinition(request.package, request.kind, name, request, response, event)
 
 
-def action(goal: MessageDefinition, result: MessageDefinition, feedback: MessageDefinition) -> ActionDefinition:
-    """Join X_Goal, X_Result and X_Feedback to the action X, adding its two services and the feedback message."""
+def action(
+    goal: MessageDefinition, result: MessageDefinition, feedback: MessageDefinition
+) -> ActionDefinition:
+    """Join X_Goal, X_Result and X_Feedback to the action X, adding its services and feedback message."""
     package, kind, source = goal.package, goal.kind, goal.source
     name = goal.name.removesuffix('_Goal')
 
@@ -57,7 +59,11 @@ def action(goal: MessageDefinition, result: MessageDefinition, feedback: Message
         ),
         service(
             message('GetResult_Request', goal_id),
-            message('GetResult_Response', Field('status', FieldType('int8')), Field('result', FieldType(result.full_name))),
+            message(
+                'GetResult_Response',
+                Field('status', FieldType('int8')),
+                Field('result', FieldType(result.full_name)),
+            ),
         ),
         message('FeedbackMessage', goal_id, Field('feedback', FieldType(feedback.full_name))),
     )

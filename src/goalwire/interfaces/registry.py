@@ -1,17 +1,24 @@
-"""Every interface definition by its full name, parsed once: files found on the search path, or registered text."""
+"""Every interface definition by its full name, parsed once: files found on the search path, or registered
+text.
+"""
 
 from __future__ import annotations
 
 import difflib
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
 from goalwire.errors import InterfaceError, InterfaceSyntaxError, UnknownInterfaceError
 from goalwire.interfaces import grammar, search_path
 from goalwire.interfaces.model import ActionDefinition, Definition, MessageDefinition, ServiceDefinition
 
-_PARSERS = {'msg': grammar.parse_message, 'srv': grammar.parse_service, 'action': grammar.parse_action}
+_Parser = Callable[..., Definition]
+_PARSERS: dict[str, _Parser] = {
+    'msg': grammar.parse_message,
+    'srv': grammar.parse_service,
+    'action': grammar.parse_action,
+}
 
 _lock = threading.Lock()
 _parsed: dict[str, Definition] = {}
@@ -21,7 +28,7 @@ _texts: dict[str, dict[str, str]] = {}  # package -> 'msg/Name' -> text, from re
 def register_definitions(package: str, definitions: Mapping[str, str]) -> None:
     """Make the types of a package known by their text: {'msg/Foo': 'int32 x', 'srv/Bar': …}.
 
-    Registered text is found before any file. Raises InterfaceError where a type is known by other text already.
+    Registered text is found before any file. Raises InterfaceError where a type has other text already.
     """
     for name, text in definitions.items():
         kind, _, type_name = name.partition('/')
@@ -79,7 +86,9 @@ def check_nested(message: MessageDefinition, _open: tuple[str, ...] = ()) -> Non
             try:
                 nested = message_definition(field.type.base)
             except UnknownInterfaceError as error:
-                raise InterfaceSyntaxError(message.source, field.line, 1, f'field {field.name}: {error}') from None
+                raise InterfaceSyntaxError(
+                    message.source, field.line, 1, f'field {field.name}: {error}'
+                ) from None
             check_nested(nested, (*_open, message.full_name))
     _sound.add(message.full_name)
 
@@ -91,7 +100,9 @@ def split_name(full_name: str) -> tuple[str, str, str]:
     """Split 'pkg/msg/Name'; raises UnknownInterfaceError for anything else."""
     parts = full_name.split('/')
     if len(parts) != 3 or parts[1] not in _PARSERS or not all(parts):
-        raise UnknownInterfaceError(f'{full_name!r} is no interface name (write package/msg/Name, …/srv/… or …/action/…)')
+        raise UnknownInterfaceError(
+            f'{full_name!r} is no interface name (write package/msg/Name, …/srv/… or …/action/…)'
+        )
     return parts[0], parts[1], parts[2]
 
 
@@ -133,7 +144,7 @@ def _text(package: str, kind: str, name: str) -> tuple[str, str]:
 
 
 def read_definition(path: Path) -> str:
-    """Read a definition file; raises InterfaceSyntaxError for bytes that are no UTF-8, InterfaceError for the rest."""
+    """Read a definition file; InterfaceSyntaxError where it is no UTF-8, InterfaceError for the rest."""
     try:
         data = path.read_bytes()
     except OSError as error:

@@ -1,7 +1,7 @@
 """What the generated message classes call: conversions of field values, repr and equality.
 
-array.array holds primitive sequences and numpy primitive arrays, as in rosidl. numpy is imported when the first
-value needs it.
+array.array holds primitive sequences and numpy primitive arrays, as in rosidl. numpy is imported when the
+first value needs it.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ TYPECODES = {
     'int64': 'q', 'uint64': 'Q', 'float32': 'f', 'float64': 'd',
 }  # fmt: skip
 DTYPES = {
-    'b': 'int8', 'B': 'uint8', 'h': 'int16', 'H': 'uint16', 'i': 'int32', 'I': 'uint32', 'q': 'int64', 'Q': 'uint64',
-    'f': 'float32', 'd': 'float64',
+    'b': 'int8', 'B': 'uint8', 'h': 'int16', 'H': 'uint16', 'i': 'int32', 'I': 'uint32',
+    'q': 'int64', 'Q': 'uint64', 'f': 'float32', 'd': 'float64',
 }  # fmt: skip
 
 
@@ -96,5 +96,5 @@ def _value_repr(value: object) -> str:
 
 
 def arrays_equal(one: np.ndarray, other: np.ndarray) -> bool:
-    """Compare two fixed primitive arrays value by value; nan is unequal to itself, as everywhere in Python."""
+    """Compare two fixed primitive arrays value by value; nan is unequal to itself, as ever."""
     return one.shape == other.shape and bool((one == other).all())

@@ -1,8 +1,10 @@
-"""rosidl's two descriptions of a field's type: the text of get_fields_and_field_types, the object of SLOT_TYPES."""
+"""rosidl's two descriptions of a field's type: the text of get_fields_and_field_types, the object of
+SLOT_TYPES.
+"""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any
 
 from goalwire.interfaces.model import FieldType, Shape
 
@@ -12,10 +14,6 @@ if TYPE_CHECKING:
 # IDL's names for what .msg files call bool, byte, char and floats.
 _IDL_NAMES = {'bool': 'boolean', 'byte': 'octet', 'char': 'uint8', 'float32': 'float', 'float64': 'double'}
 _MSG_NAMES = {'boolean': 'bool', 'octet': 'byte', 'float': 'float32', 'double': 'float64'}
-
-
-class SlotType(Protocol):
-    """An object of rosidl_parser.definition, ours or the real one."""
 
 
 def type_text(type_: FieldType) -> str:
@@ -60,9 +58,9 @@ def _nestable(type_: FieldType) -> AbstractNestableType:
     return idl.BasicType(_IDL_NAMES.get(type_.base, type_.base))
 
 
-def from_slot_type(slot: SlotType) -> FieldType:
+def from_slot_type(slot: object) -> FieldType:
     """Return the type that an object of SLOT_TYPES describes, whichever rosidl_parser made it."""
-    value = getattr(slot, 'value_type', slot)
+    value: Any = getattr(slot, 'value_type', slot)
     if hasattr(value, 'namespaces'):
         base, string_capacity = '/'.join((*value.namespaces, value.name)), 0
     elif hasattr(value, 'typename'):

@@ -22,17 +22,17 @@ class AbstractType:
     __slots__: tuple[str, ...] = ()
 
     def __eq__(self, other: object) -> bool:
-        return type(self) is type(other) and self._values() == _values_of(other)
+        return (
+            isinstance(other, type(self)) and type(self) is type(other) and self._values() == other._values()
+        )
 
     def __hash__(self) -> int:
         return hash((type(self), self._values()))
 
     def _values(self) -> tuple[object, ...]:
-        return tuple(getattr(self, name) for cls in type(self).__mro__ for name in getattr(cls, '__slots__', ()))
-
-
-def _values_of(other: object) -> tuple[object, ...]:
-    return other._values() if isinstance(other, AbstractType) else ()
+        return tuple(
+            getattr(self, name) for cls in type(self).__mro__ for name in getattr(cls, '__slots__', ())
+        )
 
 
 class AbstractNestableType(AbstractType):
