@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections import defaultdict
+from collections.abc import Callable
 
 import pytest
 from helpers.wire import Side
@@ -14,11 +15,15 @@ from goalwire.transport.contract import Sample
 Sides = tuple[Side, Side]
 
 
+def sequences_into(inbox: list[int]) -> Callable[[Sample], None]:
+    return lambda sample: inbox.append(sample.sequence)
+
+
 def test_one_publisher_shared_by_many_threads_is_heard_in_order_by_everyone(sides: Sides) -> None:
     alpha, beta = sides
     inboxes: list[list[int]] = [[] for _ in range(3)]
     for inbox in inboxes:
-        beta.subscription('/chatter', lambda sample, inbox=inbox: inbox.append(sample.sequence))
+        beta.subscription('/chatter', sequences_into(inbox))
     publisher = alpha.publisher('/chatter')
 
     def pour() -> None:
@@ -39,13 +44,16 @@ def test_late_subscriptions_join_a_running_stream_without_gap_or_repetition(side
     qos = QoS(depth=depth, durability=DurabilityPolicy.TRANSIENT_LOCAL)
     publisher = alpha.publisher('/map', qos)
     seen: dict[int, list[int]] = defaultdict(list)
-    threads = [
-        threading.Thread(target=lambda: [publisher.publish(b'') for _ in range(1000)]) for _ in range(2)
-    ]
+
+    def pour() -> None:
+        for _ in range(1000):
+            publisher.publish(b'')
+
+    threads = [threading.Thread(target=pour) for _ in range(2)]
     for thread in threads:
         thread.start()
     for number in range(20):
-        beta.subscription('/map', lambda sample, seen=seen[number]: seen.append(sample.sequence), qos)
+        beta.subscription('/map', sequences_into(seen[number]), qos)
     for thread in threads:
         thread.join()
     for sequences in seen.values():
