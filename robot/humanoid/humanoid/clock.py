@@ -14,6 +14,12 @@ def now(node: Node) -> float:
     return node.get_clock().now().nanoseconds / NANOSECONDS
 
 
+def stamp(node: Node) -> TimeMsg:
+    """The node's clock as a message."""
+    sec, nanosec = divmod(node.get_clock().now().nanoseconds, NANOSECONDS)
+    return TimeMsg(sec=sec, nanosec=nanosec)
+
+
 def seconds(moment: TimeMsg | DurationMsg) -> float:
     return moment.sec + moment.nanosec / NANOSECONDS
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from rclpy.action.server import ServerGoalHandle
+from rclpy.task import Future
 
 
 class End(Enum):
@@ -22,6 +23,25 @@ class Ending:
     @property
     def success(self) -> bool:
         return self.end is End.SUCCEEDED
+
+
+class Decision:
+    """The ending of one goal, awaited by the goal's coroutine."""
+
+    def __init__(self) -> None:
+        self._future: Future[Ending] = Future()
+
+    @property
+    def made(self) -> bool:
+        return self._future.done()
+
+    def make(self, ending: Ending) -> None:
+        self._future.set_result(ending)
+
+    async def wait(self) -> Ending:
+        ending = await self._future
+        assert ending is not None  # rclpy's futures may hold None; this one never does
+        return ending
 
 
 def settle(goal_handle: ServerGoalHandle, ending: Ending) -> None:

@@ -9,14 +9,13 @@ from humanoid_interfaces.action import MoveArm
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.action.server import ServerGoalHandle
 from rclpy.node import Node
-from rclpy.task import Future
 from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from humanoid.arm.goal_check import refusal
 from humanoid.arm.motion import ArmMotion
 from humanoid.clock import duration_msg, now
-from humanoid.endings import End, Ending, settle
+from humanoid.endings import Decision, End, Ending, settle
 from humanoid.model import JOINT_BY_NAME
 from humanoid.running import run
 
@@ -29,7 +28,7 @@ class Reach:
 
     goal: ServerGoalHandle
     motion: ArmMotion
-    ending: Future = field(default_factory=Future)
+    decision: Decision = field(default_factory=Decision)
 
 
 class ArmActionServer(Node):
@@ -44,7 +43,7 @@ class ArmActionServer(Node):
         self._commands = self.create_publisher(JointTrajectory, 'joint_command', 10)
         self.create_subscription(JointState, 'joint_states', self._see, 10)
         self.create_timer(TICK, self._tick)
-        self._action_server: ActionServer | None = None
+        self._action_server: ActionServer[MoveArm] | None = None
         self.get_logger().info('Arm Action Server waiting for joint states')
 
     def destroy_node(self) -> None:
@@ -103,7 +102,7 @@ class ArmActionServer(Node):
         key = bytes(goal_handle.goal_id.uuid)
         reach = self._reaches[key]
         try:
-            ending = await reach.ending
+            ending = await reach.decision.wait()
         finally:
             del self._reaches[key]
         settle(goal_handle, ending)
@@ -116,7 +115,7 @@ class ArmActionServer(Node):
     def _tick(self) -> None:
         moment = now(self)
         for reach in self._reaches.values():
-            if not reach.ending.done():
+            if not reach.decision.made:
                 self._follow_up(reach, moment)
 
     def _follow_up(self, reach: Reach, moment: float) -> None:
@@ -137,7 +136,7 @@ class ArmActionServer(Node):
         if not ending.success:
             self._command(reach.motion.names)
         self._claimed.difference_update(reach.motion.names)
-        reach.ending.set_result(ending)
+        reach.decision.make(ending)
 
     def _command(self, names: Sequence[str], target: Sequence[float] = (), duration: float = 0.0) -> None:
         """Send the joints to `target` in `duration` seconds; without a target they hold still."""

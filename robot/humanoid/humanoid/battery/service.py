@@ -11,7 +11,7 @@ from rclpy.node import Node
 from sensor_msgs.msg import BatteryState, JointState
 
 from humanoid.battery.model import Battery
-from humanoid.clock import duration_msg, now
+from humanoid.clock import duration_msg, now, stamp
 from humanoid.running import run
 
 TICK = 0.1  # s between battery steps
@@ -69,7 +69,7 @@ class BatteryService(Node):
 
     def _state(self) -> BatteryState:
         battery, state = self._battery, BatteryState()
-        state.header.stamp = self.get_clock().now().to_msg()
+        state.header.stamp = stamp(self)
         state.voltage = battery.voltage
         state.temperature = math.nan  # not measured
         state.current = battery.current

@@ -9,7 +9,7 @@ from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import JointTrajectory
 
-from humanoid.clock import now, seconds
+from humanoid.clock import now, seconds, stamp
 from humanoid.joints.commands import CommandRefused, plan
 from humanoid.joints.kinematic import KinematicJoints
 from humanoid.joints.source import JointSource, read_all
@@ -61,7 +61,7 @@ class JointStateService(Node):
     def _tick(self) -> None:
         self._source.update(now(self))
         states = JointState()
-        states.header.stamp = self.get_clock().now().to_msg()
+        states.header.stamp = stamp(self)
         for name, sample in read_all(self._source):
             states.name.append(name)
             states.position.append(sample.position)

@@ -32,9 +32,9 @@ STATUS_NAME = {
 }
 
 
-def wait_for(future: Future, timeout: float, what: str) -> Any:
+def wait_for(future: Future[Any], timeout: float, what: str) -> Any:
     """The future's result, or NoAnswer."""
-    done: SimpleQueue[Future] = SimpleQueue()
+    done: SimpleQueue[Future[Any]] = SimpleQueue()
     future.add_done_callback(done.put)
     try:
         return done.get(timeout=timeout).result()
@@ -42,7 +42,7 @@ def wait_for(future: Future, timeout: float, what: str) -> Any:
         raise NoAnswer(f'{what}: no answer within {timeout:.1f} s') from None
 
 
-def call(client: Client, request: Any, timeout: float) -> Any:
+def call(client: Client[Any], request: Any, timeout: float) -> Any:
     """One request, one response; the timeout covers the wait for the server too. Raises NoAnswer."""
     deadline = time.monotonic() + timeout
     if not client.wait_for_service(timeout_sec=timeout):
@@ -58,7 +58,7 @@ def call(client: Client, request: Any, timeout: float) -> Any:
 class GoalRun:
     """A goal from its sending to its end. Leaving the block early cancels it and waits for its end."""
 
-    def __init__(self, client: ActionClient, name: str, goal: Any, timeout: float) -> None:
+    def __init__(self, client: ActionClient[Any], name: str, goal: Any, timeout: float) -> None:
         """Send `goal` and wait for the server's decision; all of it may take `timeout` s. Raises NoAnswer."""
         self._name = name
         self._deadline = time.monotonic() + timeout
@@ -103,7 +103,10 @@ class GoalRun:
 
     def cancel(self) -> CancelGoal.Response:
         """Ask for cancellation; the result tells whether it came to that. Raises NoAnswer."""
-        return wait_for(self._handle.cancel_goal_async(), self._left(), f'{self._name}: cancel request')
+        reply: CancelGoal.Response = wait_for(
+            self._handle.cancel_goal_async(), self._left(), f'{self._name}: cancel request'
+        )
+        return reply
 
     def __enter__(self) -> Self:
         return self

@@ -24,15 +24,19 @@ def carry_out(robot: Robot, mission: Sequence[Step], tell: Sink) -> None:
     for number, step in enumerate(mission, start=1):
         tell(Began(number, len(mission), step.name, step.expected))
         began = time.monotonic()
-        report = Report(
-            lambda fraction, text, number=number: tell(Progressed(number, fraction, text)),
-            lambda attempt, wait, reason, number=number: tell(Retrying(number, attempt, wait, reason)),
-        )
         try:
-            ok, happened = True, step.run(robot, report)
+            ok, happened = True, step.run(robot, _report(number, tell))
         except (NotAsExpected, NoAnswer) as failure:
             ok, happened = False, str(failure)
         tell(Finished(number, ok, happened, time.monotonic() - began))
+
+
+def _report(number: int, tell: Sink) -> Report:
+    """What step `number` is given to tell about itself."""
+    return Report(
+        lambda fraction, text: tell(Progressed(number, fraction, text)),
+        lambda attempt, wait, reason: tell(Retrying(number, attempt, wait, reason)),
+    )
 
 
 def main(args: Sequence[str] | None = None) -> int:

@@ -51,10 +51,14 @@ class Robot:
             self._executor.spin()
 
     def joint(self, name: str) -> GetJointState.Response:
-        return call(self._joints, GetJointState.Request(joint_name=name), ANSWER_WITHIN)
+        response: GetJointState.Response = call(
+            self._joints, GetJointState.Request(joint_name=name), ANSWER_WITHIN
+        )
+        return response
 
     def battery(self, timeout: float = ANSWER_WITHIN) -> GetBatteryStatus.Response:
-        return call(self._battery, GetBatteryStatus.Request(), timeout)
+        response: GetBatteryStatus.Response = call(self._battery, GetBatteryStatus.Request(), timeout)
+        return response
 
     def drive(self, x: float, y: float, z: float = 0.0, *, allowed: float, timeout: float) -> GoalRun:
         """Send the base to (x, y, z) m; the server may take `allowed` seconds, the whole goal `timeout`."""

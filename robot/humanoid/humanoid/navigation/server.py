@@ -14,10 +14,9 @@ from nav_msgs.msg import Odometry
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.action.server import ServerGoalHandle
 from rclpy.node import Node
-from rclpy.task import Future
 
-from humanoid.clock import now
-from humanoid.endings import End, Ending, settle
+from humanoid.clock import now, stamp
+from humanoid.endings import Decision, End, Ending, settle
 from humanoid.navigation.base import Base, Pose2D
 from humanoid.navigation.goal_check import refusal
 from humanoid.navigation.messages import odometry, stamped, target_of
@@ -35,7 +34,8 @@ class Drive:
     target: Pose2D
     began: float
     next_feedback: float
-    ending: Future = field(default_factory=Future)
+    stopped_at: Pose2D = field(default_factory=Pose2D)
+    decision: Decision = field(default_factory=Decision)
 
     @property
     def timeout(self) -> float:
@@ -96,14 +96,16 @@ class NavigationActionServer(Node):
 
     async def _execute(self, goal_handle: ServerGoalHandle) -> MoveToPosition.Result:
         key = bytes(goal_handle.goal_id.uuid)
+        drive = self._drives[key]
         try:
-            ending, pose = await self._drives[key].ending
+            ending = await drive.decision.wait()
         finally:
             del self._drives[key]
         settle(goal_handle, ending)
         self.get_logger().info(ending.message)
         result = MoveToPosition.Result()
-        result.success, result.message, result.final_pose = ending.success, ending.message, pose
+        result.success, result.message = ending.success, ending.message
+        result.final_pose = stamped(drive.stopped_at, stamp(self))
         return result
 
     def _tick(self) -> None:
@@ -114,14 +116,14 @@ class NavigationActionServer(Node):
         self._stepped = moment
         if self._driving is not None:
             self._follow_up(self._driving, moment)
-        self._odometry.publish(odometry(self._base, self.get_clock().now().to_msg()))
+        self._odometry.publish(odometry(self._base, stamp(self)))
 
     def _follow_up(self, drive: Drive, moment: float) -> None:
         elapsed = moment - drive.began
         if moment >= drive.next_feedback:
             drive.next_feedback += FEEDBACK_EVERY
             feedback = MoveToPosition.Feedback()
-            feedback.current_pose = stamped(self._base.pose, self.get_clock().now().to_msg())
+            feedback.current_pose = stamped(self._base.pose, stamp(self))
             feedback.elapsed_time = elapsed
             feedback.distance_remaining = self._base.distance_to(drive.target)
             drive.goal.publish_feedback(feedback)
@@ -132,12 +134,12 @@ class NavigationActionServer(Node):
             self._end(End.ABORTED, f'Timed out after {drive.timeout:g} s, {left:.2f} m short of the target')
 
     def _end(self, end: End, message: str) -> None:
-        """Stop the base and hand the goal in motion, if there is one, its ending and where that left it."""
+        """Stop the base and decide how the goal in motion, if there is one, ends."""
         drive, self._driving = self._driving, None
         if drive is not None:
             self._base.stop()
-            pose = stamped(self._base.pose, self.get_clock().now().to_msg())
-            drive.ending.set_result((Ending(end, message), pose))
+            drive.stopped_at = self._base.pose
+            drive.decision.make(Ending(end, message))
 
 
 def main(args: Sequence[str] | None = None) -> int:
