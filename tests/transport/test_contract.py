@@ -242,11 +242,13 @@ def test_a_subscription_may_be_closed_while_messages_pour_in(sides: Sides) -> No
 
     thread = threading.Thread(target=pour)
     thread.start()
-    samples.expect(10)
-    port.close()
-    alpha.graph.expect(SUBSCRIPTION, '/chatter', 0)
-    stop.set()
-    thread.join()
+    try:
+        samples.expect(10)
+        port.close()
+        alpha.graph.expect(SUBSCRIPTION, '/chatter', 0)
+    finally:
+        stop.set()
+        thread.join()
     # Nothing is under way any more: what is published now must not arrive.
     number = len(samples.items)
     fence = Samples()
@@ -262,22 +264,25 @@ def test_a_session_may_be_closed_while_another_thread_publishes(sides: Sides) ->
     alpha, _ = sides
     samples = Samples()
     publisher = connected(sides, samples)
-    refused: list[Exception] = []
+    refused = Collector[ClosedError]()
+    stop = threading.Event()
 
     def pour() -> None:
         try:
-            while True:
+            while not stop.is_set():
                 publisher.publish(b'drop')
         except ClosedError as error:
-            refused.append(error)
+            refused(error)
 
     thread = threading.Thread(target=pour)
     thread.start()
-    samples.expect(10)
-    alpha.session.close()
-    thread.join(10)
-    assert not thread.is_alive()
-    assert len(refused) == 1
+    try:
+        samples.expect(10)
+        alpha.session.close()
+        refused.expect(1)
+    finally:
+        stop.set()
+        thread.join()
 
 
 def test_closing_twice_is_harmless(sides: Sides) -> None:
