@@ -18,7 +18,16 @@ __all__ = ['block_on', 'current_executor', 'current_group', 'why_it_cannot_answe
 
 def block_on(future: Future[Any], deadline: int | None, lifeline: Lifeline) -> bool:
     """Block until `future` is settled (True); False at `deadline` (steady ns) or the lifeline's end."""
-    return future.wait(deadline, clock=lifeline.clock, lifeline=lifeline)
+    if not future.pending():
+        return True
+    executor = current_executor()
+    if executor is None:
+        return future.wait(deadline, clock=lifeline.clock, lifeline=lifeline)
+    executor.lend_thread(1)
+    try:
+        return future.wait(deadline, clock=lifeline.clock, lifeline=lifeline)
+    finally:
+        executor.lend_thread(-1)
 
 
 def why_it_cannot_answer(home: Home, group: CallbackGroup | None) -> str | None:

@@ -24,6 +24,7 @@ from goalwire.execution.outcomes import (
 )
 from goalwire.execution.readiness import Parker, Readiness
 from goalwire.execution.ready import ReadyQueue
+from goalwire.execution.spinning import Loan, Stay, settled
 from goalwire.execution.steady import deadline_after
 from goalwire.execution.task import Handler, Task, TaskWork
 
@@ -99,8 +100,8 @@ class Executor:
         self._lifeline = self._context.lifeline
         self._clock = self._lifeline.clock
         self._ready = ReadyQueue()
-        self._agenda = Agenda(self._ready.wake_one)
-        self._readiness = Readiness(self._ready.wake_one)
+        self._agenda = Agenda(self._look_again)
+        self._readiness = Readiness(self._look_again)
         self._nodes: WeakSet[Any] = WeakSet()
         self._failures: deque[BaseException] = deque()
         self._lanes: Lanes | None = None
@@ -150,7 +151,7 @@ class Executor:
         """
         self._refuse_after_shutdown('create a task')
         task: Task[T] = Task(callback, args, kwargs, executor=self)
-        self.home.post(TaskWork(task, self.home))
+        self.home.post(TaskWork(task, self.home, self._fail))
         return task
 
     def can_execute(self, entity: object) -> bool:
@@ -238,6 +239,47 @@ class Executor:
     def thread_waits_alone(self) -> bool:
         """Whether nothing of this executor runs while the calling thread blocks."""
         raise NotImplementedError
+
+    def lend_thread(self, count: int) -> None:
+        """Make up for `count` threads that block in a call of ours; negative: they are back."""
+
+    def _look_again(self) -> None:
+        """Let whoever sleeps until the next timer find out that there is an earlier one, or a descriptor."""
+        self._ready.wake_one()
+
+    def _run_nested(self, until: Future[Any] | None, deadline: int | None, *, once: bool) -> None:
+        """Spin inside a callback of this very executor, on its thread."""
+        loan = Loan()
+        try:
+            self._drive(self._parker(), until, deadline, once=once)
+        finally:
+            loan.take_back(self.home, self._spin_while)
+
+    def _spin_while(self, busy: Callable[[], bool]) -> None:
+        parker = self._parker()
+        while busy():
+            work = self._take(parker, lambda: not busy(), None)
+            if work is None:
+                return
+            self._perform(work)
+
+    def _drive(self, parker: Parker, until: Future[Any] | None, deadline: int | None, *, once: bool) -> None:
+        """Run callbacks on this thread until `until` is settled, at `deadline`, or after one."""
+
+        def leave() -> bool:
+            return until is not None and settled(until)
+
+        with Stay(self, self._lifeline, parker, until):
+            self._raise_failure()
+            while True:
+                work = self._take(parker, leave, deadline)
+                if work is None:
+                    return
+                performed = self._perform(work)
+                if self._failures:
+                    self._raise_failure()
+                if (performed and once) or not self._lifeline.alive or leave():
+                    return
 
     def _parker(self) -> Parker:
         return Parker(self._readiness)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 T = TypeVar('T')
 
-_PENDING, _CANCELLED, _FINISHED = range(3)
+_PENDING, _CANCELLED, FINISHED = range(3)
 
 
 class _Reminder:
@@ -88,7 +88,7 @@ class Future(Generic[T]):
 
     def done(self) -> bool:
         """Whether it has a result or an exception."""
-        return self._state == _FINISHED
+        return self._state == FINISHED
 
     def cancelled(self) -> bool:
         """Whether it was cancelled before it was done."""
@@ -117,7 +117,7 @@ class Future(Generic[T]):
         self._exception = None
         self._result = result
         self._retrieved()
-        self._become(_FINISHED)
+        self._become(FINISHED)
 
     def set_exception(self, exception: BaseException) -> None:
         """Complete it with an exception, which `result` raises."""
@@ -125,7 +125,7 @@ class Future(Generic[T]):
         self._exception = exception
         self._retrieved()
         self._reminder = _Reminder(exception)
-        self._become(_FINISHED)
+        self._become(FINISHED)
 
     def cancel(self) -> None:
         """Give it up, if it is not done."""
@@ -165,7 +165,7 @@ class Future(Generic[T]):
     def set_raw(self, raw: object) -> None:
         """Complete it with something that `_decode` makes the result of, when somebody asks for that."""
         self._raw = raw
-        self._become(_FINISHED)
+        self._become(FINISHED)
 
     def add_waker(self, waker: Callable[[], None]) -> None:
         """Call `waker` once, on the completing thread; at once if this is not pending."""

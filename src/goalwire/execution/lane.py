@@ -81,7 +81,7 @@ class Lane(Work):
         due = None
         try:
             if not self.loop.is_closed():
-                self._step()
+                self.loop.step(self._begin)
                 due = self.loop.next_due()
         finally:
             if self._closing:
@@ -102,11 +102,10 @@ class Lane(Work):
             finally:
                 self._turn.release()
 
-    def _step(self) -> None:
+    def _begin(self) -> None:
         while self._starting:
             coroutine, context = self._starting.popleft()
             self._carried.add(self.loop.create_task(coroutine, context=context))
-        self.loop.step()
 
     def _close_loop(self) -> None:
         """Give cancelled tasks a bounded number of steps to end in."""
@@ -114,7 +113,7 @@ class Lane(Work):
         if loop.is_closed():
             return
         if self._starting:
-            self._step()  # what never began could not clean up
+            loop.step(self._begin)  # what never began could not clean up
         left = asyncio.all_tasks(loop)
         for task in left:
             task.cancel()

@@ -155,12 +155,18 @@ class LaneLoop(asyncio.SelectorEventLoop):
             self._wake()
         return handle
 
-    def step(self) -> None:
-        """Run what is ready now, once. What a task raises as KeyboardInterrupt or SystemExit comes out."""
+    def step(self, begin: Callable[[], None] | None = None) -> None:
+        """Run what is ready now, once, and what `begin` makes ready before that.
+
+        What a task raises as KeyboardInterrupt or SystemExit comes out.
+        """
         outer = _leave_outer()
         self._stepping = get_ident()
-        self.more = False
         try:
+            if begin is not None:
+                begin()
+            self.bridge.drain()
+            self.more = False
             self._iterate()
         finally:
             self._stepping = 0
@@ -169,8 +175,8 @@ class LaneLoop(asyncio.SelectorEventLoop):
         self._lane_selector.rearm()
 
     def _iterate(self) -> None:
-        self.bridge.drain()
         self.call_soon(self.stop)
+        self.more = False
         self.run_forever()
 
 
@@ -201,7 +207,6 @@ class FastLaneLoop(LaneLoop):
         self._thread_id = self._stepping
         events._set_running_loop(self)  # noqa: SLF001
         try:
-            self.bridge.drain()
             self._run_once()  # type: ignore[attr-defined]
         finally:
             events._set_running_loop(None)  # noqa: SLF001

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from _thread import allocate_lock
-from collections.abc import Callable
 from threading import get_ident
 from typing import TYPE_CHECKING, Any
 
 from goalwire.execution.executor import Executor
 from goalwire.execution.outcomes import ExternalShutdownException
-from goalwire.execution.spinning import Loan, Stay, settled
+from goalwire.execution.spinning import Stay, settled
 from goalwire.execution.waiting import Waiter
 
 if TYPE_CHECKING:
@@ -24,9 +23,8 @@ class SingleThreadedExecutor(Executor):
         super().__init__(context=context)
         self._seat = allocate_lock()
         self._driver = 0
-        self._depth = 0
+        self._driver_parker = self._parker()
         self._successors: list[Waiter] = []
-        self._parkers = [self._parker()]
 
     def thread_waits_alone(self) -> bool:
         """Whether the calling thread is the one that drives this."""
@@ -41,54 +39,20 @@ class SingleThreadedExecutor(Executor):
         if not self._sit_down(until, deadline):
             return
         try:
-            self._drive(until, deadline, once=once)
+            self._drive(self._driver_parker, until, deadline, once=once)
         finally:
+            if not self._lifeline.alive:
+                self._close_lanes()
             self._driver = 0
             self._seat.release()
             if self._successors:
                 self._call_successor()
 
-    def _run_nested(self, until: Future[Any] | None, deadline: int | None, *, once: bool) -> None:
-        """Spin inside a callback of this very executor."""
-        loan = Loan()
-        try:
-            self._drive(until, deadline, once=once)
-        finally:
-            loan.take_back(self.home, self._spin_while)
-
-    def _spin_while(self, busy: Callable[[], bool]) -> None:
-        parker = self._parker()
-        while busy():
-            work = self._take(parker, lambda: not busy(), None)
-            if work is None:
-                return
-            self._perform(work)
-
-    def _drive(self, until: Future[Any] | None, deadline: int | None, *, once: bool) -> None:
-        parker = self._parker()
-
-        def leave() -> bool:
-            return until is not None and settled(until)
-
-        with Stay(self, self._lifeline, parker, until):
-            self._raise_failure()
-            while True:
-                work = self._take(parker, leave, deadline)
-                if work is None:
-                    return
-                performed = self._perform(work)
-                if self._failures:
-                    self._raise_failure()
-                if performed and once:
-                    return
-                if not self._lifeline.alive or leave():
-                    return
-
     def _sit_down(self, until: Future[Any] | None, deadline: int | None) -> bool:
         """Become the thread that drives this; False where another one did until this one need not."""
         if not self._seat.acquire(blocking=False):
             waiter = Waiter()
-            with Stay(self, self._lifeline, waiter, until):
+            with Stay(None, self._lifeline, waiter, until):
                 while not self._wait_for_seat(waiter, deadline):
                     if self._is_shutdown or (until is not None and settled(until)):
                         return False

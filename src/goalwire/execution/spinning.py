@@ -26,11 +26,14 @@ def settled(future: Any) -> bool:
 
 
 class Stay:
-    """With this, `waiter` is woken when `until` is settled or the lifeline ends."""
+    """While it lasts, `waiter` is woken when `until` is settled or the lifeline ends.
+
+    `executor` is what this thread runs callbacks of meanwhile; None where it only waits.
+    """
 
     __slots__ = ('_executor', '_lifeline', '_until', '_waiter', '_watch')
 
-    def __init__(self, executor: Executor, lifeline: Lifeline, waiter: Waiter, until: Any) -> None:
+    def __init__(self, executor: Executor | None, lifeline: Lifeline, waiter: Waiter, until: Any) -> None:
         self._executor = executor
         self._lifeline = lifeline
         self._waiter = waiter
@@ -45,12 +48,14 @@ class Stay:
         elif until is not None:
             until.add_done_callback(lambda _: wake())
         self._watch = self._lifeline.watch(wake)
-        THREAD.executors.append(self._executor)
+        if self._executor is not None:
+            THREAD.executors.append(self._executor)
 
     def __exit__(
         self, exc_type: type[BaseException] | None, exc: BaseException | None, traceback: TracebackType | None
     ) -> None:
-        THREAD.executors.pop()
+        if self._executor is not None:
+            THREAD.executors.pop()
         if self._watch is not None:
             self._watch.close()
         if isinstance(self._until, Future):

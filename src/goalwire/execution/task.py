@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Coroutine
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, cast
 
-from goalwire.execution.future import Future
+from goalwire.execution.future import FINISHED, Future
 from goalwire.execution.work import Work
 
 if TYPE_CHECKING:
@@ -45,10 +45,6 @@ class Task(Future[T]):
         """Whether it runs right now."""
         return self._executing
 
-    def started(self) -> bool:
-        """Whether its handler has been called."""
-        return self._started
-
     def cancel(self) -> None:
         """Give it up. What an executor runs as a coroutine is cancelled where it awaits."""
         super().cancel()
@@ -75,8 +71,11 @@ class Task(Future[T]):
         finally:
             self._executing = False
 
-    def begin(self) -> Coroutine[Any, Any, T] | None:
-        """Start it for an executor: run a function to its end, or return the coroutine to be run."""
+    def begin(self, fail: Callable[[BaseException], None]) -> Coroutine[Any, Any, T | None] | None:
+        """Start it for an executor: run a function to its end, or return the coroutine to be run.
+
+        `fail` is told what the handler raises.
+        """
         if self._started:
             return None
         self._executing = True
@@ -84,12 +83,10 @@ class Task(Future[T]):
             self._begin()
         except BaseException as error:
             self._forget()
-            self.set_exception(error)
-            self._retrieved()  # it comes out of spin
-            raise
+            self._fail(error, fail)
         finally:
             self._executing = False
-        return None if self._coroutine is None else self._carry(self._coroutine)
+        return None if self._coroutine is None else self._carry(self._coroutine, fail)
 
     def _begin(self) -> None:
         self._started = True
@@ -100,7 +97,9 @@ class Task(Future[T]):
         else:
             self._finish(value)
 
-    async def _carry(self, coroutine: Coroutine[Any, Any, T]) -> T:
+    async def _carry(
+        self, coroutine: Coroutine[Any, Any, T], fail: Callable[[BaseException], None]
+    ) -> T | None:
         import asyncio
 
         task = asyncio.current_task()
@@ -112,21 +111,29 @@ class Task(Future[T]):
         except asyncio.CancelledError:
             Future.cancel(self)
             raise
-        except BaseException as error:
-            self.set_exception(error)
-            self._retrieved()  # it comes out of spin
+        except GeneratorExit:
             raise
+        except BaseException as error:
+            self._forget()
+            self._fail(error, fail)
+            return None
         finally:
             self._executing = False
-            self._forget()
-        self.set_result(result)
+        self._finish(result)
         return result
+
+    def _fail(self, error: BaseException, fail: Callable[[BaseException], None]) -> None:
+        """Be done with `error`, which comes out of spin: known to the executor before anybody is woken."""
+        self._exception = error
+        self._state = FINISHED
+        fail(error)
+        self._become(FINISHED)
 
     def _await_again(self, awaited: object) -> None:
         """Where an executor is known, let it go on when what is awaited is done; else the next call does."""
         if self._home is not None and isinstance(awaited, Future):
             home = self._home
-            awaited.add_waker(lambda: home.post(TaskWork(self, home)))
+            awaited.add_waker(lambda: home.post(_Step(self, home)))
 
     def _finish(self, result: T) -> None:
         self._forget()
@@ -145,15 +152,26 @@ def _nothing() -> Any:
 class TaskWork(Work):
     """A task on its way through an executor."""
 
-    __slots__ = ('task',)
+    __slots__ = ('_fail', 'task')
+
+    def __init__(self, task: Task[Any], home: Home, fail: Callable[[BaseException], None]) -> None:
+        super().__init__(home, None)
+        self.task = task
+        self._fail = fail
+
+    def run(self) -> object:
+        return self.task.begin(self._fail)
+
+
+class _Step(Work):
+    """The next step of a task that was begun by hand, when what it awaited is done."""
+
+    __slots__ = ('_task',)
 
     def __init__(self, task: Task[Any], home: Home) -> None:
         super().__init__(home, None)
-        self.task = task
+        self._task = task
 
     def run(self) -> object:
-        task = self.task
-        if task.started():
-            task()  # it was begun by hand, and what it awaited is done
-            return None
-        return task.begin()
+        self._task()
+        return None

@@ -1,0 +1,77 @@
+"""The threads of a MultiThreadedExecutor: made on demand, ended together."""
+
+from __future__ import annotations
+
+import atexit
+import threading
+from typing import TYPE_CHECKING
+from weakref import WeakSet
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+_EXIT_GRACE = 1.0
+"""s that the interpreter's exit waits for each thread that is in user code."""
+
+
+class Crew:
+    """Up to `limit` threads, each of which runs `serve` until that returns.
+
+    They are daemons: a callback that blocks for ever does not keep the interpreter from ending. `rouse` wakes
+    all that sleep, so that they see they are dismissed.
+    """
+
+    __slots__ = ('__weakref__', '_lock', '_rouse', '_serve', '_threads', 'busy', 'dismissed', 'limit')
+
+    def __init__(self, limit: int, serve: Callable[[], None], rouse: Callable[[], None]) -> None:
+        self.limit = limit
+        self.dismissed = False
+        self.busy: set[threading.Thread] = set()
+        """Those in user code."""
+        self._serve = serve
+        self._rouse = rouse
+        self._lock = threading.Lock()
+        self._threads: set[threading.Thread] = set()
+        _crews.add(self)
+
+    def __len__(self) -> int:
+        return len(self._threads)
+
+    def hire(self) -> None:
+        """Start one more thread, unless there are enough."""
+        if len(self._threads) >= self.limit:
+            return
+        with self._lock:
+            if self.dismissed or len(self._threads) >= self.limit:
+                return
+            thread = threading.Thread(target=self._run, name='goalwire-callbacks', daemon=True)
+            self._threads.add(thread)
+        thread.start()
+
+    def dismiss(self) -> None:
+        """Send all threads home; wait for those that are in no user code. Idempotent."""
+        self.dismissed = True
+        self._rouse()
+        self._join(idle_only=True)
+
+    def _join(self, *, idle_only: bool) -> None:
+        for thread in tuple(self._threads):
+            if thread is not threading.current_thread() and not (idle_only and thread in self.busy):
+                thread.join(_EXIT_GRACE)
+
+    def _run(self) -> None:
+        try:
+            self._serve()
+        finally:
+            self._threads.discard(threading.current_thread())
+
+
+_crews: WeakSet[Crew] = WeakSet()
+
+
+@atexit.register
+def _dismiss_all() -> None:
+    """At the interpreter's exit no thread may be left inside a library that is being torn down."""
+    for crew in tuple(_crews):
+        crew.dismiss()
+        crew._join(idle_only=False)  # noqa: SLF001

@@ -1,0 +1,225 @@
+"""MultiThreadedExecutor: callbacks run on threads of its own, beside each other where their groups allow."""
+
+from __future__ import annotations
+
+import os
+import threading
+import warnings
+from typing import TYPE_CHECKING, Any
+
+from goalwire.execution.crew import Crew
+from goalwire.execution.current import THREAD
+from goalwire.execution.executor import Executor
+from goalwire.execution.outcomes import ExternalShutdownException
+from goalwire.execution.ready import ReadyQueue
+from goalwire.execution.spinning import Stay, settled
+from goalwire.execution.waiting import Waiter
+
+if TYPE_CHECKING:
+    from goalwire.execution.future import Future
+    from goalwire.execution.lifeline import ContextLike
+    from goalwire.execution.readiness import Parker
+    from goalwire.execution.work import Work
+
+_FEWEST_THREADS = 8
+"""The default on small machines: threads are made on demand, and those that block cost nothing."""
+
+
+class MultiThreadedExecutor(Executor):
+    """The thread that spins waits; workers take ready work from the one queue, without a hop in between.
+
+    Before a worker runs a callback it sees to it that another one sleeps at the queue, and hires one if need
+    be. One of the sleepers, the watcher, sleeps only until the next timer is due, and watches the file
+    descriptors. While nobody spins, the workers sleep on the bench; `spin_once` hands single callbacks there.
+    """
+
+    _spread_lanes = True
+
+    def __init__(self, num_threads: int | None = None, *, context: ContextLike | None = None) -> None:
+        """`num_threads` None: as many as processors, 8 at least. Raises ValueError for less than one."""
+        super().__init__(context=context)
+        if num_threads is None:
+            num_threads = max(os.cpu_count() or 1, _FEWEST_THREADS)
+        if num_threads <= 0:
+            raise ValueError('max_workers must be greater than 0')
+        if num_threads == 1:
+            warnings.warn(
+                'MultiThreadedExecutor is used with a single thread.\n'
+                'Use the SingleThreadedExecutor instead.',
+                stacklevel=2,
+            )
+        self._crew = Crew(num_threads, self._serve, self._rouse)
+        self._bench = ReadyQueue()
+        self._spins = 0
+        self._spins_lock = threading.Lock()
+        self._coordinators: list[Waiter] = []
+        self._watcher: Waiter | None = None
+
+    def shutdown(self, timeout_sec: float | None = None) -> bool:
+        """End every spin, forget the nodes, end the threads; True. A callback that runs ends after this."""
+        super().shutdown(timeout_sec)
+        self._crew.dismiss()
+        return True
+
+    def thread_waits_alone(self) -> bool:
+        """Whether this has one thread only, the calling one."""
+        return self._crew.limit <= 1 and self in THREAD.executors
+
+    def lend_thread(self, count: int) -> None:
+        """Allow `count` more threads, while as many callbacks block in a call that others may answer."""
+        with self._spins_lock:
+            self._crew.limit += count
+        if count > 0:
+            self._keep_watch()
+
+    # -- the thread that spins
+
+    def _run(self, until: Future[Any] | None, deadline: int | None, *, once: bool) -> None:
+        if until is not None and settled(until):
+            return
+        try:
+            if self in THREAD.executors:
+                self._run_nested(until, deadline, once=once)
+            elif once:
+                self._hand_over(until, deadline)
+            else:
+                self._coordinate(until, deadline)
+        except ExternalShutdownException:
+            return  # as in rclpy, this executor's spin just ends
+        finally:
+            if not self._lifeline.alive:
+                self._close_lanes()
+
+    def _coordinate(self, until: Future[Any] | None, deadline: int | None) -> None:
+        """Let the workers work, and wait."""
+        waiter = Waiter()
+        self._coordinators.append(waiter)
+        with Stay(None, self._lifeline, waiter, until):
+            self._open()
+            try:
+                while True:
+                    self._raise_failure()
+                    if self._is_shutdown or not self._lifeline.alive:
+                        return
+                    if until is not None and settled(until):
+                        return
+                    if not self._clock.wait(waiter, deadline):
+                        return
+            finally:
+                self._close()
+                self._coordinators.remove(waiter)
+
+    def _hand_over(self, until: Future[Any] | None, deadline: int | None) -> None:
+        """Wait for one piece of ready work and give it to a worker."""
+        self._raise_failure()
+        parker = self._parker()
+        with Stay(None, self._lifeline, parker, until):
+            work = self._take(parker, lambda: until is not None and settled(until), deadline)
+        if work is not None:
+            self._bench.post(work)
+            self._send_somebody()
+
+    def _open(self) -> None:
+        with self._spins_lock:
+            self._spins += 1
+        self._send_somebody()
+
+    def _close(self) -> None:
+        with self._spins_lock:
+            self._spins -= 1
+        if not self._spins:
+            self._ready.wake_all()  # the workers go to the bench
+
+    def _send_somebody(self) -> None:
+        """See to it that a worker looks at the queue or the bench."""
+        if self._bench.sleepers:
+            self._bench.wake_one()
+        elif self._ready.sleepers:
+            self._ready.wake_one()
+        else:
+            self._crew.hire()
+
+    def _fail(self, error: BaseException) -> None:
+        super()._fail(error)
+        for waiter in tuple(self._coordinators):
+            waiter.wake()
+
+    # -- the workers
+
+    def _serve(self) -> None:
+        """What a worker does, until it is sent home."""
+        parker = self._parker()
+        with Stay(self, self._lifeline, parker, None):
+            while not self._retires():
+                work = self._bench.pop()
+                if work is None and self._spins:
+                    work = self._next()
+                if work is not None:
+                    self._attend(work)
+                elif self._spins:
+                    self._sleep_at_queue(parker)
+                else:
+                    self._bench.park(parker, self._clock, None, self._is_wanted)
+        self._pass_on()
+
+    def _retires(self) -> bool:
+        crew = self._crew
+        return crew.dismissed or not self._lifeline.alive or len(crew) > crew.limit
+
+    def _is_wanted(self) -> bool:
+        return bool(self._spins) or self._retires()
+
+    def _attend(self, work: Work) -> None:
+        self._keep_watch()
+        thread = threading.current_thread()
+        self._crew.busy.add(thread)
+        try:
+            self._perform(work)
+        except BaseException as error:  # it comes out of spin
+            self._fail(error)
+        finally:
+            self._crew.busy.discard(thread)
+
+    def _keep_watch(self) -> None:
+        """Before the calling thread turns to a callback: leave another one at the queue."""
+        if not self._spins:
+            return
+        if not self._ready.sleepers:
+            self._send_somebody()
+        elif self._watcher is None and (self._agenda.heap or self._readiness.watched):
+            self._ready.wake_one()
+
+    def _sleep_at_queue(self, parker: Parker) -> None:
+        if self._watcher is None and (self._agenda.heap or self._readiness.watched):
+            self._watcher = parker
+            try:
+                # The due time is read after the watcher is known: a timer set in between wakes it.
+                due = self._agenda.next_due()
+                self._ready.park(parker, self._clock, due, self._is_unwanted, last=True)
+            finally:
+                self._watcher = None
+        else:
+            self._ready.park(parker, self._clock, None, self._is_unwanted)
+        if not self._spins:
+            self._pass_on()
+
+    def _is_unwanted(self) -> bool:
+        return not self._spins or bool(self._bench.items) or self._retires()
+
+    def _pass_on(self) -> None:
+        """A wake-up that this worker does not follow goes to the next sleeper."""
+        if self._ready.items:
+            self._ready.wake_one()
+
+    def _look_again(self) -> None:
+        watcher = self._watcher
+        if watcher is None:
+            self._ready.wake_one()
+        else:
+            watcher.wake()
+
+    def _rouse(self) -> None:
+        self._ready.wake_all()
+        self._bench.wake_all()
+        for waiter in tuple(self._coordinators):
+            waiter.wake()
