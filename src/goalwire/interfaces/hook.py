@@ -43,17 +43,24 @@ class InterfaceFinder:
         """
         if path is not None:
             return self._inner_spec(fullname) if fullname.partition('.')[0] in self._served else None
-        if os.environ.get(OVERLAY_FIRST) == '1' and (spec := _regular(fullname, [OVERLAY])):
-            return spec
-        found = self._ask_behind(fullname, target)
+        found = self._module_spec(fullname, target)
         if found is not None and found.loader is not None:
-            return _not_ours(fullname, found) or found
+            return found
         return self._package_spec(fullname) or found
 
     def invalidate_caches(self) -> None:
         """Part of importlib.invalidate_caches(): search for packages afresh."""
         if search_path := sys.modules.get('goalwire.interfaces.search_path'):
             search_path.forget()
+
+    def _module_spec(self, fullname: str, target: 'ModuleType | None') -> 'ModuleSpec | None':
+        """A regular module or package (the overlay's where there is no other), else a namespace folder."""
+        if os.environ.get(OVERLAY_FIRST) == '1' and (spec := _regular(fullname, [OVERLAY])):
+            return spec
+        found = self._ask_behind(fullname, target)
+        if found is not None and found.loader is not None:
+            return _not_ours(fullname, found) or found
+        return _regular(fullname, [OVERLAY]) or found
 
     def _ask_behind(self, fullname: str, target: 'ModuleType | None') -> 'ModuleSpec | None':
         """What the finders behind this one find: a module, else a namespace folder, else nothing."""
@@ -93,7 +100,7 @@ class InterfaceFinder:
     def _real_rclpy(self) -> bool:
         """Whether `import rclpy` means a rclpy that is not goalwire's."""
         loaded = sys.modules.get('rclpy')
-        spec = loaded.__spec__ if loaded is not None else self.find_spec('rclpy')
+        spec = loaded.__spec__ if loaded is not None else self._module_spec('rclpy', None)
         return spec is not None and spec.origin is not None and not spec.origin.startswith(OVERLAY)
 
 
