@@ -1,8 +1,8 @@
 """The server reactor against the table, under whatever order of events Hypothesis finds.
 
 The model performs the effects as a driver would and holds the server to four promises: every request is
-answered exactly once, transitions are the table's, every end is published in an array ordered by acceptance, and
-nothing stays behind.
+answered exactly once, transitions are the table's, every end is published in an array ordered by acceptance,
+and nothing stays behind.
 """
 
 from __future__ import annotations
