@@ -1,0 +1,122 @@
+"""Beside the real rclpy that PyPI carries (Python 3.11, Linux x86-64), whichever was installed first."""
+
+from __future__ import annotations
+
+import base64
+import csv
+import hashlib
+import platform
+import sys
+from collections import Counter
+from pathlib import Path
+
+import pytest
+from helpers.environments import Environment
+from helpers.fresh import output_of
+from helpers.packages import write_files
+
+REAL = ['ros-rclpy[fastrtps]', 'ros-std-srvs', 'ros-geometry-msgs']
+HAS_WHEELS = sys.version_info[:2] == (3, 11) and (sys.platform, platform.machine()) == ('linux', 'x86_64')
+UNREACHABLE = ('connection', 'retrying', 'temporary failure', 'timed out', 'name resolution')
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.timeout(600),
+    pytest.mark.skipif(
+        not HAS_WHEELS, reason='PyPI has the real rclpy for CPython 3.11 on Linux x86-64 alone'
+    ),
+]
+
+PROGRAM = """\
+import rclpy
+from rclpy.serialization import deserialize_message, serialize_message
+from std_msgs.msg import String
+data = serialize_message(String(data='hello'))
+print('goalwire' in rclpy.__file__, String.__module__, data.hex(), deserialize_message(data, String).data)
+"""
+HELLO = '00010000' + '06000000' + b'hello'.hex() + '00'
+
+
+def install_real(environment: Environment) -> None:
+    """Install the real rclpy; skip where PyPI cannot be reached, fail for any other reason."""
+    done = environment.install('--no-compile', *REAL)
+    if done.returncode and any(sign in done.stderr.lower() for sign in UNREACHABLE):
+        pytest.skip(f'PyPI cannot be reached: {done.stderr.strip().splitlines()[0]}')
+    assert done.returncode == 0, done.stderr
+
+
+def damaged(site: Path) -> list[str]:
+    """Files that differ from what the RECORD of their distribution says."""
+    return [name for name, wanted in _recorded(site) if wanted and wanted != _digest(site / name)]
+
+
+def claimed_twice_by_us(site: Path) -> list[str]:
+    """Files of goalwire that another distribution claims too."""
+    ours = {row[0] for row in _rows(next(site.glob('goalwire-*.dist-info')))}
+    claims = Counter(name for name, _ in _recorded(site))
+    return sorted(name for name in ours if claims[name] > 1)
+
+
+def _recorded(site: Path) -> list[tuple[str, str]]:
+    return [(row[0], row[1]) for info in site.glob('*.dist-info') for row in _rows(info)]
+
+
+def _rows(info: Path) -> list[list[str]]:
+    with (info / 'RECORD').open(newline='', encoding='utf-8') as lines:
+        return list(csv.reader(lines))
+
+
+def _digest(file: Path) -> str:
+    digest = hashlib.sha256(file.read_bytes()).digest()
+    return 'sha256=' + base64.urlsafe_b64encode(digest).rstrip(b'=').decode()
+
+
+@pytest.fixture(scope='module', params=['real first', 'goalwire first'])
+def both(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory, wheel: Path
+) -> Environment:
+    """An environment with both, installed in either order."""
+    environment = Environment.create(tmp_path_factory.mktemp('both') / 'venv')
+    if request.param == 'real first':
+        install_real(environment)
+    done = environment.install('--no-compile', str(wheel))
+    assert done.returncode == 0, done.stderr
+    if request.param == 'goalwire first':
+        install_real(environment)
+    return environment
+
+
+def test_no_file_is_overwritten_or_claimed_twice(both: Environment) -> None:
+    assert damaged(both.site) == []
+    assert claimed_twice_by_us(both.site) == []
+
+
+def test_the_real_rclpy_and_its_messages_win(both: Environment, tmp_path: Path) -> None:
+    ours, module, data, text = output_of(PROGRAM, cwd=tmp_path, python=both.python).split()
+    assert (ours, module, text) == ('False', 'std_msgs.msg._string', 'hello')
+    assert data.startswith(HELLO)
+
+
+def test_the_hook_serves_nothing_of_its_own(both: Environment, tmp_path: Path) -> None:
+    program = """\
+        import importlib.util
+        print(importlib.util.find_spec('nav_msgs'), importlib.util.find_spec('std_msgs').origin)
+    """
+    shown = output_of(program, cwd=tmp_path, python=both.python)
+    assert shown == f'None {both.site / "std_msgs" / "__init__.py"}'
+
+
+def test_goalwire_run_puts_ours_first_and_takes_the_real_messages(both: Environment, tmp_path: Path) -> None:
+    program = (
+        PROGRAM + 'import nav_msgs.msg, std_msgs\nprint(nav_msgs.msg.__spec__.origin, std_msgs.__file__)'
+    )
+    write_files(tmp_path, {'prog.py': program})
+    start = "import runpy, sys; sys.argv = ['run', 'prog.py']; runpy.run_module('goalwire.run', run_name='__main__')"
+    first, second = output_of(start, cwd=tmp_path, python=both.python).splitlines()
+    ours, module, data, text = first.split()
+    assert (ours, module, text) == ('True', 'std_msgs.msg._string', 'hello')
+    assert data.startswith(HELLO)
+    assert second.split() == [
+        str(both.site / 'goalwire' / 'interfaces' / 'share' / 'nav_msgs'),
+        str(both.site / 'std_msgs' / '__init__.py'),
+    ]

@@ -1,0 +1,69 @@
+"""What `pip install goalwire` and `pip install -e .` give, in environments of their own."""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from helpers.environments import Environment
+from helpers.fresh import output_of
+from helpers.packages import write_package
+
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(300)]
+
+FIRST_LINE = (
+    'from humanoid_interfaces.srv import GetJointState; print(GetJointState.Request(joint_name="elbow"))'
+)
+JOINT = {'srv/GetJointState.srv': 'string joint_name\n---\nfloat64 position\n'}
+
+
+@pytest.fixture(params=['wheel', 'editable_wheel'])
+def installed(request: pytest.FixtureRequest, new_environment: Callable[[], Environment]) -> Environment:
+    """An environment with nothing but goalwire itself."""
+    environment = new_environment()
+    done = environment.install('--no-deps', str(request.getfixturevalue(request.param)))
+    assert done.returncode == 0, done.stderr
+    return environment
+
+
+def test_an_interface_is_a_programs_first_line(installed: Environment, tmp_path: Path) -> None:
+    write_package(tmp_path / 'ws' / 'src' / 'interfaces', 'humanoid_interfaces', JOINT)
+    shown = output_of(FIRST_LINE, cwd=tmp_path / 'ws', python=installed.python)
+    assert shown == "humanoid_interfaces.srv.GetJointState_Request(joint_name='elbow')"
+
+
+def test_the_shipped_packages_need_no_workspace(installed: Environment, tmp_path: Path) -> None:
+    program = 'from std_msgs.msg import String; print(String(data="hello"))'
+    assert output_of(program, cwd=tmp_path, python=installed.python) == "std_msgs.msg.String(data='hello')"
+
+
+def test_the_overlay_is_the_last_entry_of_the_path_and_holds_rclpy(
+    installed: Environment, tmp_path: Path
+) -> None:
+    program = """\
+        import importlib.util, os, sys
+        print(sys.path[-1] == os.path.dirname(os.path.dirname(importlib.util.find_spec('rclpy').origin)))
+    """
+    assert output_of(program, cwd=tmp_path, python=installed.python) == 'True'
+
+
+def test_an_uninstall_leaves_nothing_behind(new_environment: Callable[[], Environment], wheel: Path) -> None:
+    environment = new_environment()
+    before = environment.files()
+    assert environment.install('--no-deps', '--no-compile', str(wheel)).returncode == 0
+    assert environment.uninstall('goalwire').returncode == 0
+    assert environment.files() == before
+
+
+def test_the_wheel_writes_nothing_outside_its_own_folder_but_the_pth(wheel: Path) -> None:
+    with zipfile.ZipFile(wheel) as archive:
+        names = archive.namelist()
+        pth = archive.read('goalwire.pth').decode()
+    top = {name.partition('/')[0] for name in names}
+    assert {name for name in top if not name.endswith('.dist-info')} == {'goalwire', 'goalwire.pth'}
+    assert pth.splitlines()[0] == 'goalwire/overlay'
+    assert 'goalwire/py.typed' in names
+    assert 'goalwire/interfaces/share/std_msgs/msg/String.msg' in names
+    assert 'goalwire/overlay/std_msgs-stubs/msg/__init__.pyi' in names
