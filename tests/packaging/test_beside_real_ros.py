@@ -111,7 +111,7 @@ def test_goalwire_run_puts_ours_first_and_takes_the_real_messages(both: Environm
         PROGRAM + 'import nav_msgs.msg, std_msgs\nprint(nav_msgs.msg.__spec__.origin, std_msgs.__file__)'
     )
     write_files(tmp_path, {'prog.py': program})
-    start = "import runpy, sys; sys.argv = ['run', 'prog.py']; runpy.run_module('goalwire.run', run_name='__main__')"
+    start = 'from goalwire.run import main; main(["prog.py"])'
     first, second = output_of(start, cwd=tmp_path, python=both.python).splitlines()
     ours, module, data, text = first.split()
     assert (ours, module, text) == ('True', 'std_msgs.msg._string', 'hello')
