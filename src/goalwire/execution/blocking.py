@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from goalwire.execution.callback_groups import MutuallyExclusiveCallbackGroup
 from goalwire.execution.current import HELD, THREAD, current_executor, current_group
 
 if TYPE_CHECKING:
@@ -35,7 +34,7 @@ def why_it_cannot_answer(home: Home, group: CallbackGroup | None) -> str | None:
 
     To be asked before blocking on something that an entity of this very process has to do.
     """
-    if isinstance(group, MutuallyExclusiveCallbackGroup) and group in HELD.get():
+    if group is not None and group in HELD.get():
         return (
             'its callback is in the mutually exclusive callback group that the calling callback holds: '
             'give one of them a group of its own, or await call_async()'

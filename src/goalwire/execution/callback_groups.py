@@ -14,8 +14,12 @@ if TYPE_CHECKING:
 class CallbackGroup:
     """The entities whose callbacks one rule governs."""
 
+    exclusive = False
+    """Whether one callback at a time may run."""
+
     def __init__(self) -> None:
         self.entities: WeakSet[object] = WeakSet()
+        self._active: object = None
 
     def add_entity(self, entity: object) -> None:
         """Make `entity` a member. Raises TypeError for what cannot be referenced weakly."""
@@ -36,6 +40,11 @@ class CallbackGroup:
     def ending_execution(self, entity: object) -> None:
         """Note that a callback of `entity` has ended."""
         raise NotImplementedError
+
+    @property
+    def active_entity(self) -> object:
+        """Whose callback runs in an exclusive group, or None."""
+        return self._active
 
     def park(self, work: Work) -> None:
         """Keep `work`, which may not start now, and post it again when it may."""
@@ -68,10 +77,11 @@ class MutuallyExclusiveCallbackGroup(CallbackGroup):
     ends frees the group, then looks for parked work: one of them sees the other.
     """
 
+    exclusive = True
+
     def __init__(self) -> None:
         super().__init__()
         self._busy = allocate_lock()
-        self._active: object = None
         self._parked: deque[Work] = deque()
 
     def can_execute(self, entity: object) -> bool:  # noqa: ARG002
@@ -93,11 +103,6 @@ class MutuallyExclusiveCallbackGroup(CallbackGroup):
         self._busy.release()
         if self._parked:
             self._post_next()
-
-    @property
-    def active_entity(self) -> object:
-        """Whose callback runs, or None."""
-        return self._active
 
     def park(self, work: Work) -> None:
         """Keep `work` until the group is free."""

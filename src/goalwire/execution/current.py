@@ -7,10 +7,10 @@ from threading import local
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from goalwire.execution.callback_groups import MutuallyExclusiveCallbackGroup
+    from goalwire.execution.callback_groups import CallbackGroup
     from goalwire.execution.executor import Executor
 
-HELD: ContextVar[tuple[MutuallyExclusiveCallbackGroup, ...]] = ContextVar('goalwire_held_groups', default=())
+HELD: ContextVar[tuple[CallbackGroup, ...]] = ContextVar('goalwire_held_groups', default=())
 """The exclusive groups that the running callback holds. asyncio hands it on to the tasks and threads that a
 coroutine callback starts and may wait for."""
 
@@ -24,7 +24,7 @@ THREAD = _Thread()
 """The executors that this thread drives, the innermost one last."""
 
 
-def current_group() -> MutuallyExclusiveCallbackGroup | None:
+def current_group() -> CallbackGroup | None:
     """The exclusive group of the running callback, or None outside one and in reentrant groups."""
     held = HELD.get()
     return held[-1] if held else None

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar
 from weakref import WeakSet
 
 from goalwire.execution.agenda import Agenda
-from goalwire.execution.callback_groups import MutuallyExclusiveCallbackGroup
 from goalwire.execution.current import HELD
 from goalwire.execution.future import Future
 from goalwire.execution.home import Home
@@ -24,7 +23,7 @@ from goalwire.execution.outcomes import (
 )
 from goalwire.execution.readiness import Parker, Readiness
 from goalwire.execution.ready import ReadyQueue
-from goalwire.execution.spinning import Loan, Stay, settled
+from goalwire.execution.spinning import Loan, Stay, settled_check
 from goalwire.execution.steady import deadline_after
 from goalwire.execution.task import Handler, Task, TaskWork
 
@@ -265,10 +264,7 @@ class Executor:
 
     def _drive(self, parker: Parker, until: Future[Any] | None, deadline: int | None, *, once: bool) -> None:
         """Run callbacks on this thread until `until` is settled, at `deadline`, or after one."""
-
-        def leave() -> bool:
-            return until is not None and settled(until)
-
+        leave = settled_check(until)
         with Stay(self, self._lifeline, parker, until):
             self._raise_failure()
             while True:
@@ -298,7 +294,10 @@ class Executor:
             self._agenda.ring_due(now)
         if self._readiness.watched:
             self._readiness.poll()
-        return self._ready.pop()
+        try:
+            return self._ready.items.popleft()
+        except IndexError:
+            return None
 
     def _take(self, parker: Parker, leave: Callable[[], bool], deadline: int | None) -> Work | None:
         """The next ready work, after sleeping for it; None when `leave()`, at shutdown and at `deadline`.
@@ -325,37 +324,37 @@ class Executor:
 
     def _perform(self, work: Work) -> bool:
         """Run one callback of `work`; False where its group is busy or its node has left."""
-        home, group = work.home, work.group
-        if home.queue is not self._ready:
-            home.post(work)
+        if work.home.queue is not self._ready:
+            work.home.post(work)
             return False
-        if group is None:
-            self._call(work, None)
-            return True
-        if not group.beginning_execution(work):
-            group.park(work)
-            return False
-        if isinstance(group, MutuallyExclusiveCallbackGroup):
-            token = HELD.set((group,))
-            try:
-                self._call(work, group)
-            finally:
-                HELD.reset(token)
-        else:
-            self._call(work, group)
-        return True
-
-    def _call(self, work: Work, group: CallbackGroup | None) -> None:
+        group = work.group
+        token = None
+        if group is not None:
+            if not group.beginning_execution(work):
+                group.park(work)
+                return False
+            if group.exclusive:
+                token = HELD.set((group,))
         try:
             outcome = work.run()
+            if outcome is not None and (type(outcome) is CoroutineType or isinstance(outcome, Coroutine)):
+                self._start(outcome, work, group)
+                return True
         except BaseException:
             _end(work, group)
             raise
-        if outcome is not None and (type(outcome) is CoroutineType or isinstance(outcome, Coroutine)):
-            lane = self._get_lanes().start(outcome, group, copy_context(), partial(_end, work, group))
-            lane.run()  # up to its first await, in the order of plain callbacks
-        else:
-            _end(work, group)
+        finally:
+            if token is not None:
+                HELD.reset(token)
+        if group is not None:
+            group.ending_execution(work)
+        work.settle()
+        return True
+
+    def _start(self, coroutine: Coroutine[Any, Any, object], work: Work, group: CallbackGroup | None) -> None:
+        """Run a coroutine callback up to its first await, in the order of plain callbacks."""
+        lane = self._get_lanes().start(coroutine, group, copy_context(), partial(_end, work, group))
+        lane.run()
 
     def _perform_and_raise(self, work: Work) -> None:
         self._perform(work)

@@ -162,6 +162,10 @@ class Future(Generic[T]):
         """Whether it is neither done nor cancelled."""
         return self._state == _PENDING
 
+    def settled(self) -> bool:
+        """Whether it is done or cancelled."""
+        return self._state != _PENDING
+
     def set_raw(self, raw: object) -> None:
         """Complete it with something that `_decode` makes the result of, when somebody asks for that."""
         self._raw = raw

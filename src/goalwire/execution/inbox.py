@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import deque
 from typing import TYPE_CHECKING, Generic, Literal, TypeVar
 
-from goalwire.execution.callback_groups import MutuallyExclusiveCallbackGroup
 from goalwire.execution.work import Work
 
 if TYPE_CHECKING:
@@ -43,7 +42,7 @@ class Inbox(Work, Generic[E]):
         self._events: deque[E] = deque(maxlen=depth if overflow == 'oldest' else None)
         self._refuse_at = depth if overflow == 'refuse' else None
         self._posted = False
-        self._alone = isinstance(group, MutuallyExclusiveCallbackGroup)
+        self._alone = group is not None and group.exclusive
 
     def __len__(self) -> int:
         return len(self._events)
@@ -54,7 +53,7 @@ class Inbox(Work, Generic[E]):
     def deliver(self, event: E) -> bool:
         """Queue `event`; False where it was refused. Any thread; short, takes no lock.
 
-        The append comes before the look at `_posted`, and `settle` resets that before it looks for events.
+        The append comes before the look at `_posted`, and `_go_on` resets that before it looks for events.
         """
         events = self._events
         if self.depth is not None and len(events) >= self.depth:
@@ -86,13 +85,17 @@ class Inbox(Work, Generic[E]):
         try:
             event = self._events.popleft()
         except IndexError:
-            self.settle()
+            self._go_on()
             return None
         if not self._alone:
-            self.settle()  # the callback may run beside itself: let another thread have the next event
+            self._go_on()  # the callback may run beside itself: let another thread have the next event
         return self._handle(event)
 
     def settle(self) -> None:
+        if self._alone:
+            self._go_on()
+
+    def _go_on(self) -> None:
         """Post again if events wait."""
         self._posted = False
         if self._events:

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 from weakref import WeakKeyDictionary
 
 from goalwire.execution.agenda import Alarm
-from goalwire.execution.callback_groups import MutuallyExclusiveCallbackGroup
 from goalwire.execution.loop import new_loop
 from goalwire.execution.work import Work
 
@@ -172,7 +171,7 @@ class Lanes:
             ended()
 
     def _lane_for(self, group: CallbackGroup | None) -> Lane:
-        if self._spread and isinstance(group, MutuallyExclusiveCallbackGroup):
+        if self._spread and group is not None and group.exclusive:
             lane = self._of_group.get(group)
             if lane is None:
                 lane = self._of_group[group] = self._make()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from goalwire.execution.current import HELD, THREAD
@@ -13,7 +14,7 @@ if TYPE_CHECKING:
     from contextvars import Token
     from types import TracebackType
 
-    from goalwire.execution.callback_groups import MutuallyExclusiveCallbackGroup
+    from goalwire.execution.callback_groups import CallbackGroup
     from goalwire.execution.executor import Executor
     from goalwire.execution.home import Home
     from goalwire.execution.lifeline import Lifeline, Watch
@@ -23,6 +24,19 @@ if TYPE_CHECKING:
 def settled(future: Any) -> bool:
     """Whether `future`, ours or another library's, is done or cancelled."""
     return bool(future.done() or future.cancelled())
+
+
+def settled_check(future: Any) -> Callable[[], bool]:
+    """A quick function that says whether `future` is settled; never true for None."""
+    if future is None:
+        return _never
+    if isinstance(future, Future):
+        return future.settled
+    return partial(settled, future)
+
+
+def _never() -> bool:
+    return False
 
 
 class Stay:
@@ -73,7 +87,7 @@ class Loan:
     def __init__(self) -> None:
         self._groups = HELD.get()
         self._entities = [group.active_entity for group in self._groups]
-        self._token: Token[tuple[MutuallyExclusiveCallbackGroup, ...]] | None = None
+        self._token: Token[tuple[CallbackGroup, ...]] | None = None
         if self._groups:
             self._token = HELD.set(())
             for group, entity in zip(self._groups, self._entities, strict=True):

@@ -37,8 +37,8 @@ def deadline_after(clock: SteadyClock, timeout_sec: float | None) -> int | None:
     """The deadline in ns for a timeout as rclpy takes it: None and negative values mean without limit."""
     if timeout_sec is None or timeout_sec < 0:
         return None
-    return clock.now() + min(int(timeout_sec * 1e9), _FOREVER)
+    return clock.now() + int(min(timeout_sec, _FOREVER) * 1e9)
 
 
-_FOREVER = 2**62
-"""ns; 146 years: keeps float('inf') from being asked of int()."""
+_FOREVER = 4e9
+"""s, a century: what float('inf') counts as."""

@@ -1,0 +1,83 @@
+from __future__ import annotations
+
+from goalwire.execution.agenda import Agenda, Alarm
+
+
+def nothing() -> None:
+    pass
+
+
+def test_alarms_ring_once_in_the_order_of_their_times() -> None:
+    agenda = Agenda(nothing)
+    rung: list[int] = []
+    for due in (30, 10, 20):
+        agenda.set(Alarm(lambda due=due: rung.append(due)), due)  # type: ignore[misc]
+    agenda.ring_due(20)
+    assert rung == [10, 20]
+    assert agenda.next_due() == 30
+    agenda.ring_due(100)
+    assert rung == [10, 20, 30]
+    assert agenda.next_due() is None
+
+
+def test_setting_an_alarm_again_replaces_its_time() -> None:
+    agenda = Agenda(nothing)
+    rung: list[str] = []
+    alarm = Alarm(lambda: rung.append('rung'))
+    agenda.set(alarm, 10)
+    agenda.set(alarm, 50)
+    agenda.ring_due(49)
+    assert rung == []
+    agenda.ring_due(50)
+    assert rung == ['rung']
+
+
+def test_a_forgotten_alarm_does_not_ring() -> None:
+    agenda = Agenda(nothing)
+    rung: list[str] = []
+    alarm = Alarm(lambda: rung.append('rung'))
+    agenda.set(alarm, 10)
+    agenda.forget(alarm)
+    agenda.ring_due(100)
+    assert rung == []
+
+
+def test_only_an_earlier_time_is_told() -> None:
+    told: list[None] = []
+    agenda = Agenda(lambda: told.append(None))
+    agenda.set(Alarm(nothing), 50)
+    agenda.set(Alarm(nothing), 60)
+    agenda.set(Alarm(nothing), 40)
+    assert len(told) == 2
+
+
+def test_an_alarm_may_set_itself_again_while_it_rings() -> None:
+    agenda = Agenda(nothing)
+    times: list[int] = []
+
+    def ring() -> None:
+        times.append(len(times))
+        if len(times) < 3:
+            agenda.set(alarm, 10 * (len(times) + 1))
+
+    alarm = Alarm(ring)
+    agenda.set(alarm, 10)
+    agenda.ring_due(25)
+    assert times == [0, 1]
+    agenda.ring_due(30)
+    assert times == [0, 1, 2]
+
+
+def test_resetting_an_alarm_a_hundred_thousand_times_keeps_the_heap_small() -> None:
+    agenda = Agenda(nothing)
+    other = Alarm(nothing)
+    agenda.set(other, 10**15)
+    alarm = Alarm(nothing)
+    for step in range(100_000):
+        agenda.set(alarm, 10**12 + step)
+    assert len(agenda.heap) < 200
+    rung: list[str] = []
+    alarm.ring = lambda: rung.append('alarm')
+    other.ring = lambda: rung.append('other')
+    agenda.ring_due(10**16)
+    assert rung == ['alarm', 'other']

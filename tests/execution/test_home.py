@@ -1,0 +1,132 @@
+from __future__ import annotations
+
+import threading
+from typing import Any
+
+from helpers.execution import PATIENCE, SmallContext, SmallNode, Spinning, soon
+
+from goalwire.execution.agenda import Alarm
+from goalwire.execution.home import Home
+from goalwire.execution.inbox import Inbox
+from goalwire.execution.single_threaded import SingleThreadedExecutor
+from goalwire.execution.work import Work
+
+
+def test_work_posted_before_a_node_has_an_executor_is_run_when_it_gets_one(
+    single: SingleThreadedExecutor, node: SmallNode
+) -> None:
+    got: list[int] = []
+    inbox = Inbox(node.home, None, got.append)
+    inbox.deliver(1)
+    single.spin_once(0)
+    assert got == []
+    single.add_node(node)
+    single.spin_once(0)
+    assert got == [1]
+
+
+def test_pending_work_moves_to_the_executor_that_the_node_is_added_to(
+    context: SmallContext, node: SmallNode
+) -> None:
+    with SingleThreadedExecutor(context=context) as one, SingleThreadedExecutor(context=context) as other:
+        got: list[int] = []
+        one.add_node(node)
+        inboxes = [Inbox(node.home, None, got.append) for _ in range(3)]
+        for number, inbox in enumerate(inboxes):
+            inbox.deliver(number)
+        other.add_node(node)
+        for _ in range(5):
+            one.spin_once(0)
+        assert got == []
+        for _ in range(3):
+            other.spin_once(0)
+        assert got == [0, 1, 2]
+
+
+def test_adding_and_removing_a_node_with_each_call_keeps_pending_work_and_its_order(
+    single: SingleThreadedExecutor, node: SmallNode
+) -> None:
+    got: list[int] = []
+    inboxes = [Inbox(node.home, None, got.append) for _ in range(4)]
+    for number, inbox in enumerate(inboxes):
+        inbox.deliver(number)
+    for _ in range(4):
+        single.add_node(node)
+        single.spin_once(0)
+        single.remove_node(node)
+    assert got == [0, 1, 2, 3]
+
+
+def test_an_alarm_follows_the_node_to_another_executor(context: SmallContext, node: SmallNode) -> None:
+    rung = threading.Event()
+    with SingleThreadedExecutor(context=context) as one, SingleThreadedExecutor(context=context) as other:
+        one.add_node(node)
+        node.home.set_alarm(Alarm(rung.set), 1)
+        other.add_node(node)
+        one.spin_once(0)
+        assert not rung.is_set()
+        other.spin_once(0)
+        assert rung.is_set()
+
+
+def test_changing_executors_for_ever_leaves_no_alarms_behind(context: SmallContext, node: SmallNode) -> None:
+    with SingleThreadedExecutor(context=context) as executor:
+        node.home.set_alarm(Alarm(lambda: None), 2**61)
+        for _ in range(1000):
+            executor.add_node(node)
+            executor.remove_node(node)
+        assert len(executor._agenda.heap) == 1
+
+
+def test_nothing_is_lost_while_a_node_changes_executors_under_load(context: SmallContext) -> None:
+    node = SmallNode()
+    count = 5000
+    got: list[int] = []
+    everything = threading.Event()
+
+    def take(number: int) -> None:
+        got.append(number)
+        if len(got) == count:
+            everything.set()
+
+    inbox: Inbox[int] = Inbox(node.home, None, take)
+    one, other = SingleThreadedExecutor(context=context), SingleThreadedExecutor(context=context)
+    with Spinning(one), Spinning(other):
+        sender = threading.Thread(target=lambda: [inbox.deliver(number) for number in range(count)])
+        sender.start()
+        for turn in range(100):
+            (one, other)[turn % 2].add_node(node)
+        sender.join(PATIENCE)
+        assert soon(everything)
+    assert sorted(got) == list(range(count))
+
+
+def test_a_post_that_meets_a_detach_is_not_left_in_the_old_queue() -> None:
+    class Between(Home):
+        """Detaches at the very moment after a post has read its queue."""
+
+        def __init__(self) -> None:
+            super().__init__()
+            self.armed: Any = None
+
+    home = Between()
+    single = SingleThreadedExecutor(context=SmallContext())
+    home.attach(single._ready, single._agenda)
+    real_post = single._ready.post
+    work = Work(home, None)
+
+    class Queue:
+        items = single._ready.items
+
+        def post(self, item: Work) -> None:
+            home.detach()
+            real_post(item)
+
+        def reclaim(self, whose: Home) -> list[Work]:
+            return single._ready.reclaim(whose)
+
+    home.queue = Queue()  # type: ignore[assignment]
+    home.post(work)
+    assert not single._ready.items
+    assert list(home._backlog) == [work]
+    single.shutdown()

@@ -1,0 +1,147 @@
+from __future__ import annotations
+
+import threading
+
+from helpers.execution import PATIENCE, SmallNode, Spinning, soon
+
+from goalwire.execution.callback_groups import (
+    CallbackGroup,
+    MutuallyExclusiveCallbackGroup,
+    ReentrantCallbackGroup,
+)
+from goalwire.execution.executor import Executor
+from goalwire.execution.inbox import Inbox
+from goalwire.execution.multi_threaded import MultiThreadedExecutor
+from goalwire.execution.single_threaded import SingleThreadedExecutor
+
+
+def test_each_turn_handles_one_event_and_sources_take_turns(
+    single: SingleThreadedExecutor, node: SmallNode
+) -> None:
+    single.add_node(node)
+    got: list[str] = []
+    one, other = Inbox(node.home, None, got.append), Inbox(node.home, None, got.append)
+    for number in range(3):
+        one.deliver(f'a{number}')
+        other.deliver(f'b{number}')
+    single.spin_once(0)
+    assert got == ['a0']
+    for _ in range(5):
+        single.spin_once(0)
+    assert got == ['a0', 'b0', 'a1', 'b1', 'a2', 'b2']
+
+
+def test_a_full_topic_drops_the_oldest_and_counts_it(single: SingleThreadedExecutor, node: SmallNode) -> None:
+    single.add_node(node)
+    got: list[int] = []
+    inbox: Inbox[int] = Inbox(node.home, None, got.append, depth=2)
+    assert all(inbox.deliver(number) for number in range(5))
+    for _ in range(5):
+        single.spin_once(0)
+    assert got == [3, 4]
+    assert inbox.dropped == 3
+
+
+def test_a_full_service_refuses_the_newest_and_counts_it(
+    single: SingleThreadedExecutor, node: SmallNode
+) -> None:
+    single.add_node(node)
+    got: list[int] = []
+    inbox: Inbox[int] = Inbox(node.home, None, got.append, depth=2, overflow='refuse')
+    assert [inbox.deliver(number) for number in range(3)] == [True, True, False]
+    for _ in range(3):
+        single.spin_once(0)
+    assert got == [0, 1]
+    assert inbox.dropped == 1
+
+
+def test_a_closed_inbox_runs_nothing_and_takes_nothing(
+    single: SingleThreadedExecutor, node: SmallNode
+) -> None:
+    single.add_node(node)
+    got: list[int] = []
+    inbox: Inbox[int] = Inbox(node.home, None, got.append)
+    inbox.deliver(1)
+    inbox.close()
+    assert not inbox.deliver(2)
+    single.spin_once(0)
+    single.spin_once(0)
+    assert got == []
+
+
+def test_take_goes_past_the_callback(single: SingleThreadedExecutor, node: SmallNode) -> None:
+    single.add_node(node)
+    got: list[int] = []
+    inbox: Inbox[int] = Inbox(node.home, None, got.append)
+    inbox.deliver(1)
+    assert inbox.take() == 1
+    assert inbox.take() is None
+    inbox.deliver(2)
+    for _ in range(3):
+        single.spin_once(0)
+    assert got == [2]
+
+
+def test_many_events_are_one_entry_in_the_queue(single: SingleThreadedExecutor, node: SmallNode) -> None:
+    single.add_node(node)
+    inbox: Inbox[int] = Inbox(node.home, None, lambda _: None)
+    for number in range(1000):
+        inbox.deliver(number)
+    assert len(single._ready.items) == 1
+
+
+def _flood(executor: Executor, node: SmallNode, group: CallbackGroup | None) -> None:
+    threads, each = 32, 200
+    counts = [0] * threads
+    lock = threading.Lock()
+    everything = threading.Event()
+
+    def take(sender: int) -> None:
+        with lock:
+            counts[sender] += 1
+            if sum(counts) == threads * each:
+                everything.set()
+
+    inbox: Inbox[int] = Inbox(node.home, group, take)
+    executor.add_node(node)
+    with Spinning(executor):
+        senders = [
+            threading.Thread(target=lambda sender=sender: [inbox.deliver(sender) for _ in range(each)])
+            for sender in range(threads)
+        ]
+        for thread in senders:
+            thread.start()
+        for thread in senders:
+            thread.join(PATIENCE)
+        assert soon(everything), f'{threads * each - sum(counts)} lost'
+    assert counts == [each] * threads
+
+
+def test_32_threads_lose_nothing_in_an_exclusive_group(executor: Executor, node: SmallNode) -> None:
+    _flood(executor, node, MutuallyExclusiveCallbackGroup())
+
+
+def test_32_threads_lose_nothing_in_a_reentrant_group(executor: Executor, node: SmallNode) -> None:
+    _flood(executor, node, ReentrantCallbackGroup())
+
+
+def test_32_threads_lose_nothing_in_no_group(executor: Executor, node: SmallNode) -> None:
+    _flood(executor, node, None)
+
+
+def test_events_of_one_reentrant_inbox_run_beside_each_other(
+    multi: MultiThreadedExecutor, node: SmallNode
+) -> None:
+    multi.add_node(node)
+    together = threading.Barrier(2)
+    met = threading.Event()
+
+    def take(_: int) -> None:
+        together.wait(PATIENCE)
+        met.set()
+
+    inbox: Inbox[int] = Inbox(node.home, ReentrantCallbackGroup(), take)
+    with Spinning(multi):
+        inbox.deliver(1)
+        inbox.deliver(2)
+        assert soon(met)

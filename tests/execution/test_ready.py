@@ -1,0 +1,125 @@
+from __future__ import annotations
+
+import threading
+
+from helpers.execution import PATIENCE
+
+from goalwire.execution.home import Home
+from goalwire.execution.ready import ReadyQueue
+from goalwire.execution.steady import STEADY
+from goalwire.execution.waiting import Waiter
+from goalwire.execution.work import Work
+
+HOME = Home()
+
+
+def no() -> bool:
+    return False
+
+
+def test_work_comes_out_in_the_order_it_was_posted() -> None:
+    queue = ReadyQueue()
+    work = [Work(HOME, None) for _ in range(5)]
+    for item in work:
+        queue.post(item)
+    assert [queue.pop() for _ in range(6)] == [*work, None]
+
+
+def test_nobody_sleeps_while_there_is_work() -> None:
+    queue = ReadyQueue()
+    queue.post(Work(HOME, None))
+    queue.park(Waiter(), STEADY, None, no)
+    assert queue.sleepers == 0
+
+
+def test_nobody_sleeps_who_wants_to_leave() -> None:
+    queue = ReadyQueue()
+    queue.park(Waiter(), STEADY, None, lambda: True)
+    assert queue.sleepers == 0
+
+
+def test_a_sleeper_leaves_no_waker_behind_at_its_deadline() -> None:
+    queue = ReadyQueue()
+    queue.park(Waiter(), STEADY, STEADY.now() + 1_000_000, no)
+    assert queue.sleepers == 0
+
+
+def test_the_thread_that_went_to_sleep_last_is_woken_first() -> None:
+    queue = ReadyQueue()
+    woken: list[str] = []
+    queue._wakers += [lambda: woken.append('first'), lambda: woken.append('last')]
+    queue.post(Work(HOME, None))
+    queue.post(Work(HOME, None))
+    assert woken == ['last', 'first']
+
+
+def test_reclaiming_takes_one_homes_work_and_keeps_the_order_of_the_rest() -> None:
+    queue, other = ReadyQueue(), Home()
+    mine = [Work(HOME, None) for _ in range(3)]
+    theirs = [Work(other, None) for _ in range(3)]
+    for pair in zip(mine, theirs, strict=True):
+        for item in pair:
+            queue.post(item)
+    assert queue.reclaim(HOME) == mine
+    assert [queue.pop() for _ in range(4)] == [*theirs, None]
+
+
+def test_no_wake_up_is_lost_between_32_posters_and_4_sleepers() -> None:
+    queue = ReadyQueue()
+    per_poster, posters = 500, 32
+    taken = [0] * 4
+    all_posted = threading.Event()
+
+    def take(index: int) -> None:
+        waiter = Waiter()
+        while True:
+            if queue.pop() is not None:
+                taken[index] += 1
+            elif all_posted.is_set():
+                return
+            else:
+                queue.park(waiter, STEADY, None, all_posted.is_set)
+
+    def post() -> None:
+        for _ in range(per_poster):
+            queue.post(Work(HOME, None))
+
+    takers = [threading.Thread(target=take, args=(index,)) for index in range(4)]
+    senders = [threading.Thread(target=post) for _ in range(posters)]
+    for thread in (*takers, *senders):
+        thread.start()
+    for thread in senders:
+        thread.join(PATIENCE)
+    all_posted.set()
+    queue.wake_all()
+    for thread in takers:
+        thread.join(PATIENCE)
+        assert not thread.is_alive()
+    assert sum(taken) == per_poster * posters
+
+
+def test_ping_pong_between_two_threads_never_stalls() -> None:
+    there, back = ReadyQueue(), ReadyQueue()
+    rounds = 5000
+
+    def take(queue: ReadyQueue, waiter: Waiter) -> Work:
+        while True:
+            work = queue.pop()
+            if work is not None:
+                return work
+            deadline = STEADY.now() + int(PATIENCE * 1e9)
+            queue.park(waiter, STEADY, deadline, no)
+            assert STEADY.now() < deadline, 'a wake-up was lost'
+
+    def answer() -> None:
+        waiter = Waiter()
+        for _ in range(rounds):
+            back.post(take(there, waiter))
+
+    thread = threading.Thread(target=answer)
+    thread.start()
+    waiter, ball = Waiter(), Work(HOME, None)
+    for _ in range(rounds):
+        there.post(ball)
+        assert take(back, waiter) is ball
+    thread.join(PATIENCE)

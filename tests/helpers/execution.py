@@ -1,0 +1,68 @@
+"""A context and a node as small as the execution core allows."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import Any, Self
+
+from goalwire.execution.executor import Executor
+from goalwire.execution.home import Home
+from goalwire.execution.lifeline import Lifeline
+
+PATIENCE = 10.0
+"""s to wait for what must happen: only failures ever take that long."""
+
+
+class SmallContext:
+    """A lifeline."""
+
+    def __init__(self) -> None:
+        self.lifeline = Lifeline()
+
+    def ok(self) -> bool:
+        return self.lifeline.alive
+
+    def shutdown(self) -> None:
+        self.lifeline.end('shutdown')
+
+
+class SmallNode:
+    """A home."""
+
+    def __init__(self) -> None:
+        self.home = Home()
+        self.executor: Any = None
+
+
+class Spinning:
+    """Lets `executor` spin in a thread of its own while the block lasts; `error` is what spin raised."""
+
+    def __init__(self, executor: Executor, spin: Callable[[], object] | None = None) -> None:
+        self._executor = executor
+        self._spin = spin or executor.spin
+        self.error: BaseException | None = None
+        self.ended = threading.Event()
+        self._thread = threading.Thread(target=self._run, name='spinning')
+
+    def _run(self) -> None:
+        try:
+            self._spin()
+        except BaseException as error:
+            self.error = error
+        finally:
+            self.ended.set()
+
+    def __enter__(self) -> Self:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._executor.shutdown()
+        self._thread.join(PATIENCE)
+        assert not self._thread.is_alive(), 'spin did not end'
+
+
+def soon(event: threading.Event) -> bool:
+    """Wait for `event`, as long as only failures take."""
+    return event.wait(PATIENCE)
