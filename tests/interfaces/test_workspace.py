@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import pytest
@@ -96,6 +97,11 @@ def test_a_ring_of_links_ends(tmp_path: Path) -> None:
     (tmp_path / 'a' / 'again').symlink_to(tmp_path)
     write_package(tmp_path / 'p', 'p_msgs', FOO)
     assert names(tmp_path) == ['p_msgs']
+
+
+@pytest.mark.skipif(sys.platform != 'linux', reason='/proc is what holds links that may not be followed')
+def test_what_may_not_be_read_is_passed_over() -> None:
+    assert workspace.scan('/proc').packages == {}
 
 
 def test_other_files_beside_definitions_are_not_definitions(tmp_path: Path) -> None:

@@ -2,8 +2,6 @@
 for.
 """
 
-from importlib import import_module
-
 TYPE_CHECKING = False  # typing costs 5 ms, and the import hook loads this package at every start
 if TYPE_CHECKING:
     from goalwire.codec.type_hash import has_buffer_fields as has_buffer_fields
@@ -34,6 +32,8 @@ def __getattr__(name: str) -> object:
     home = _HOMES.get(name)
     if home is None:
         raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
+    from importlib import import_module  # costs 0.3 ms
+
     value = getattr(import_module(home), name)
     globals()[name] = value
     return value

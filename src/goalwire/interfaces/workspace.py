@@ -8,7 +8,7 @@ import os
 
 KINDS = ('msg', 'srv', 'action')
 LEVELS = 4
-FOLDERS = 2000
+FOLDERS = 1000
 IGNORED = frozenset({'build', 'install', 'log', 'node_modules', '__pycache__', 'site-packages'})
 IGNORE_MARKS = frozenset({'COLCON_IGNORE', 'AMENT_IGNORE', 'pyvenv.cfg'})
 
@@ -72,8 +72,15 @@ def _visit(folder: str, found: Workspace) -> list[str]:
     return [
         inside[name].path
         for name in sorted(inside)
-        if name[0] != '.' and name not in IGNORED and inside[name].is_dir()
+        if name[0] != '.' and name not in IGNORED and _is_folder(inside[name])
     ]
+
+
+def _is_folder(entry: 'os.DirEntry[str]') -> bool:
+    try:
+        return entry.is_dir()
+    except OSError:  # a link that leads where we may not look
+        return False
 
 
 def _note(folder: str, found: Workspace) -> None:
