@@ -18,7 +18,7 @@ def test_the_state_follows_the_definition_of_battery_state(world: dict[str, str]
         status = robot.battery(timeout=10.0)
     battery = status.battery
     assert battery.percentage == pytest.approx(battery.charge / battery.capacity)
-    assert 0.79 < battery.percentage <= 0.8
+    assert 0.79 < battery.percentage < 0.801
     assert BATTERY.empty_voltage < battery.voltage < BATTERY.full_voltage
     assert battery.current == -BATTERY.idle_draw
     assert battery.power_supply_status == BatteryState.POWER_SUPPLY_STATUS_DISCHARGING

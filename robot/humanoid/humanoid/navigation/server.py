@@ -88,6 +88,7 @@ class NavigationActionServer(Node):
         drive = Drive(goal_handle, target_of(goal_handle.request.target_pose.pose), moment, moment)
         self._drives[bytes(goal_handle.goal_id.uuid)] = self._driving = drive
         self._base.drive_to(drive.target)
+        self._stepped = moment  # the time since the last tick was not driven
         goal_handle.execute()
 
     def _cancel(self, _goal_handle: ServerGoalHandle) -> CancelResponse:
