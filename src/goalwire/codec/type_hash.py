@@ -26,7 +26,8 @@ from goalwire.interfaces.type_names import type_name
 _MESSAGE = 1
 _TYPE_IDS = {
     'int8': 2, 'uint8': 3, 'char': 3, 'int16': 4, 'uint16': 5, 'int32': 6, 'uint32': 7,
-    'int64': 8, 'uint64': 9, 'float32': 10, 'float64': 11, 'bool': 15, 'byte': 16, 'string': 17, 'wstring': 18,
+    'int64': 8, 'uint64': 9, 'float32': 10, 'float64': 11, 'bool': 15, 'byte': 16, 'string': 17,
+    'wstring': 18,
 }  # fmt: skip
 _BOUNDED_STRING_OFFSET = 4
 _SHAPE_OFFSETS = {Shape.SINGLE: 0, Shape.ARRAY: 48, Shape.BOUNDED: 96, Shape.UNBOUNDED: 144}

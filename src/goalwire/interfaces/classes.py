@@ -16,7 +16,7 @@ from functools import partial
 from importlib import import_module
 from types import ModuleType
 
-from goalwire.errors import UnknownInterfaceError
+from goalwire.errors import InterfaceSyntaxError, UnknownInterfaceError
 from goalwire.interfaces import registry
 from goalwire.interfaces.checks import checked, reject_unknown
 from goalwire.interfaces.class_source import class_source, copied_default
@@ -80,51 +80,27 @@ def message_class(full_name: str) -> type:
 
     Raises UnknownInterfaceError, or InterfaceSyntaxError where this or a nested definition is malformed.
     """
-    return _classes.get(full_name) or _build_message(registry.message_definition(full_name))
+    message = registry.message_definition(full_name)
+    return _classes.get(full_name) or _build_message(message)
 
 
 def service_class(full_name: str) -> type:
     """Return the class of 'pkg/srv/Name', or of a service of an action ('pkg/action/Name_SendGoal')."""
-    found = _classes.get(full_name)
-    if found is None:
-        defined = registry.definition(full_name)
-        if not isinstance(defined, ServiceDefinition):
-            raise UnknownInterfaceError(f'{full_name} is no service')
-        parts = {
-            'Request': _Part(defined.request.full_name),
-            'Response': _Part(defined.response.full_name),
-            'Event': _Part(defined.event.full_name),
-        }
-        found = _build_holder(defined, 'Service', parts)
-    return found
+    service = registry.definition(full_name)
+    if not isinstance(service, ServiceDefinition):
+        raise UnknownInterfaceError(f'{full_name} is no service')
+    return _classes.get(full_name) or _build_service(service)
 
 
 def action_class(full_name: str) -> type:
     """Return the class of 'pkg/action/Name'."""
-    found = _classes.get(full_name)
-    if found is None:
-        defined = registry.definition(full_name)
-        if not isinstance(defined, ActionDefinition):
-            raise UnknownInterfaceError(f'{full_name} is no action')
-        impl = {
-            'SendGoalService': _Part(defined.send_goal.full_name),
-            'GetResultService': _Part(defined.get_result.full_name),
-            'FeedbackMessage': _Part(defined.feedback_message.full_name),
-            'CancelGoalService': _Part(CANCEL_SERVICE),
-            'GoalStatusMessage': _Part(STATUS_MESSAGE),
-        }
-        module = _module(defined)
-        parts: dict[str, object] = {
-            'Goal': _Part(defined.goal.full_name),
-            'Result': _Part(defined.result.full_name),
-            'Feedback': _Part(defined.feedback.full_name),
-            'Impl': type('Impl', (), {**impl, '__module__': module, '__qualname__': f'{defined.name}.Impl'}),
-        }
-        found = _build_holder(defined, 'Action', parts)
-    return found
+    action = registry.definition(full_name)
+    if not isinstance(action, ActionDefinition):
+        raise UnknownInterfaceError(f'{full_name} is no action')
+    return _classes.get(full_name) or _build_action(action)
 
 
-def find_class(full_name: str) -> type:
+def find_class(full_name: str, _inside: tuple[str, ...] = ()) -> type:
     """Return the class that `from pkg.msg import Name` gives: a real ROS 2 package's where there is one."""
     found = _classes.get(full_name)
     if found is not None:
@@ -132,14 +108,23 @@ def find_class(full_name: str) -> type:
     package, kind, name = registry.split_name(full_name)
     module = foreign_module(package, kind)
     if module is not None:
-        own = import_module(
-            f'{package}.{kind}.{module_name(name.partition("_")[0])}'
-        )  # derived types live here alone
-        return getattr(own, name)  # type: ignore[no-any-return]
+        return _foreign_class(package, kind, name)
     defined = registry.definition(full_name)
     if isinstance(defined, MessageDefinition):
-        return message_class(full_name)
+        return _build_message(defined, _inside)
     return service_class(full_name) if isinstance(defined, ServiceDefinition) else action_class(full_name)
+
+
+def _foreign_class(package: str, kind: str, name: str) -> type:
+    module = f'{package}.{kind}.{module_name(name.partition("_")[0])}'  # holds the derived types too
+    try:
+        found = getattr(import_module(module), name)
+    except (ImportError, AttributeError):
+        raise UnknownInterfaceError(
+            f'{package}/{kind}/{name}: the installed {package} has no such type'
+        ) from None
+    assert isinstance(found, type)
+    return found
 
 
 def foreign_module(package: str, kind: str) -> ModuleType | None:
@@ -176,6 +161,33 @@ def _constant(value: object, _cls: type) -> object:
     return value
 
 
+def _build_service(service: ServiceDefinition) -> type:
+    parts = {
+        'Request': _Part(service.request.full_name),
+        'Response': _Part(service.response.full_name),
+        'Event': _Part(service.event.full_name),
+    }
+    return _build_holder(service, 'Service', parts)
+
+
+def _build_action(action: ActionDefinition) -> type:
+    impl = {
+        'SendGoalService': _Part(action.send_goal.full_name),
+        'GetResultService': _Part(action.get_result.full_name),
+        'FeedbackMessage': _Part(action.feedback_message.full_name),
+        'CancelGoalService': _Part(CANCEL_SERVICE),
+        'GoalStatusMessage': _Part(STATUS_MESSAGE),
+    }
+    names = {'__module__': _module(action), '__qualname__': f'{action.name}.Impl'}
+    parts = {
+        'Goal': _Part(action.goal.full_name),
+        'Result': _Part(action.result.full_name),
+        'Feedback': _Part(action.feedback.full_name),
+        'Impl': type('Impl', (), {**impl, **names}),
+    }
+    return _build_holder(action, 'Action', parts)
+
+
 def _build_holder(
     defined: ServiceDefinition | ActionDefinition, kind: str, parts: Mapping[str, object]
 ) -> type:
@@ -193,11 +205,24 @@ def _build_holder(
     return _publish(defined, _metaclass(defined, {})(defined.name, (), namespace))
 
 
-def _build_message(message: MessageDefinition) -> type:
-    registry.check_nested(message)
-    nested = {
-        field.type.base: find_class(field.type.base) for field in message.fields if field.type.is_message
-    }
+def _nested_classes(message: MessageDefinition, inside: tuple[str, ...]) -> dict[str, type]:
+    """Return the classes of the messages in a message; `inside` names those around it."""
+    if message.full_name in inside:
+        circle = ' -> '.join((*inside[inside.index(message.full_name) :], message.full_name))
+        raise InterfaceSyntaxError(message.source, 0, 0, f'a message cannot contain itself: {circle}')
+    found = {}
+    for field in message.fields:
+        if field.type.is_message:
+            try:
+                found[field.type.base] = find_class(field.type.base, (*inside, message.full_name))
+            except UnknownInterfaceError as error:
+                problem = f'field {field.name}: {error}'
+                raise InterfaceSyntaxError(message.source, field.line, 1, problem) from None
+    return found
+
+
+def _build_message(message: MessageDefinition, inside: tuple[str, ...] = ()) -> type:
+    nested = _nested_classes(message, inside)
     source, names = class_source(message, nested)
     for field in message.fields:
         cls = nested.get(field.type.base)

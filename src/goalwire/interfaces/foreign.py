@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Protocol, cast
 
+from goalwire.errors import UnknownInterfaceError
 from goalwire.interfaces import classes, implicit, registry
 from goalwire.interfaces.model import (
     ActionDefinition,
@@ -49,10 +50,14 @@ def definition_of(cls: type) -> Definition:
 
 def definition_by_name(full_name: str) -> Definition:
     """Return the definition of the class that `from pkg.msg import Name` gives."""
-    package, kind, _ = registry.split_name(full_name)
+    package, kind, name = registry.split_name(full_name)
     if classes.foreign_module(package, kind) is None:
         return registry.definition(full_name)
-    return definition_of(classes.find_class(full_name))
+    whole = definition_of(classes.find_class(f'{package}/{kind}/{name.partition("_")[0]}'))
+    for part in registry.with_derived(whole):
+        if part.full_name == full_name:
+            return part
+    raise UnknownInterfaceError(f'{full_name}: {whole.full_name} has no part of this name')
 
 
 def _foreign_message(cls: type) -> MessageDefinition:

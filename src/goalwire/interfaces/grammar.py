@@ -154,7 +154,7 @@ class _Message:
             self._comments.append([*self._pending, *([comment] if comment else [])])
             self._pending = []
         elif not raw:
-            if not self._order:  # what stands above the first blank line speaks of the whole message
+            if not self._order:  # above a blank line at the top: of the whole message
                 self._heading += [*self._pending, '']
             self._pending = []
         elif raw[0].isspace() and self._order and not self._pending:

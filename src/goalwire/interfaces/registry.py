@@ -58,7 +58,7 @@ def definition(full_name: str) -> Definition:
         package, kind, name = split_name(full_name)
         parsed = _parse(package, kind, name.partition('_')[0])
         with _lock:
-            for item in _with_derived(parsed):
+            for item in with_derived(parsed):
                 _parsed.setdefault(item.full_name, item)
         found = _parsed.get(full_name)
         if found is None:
@@ -74,28 +74,6 @@ def message_definition(full_name: str) -> MessageDefinition:
     return found
 
 
-def check_nested(message: MessageDefinition, _open: tuple[str, ...] = ()) -> None:
-    """Raise where a field, at any depth, has an unknown type or a message contains itself."""
-    if message.full_name in _open:
-        cycle = ' -> '.join((*_open[_open.index(message.full_name) :], message.full_name))
-        raise InterfaceSyntaxError(message.source, 0, 0, f'a message cannot contain itself: {cycle}')
-    if message.full_name in _sound:
-        return
-    for field in message.fields:
-        if field.type.is_message:
-            try:
-                nested = message_definition(field.type.base)
-            except UnknownInterfaceError as error:
-                raise InterfaceSyntaxError(
-                    message.source, field.line, 1, f'field {field.name}: {error}'
-                ) from None
-            check_nested(nested, (*_open, message.full_name))
-    _sound.add(message.full_name)
-
-
-_sound: set[str] = set()
-
-
 def split_name(full_name: str) -> tuple[str, str, str]:
     """Split 'pkg/msg/Name'; raises UnknownInterfaceError for anything else."""
     parts = full_name.split('/')
@@ -106,7 +84,8 @@ def split_name(full_name: str) -> tuple[str, str, str]:
     return parts[0], parts[1], parts[2]
 
 
-def _with_derived(parsed: Definition) -> Iterator[Definition]:
+def with_derived(parsed: Definition) -> Iterator[Definition]:
+    """Yield a definition and those that ROS 2 derives from it."""
     yield parsed
     if isinstance(parsed, (ServiceDefinition, ActionDefinition)):
         yield from parsed.messages

@@ -1,0 +1,350 @@
+"""Message, service and action classes behave as rosidl's do (checks off, as Jazzy's default)."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+import subprocess
+import sys
+import threading
+import traceback
+from array import array
+from typing import Any
+
+import numpy as np
+import pytest
+from helpers.names import fresh_package
+from helpers.vectors import constants, descriptions
+
+from goalwire.errors import InterfaceSyntaxError, UnknownInterfaceError
+from goalwire.interfaces import classes, get_interface, register_definitions
+from goalwire.interfaces.classes import action_class, message_class, service_class
+
+
+def make(text: str, name: str = 'Demo') -> Any:
+    """Return the class of a message given as text."""
+    package = fresh_package()
+    register_definitions(package, {f'msg/{name}': text})
+    return message_class(f'{package}/msg/{name}')
+
+
+@pytest.fixture(scope='module')
+def everything() -> Any:
+    """A class with a field of every shape."""
+    return make(
+        'bool flag\nbyte octet\nchar letter\nint32 number\nfloat64 real\nstring text\nwstring wide\n'
+        'int32[3] fixed\nbool[2] flags\nbyte[2] octets\nstring[2] texts\n'
+        'float32[] reals\nuint8[<=4] few\nbool[] many\nstring[] names\n'
+    )
+
+
+def test_a_new_message_holds_rosidls_defaults(everything: Any) -> None:
+    m = everything()
+    assert (m.flag, m.octet, m.letter, m.number, m.real, m.text, m.wide) == (False, b'\0', 0, 0, 0.0, '', '')
+    assert m.fixed.tolist() == [0, 0, 0]
+    assert m.fixed.dtype == np.int32
+    assert (m.flags, m.octets, m.texts) == ([False, False], [b'\0', b'\0'], ['', ''])
+    assert (m.reals, m.few, m.many, m.names) == (array('f'), array('B'), [], [])
+
+
+def test_defaults_of_the_definition_are_used_and_never_shared() -> None:
+    cls = make(
+        'int32 a 5\nstring s "hi"\nfloat32[] f [1, 2]\nint8[2] g [3, 4]\nstring[] t [x, y]\n'
+        'bool[2] b [true, false]'
+    )
+    one, other = cls(), cls()
+    assert (one.a, one.s, one.t, one.b) == (5, 'hi', ['x', 'y'], [True, False])
+    assert (one.f, one.g.tolist()) == (array('f', [1, 2]), [3, 4])
+    for name in 'fgtb':
+        assert getattr(one, name) is not getattr(other, name)
+    defaults = (cls.A__DEFAULT, cls.S__DEFAULT, cls.F__DEFAULT)
+    assert defaults == (5, 'hi', array('f', [1, 2]))
+
+
+def test_keywords_fill_fields_and_nothing_goes_by_position() -> None:
+    cls = make('int32 a\nint32 b', 'String')
+    assert (cls(b=2).a, cls(b=2).b) == (0, 2)
+    with pytest.raises(TypeError, match=r'String.__init__\(\) takes 1 positional argument but 2 were given'):
+        cls('a')
+
+
+def test_unknown_keywords_are_ignored_as_in_jazzy() -> None:
+    assert repr(make('int32 a')(foo=1, _a=2)).endswith('.msg.Demo(a=0)')
+
+
+def test_fields_may_have_the_names_of_builtins_and_of_self() -> None:
+    names = ['self', 'range', 'list', 'property', 'isinstance', 'array', 'type', 'value', 'other', 'cls']
+    cls = make('\n'.join(f'int32 {name}\nint32[2] {name}s' for name in names))
+    assert repr(cls()).count('=0') == len(names)
+    assert cls(range=3).range == 3
+    assert cls() == cls()
+
+
+def test_single_values_are_stored_as_given(everything: Any) -> None:
+    m = everything(flag='x', number=2.5, text=None)
+    assert (m.flag, m.number, m.text) == ('x', 2.5, None)
+
+
+@pytest.mark.parametrize(
+    ('value', 'expected'),
+    [
+        ([0.5], [0.5]),
+        ((1, 2), [1.0, 2.0]),
+        (range(2), [0.0, 1.0]),
+        (array('d', [1.5]), [1.5]),
+        (np.array([1.5], dtype=np.float32), [1.5]),
+        (np.array([1.5]), [1.5]),
+        (np.arange(6, dtype=np.float32)[::2], [0.0, 2.0, 4.0]),
+        (memoryview(array('f', [2.5])), [2.5]),
+    ],
+)
+def test_primitive_sequences_become_arrays(everything: Any, value: object, expected: list[float]) -> None:
+    m = everything()
+    m.reals = value
+    assert m.reals == array('f', expected)
+    assert m.reals.typecode == 'f'
+
+
+def test_a_given_array_is_copied(everything: Any) -> None:
+    given = array('f', [1.0])
+    assert everything(reals=given).reals is not given
+
+
+@pytest.mark.parametrize(
+    ('value', 'expected'),
+    [
+        (b'ab', [97, 98]),
+        (bytearray(b'a'), [97]),
+        (memoryview(b'ab'), [97, 98]),
+        (np.array([1], np.uint8), [1]),
+    ],
+)
+def test_bytes_fill_a_sequence_of_uint8(everything: Any, value: object, expected: list[int]) -> None:
+    assert everything(few=value).few == array('B', expected)
+
+
+@pytest.mark.parametrize(
+    ('field', 'value', 'error'),
+    [
+        ('few', [256], OverflowError),
+        ('few', [-1], OverflowError),
+        ('few', 'ab', TypeError),
+        ('few', None, TypeError),
+        ('few', [1.0], TypeError),
+        ('reals', ['1'], TypeError),
+        ('reals', 5, TypeError),
+        ('fixed', None, TypeError),
+        ('fixed', ['a'], ValueError),
+    ],
+)
+def test_what_no_array_can_hold_raises_at_once(
+    everything: Any, field: str, value: object, error: type[Exception]
+) -> None:
+    with pytest.raises(error):
+        setattr(everything(), field, value)
+
+
+def test_fixed_arrays_become_numpy_arrays_of_any_length(everything: Any) -> None:
+    m = everything(fixed=[1, 2])
+    assert m.fixed.tolist() == [1, 2]
+    assert m.fixed.dtype == np.int32
+
+
+def test_repr_shows_package_kind_and_values() -> None:
+    from geometry_msgs.msg import Point32, Polygon
+    from unique_identifier_msgs.msg import UUID
+
+    assert repr(Polygon(points=[Point32(x=1.0)])) == (
+        'geometry_msgs.msg.Polygon(points=[geometry_msgs.msg.Point32(x=1.0, y=0.0, z=0.0)])'
+    )
+    assert repr(UUID()).startswith('unique_identifier_msgs.msg.UUID(uuid=array([0, 0,')
+    fibonacci: Any = action_class('example_interfaces/action/Fibonacci')
+    assert (
+        repr(fibonacci.Result(sequence=[0, 1]))
+        == 'example_interfaces.action.Fibonacci_Result(sequence=[0, 1])'
+    )
+
+
+def test_equality_compares_fields_of_the_same_class(everything: Any) -> None:
+    assert everything() == everything()
+    assert everything(number=1) != everything()
+    assert everything(fixed=[1, 2, 3]) != everything()
+    assert everything(fixed=[1, 2]) != everything(fixed=[1, 2, 0])
+    assert everything(real=float('nan')) != everything(real=float('nan'))
+    assert everything() != 1
+    assert make('int32 a')() != make('int32 a')()
+
+
+def test_messages_are_unhashable_unordered_and_have_no_other_attributes() -> None:
+    cls = make('int32 a', 'String')
+    with pytest.raises(TypeError, match="unhashable type: 'String'"):
+        hash(cls())
+    with pytest.raises(TypeError, match="'<' not supported"):
+        cls() < cls()  # noqa: B015
+    with pytest.raises(AttributeError, match="'String' object has no attribute 'foo'"):
+        cls().foo = 1
+    with pytest.raises(AttributeError, match="property 'a' of 'String' object has no deleter"):
+        del cls().a
+    assert type(cls.a) is property
+
+
+def test_copies_and_pickles_are_equal() -> None:
+    from geometry_msgs.msg import PoseStamped
+
+    fibonacci: Any = action_class('example_interfaces/action/Fibonacci')
+    pose = PoseStamped()
+    pose.header.frame_id = 'map'
+    for message in (pose, fibonacci.Goal(order=2), fibonacci.Impl.SendGoalService.Request()):
+        assert copy.deepcopy(message) == message
+        assert pickle.loads(pickle.dumps(message)) == message
+    assert copy.copy(pose).header is pose.header
+
+
+def test_slots_and_module_are_rosidls() -> None:
+    cls = message_class('std_msgs/msg/UInt8MultiArray')
+    assert cls.__slots__ == ['_layout', '_data', '_check_fields']  # type: ignore[attr-defined]
+    assert (cls.__module__, cls.__name__, cls.__qualname__) == (
+        'std_msgs.msg._u_int8_multi_array', 'UInt8MultiArray', 'UInt8MultiArray',
+    )  # fmt: skip
+    assert type(cls).__name__ == 'Metaclass_UInt8MultiArray'
+    assert not hasattr(cls(), '__dict__')
+
+
+def test_the_dict_of_field_types_is_the_callers_own() -> None:
+    cls: Any = message_class('std_msgs/msg/String')
+    cls.get_fields_and_field_types().clear()
+    assert cls.get_fields_and_field_types() == {'data': 'string'}
+
+
+def test_constants_match_the_vectors(monkeypatch: pytest.MonkeyPatch) -> None:
+    for type_name, expected in constants().items():
+        cls = get_interface(type_name)
+        for name, value in expected.items():
+            found = getattr(cls, name)
+            assert (list(found) if isinstance(found, bytes) else found) == value, f'{type_name}.{name}'
+
+
+def test_constants_are_read_only_in_class_and_message() -> None:
+    status: Any = message_class('diagnostic_msgs/msg/DiagnosticStatus')
+    assert (status.OK, status.STALE, status().ERROR) == (b'\x00', b'\x03', b'\x02')
+    with pytest.raises(AttributeError, match="'DiagnosticStatus' object attribute 'OK' is read-only"):
+        status().OK = 1
+    with pytest.raises(
+        AttributeError, match="property 'OK' of 'Metaclass_DiagnosticStatus' object has no setter"
+    ):
+        status.OK = 1
+
+
+def test_a_service_class_holds_its_messages_and_cannot_be_made() -> None:
+    service: Any = service_class('example_interfaces/srv/AddTwoInts')
+    assert service.Request is message_class('example_interfaces/srv/AddTwoInts_Request')
+    assert service.Response.__name__ == 'AddTwoInts_Response'
+    assert list(service.Event.get_fields_and_field_types()) == ['info', 'request', 'response']
+    assert service.Request.__module__ == 'example_interfaces.srv._add_two_ints'
+    with pytest.raises(NotImplementedError, match='Service classes can not be instantiated'):
+        service()
+
+
+def test_an_action_class_holds_all_its_parts_and_cannot_be_made() -> None:
+    action: Any = action_class('example_interfaces/action/Fibonacci')
+    assert action.Goal.__name__ == 'Fibonacci_Goal'
+    assert action.Result is message_class('example_interfaces/action/Fibonacci_Result')
+    assert list(action.Feedback.get_fields_and_field_types()) == ['sequence']
+    impl = action.Impl
+    assert list(impl.SendGoalService.Request.get_fields_and_field_types()) == ['goal_id', 'goal']
+    assert list(impl.GetResultService.Response.get_fields_and_field_types()) == ['status', 'result']
+    assert list(impl.FeedbackMessage.get_fields_and_field_types()) == ['goal_id', 'feedback']
+    assert impl.CancelGoalService is service_class('action_msgs/srv/CancelGoal')
+    assert impl.GoalStatusMessage is message_class('action_msgs/msg/GoalStatusArray')
+    with pytest.raises(NotImplementedError, match='Action classes can not be instantiated'):
+        action()
+
+
+def test_every_class_has_the_fields_of_the_vectors() -> None:
+    for type_name, fields in descriptions().items():
+        if type_name.startswith('humanoid_') or fields[0]['name'] in ('request_message', 'goal'):
+            continue
+        cls: Any = get_interface(type_name)
+        names = [field['name'] for field in fields if field['name'] != 'structure_needs_at_least_one_member']
+        assert list(cls.get_fields_and_field_types()) == names
+        assert len(cls.SLOT_TYPES) == len(names)
+
+
+def test_a_class_of_the_wrong_kind_is_refused() -> None:
+    with pytest.raises(UnknownInterfaceError, match='is no service'):
+        service_class('std_msgs/msg/String')
+    with pytest.raises(UnknownInterfaceError, match='is no action'):
+        action_class('std_srvs/srv/SetBool')
+    with pytest.raises(UnknownInterfaceError, match='is no message'):
+        message_class('std_srvs/srv/SetBool')
+
+
+def test_a_class_with_an_unknown_nested_type_is_refused_by_file_and_line() -> None:
+    package = fresh_package()
+    register_definitions(package, {'msg/Foo': 'int32 x\nBar bar', 'msg/Good': 'int32 x'})
+    with pytest.raises(InterfaceSyntaxError, match=f'{package}/msg/Foo.msg:2:1: field bar: '):
+        message_class(f'{package}/msg/Foo')
+    assert message_class(f'{package}/msg/Good').__name__ == 'Good'
+
+
+def test_an_unknown_package_inside_is_refused_by_file_line_and_field() -> None:
+    package = fresh_package()
+    register_definitions(package, {'msg/Foo': 'int32 x\nnowhere_msgs/Bar[] bars'})
+    with pytest.raises(
+        InterfaceSyntaxError, match=r'Foo.msg:2:1: field bars: nowhere_msgs/msg/Bar: no package'
+    ):
+        message_class(f'{package}/msg/Foo')
+
+
+def test_a_message_that_contains_itself_is_refused_with_the_whole_circle() -> None:
+    package = fresh_package()
+    register_definitions(package, {'msg/A': 'B b', 'msg/B': 'int32 x\nA[] a'})
+    circle = f'{package}/msg/A -> {package}/msg/B -> {package}/msg/A'
+    with pytest.raises(InterfaceSyntaxError, match=f'cannot contain itself: {circle}'):
+        message_class(f'{package}/msg/A')
+
+
+def test_many_threads_get_the_same_class() -> None:
+    package = fresh_package()
+    register_definitions(package, {'msg/Foo': 'Bar[] bars', 'msg/Bar': 'int32 x'})
+    start = threading.Barrier(8)
+    found: list[type] = []
+
+    def build() -> None:
+        start.wait(10)
+        found.append(message_class(f'{package}/msg/Foo'))
+
+    threads = [threading.Thread(target=build) for _ in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(10)
+    assert len(found) == 8
+    assert len(set(found)) == 1
+
+
+def test_tracebacks_show_the_generated_lines(everything: Any) -> None:
+    try:
+        everything(few=None)
+    except TypeError:
+        assert "_to_array('B', few)" in traceback.format_exc()
+
+
+def test_a_class_without_fixed_arrays_needs_no_numpy() -> None:
+    program = (
+        'import sys\n'
+        'from goalwire.interfaces import get_message, get_service\n'
+        "get_message('sensor_msgs/msg/JointState')(name=['a'], position=[1.0])\n"
+        "get_service('std_srvs/srv/SetBool').Request()\n"
+        "get_message('nav_msgs/msg/Odometry')\n"
+        "print(sorted({'numpy', 'asyncio', 'yaml', 'rich'} & set(sys.modules)))\n"
+    )
+    result = subprocess.run(
+        [sys.executable, '-c', program], capture_output=True, text=True, timeout=30, check=False
+    )
+    assert (result.stdout, result.stderr) == ('[]\n', '')
+
+
+def test_a_class_knows_its_name_and_others_have_none() -> None:
+    assert classes.name_of(message_class('std_msgs/msg/String')) == 'std_msgs/msg/String'
+    assert classes.name_of(int) is None
