@@ -31,12 +31,14 @@ from goalwire.protocol.goals.client import REMEMBERED, GoalClient
 from goalwire.protocol.goals.ids import GoalId, new_goal_id
 from goalwire.protocol.goals.status import decode_status_array
 from goalwire.protocol.goals.table import GoalStatus
-from goalwire.protocol.names import ActionNames
 from goalwire.protocol.qos import QoS
 from goalwire.transport.contract import ClientPort, Endpoint, EndpointKind, Payload, Port, Sample
 
 FEEDBACK_LIMIT = 1000
 """Feedback messages that may wait for one goal's callback; the oldest is dropped and counted."""
+
+_STATUS_LIMIT = 10
+"""Status arrays that may wait. More than one: a goal whose result is not kept is in a single array."""
 
 
 class _RawFuture(Future[Any]):
@@ -78,30 +80,30 @@ class ActionClientCore:
         self._ended: OrderedDict[GoalId, ClientGoal] = OrderedDict()
         self._goal_class = support.cls.Goal  # type: ignore[attr-defined]
         self._encode_goal = cdr.encoder(self._goal_class)
-        self._names = names = ActionNames(node.resolve(name))
+        self._names = names = node.resolve_action(name)
         self._send_port = self._client(names.send_goal, support.send_goal, qos.goal)
         self._result_port = self._client(names.get_result, support.get_result, qos.result)
         self._cancel_port = self._client(names.cancel_goal, support.cancel_goal, qos.cancel)
-        self._statuses: Inbox[Sample] = Inbox(node.home, group, self._on_status, depth=1)
+        self._statuses: Inbox[Sample] = Inbox(node.home, group, self._on_status, depth=_STATUS_LIMIT)
         self._feedback_port = self._subscription(
             names.feedback, support.feedback, qos.feedback, self._deliver_feedback
         )
-        self._status_port = self._subscription(names.status, support.status, qos.status, self._statuses.deliver)
+        self._status_port = self._subscription(names.status, support.status, qos.status, self._deliver_status)
+        self._reported: set[str] = set()
         self._destroyed = False
         node.own(self)
 
     def _client(self, name: str, support: ServiceSupport, qos: QoS) -> ClientPort:
-        full = self.node.resolve(name, is_service=True)
         return self.node.port.client(
-            Endpoint(EndpointKind.CLIENT, full, support.type_name, support.type_hash, qos)
+            Endpoint(EndpointKind.CLIENT, name, support.type_name, support.type_hash, qos)
         )
 
     def _subscription(
-        self, name: str, support: MessageSupport, qos: QoS, deliver: Callable[[Sample], object]
+        self, name: str, support: MessageSupport, qos: QoS, deliver: Callable[[Sample], None]
     ) -> Port:
         endpoint = Endpoint(
             EndpointKind.SUBSCRIPTION,
-            self.node.resolve(name),
+            name,
             support.type_name,
             support.type_hash,
             qos,
@@ -109,7 +111,7 @@ class ActionClientCore:
         )
         return self.node.port.subscription(endpoint, deliver)
 
-    # -- sending ------------------------------------------------------------------------------------------
+    # -- sending -------------------------------------------------------------------------------------------
 
     def send(
         self, goal: Any, feedback_callback: Callable[[Any], object] | None = None, goal_uuid: Any = None
@@ -134,11 +136,15 @@ class ActionClientCore:
             self,
             lambda raw: ClientGoalHandle(self, record, self.support.send_goal.decode_response(raw)),
         )
-        self._send_port.request(
-            payload,
-            lambda sample: self._on_goal_reply(record, future, sample),
-            lambda: self._on_goal_end(record, future),
-        )
+        try:
+            self._send_port.request(
+                payload,
+                lambda sample: self._on_goal_reply(record, future, sample),
+                lambda: self._on_goal_end(record),
+            )
+        except BaseException:
+            self._drop(record)
+            raise
         return future
 
     def _feedback_inbox(self, callback: Callable[[Any], object]) -> Inbox[Sample]:
@@ -168,22 +174,30 @@ class ActionClientCore:
                     return
                 case effect.GoalRejected():
                     self._goals.pop(record.goal_id, None)
-        future.set_raw(sample.payload)
+        record.answered = True
+        if future.pending():  # it may have been cancelled
+            future.set_raw(sample.payload)
 
-    def _on_goal_end(self, record: ClientGoal, future: _RawFuture) -> None:
-        if not future.pending():
-            return
+    def _on_goal_end(self, record: ClientGoal) -> None:
+        if not record.answered:
+            self._drop(record)
+            self._report_lost('goal')
+
+    def _drop(self, record: ClientGoal) -> None:
+        """Forget a goal that no server has taken."""
         self._goals.pop(record.goal_id, None)
         self._apply(self._reactor.on_send_failed, record.goal_id, self._lost('goal'))
-        self._report_lost('goal')
 
-    # -- what the server tells ------------------------------------------------------------------------------
+    # -- what the server tells -----------------------------------------------------------------------------
 
     def _deliver_feedback(self, sample: Sample) -> None:
         goal_id = bytes(sample.payload[4:20])
         goal = self._goals.get(goal_id) or self._ended.get(goal_id)
         if goal is not None and goal.feedback is not None:
             goal.feedback.deliver(sample)
+
+    def _deliver_status(self, sample: Sample) -> None:
+        self._statuses.deliver(sample)
 
     def _on_status(self, sample: Sample) -> None:
         try:
@@ -204,7 +218,8 @@ class ActionClientCore:
                 case effect.RequestResult(goal_id):
                     self._request_result(goal_id)
                 case effect.DeliverResult(waiter, _, payload):
-                    waiter.set_raw(payload)
+                    if waiter.pending():  # it may have been cancelled
+                        waiter.set_raw(payload)
                 case effect.FailResult():
                     pass  # as in ROS 2 its future stays pending; what happened has been logged
 
@@ -225,7 +240,7 @@ class ActionClientCore:
                 if len(self._ended) > REMEMBERED:
                     self._ended.popitem(last=False)
 
-    # -- results and cancelling -------------------------------------------------------------------------------
+    # -- results and cancelling ----------------------------------------------------------------------------
 
     def get_result(self, goal_id: GoalId) -> Future[Any]:
         """Ask for a goal's result; the future gives the action's GetResult response."""
@@ -280,12 +295,16 @@ class ActionClientCore:
         return ServerLostError(f"Action '{self.name}': no server answered the {what}")
 
     def _report_lost(self, what: str) -> None:
+        """Say once for each kind of request that nobody will answer it."""
+        if self._destroyed or what in self._reported:
+            return
+        self._reported.add(what)
         self._logger.warning(
-            f"Action '{self.name}': no server answered the {what}; there is none, or it went away. "
-            'The future stays pending, as in ROS 2: call wait_for_server() first, and wait with a timeout'
+            f"Action '{self.name}': no server answered the {what}; there is none, or it went away. The "
+            'future stays pending, as in ROS 2: call wait_for_server() first, and wait with a timeout'
         )
 
-    # -- the server, and the end --------------------------------------------------------------------------------
+    # -- the server, and the end -----------------------------------------------------------------------------
 
     def is_ready(self) -> bool:
         """True while the graph shows all five parts of a server; False once destroyed."""
@@ -327,12 +346,15 @@ class ActionClientCore:
             port.close()
         self._statuses.close()
         self._apply(self._reactor.on_close, InvalidHandle())
+        for goal in (*self._goals.values(), *self._ended.values()):
+            if goal.feedback is not None:
+                goal.feedback.close()
         self._goals.clear()
         self._ended.clear()
 
 
 def _status_of(payload: Payload) -> GoalStatus:
-    """Read the status that a GetResult response begins with; UNKNOWN for a number that ROS 2 does not have."""
+    """Read the status that a GetResult response begins with; UNKNOWN where ROS 2 has no such number."""
     try:
         return GoalStatus(payload[4])
     except (IndexError, ValueError):

@@ -11,8 +11,8 @@ from collections import deque
 from collections.abc import Callable, Coroutine
 from dataclasses import dataclass
 from enum import Enum
-from inspect import iscoroutine
 from threading import Lock
+from types import CoroutineType
 from typing import Any
 
 from goalwire.codec import cdr
@@ -30,7 +30,6 @@ from goalwire.protocol.goals import wire
 from goalwire.protocol.goals.ids import GoalId
 from goalwire.protocol.goals.server import RESULT_TIMEOUT_NS, GoalServer
 from goalwire.protocol.goals.table import GoalEvent, GoalStatus, InvalidTransition
-from goalwire.protocol.names import ActionNames
 from goalwire.protocol.qos import ACTION_STATUS_DEFAULT, DEFAULT, SERVICES_DEFAULT, QoS
 from goalwire.transport.contract import Endpoint, EndpointKind, Payload, PublisherPort, Request
 
@@ -101,15 +100,27 @@ class ActionServerCore:
         self._feedback_class = support.cls.Feedback  # type: ignore[attr-defined]
         self._decode_goal = cdr.decoder(support.cls.Goal)  # type: ignore[attr-defined]
         self._encode_feedback = cdr.encoder(self._feedback_class)
-        names = ActionNames(name)
+        names = node.resolve_action(name)
         self._feedback = self._publisher(names.feedback, support.feedback, qos.feedback)
         self._status = self._publisher(names.status, support.status, qos.status)
         self._servers = (
             RequestServer(
-                node, support.send_goal, names.send_goal, self._on_goal, qos.goal, group, decode=self._split_goal
+                node,
+                support.send_goal,
+                names.send_goal,
+                self._on_goal,
+                qos.goal,
+                group,
+                decode=self._split_goal,
             ),
             RequestServer(
-                node, support.get_result, names.get_result, self._on_result, qos.result, group, decode=wire.goal_id_of
+                node,
+                support.get_result,
+                names.get_result,
+                self._on_result,
+                qos.result,
+                group,
+                decode=wire.goal_id_of,
             ),
             RequestServer(
                 node,
@@ -128,7 +139,7 @@ class ActionServerCore:
         return self.node.port.publisher(
             Endpoint(
                 EndpointKind.PUBLISHER,
-                self.node.resolve(name),
+                name,
                 support.type_name,
                 support.type_hash,
                 qos,
@@ -140,7 +151,7 @@ class ActionServerCore:
         goal_id, goal = wire.unwrap(bytes(payload))
         return goal_id, self._decode_goal(goal)
 
-    # -- the reactor, and what it decides -------------------------------------------------------------------
+    # -- the reactor, and what it decides ------------------------------------------------------------------
 
     def _react(self, event: Callable[..., Effects], *args: Any) -> Effects:
         """Feed the reactor, perform its effects on the wire, return those that call the user."""
@@ -172,11 +183,13 @@ class ActionServerCore:
             case effect.ReplyCancel(request, code, goals):
                 request.reply(wire.encode_cancel_reply(code, goals))
             case effect.ReplyResult(request, status, result):
-                request.reply(result if isinstance(result, bytes) else self._encode_result(status, result))
+                payload = result if isinstance(result, bytes) else self._encode_result(status, result)
+                request.reply(payload)
             case effect.WakeAt(time_ns):
                 self.node.home.set_alarm(self._alarm, time_ns)
             case effect.AssumedAborted(goal_id):
-                self._logger.warning(f'Goal state not set, assuming aborted. Goal ID: {list(goal_id)}')
+                ints = list(goal_id)
+                self._logger.warning(f'Goal state not set, assuming aborted. Goal ID: {ints}')
 
     def _now(self) -> int:
         return self.node.context.lifeline.clock.now()
@@ -184,7 +197,7 @@ class ActionServerCore:
     def _on_time(self) -> None:
         self._react(self._reactor.on_time, self._now())
 
-    # -- goals ------------------------------------------------------------------------------------------------
+    # -- goals ---------------------------------------------------------------------------------------------
 
     def _on_goal(self, request: Request, message: tuple[GoalId, Any]) -> object:
         goal_id, goal = message
@@ -195,7 +208,7 @@ class ActionServerCore:
         except BaseException:
             self._decide(goal_id, goal, GoalResponse.REJECT)
             raise
-        if iscoroutine(decision):
+        if isinstance(decision, CoroutineType):
             return self._decide_later(goal_id, goal, decision)
         return self._decide(goal_id, goal, decision)
 
@@ -206,7 +219,7 @@ class ActionServerCore:
             self._decide(goal_id, goal, GoalResponse.REJECT)
             raise
         outcome = self._decide(goal_id, goal, response)
-        if iscoroutine(outcome):
+        if isinstance(outcome, CoroutineType):
             await outcome
 
     def _decide(self, goal_id: GoalId, goal: Any, response: object) -> object:
@@ -222,7 +235,7 @@ class ActionServerCore:
             return None
         return self.callbacks.accepted(handle)
 
-    # -- execution ----------------------------------------------------------------------------------------------
+    # -- execution -----------------------------------------------------------------------------------------
 
     def goal_status(self, goal_id: GoalId) -> GoalStatus:
         """Return where a goal stands."""
@@ -239,6 +252,7 @@ class ActionServerCore:
         """End a goal; raises RCLError where its state does not allow that."""
         with _rcl_errors():
             self._react(self._reactor.on_event, handle.goal_id_bytes, event, self._now())
+        self._handles.pop(handle.goal_id_bytes, None)
 
     def publish_feedback(self, handle: ServerGoalHandle, feedback: Any) -> None:
         """Send a goal's feedback; raises TypeError for another type, InvalidHandle once destroyed."""
@@ -249,7 +263,7 @@ class ActionServerCore:
         self._feedback.publish(wire.wrap(handle.goal_id_bytes, self._encode_feedback(feedback)))
 
     def finished(self, handle: ServerGoalHandle, result: object) -> None:
-        """Execution is over. A result that cannot be sent is logged, and the default one sent in its place."""
+        """Execution is over. A result that cannot be sent is logged, and the default one sent instead."""
         status = handle.status if not handle.is_active else GoalStatus.ABORTED
         payload = self._checked_result(GoalStatus(status), result)
         self._react(self._reactor.on_result, handle.goal_id_bytes, payload, self._now())
@@ -264,7 +278,8 @@ class ActionServerCore:
         elif result is not _FAILED:
             name = self._result_class.__name__
             self._logger.error(
-                f"Action '{self.name}': the execute callback returned {type(result).__name__}; return a {name}"
+                f"Action '{self.name}': the execute callback returned {type(result).__name__}; "
+                f'an empty result is sent; return a {name}'
             )
         return None
 
@@ -280,7 +295,7 @@ class ActionServerCore:
         lines = ''.join(traceback.format_exception(error)).rstrip()
         self._logger.error(f'Error raised in execute callback: {error}\n{lines}')
 
-    # -- results and cancelling -----------------------------------------------------------------------------------
+    # -- results and cancelling ----------------------------------------------------------------------------
 
     def _on_result(self, request: Request, goal_id: GoalId) -> None:
         self._react(self._reactor.on_result_request, goal_id, request, self._now())
@@ -293,7 +308,7 @@ class ActionServerCore:
         for ask in asked:
             assert isinstance(ask, effect.AskCancel)
             answer = self._ask_cancel(ask.goal_id, failures)
-            if iscoroutine(answer):
+            if isinstance(answer, CoroutineType):
                 pending.append((ask, answer))
             else:
                 self._decide_cancel(ask, answer)
@@ -330,7 +345,7 @@ class ActionServerCore:
         if failures:
             raise failures[0]
 
-    # -- the end ---------------------------------------------------------------------------------------------------
+    # -- the end -------------------------------------------------------------------------------------------
 
     @property
     def destroyed(self) -> bool:
@@ -380,11 +395,14 @@ class _Execution(Work):
         self._callback = callback
 
     def run(self) -> object:
+        if self._server.destroyed:
+            return None
         try:
             result = self._callback(self._handle)
         except BaseException as error:
-            return self._failed(error)
-        if iscoroutine(result):
+            self._failed(error)
+            return None
+        if isinstance(result, CoroutineType):
             return self._carry(result)
         self._server.finished(self._handle, result)
         return None

@@ -6,14 +6,22 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from goalwire.entities.exceptions import RCLError, RCLInvalidROSArgsError, UnknownROSArgsError
-from goalwire.protocol.arguments import ArgumentError, Arguments, ParameterFile, UnknownArguments, parse_arguments
+from goalwire.protocol.arguments import (
+    ArgumentError,
+    Arguments,
+    ParameterFile,
+    UnknownArguments,
+    parse_arguments,
+)
 
 if TYPE_CHECKING:
     from goalwire.protocol.parameters import ParameterValue
 
 
 def process_arguments(args: Sequence[str]) -> Arguments:
-    """Read a program's arguments; raises RCLError or UnknownROSArgsError."""
+    """Read a program's arguments; raises RCLError, UnknownROSArgsError, TypeError for what are no strings."""
+    if isinstance(args, str) or not all(isinstance(arg, str) for arg in args):
+        raise TypeError(f'args must be a sequence of strings, as sys.argv is; got {args!r}')
     try:
         return parse_arguments(args)
     except UnknownArguments as error:

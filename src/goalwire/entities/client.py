@@ -28,6 +28,11 @@ class ResponseFuture(Future[Any]):
         self._decode_response = client.support.decode_response
         self.sequence = 0
 
+    @property
+    def over(self) -> bool:
+        """True once it waits for nothing any more: answered, given up, or without a server."""
+        return self._client is None
+
     def on_reply(self, sample: Sample) -> None:
         """Take the first reply; those of further servers of the same name are ignored, as in ROS 2."""
         client, self._client = self._client, None
@@ -95,10 +100,9 @@ class ClientCore:
     def _send(self, port: ClientPort, payload: bytes, future: ResponseFuture) -> None:
         sequence = port.request(payload, future.on_reply, future.on_end)
         future.sequence = sequence
-        if future.pending():
-            self.pending[sequence] = future
-            if not future.pending():  # answered in between
-                self.pending.pop(sequence, None)
+        self.pending[sequence] = future
+        if future.over and self.pending.pop(sequence, None) is not None and future.pending():
+            self.report_unanswered()  # the end came before the sequence number
 
     def call(self, request: Any, timeout_sec: float | None = None) -> Any:
         """Send a request and wait for its response; None where it did not come in time.
@@ -132,8 +136,9 @@ class ClientCore:
         self.unanswered += 1
         if self.unanswered == 1:
             get_logger(self.node.logger_name).warning(
-                f"Service '{self.full_name}': no server answered; there is none, or it went away before it answered. "
-                'The future stays pending, as in ROS 2: call wait_for_service() first, and give calls a timeout'
+                f"Service '{self.full_name}': no server answered; there is none, or it went away before "
+                'it did. The future stays pending, as in ROS 2: call wait_for_service() first, '
+                'and give calls a timeout'
             )
 
     @property

@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING, Any
 from goalwire.protocol.goals.table import GoalStatus
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from goalwire.entities.action_client import ActionClientCore
     from goalwire.execution.future import Future
     from goalwire.execution.inbox import Inbox
@@ -19,16 +17,18 @@ if TYPE_CHECKING:
 class ClientGoal:
     """What the client keeps of one goal: where it stands, and the queue of its feedback."""
 
-    __slots__ = ('feedback', 'goal_id', 'status')
+    __slots__ = ('answered', 'feedback', 'goal_id', 'status')
 
     def __init__(self, goal_id: GoalId, feedback: Inbox[Sample] | None) -> None:
         self.goal_id = goal_id
         self.feedback = feedback
+        self.answered = False
+        """True once a server has accepted or refused it."""
         self.status = GoalStatus.UNKNOWN
 
     def advance(self, status: GoalStatus) -> None:
-        """Note a status; a terminal one is final."""
-        if not self.status.is_terminal:
+        """Note a status. It only moves forward, and a terminal one is final."""
+        if not self.status.is_terminal and status > self.status:
             self.status = status
 
 
@@ -46,9 +46,8 @@ class ClientGoalHandle:
     __hash__ = None  # type: ignore[assignment]  # as in rclpy
 
     def __repr__(self) -> str:
-        return (
-            f'ClientGoalHandle <id={self.goal_id.uuid}, accepted={self.accepted}, status={int(self._goal.status)}>'
-        )
+        status = int(self._goal.status)
+        return f'ClientGoalHandle <id={self.goal_id.uuid}, accepted={self.accepted}, status={status}>'
 
     @property
     def goal_id(self) -> Any:
@@ -87,5 +86,3 @@ class ClientGoalHandle:
     def get_result_async(self) -> Future[Any]:
         """Ask for the result; the future gives status and result (the action's GetResult response)."""
         return self._action_client.get_result(self._goal.goal_id)
-
-

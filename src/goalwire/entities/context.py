@@ -9,7 +9,7 @@ import os
 import sys
 import threading
 from collections.abc import Callable, Sequence
-from inspect import ismethod
+from types import MethodType
 from typing import Self
 from weakref import WeakMethod
 
@@ -40,7 +40,7 @@ class Context:
         self._callbacks: list[Callable[[], ShutdownCallback | None]] = []
         self._shut_down = False
         self.local_servers = LocalServers()
-        """The request servers of this context's nodes: a blocking call asks whether one of them must answer."""
+        """The request servers of this context's nodes: blocking calls ask whether one of them must answer."""
 
     # -- from init to shutdown ----------------------------------------------------------------------------
 
@@ -110,7 +110,7 @@ class Context:
             raise TypeError('callback should be a callable, got {}', type(callback))
         with self._lock:
             if not self._shut_down:
-                reference = WeakMethod(callback) if ismethod(callback) else (lambda: callback)
+                reference = WeakMethod(callback) if isinstance(callback, MethodType) else (lambda: callback)
                 self._callbacks.append(reference)
                 return
         callback()

@@ -66,7 +66,7 @@ class ServerGoalHandle:
         self._server.execute(self, execute_callback)
 
     def publish_feedback(self, feedback: Any) -> None:
-        """Send feedback to the goal's client. Raises TypeError for another type than the action's Feedback."""
+        """Send feedback to the goal's client. Raises TypeError for what is not the action's Feedback."""
         self._server.publish_feedback(self, feedback)
 
     def succeed(self) -> None:

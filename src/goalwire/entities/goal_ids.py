@@ -15,7 +15,7 @@ def uuid_message(goal_id: GoalId) -> Any:
 
 
 def goal_id_bytes(uuid: Any) -> GoalId:
-    """Return the id of a UUID message; raises AttributeError for another type, ValueError for another length."""
+    """Return the id of a UUID message; raises AttributeError for another type, ValueError for its length."""
     goal_id = bytes(uuid.uuid)
     if len(goal_id) != ID_LENGTH:
         raise ValueError(f'a goal id has {ID_LENGTH} bytes, got {len(goal_id)}')

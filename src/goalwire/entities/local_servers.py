@@ -35,7 +35,7 @@ class LocalServers:
                 self._inboxes.pop(name, None)
 
     def check(self, graph: Graph, name: str) -> None:
-        """Raise WouldDeadlockError where only servers that wait for the calling thread could answer `name`."""
+        """Raise WouldDeadlockError where all servers of `name` wait for the calling thread."""
         with self._lock:
             inboxes = list(self._inboxes.get(name, ()))
         if not inboxes or graph.count(EndpointKind.SERVICE, name) > len(inboxes):

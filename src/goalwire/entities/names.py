@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import NamedTuple
 
 from goalwire.entities.exceptions import (
     InvalidNamespaceException,
@@ -13,7 +14,7 @@ from goalwire.entities.exceptions import (
     RCLError,
 )
 from goalwire.protocol import names
-from goalwire.protocol.names import InvalidName, RemapRules
+from goalwire.protocol.names import ActionNames, InvalidName, RemapRules
 from goalwire.transport.contract import NodeName
 
 _EXCEPTIONS = {
@@ -34,11 +35,8 @@ def rclpy_exceptions() -> Iterator[None]:
 
 
 def node_names(name: str, namespace: str | None, remaps: RemapRules, enclave: str) -> NodeName:
-    """Return a node's remapped and checked names; raises InvalidNodeNameException, InvalidNamespaceException."""
-    if name is None:
-        raise RCLError('error creating node: name argument is null')
-    if not isinstance(name, str):
-        raise TypeError(f'a node name is a str, not {type(name).__name__}: {name!r}')
+    """Return a node's remapped names; raises InvalidNodeNameException or InvalidNamespaceException."""
+    _check_is_name(name, 'error creating node: name argument is null')
     with rclpy_exceptions():
         names.validate_node_name(name)
         absolute = names.absolute_namespace(namespace or '/')
@@ -52,9 +50,8 @@ def node_names(name: str, namespace: str | None, remaps: RemapRules, enclave: st
 
 def expanded_name(name: str, node: NodeName, *, is_service: bool) -> str:
     """Return the fully-qualified form of a topic or service name of `node`, not remapped."""
-    if name is None:
-        what = 'service_name' if is_service else 'topic_name'
-        raise RCLError(f'failed to validate name: {what} argument is null')
+    what = 'service_name' if is_service else 'topic_name'
+    _check_is_name(name, f'failed to validate name: {what} argument is null')
     with rclpy_exceptions():
         return names.qualify_topic_name(name, node.name, node.namespace, is_service=is_service)
 
@@ -66,3 +63,39 @@ def remapped_name(full_name: str, node: NodeName, remaps: RemapRules, *, is_serv
         renamed = remap(full_name, node.name, node.namespace)
         names.validate_full_topic_name(renamed, is_service=is_service)
     return renamed
+
+
+class ResolvedAction(NamedTuple):
+    """The fully-qualified, remapped names of an action and its five parts."""
+
+    name: str
+    send_goal: str
+    cancel_goal: str
+    get_result: str
+    feedback: str
+    status: str
+
+
+def resolved_action(name: str, node: NodeName, remaps: RemapRules) -> ResolvedAction:
+    """Resolve an action's name, as ROS 2 does from Kilted on, and then its parts one by one, as before.
+
+    Raises InvalidTopicNameException.
+    """
+    full = expanded_name(name, node, is_service=False)
+    parts = ActionNames(remapped_name(full, node, remaps, is_service=False))
+    send_goal, cancel_goal, get_result = (
+        remapped_name(part, node, remaps, is_service=True)
+        for part in (parts.send_goal, parts.cancel_goal, parts.get_result)
+    )
+    feedback, status = (
+        remapped_name(part, node, remaps, is_service=False) for part in (parts.feedback, parts.status)
+    )
+    served = send_goal.removesuffix(ActionNames('').send_goal)
+    return ResolvedAction(served, send_goal, cancel_goal, get_result, feedback, status)
+
+
+def _check_is_name(name: object, complaint: str) -> None:
+    if name is None:
+        raise RCLError(complaint)
+    if not isinstance(name, str):
+        raise TypeError(f'a name is a str, not {type(name).__name__}: {name!r}')

@@ -7,7 +7,13 @@ from typing import TYPE_CHECKING, Protocol
 
 from goalwire.entities.arguments import node_arguments, parameter_overrides
 from goalwire.entities.exceptions import InvalidHandle
-from goalwire.entities.names import expanded_name, node_names, remapped_name
+from goalwire.entities.names import (
+    ResolvedAction,
+    expanded_name,
+    node_names,
+    remapped_name,
+    resolved_action,
+)
 from goalwire.execution.home import Home
 from goalwire.protocol.arguments import Arguments
 from goalwire.protocol.names import RemapRules
@@ -77,6 +83,10 @@ class NodeCore:
         """
         full = expanded_name(name, self.name, is_service=is_service)
         return full if only_expand else remapped_name(full, self.name, self.remaps, is_service=is_service)
+
+    def resolve_action(self, name: str) -> ResolvedAction:
+        """Return the names of an action of this node and its parts; raises InvalidTopicNameException."""
+        return resolved_action(name, self.name, self.remaps)
 
     def parameter_overrides(self) -> dict[str, ParameterValue]:
         """Return the values that the arguments give to this node's parameters, its own arguments last."""

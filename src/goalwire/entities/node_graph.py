@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from goalwire.entities.exceptions import NodeNameNonExistentError, RCLError
 from goalwire.entities.graph_waiting import wait_for_graph
 from goalwire.protocol import names
 from goalwire.protocol.names import InvalidName
-from goalwire.transport.contract import EndpointKind
+from goalwire.transport.contract import EndpointKind, GraphEntity
 
 if TYPE_CHECKING:
     from goalwire.entities.node import NodeCore
+    from goalwire.graph.graph import Graph
     from goalwire.graph.names import NamesAndTypes
 
 
@@ -36,8 +37,8 @@ class NodeGraph:
         """Return name, namespace and enclave of every node."""
         return [(node.node.name, node.node.namespace, node.node.enclave) for node in self._graph.nodes()]
 
-    def get_topic_names_and_types(self, no_demangle: bool = False) -> NamesAndTypes:
-        """Return every topic with its types; names on the wire are ROS names, so there is nothing to demangle."""
+    def get_topic_names_and_types(self, no_demangle: bool = False) -> NamesAndTypes:  # noqa: ARG002
+        """Return every topic with its types; the wire has ROS names, so there is nothing to demangle."""
         return self._graph.topic_names_and_types()
 
     def get_service_names_and_types(self) -> NamesAndTypes:
@@ -45,13 +46,19 @@ class NodeGraph:
         return self._graph.service_names_and_types()
 
     def get_publisher_names_and_types_by_node(
-        self, node_name: str, node_namespace: str, no_demangle: bool = False
+        self,
+        node_name: str,
+        node_namespace: str,
+        no_demangle: bool = False,  # noqa: ARG002
     ) -> NamesAndTypes:
         """Return what a node publishes; raises NodeNameNonExistentError, RCLError for a bad name."""
         return self._by_node(EndpointKind.PUBLISHER, node_name, node_namespace)
 
     def get_subscriber_names_and_types_by_node(
-        self, node_name: str, node_namespace: str, no_demangle: bool = False
+        self,
+        node_name: str,
+        node_namespace: str,
+        no_demangle: bool = False,  # noqa: ARG002
     ) -> NamesAndTypes:
         """Return what a node subscribes to; raises NodeNameNonExistentError, RCLError for a bad name."""
         return self._by_node(EndpointKind.SUBSCRIPTION, node_name, node_namespace)
@@ -80,14 +87,6 @@ class NodeGraph:
         """Return how many servers a service has, this node's included."""
         return self._count(EndpointKind.SERVICE, service_name)
 
-    def get_publishers_info_by_topic(self, topic_name: str, no_mangle: bool = False) -> list[Any]:
-        """Return a TopicEndpointInfo for each publisher of a topic."""
-        return self._endpoints(EndpointKind.PUBLISHER, topic_name)
-
-    def get_subscriptions_info_by_topic(self, topic_name: str, no_mangle: bool = False) -> list[Any]:
-        """Return a TopicEndpointInfo for each subscription to a topic."""
-        return self._endpoints(EndpointKind.SUBSCRIPTION, topic_name)
-
     def wait_for_node(self, fully_qualified_node_name: str, timeout: float) -> bool:
         """Block until the node is there (True) or `timeout` seconds are over (False)."""
         namespace, _, name = fully_qualified_node_name.rpartition('/')
@@ -95,7 +94,7 @@ class NodeGraph:
         return wait_for_graph(self.core.context, lambda: graph.node_exists(name, namespace or '/'), timeout)
 
     @property
-    def _graph(self) -> Any:
+    def _graph(self) -> Graph:
         if not self.core.context.ok():
             raise RCLError("failed to ask the graph: the node's context is invalid")
         return self.core.graph
@@ -117,8 +116,7 @@ class NodeGraph:
             raise NodeNameNonExistentError(
                 f"cannot get {what} names and types for nonexistent node: '{name}' in namespace '{namespace}'"
             )
-        found: NamesAndTypes = graph.names_and_types_by_node(kind, name, namespace)
-        return found
+        return graph.names_and_types_by_node(kind, name, namespace)
 
     def _full_name(self, name: str) -> str:
         try:
@@ -127,11 +125,14 @@ class NodeGraph:
             raise ValueError(f"topic name '{name}' is invalid: {error.reason}") from None
 
     def _count(self, kind: EndpointKind, name: str) -> int:
-        count: int = self._graph.count(kind, self._full_name(name))
-        return count
+        return self._graph.count(kind, self._full_name(name))
 
-    def _endpoints(self, kind: EndpointKind, name: str) -> list[Any]:
-        from rclpy.topic_endpoint_info import TopicEndpointInfo
+    def topic_endpoints(self, kind: EndpointKind, topic: str, no_mangle: bool = False) -> list[GraphEntity]:
+        """Return the publishers or subscriptions of a topic, taken verbatim with `no_mangle`, else resolved.
 
-        full = self.core.resolve(name)
-        return [TopicEndpointInfo.from_entity(entity) for entity in self._graph.entities(kind, full)]
+        Raises ValueError for a bad name.
+        """
+        full = topic if no_mangle else self._full_name(topic)
+        if not no_mangle:
+            full = self.core.remaps.topic(full, self.core.name.name, self.core.name.namespace)
+        return self._graph.entities(kind, full)

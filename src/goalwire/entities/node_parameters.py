@@ -41,8 +41,7 @@ class NodeParameters:
         An override from `--ros-args -p` wins over the default. Raises ParameterAlreadyDeclaredException,
         InvalidParameterException, InvalidParameterTypeException.
         """
-        if not isinstance(name, str):
-            raise TypeError(f'First element {name} at index 0 in parameters list is not a str.')
+        _check_name(name)
         if not name:
             raise InvalidParameterException(name)
         if name in self._parameters:
@@ -66,7 +65,7 @@ class NodeParameters:
         """Declare several, each `(name[, value[, descriptor]])`, under a namespace (may be '')."""
         prefix = f'{namespace}.' if namespace else ''
         return [
-            self.declare_parameter(f'{prefix}{name}', *rest, ignore_override=ignore_override)
+            self.declare_parameter(_below(prefix, name), *_value_and_descriptor(rest), ignore_override)
             for name, *rest in parameters
         ]
 
@@ -97,16 +96,18 @@ class NodeParameters:
 
     def get_parameter_or(self, name: str, alternative_value: Parameter | None = None) -> Parameter:
         """Return a parameter, or the alternative where it is not there or has no value."""
-        if alternative_value is None:
-            alternative_value = Parameter(name)
         found = self._parameters.get(name)
-        return alternative_value if found is None or found.type_ is Type.NOT_SET else found
+        if found is None or found.type_ is Type.NOT_SET:
+            return alternative_value or Parameter(name)
+        return found
 
     def get_parameters_by_prefix(self, prefix: str) -> dict[str, Parameter]:
         """Return the parameters below a prefix, by the rest of their names."""
         start = f'{prefix}.' if prefix else ''
         table = self._parameters
-        return {name[len(start) :]: self.get_parameter(name) for name in table.names() if name.startswith(start)}
+        return {
+            name[len(start) :]: self.get_parameter(name) for name in table.names() if name.startswith(start)
+        }
 
     def set_parameters(self, parameter_list: Sequence[Parameter]) -> list[Any]:
         """Set each parameter on its own; returns one rcl_interfaces/msg/SetParametersResult for each.
@@ -117,8 +118,7 @@ class NodeParameters:
 
         results = []
         for parameter in parameter_list:
-            if not isinstance(parameter, Parameter):
-                raise TypeError(f"parameter must be instance of type '{Parameter!r}'")
+            _check_parameter(parameter)
             if parameter.name not in self._parameters and not self._parameters.allow_undeclared:
                 raise ParameterNotDeclaredException([parameter.name])
             refusal = self._parameters.refusal(parameter)
@@ -126,3 +126,27 @@ class NodeParameters:
                 self._parameters.set(parameter)
             results.append(SetParametersResult(successful=not refusal, reason=refusal))
         return results
+
+
+def _check_name(name: object) -> None:
+    if not isinstance(name, str):
+        raise TypeError(f'First element {name} at index 0 in parameters list is not a str.')
+
+
+def _check_parameter(parameter: object) -> None:
+    if not isinstance(parameter, Parameter):
+        raise TypeError(f"parameter must be instance of type '{Parameter!r}'")
+
+
+def _below(prefix: str, name: Any) -> str:
+    _check_name(name)
+    return f'{prefix}{name}'
+
+
+def _value_and_descriptor(rest: Sequence[Any]) -> tuple[Any, Any]:
+    if len(rest) > 2:
+        raise TypeError(
+            f'Invalid parameter tuple length; expecting a name and at most two more, got {rest!r}'
+        )
+    value, descriptor = (*rest, None, None)[:2]
+    return value, descriptor

@@ -36,7 +36,9 @@ def parameters_from_file(path: str, full_node_name: str) -> dict[str, ParameterV
 
 def _nodes(tree: Any, prefix: str, path: str) -> Iterator[tuple[str, dict[str, Any]]]:
     if not isinstance(tree, dict):
-        raise RCLError(f"Couldn't parse params file '{path}': '{prefix or '/'}' must hold node names, not {tree!r}")
+        raise RCLError(
+            f"Couldn't parse params file '{path}': '{prefix or '/'}' must hold node names, not {tree!r}"
+        )
     for key, branch in tree.items():
         name = f'{prefix}/{str(key).strip("/")}'
         if isinstance(branch, dict) and _KEY in branch:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Generic, TypeVar
 
 from goalwire.entities.exceptions import InvalidHandle
@@ -33,7 +34,7 @@ class PublisherCore(Generic[MsgT]):
             self.support.has_buffers,
         )
         self._port: PublisherPort | None = node.port.publisher(endpoint)
-        self._send = self._port.publish
+        self._send: Callable[[bytes], None] = self._port.publish
         node.own(self)
 
     def publish(self, msg: MsgT | bytes) -> None:

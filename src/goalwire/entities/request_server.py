@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from goalwire.errors import RemoteError
 from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import ServiceSupport
+from goalwire.errors import RemoteError
 from goalwire.execution.callback_groups import CallbackGroup
 from goalwire.execution.inbox import Inbox
 from goalwire.logging import get_logger
@@ -57,7 +57,9 @@ class RequestServer:
             self.refused += 1
             request.drop()
             if self.refused == 1:
-                self._log(f'{QUEUE_LIMIT} requests wait already; one was refused, further ones are counted only')
+                self._log(
+                    f'{QUEUE_LIMIT} requests wait already; one was refused, further ones are counted only'
+                )
 
     def _handle(self, request: Request) -> object:
         try:

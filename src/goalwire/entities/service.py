@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Coroutine
-from inspect import iscoroutine
+from types import CoroutineType
 from typing import Any
 
 from goalwire.entities.exceptions import InvalidHandle
@@ -16,7 +16,7 @@ from goalwire.transport.contract import Request
 
 
 class ServiceCore:
-    """Answers requests of one service. `callback(request, response)` returns the response, or a coroutine of it."""
+    """Answers requests of one service: `callback(request, response)` returns the response or a coroutine."""
 
     def __init__(
         self,
@@ -38,7 +38,7 @@ class ServiceCore:
 
     def _handle(self, request: Request, message: object) -> Coroutine[Any, Any, None] | None:
         answer = self.callback(message, self.support.response())
-        if iscoroutine(answer):
+        if isinstance(answer, CoroutineType):
             return self._answer_later(request, answer)
         self.answer(request, answer)
         return None

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Callable
 from typing import Any, Generic, TypedDict, TypeVar
 
-from goalwire.errors import RemoteError
 from goalwire.entities.exceptions import InvalidHandle
 from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import message_support
+from goalwire.errors import RemoteError
 from goalwire.execution.callback_groups import CallbackGroup
 from goalwire.execution.inbox import Inbox
 from goalwire.logging import get_logger
@@ -66,7 +65,7 @@ class SubscriptionCore(Generic[MsgT]):
             qos,
             self.support.has_buffers,
         )
-        self._port: Port | None = node.port.subscription(endpoint, self.inbox.deliver)
+        self._port: Port | None = node.port.subscription(endpoint, self._deliver)
         node.own(self)
 
     def set_callback(self, callback: Callable[..., object]) -> None:
@@ -76,6 +75,9 @@ class SubscriptionCore(Generic[MsgT]):
         """
         self._wants_info = _takes_info(callback)
         self._callback = callback
+
+    def _deliver(self, sample: Sample) -> None:
+        self.inbox.deliver(sample)
 
     def _handle(self, sample: Sample) -> object:
         try:
@@ -124,19 +126,24 @@ def _info(sample: Sample) -> MessageInfo:
 
 
 def _takes_info(callback: Callable[..., object]) -> bool:
-    try:
-        signature = inspect.signature(callback)
-    except (TypeError, ValueError):
-        if callable(callback):
-            return False
-        signature = None
-    for count in (1, 2) if signature is not None else ():
-        try:
-            signature.bind(*range(count))
-        except TypeError:
-            continue
-        return count == 2
+    for count in (1, 2):
+        if _accepts(callback, count):
+            return count == 2
     raise RuntimeError(
         'Subscription.__init__(): callback should be either be callable with one argument'
         '(to get only the message) or two (to get message and message info)'
     )
+
+
+def _accepts(callback: object, count: int) -> bool:
+    if not callable(callback):
+        return False
+    from inspect import signature
+
+    try:
+        signature(callback).bind(*range(count))
+    except TypeError:
+        return False
+    except ValueError:  # a builtin that does not tell
+        return count == 1
+    return True

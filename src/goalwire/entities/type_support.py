@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache
 from typing import Any
 
 from goalwire import interfaces
@@ -62,26 +62,36 @@ class ActionSupport:
 def check_for_type_support(cls: type) -> None:
     """Raise AttributeError for what is no message, service or action class."""
     if not hasattr(type(cls), '_TYPE_SUPPORT'):
-        raise AttributeError(f"type object '{type(cls).__name__}' has no attribute '_TYPE_SUPPORT' {_ROS1_HINT}")
+        raise AttributeError(
+            f"type object '{type(cls).__name__}' has no attribute '_TYPE_SUPPORT' {_ROS1_HINT}"
+        )
 
 
 def check_is_valid_msg_type(cls: type) -> None:
     """Raise RuntimeError for a service or action class, AttributeError for no interface class at all."""
     check_for_type_support(cls)
     if not hasattr(cls, 'get_fields_and_field_types'):
-        raise RuntimeError(f'The message type provided is not valid ({cls}), this might be a service or action')
+        raise RuntimeError(
+            f'The message type provided is not valid ({cls}), this might be a service or action'
+        )
 
 
 def check_is_valid_srv_type(cls: type) -> None:
     """Raise RuntimeError for a message or action class, AttributeError for no interface class at all."""
     check_for_type_support(cls)
     if not (hasattr(cls, 'Request') and hasattr(cls, 'Response')):
-        raise RuntimeError(f'The service type provided is not valid ({cls}), this might be a message or action')
+        raise RuntimeError(
+            f'The service type provided is not valid ({cls}), this might be a message or action'
+        )
 
 
-@lru_cache(maxsize=None)
 def message_support(cls: type) -> MessageSupport:
     """Return the support of a message class; raises as rclpy does for anything else."""
+    return _message_support(cls)
+
+
+@cache
+def _message_support(cls: type) -> MessageSupport:
     check_is_valid_msg_type(cls)
     return MessageSupport(
         cls,
@@ -93,30 +103,42 @@ def message_support(cls: type) -> MessageSupport:
     )
 
 
-@lru_cache(maxsize=None)
 def service_support(cls: type) -> ServiceSupport:
     """Return the support of a service class; raises as rclpy does for anything else."""
+    return _service_support(cls)
+
+
+@cache
+def _service_support(cls: type) -> ServiceSupport:
     check_is_valid_srv_type(cls)
+    request: type = cls.Request  # type: ignore[attr-defined]  # checked above
+    response: type = cls.Response  # type: ignore[attr-defined]
     return ServiceSupport(
         cls,
         interfaces.type_name(cls),
         interfaces.type_hash(cls),
-        cls.Request,
-        cls.Response,
-        cdr.encoder(cls.Request),
-        cdr.decoder(cls.Request),
-        cdr.encoder(cls.Response),
-        cdr.decoder(cls.Response),
+        request,
+        response,
+        cdr.encoder(request),
+        cdr.decoder(request),
+        cdr.encoder(response),
+        cdr.decoder(response),
     )
 
 
-@lru_cache(maxsize=None)
 def action_support(cls: type) -> ActionSupport:
     """Return the support of an action class; raises AttributeError or RuntimeError for anything else."""
+    return _action_support(cls)
+
+
+@cache
+def _action_support(cls: type) -> ActionSupport:
     check_for_type_support(cls)
     impl = getattr(cls, 'Impl', None)
     if impl is None:
-        raise RuntimeError(f'The action type provided is not valid ({cls}), this might be a message or service')
+        raise RuntimeError(
+            f'The action type provided is not valid ({cls}), this might be a message or service'
+        )
     return ActionSupport(
         cls,
         service_support(impl.SendGoalService),

@@ -1,4 +1,4 @@
-"""Parameters: typed values under a name, and the rules by which they change (rcl_interfaces/msg/ParameterType)."""
+"""Parameters: typed values under a name, and how they change (rcl_interfaces/msg/ParameterType)."""
 
 from __future__ import annotations
 
@@ -66,19 +66,22 @@ def _is(value: object, kind: type) -> bool:
     return isinstance(value, kind) and not (kind is int and isinstance(value, bool))
 
 
+_Type: TypeAlias = Type  # inside Parameter the name is an attribute
+
+
 class Parameter:
     """A name, a type and a value."""
 
     Type = Type
 
-    def __init__(self, name: str, type_: Type | None = None, value: ParameterValue = None) -> None:
-        """Take the type from the value where none is given; raises TypeError or ValueError where they disagree."""
+    def __init__(self, name: str, type_: _Type | None = None, value: ParameterValue = None) -> None:
+        """Take the type from the value where none is given; raises TypeError, ValueError for a mismatch."""
         if type_ is None:
             type_ = Type.from_parameter_value(value)
         if not isinstance(type_, Type):
             raise TypeError(f"type must be an instance of '{Type!r}'")
         if not type_.check(value):
-            raise ValueError(f"Type '{type_}' and value '{value}' do not agree")
+            raise ValueError(f"Type '{type_}' and value '{value!s}' do not agree")
         self._name = name
         self._type = type_
         self._value = value
@@ -89,7 +92,7 @@ class Parameter:
         return self._name
 
     @property
-    def type_(self) -> Type:
+    def type_(self) -> _Type:
         """Its type."""
         return self._type
 
@@ -124,9 +127,15 @@ class ParameterTable:
         return self._declared.get(name)
 
     def declare(
-        self, name: str, default: Parameter, expected: Type, *, ignore_override: bool = False, dynamic: bool = False
+        self,
+        name: str,
+        default: Parameter,
+        expected: Type,
+        *,
+        ignore_override: bool = False,
+        dynamic: bool = False,
     ) -> None:
-        """Declare; an override wins over the default. `expected` is the type that it keeps, unless dynamic."""
+        """Declare; an override wins over the default. `expected` is the type it keeps, unless dynamic."""
         value = default
         if not ignore_override and name in self.overrides:
             value = Parameter(name, value=self.overrides[name])
@@ -143,7 +152,9 @@ class ParameterTable:
         """Return '' where the parameter may be set now, else ROS 2's reason why not."""
         expected = self._types.get(parameter.name)
         if expected is None:
-            return '' if self.allow_undeclared else f'Invalid access to undeclared parameter(s): {parameter.name}'
+            if self.allow_undeclared:
+                return ''
+            return f'Invalid access to undeclared parameter(s): {parameter.name}'
         if parameter.name in self._dynamic or expected is Type.NOT_SET or parameter.type_ is expected:
             return ''
         return f"Wrong parameter type, expected '{expected}' got '{parameter.type_}'"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from types import TracebackType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Self
 
 from rclpy.context import Context
 from rclpy.signals import SignalHandlerOptions, install_signal_handlers, uninstall_signal_handlers
@@ -43,7 +43,7 @@ class InitContextManager:
         self.context = context
         self._installed = installed
 
-    def __enter__(self) -> InitContextManager:
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(
@@ -71,13 +71,14 @@ def init(
     if signal_handler_options is None:
         signal_handler_options = SignalHandlerOptions.ALL if default else SignalHandlerOptions.NO
     chosen.init(args, domain_id=domain_id)
-    install_signal_handlers(signal_handler_options)
+    if signal_handler_options is not SignalHandlerOptions.NO:  # NO leaves another context's handlers alone
+        install_signal_handlers(signal_handler_options)
     return InitContextManager(chosen, signal_handler_options is not SignalHandlerOptions.NO)
 
 
 def get_global_executor() -> Executor:
     """Return the executor that spin() and its kin use by default."""
-    global _global_executor
+    global _global_executor  # noqa: PLW0603 - one for the whole program, as in rclpy
     if _global_executor is None:
         from rclpy.executors import SingleThreadedExecutor
 
@@ -161,7 +162,7 @@ def spin(node: Node, executor: Executor | None = None) -> None:
 
 
 def spin_until_future_complete(
-    node: Node, future: Future, executor: Executor | None = None, timeout_sec: float | None = None
+    node: Node, future: Future[Any], executor: Executor | None = None, timeout_sec: float | None = None
 ) -> None:
     """Run the callbacks of `node` until `future` is done, the time is over or the context ends."""
     chosen = get_global_executor() if executor is None else executor

@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TypeVar
 from weakref import ReferenceType, ref
 
-from goalwire.entities.exceptions import InvalidHandle, NodeNameNonExistentError
+from goalwire.entities.exceptions import (
+    InvalidHandle,
+    NameValidationException,
+    NodeNameNonExistentError,
+    RCLError,
+)
 from goalwire.entities.node import NodeCore
 from goalwire.entities.node_graph import NodeGraph
 from goalwire.entities.node_parameters import NodeParameters
 from goalwire.entities.type_support import service_support
 from goalwire.execution.home import Home
+from goalwire.transport.contract import EndpointKind
 from rclpy.callback_groups import CallbackGroup, MutuallyExclusiveCallbackGroup
 from rclpy.client import Client
 from rclpy.clock import Clock, ROSClock
@@ -30,6 +37,7 @@ from rclpy.utilities import get_default_context
 if TYPE_CHECKING:
     from rclpy.executors import Executor
     from rclpy.parameter import Parameter
+    from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 HIDDEN_NODE_PREFIX = '_'
 
@@ -149,12 +157,14 @@ class Node(NodeGraph, NodeParameters):
         return self._logger
 
     def resolve_topic_name(self, topic: str, *, only_expand: bool = False) -> str:
-        """Return the fully-qualified name of a topic, remapped unless `only_expand`."""
-        return self.core.resolve(topic, only_expand=only_expand)
+        """Return the fully-qualified name of a topic, remapped unless `only_expand`; raises RCLError."""
+        with _failure_to_resolve():
+            return self.core.resolve(topic, only_expand=only_expand)
 
     def resolve_service_name(self, service: str, *, only_expand: bool = False) -> str:
-        """Return the fully-qualified name of a service, remapped unless `only_expand`."""
-        return self.core.resolve(service, is_service=True, only_expand=only_expand)
+        """Return the fully-qualified name of a service, remapped unless `only_expand`; raises RCLError."""
+        with _failure_to_resolve():
+            return self.core.resolve(service, is_service=True, only_expand=only_expand)
 
     def _check_alive(self) -> None:
         if self.core.destroyed:
@@ -207,6 +217,25 @@ class Node(NodeGraph, NodeParameters):
     def remove_waitable(self, waitable: object) -> None:
         """Forget a waitable; raises ValueError where it is not the node's."""
         self._waitables.remove(waitable)
+
+    def get_publishers_info_by_topic(
+        self, topic_name: str, no_mangle: bool = False
+    ) -> list[TopicEndpointInfo]:
+        """Return who publishes on a topic, and how; raises ValueError for a bad name."""
+        return self._endpoint_infos(EndpointKind.PUBLISHER, topic_name, no_mangle)
+
+    def get_subscriptions_info_by_topic(
+        self, topic_name: str, no_mangle: bool = False
+    ) -> list[TopicEndpointInfo]:
+        """Return who subscribes to a topic, and how; raises ValueError for a bad name."""
+        return self._endpoint_infos(EndpointKind.SUBSCRIPTION, topic_name, no_mangle)
+
+    def _endpoint_infos(self, kind: EndpointKind, topic: str, no_mangle: bool) -> list[TopicEndpointInfo]:
+        from rclpy.topic_endpoint_info import TopicEndpointInfo
+
+        return [
+            TopicEndpointInfo.from_entity(entity) for entity in self.topic_endpoints(kind, topic, no_mangle)
+        ]
 
     # -- what it makes -------------------------------------------------------------------------------------
 
@@ -269,7 +298,9 @@ class Node(NodeGraph, NodeParameters):
         """Create a service client. Raises InvalidServiceNameException, RuntimeError for a bad type."""
         self._check_alive()
         group = callback_group or self._default_callback_group
-        client: Client[SrvT] = Client(self.core, service_support(srv_type), srv_name, qos_profile.to_core(), group)
+        client: Client[SrvT] = Client(
+            self.core, service_support(srv_type), srv_name, qos_profile.to_core(), group
+        )
         client.srv_type = srv_type
         client.qos_profile = qos_profile
         group.add_entity(client)
@@ -311,9 +342,10 @@ class Node(NodeGraph, NodeParameters):
         """Create a timer of a period in seconds, on the node's clock unless another is given."""
         self._check_alive()
         period_ns = int(float(timer_period_sec) * 1_000_000_000)
+        group = callback_group or self._default_callback_group
         timer = Timer(
             callback,
-            callback_group or self._default_callback_group,
+            group,
             period_ns,
             clock or self._clock,
             context=self._context,
@@ -322,7 +354,7 @@ class Node(NodeGraph, NodeParameters):
         )
         self._timers.append(timer)
         self.core.own(timer)
-        timer.callback_group.add_entity(timer)
+        group.add_entity(timer)
         return timer
 
     def create_guard_condition(
@@ -384,13 +416,23 @@ class Node(NodeGraph, NodeParameters):
     def destroy_node(self) -> None:
         """Destroy everything the node made, then the node. Idempotent."""
         self.executor = None
-        for waitable in list(self._waitables):
+        for waitable in reversed(list(self._waitables)):
             waitable.destroy()
         for rate in list(self._rates):
             self.destroy_rate(rate)
-        for owned in (self._publishers, self._subscriptions, self._clients, self._services, self._timers, self._guards):
-            owned.clear()
         self.core.destroy()
+        for owned in (self._publishers, self._subscriptions, self._clients, self._services):
+            owned.clear()
+        self._timers.clear()
+        self._guards.clear()
+
+
+@contextmanager
+def _failure_to_resolve() -> Iterator[None]:
+    try:
+        yield
+    except NameValidationException as error:
+        raise RCLError(f'failed to resolve name: {error}') from None
 
 
 def _destroy(entity: Any, owned: list[Any]) -> bool:

@@ -35,7 +35,7 @@ class Publisher(PublisherCore[MsgT]):
         return self
 
     def assert_liveliness(self) -> None:
-        """Say that the publisher is alive; automatic liveliness needs no call. Raises InvalidHandle once destroyed."""
+        """Nothing to do where liveliness is automatic. Raises InvalidHandle once destroyed."""
         if self.destroyed:
             raise InvalidHandle
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from enum import IntEnum
-from typing import TypedDict, TypeVar, Unpack
+from typing import Self, TypedDict, TypeVar, Unpack
 
+from goalwire.transport.contract import GraphEntity
 from rclpy.qos import HistoryPolicy, QoSPresetProfiles, QoSProfile
 from rclpy.type_hash import TypeHash
 
@@ -60,6 +61,19 @@ class TopicEndpointInfo:
         self.endpoint_type = kwargs.get('endpoint_type', TopicEndpointTypeEnum.INVALID)
         self.endpoint_gid = kwargs.get('endpoint_gid', [])
         self.qos_profile = kwargs.get('qos_profile', QoSPresetProfiles.UNKNOWN.value)
+
+    @classmethod
+    def from_entity(cls, entity: GraphEntity) -> Self:
+        """Return the information about an endpoint of the graph."""
+        return cls(
+            node_name=entity.node.name,
+            node_namespace=entity.node.namespace,
+            topic_type=entity.type_name,
+            topic_type_hash=TypeHash.from_text(entity.type_hash),
+            endpoint_type=TopicEndpointTypeEnum[entity.kind.name],
+            endpoint_gid=list(entity.gid),
+            qos_profile=QoSProfile.from_core(entity.qos),
+        )
 
     @property
     def node_name(self) -> str:

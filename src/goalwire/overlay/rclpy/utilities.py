@@ -18,7 +18,7 @@ g_context_lock = threading.Lock()
 
 def get_default_context(*, shutting_down: bool = False) -> Context:
     """Return the context that programs share unless they make one; a fresh one after shutdown."""
-    global g_default_context
+    global g_default_context  # noqa: PLW0603 - rclpy's own name
     with g_context_lock:
         if g_default_context is None:
             g_default_context = Context()

@@ -22,7 +22,7 @@ _CANCEL_HEAD = struct.Struct('<4sb3xI')
 _STAMP = {1: struct.Struct('<iI'), 0: struct.Struct('>iI')}
 
 
-def unwrap(payload: bytes) -> tuple[GoalId, bytes]:
+def unwrap(payload: bytes | bytearray | memoryview) -> tuple[GoalId, bytes]:
     """Split a send_goal request or a feedback message into goal id and the serialized goal or feedback.
 
     Raises RemoteError for a payload too short to hold an id.
@@ -37,7 +37,7 @@ def wrap(goal_id: GoalId, message: bytes) -> bytes:
     return message[:_START] + goal_id + message[_START:]
 
 
-def goal_id_of(payload: bytes) -> GoalId:
+def goal_id_of(payload: bytes | bytearray | memoryview) -> GoalId:
     """Return the goal id that a payload begins with; raises RemoteError for one too short."""
     if len(payload) < _INNER:
         raise RemoteError(f'a goal id takes {_INNER} bytes of payload, got {len(payload)}')
@@ -59,7 +59,7 @@ def encode_cancel_request(goal_id: GoalId, stamp_ns: int = 0) -> bytes:
     return _HEADER + goal_id + _STAMP[1].pack(*divmod(stamp_ns, _S_TO_NS))
 
 
-def decode_cancel_request(payload: bytes) -> tuple[GoalId, int]:
+def decode_cancel_request(payload: bytes | bytearray | memoryview) -> tuple[GoalId, int]:
     """Return id and stamp (ns) of a cancel_goal request; raises RemoteError for one too short."""
     goal_id = goal_id_of(payload)
     try:

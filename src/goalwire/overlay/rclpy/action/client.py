@@ -26,6 +26,8 @@ __all__ = ['ActionClient', 'ClientGoalHandle']
 
 ActT = TypeVar('ActT')
 
+_FEEDBACK_QOS = QoSProfile(depth=10)
+
 
 class ActionClient(ActionClientCore, Generic[ActT]):
     """Calls one action."""
@@ -40,7 +42,7 @@ class ActionClient(ActionClientCore, Generic[ActT]):
         goal_service_qos_profile: QoSProfile = qos_profile_services_default,
         result_service_qos_profile: QoSProfile = qos_profile_services_default,
         cancel_service_qos_profile: QoSProfile = qos_profile_services_default,
-        feedback_sub_qos_profile: QoSProfile = QoSProfile(depth=10),
+        feedback_sub_qos_profile: QoSProfile = _FEEDBACK_QOS,
         status_sub_qos_profile: QoSProfile = qos_profile_action_status_default,
     ) -> None:
         """Raises ValueError for a bad name."""

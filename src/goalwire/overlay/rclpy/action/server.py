@@ -19,6 +19,7 @@ from goalwire.entities.goal_handle import ServerGoalHandle
 from goalwire.entities.type_support import action_support
 from goalwire.protocol.goals.table import GoalEvent as _GoalEvent
 from rclpy.callback_groups import CallbackGroup
+from rclpy.constants import S_TO_NS
 from rclpy.qos import (
     QoSProfile,
     qos_profile_action_status_default,
@@ -41,6 +42,8 @@ __all__ = [
 ]
 
 ActT = TypeVar('ActT')
+
+_FEEDBACK_QOS = QoSProfile(depth=10)
 
 
 class GoalEvent(IntEnum):
@@ -85,16 +88,19 @@ class ActionServer(ActionServerCore, Generic[ActT]):
         goal_service_qos_profile: QoSProfile = qos_profile_services_default,
         result_service_qos_profile: QoSProfile = qos_profile_services_default,
         cancel_service_qos_profile: QoSProfile = qos_profile_services_default,
-        feedback_pub_qos_profile: QoSProfile = QoSProfile(depth=10),
+        feedback_pub_qos_profile: QoSProfile = _FEEDBACK_QOS,
         status_pub_qos_profile: QoSProfile = qos_profile_action_status_default,
         result_timeout: float = 10,
     ) -> None:
         """`result_timeout` in seconds: how long a result is kept; 0 not at all, a negative one for ever.
 
-        Raises TypeError for an execute callback that cannot be called, ValueError for a bad name.
+        Raises TypeError for an execute callback that cannot be called or a timeout that is no number,
+        ValueError for a bad name.
         """
         _check_callable(execute_callback)
-        callbacks = ActionCallbacks(execute_callback, goal_callback, handle_accepted_callback, cancel_callback)
+        callbacks = ActionCallbacks(
+            execute_callback, goal_callback, handle_accepted_callback, cancel_callback
+        )
         qos = ActionQoS(
             goal_service_qos_profile.to_core(),
             result_service_qos_profile.to_core(),
@@ -106,7 +112,7 @@ class ActionServer(ActionServerCore, Generic[ActT]):
         support = action_support(action_type)
         try:
             super().__init__(
-                node.core, support, action_name, callbacks, group, qos, int(result_timeout * 1_000_000_000)
+                node.core, support, action_name, callbacks, group, qos, _nanoseconds(result_timeout)
             )
         except NameValidationException as error:
             raise ValueError(
@@ -164,6 +170,12 @@ class ActionServer(ActionServerCore, Generic[ActT]):
         self, exc_type: type[BaseException] | None, exc: BaseException | None, traceback: TracebackType | None
     ) -> None:
         self.destroy()
+
+
+def _nanoseconds(result_timeout: object) -> int:
+    if not isinstance(result_timeout, int | float):
+        raise TypeError(f'result_timeout is a number of seconds, got {result_timeout!r}')
+    return int(result_timeout * S_TO_NS)
 
 
 def _check_callable(execute_callback: object) -> None:
