@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import os
 import sys
 from collections.abc import Callable, Iterator
@@ -15,9 +14,7 @@ from helpers.leaks import Inventory
 from goalwire.transport import registry
 from goalwire.transport.contract import Session, SessionOptions
 
-TRANSPORTS = ['goalwire_memory', 'rmw_zenoh_cpp'][
-    : 2 if importlib.util.find_spec('goalwire.transport.zenoh') else 1
-]
+TRANSPORTS = ['goalwire_memory', 'rmw_zenoh_cpp']
 
 OpenSession: TypeAlias = Callable[[], Session]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from importlib import import_module
 from typing import Any
 
 import pytest
@@ -17,6 +18,7 @@ Expression = Callable[[], object]
 # Wrong types on purpose: mypy must not judge these.
 AnyTime: Any = Time
 AnyDuration: Any = Duration
+messages: Any = import_module('builtin_interfaces.msg')
 
 
 @pytest.mark.parametrize(
@@ -233,3 +235,53 @@ def test_clock_types_carry_the_numbers_of_rcl() -> None:
 
 def test_the_c_duration_tells_the_same_span() -> None:
     assert Duration(seconds=2).get_c_duration().nanoseconds == 2 * S_TO_NS
+
+
+@pytest.mark.parametrize(
+    ('expression', 'text'),
+    [
+        (lambda: Time(seconds=3, nanoseconds=4).to_msg(), 'Time(sec=3, nanosec=4)'),
+        (lambda: Time(seconds=2**31).to_msg(), 'Time(sec=2147483648, nanosec=0)'),
+        (lambda: Duration(seconds=1.5).to_msg(), 'Duration(sec=1, nanosec=500000000)'),
+        (lambda: Duration(seconds=-1.5).to_msg(), 'Duration(sec=-2, nanosec=500000000)'),
+        (lambda: Duration(nanoseconds=-1).to_msg(), 'Duration(sec=-1, nanosec=999999999)'),
+        (lambda: Duration(seconds=2**31).to_msg(), 'Duration(sec=2147483648, nanosec=0)'),
+        (Infinite.to_msg, 'Duration(sec=9223372036, nanosec=854775807)'),
+        (
+            lambda: Time.from_msg(messages.Time(sec=3, nanosec=4)),
+            'Time(nanoseconds=3000000004, clock_type=ROS_TIME)',
+        ),
+        (
+            lambda: Time.from_msg(messages.Time(sec=3, nanosec=4), clock_type=ClockType.SYSTEM_TIME),
+            'Time(nanoseconds=3000000004, clock_type=SYSTEM_TIME)',
+        ),
+        (
+            lambda: Duration.from_msg(messages.Duration(sec=-2, nanosec=500_000_000)),
+            'Duration(nanoseconds=-1500000000)',
+        ),
+    ],
+)
+def test_messages_and_time_values_turn_into_each_other(expression: Expression, text: str) -> None:
+    assert repr(expression()).removeprefix('builtin_interfaces.msg.') == text
+
+
+@pytest.mark.parametrize(
+    ('expression', 'error', 'text'),
+    [
+        (lambda: Time.from_msg(messages.Duration(sec=3)), TypeError, 'Must pass a Time object'),
+        (lambda: AnyTime.from_msg(1), TypeError, 'Must pass a Time object'),
+        (
+            lambda: Time.from_msg(messages.Time(sec=-3, nanosec=4)),
+            ValueError,
+            'Seconds value must not be negative',
+        ),
+        (lambda: Duration.from_msg(messages.Time(sec=1)), TypeError, 'Must pass a Duration object'),
+        (lambda: AnyDuration.from_msg(1), TypeError, 'Must pass a Duration object'),
+    ],
+)
+def test_only_the_right_message_becomes_a_time_value(
+    expression: Expression, error: type[Exception], text: str
+) -> None:
+    with pytest.raises(error) as caught:
+        expression()
+    assert str(caught.value) == text
