@@ -1,0 +1,47 @@
+"""What travels beside every message: sequence number, source time and the sender's gid.
+
+33 bytes: int64 LE sequence, int64 LE nanoseconds since the UNIX epoch, 0x10 (the gid's length), the gid.
+Older peers (humble up to 0.1.1, jazzy up to 0.2.3) name each field and need 77 bytes; those are read too.
+Source: rmw_zenoh_cpp src/detail/attachment_helpers.cpp.
+"""
+
+from __future__ import annotations
+
+from struct import Struct
+from typing import TypeAlias
+
+from goalwire.errors import RemoteError
+
+GID_SIZE = 16
+SIZE = 33
+NAMED_SIZE = 77
+
+Attachment: TypeAlias = tuple[int, int, bytes]
+"""Sequence, source timestamp in ns, gid."""
+
+_HEAD = Struct('<qqB')
+_PLAIN = Struct('<qqB16s')
+_NAMED = Struct('<16sq17sq12s16s')
+_NAMES = (b'\x0fsequence_number', b'\x10source_timestamp', b'\x0asource_gid\x10')
+
+
+def encode(sequence: int, timestamp_ns: int, gid: bytes) -> bytes:
+    """Return the 33 bytes."""
+    return _HEAD.pack(sequence, timestamp_ns, GID_SIZE) + gid
+
+
+def decode(data: bytes) -> Attachment:
+    """Read an attachment of either form; raises RemoteError for anything else."""
+    if len(data) == SIZE:
+        sequence, timestamp, size, gid = _PLAIN.unpack(data)
+        if size != GID_SIZE:
+            raise RemoteError(f'attachment: byte 16 says the gid has {size} bytes, not {GID_SIZE}')
+    elif len(data) == NAMED_SIZE:
+        name1, sequence, name2, timestamp, name3, gid = _NAMED.unpack(data)
+        if (name1, name2, name3) != _NAMES:
+            raise RemoteError('attachment: 77 bytes, but not the field names of the older form')
+    else:
+        raise RemoteError(f'attachment: {len(data)} bytes, expected {SIZE} (or {NAMED_SIZE} in the older form)')
+    if sequence < 0 or timestamp < 0:
+        raise RemoteError(f'attachment: negative sequence {sequence} or timestamp {timestamp}')
+    return sequence, timestamp, gid

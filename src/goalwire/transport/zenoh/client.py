@@ -1,0 +1,141 @@
+"""Service clients: a querier asks every complete queryable of the key (zenoh-wire A.4)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import count
+from time import time_ns
+
+import zenoh
+
+from goalwire.errors import RemoteError, TransportError
+from goalwire.transport.contract import ClientPort, Sample
+from goalwire.transport.zenoh.attachment import decode, encode
+from goalwire.transport.zenoh.config import reason
+from goalwire.transport.zenoh.core import Core, Place, taken_back
+from goalwire.transport.zenoh.keyexpr import is_get_result
+from goalwire.transport.zenoh.thread_state import pin
+
+FOR_EVER_S = 2**62 / 1000
+"""A goal's result may be years away: rmw gives get_result UINT64_MAX milliseconds, which here would wrap
+around when added to the present (measured with eclipse-zenoh 1.10.2: "Timeout" after 0.4 s)."""
+
+
+def declare(session: zenoh.Session, key: str) -> zenoh.Querier:
+    """Declare what sends requests on `key`; other services have the session's default timeout (10 minutes)."""
+    return session.declare_querier(
+        key,
+        target=zenoh.QueryTarget.ALL_COMPLETE,
+        consolidation=zenoh.ConsolidationMode.NONE,
+        congestion_control=zenoh.CongestionControl.BLOCK,
+        timeout=FOR_EVER_S if is_get_result(key) else None,
+    )
+
+
+class Call:
+    """One request on its way."""
+
+    __slots__ = ('_client', '_on_end', '_on_reply', '_sequence')
+
+    def __init__(
+        self, client: ZenohClient, sequence: int, on_reply: Callable[[Sample], None], on_end: Callable[[], None]
+    ) -> None:
+        self._client = client
+        self._sequence = sequence
+        self._on_reply = on_reply
+        self._on_end = on_end
+
+    def replied(self, reply: zenoh.Reply) -> None:
+        """Hand a reply over; runs on zenoh's thread, or the caller's within one session."""
+        pin()
+        received = time_ns()
+        try:
+            sample = reply.ok
+            if sample is None:
+                raise RemoteError(f'the server reports: {_error_text(reply)}')
+            if sample.attachment is None:
+                raise RemoteError('no attachment')
+            sequence, sent, gid = decode(sample.attachment.to_bytes())
+            if sequence != self._sequence:
+                raise RemoteError(f'it answers request {sequence}, not {self._sequence}')
+        except RemoteError as error:
+            self._client.reject(error)
+            return
+        if self._client.is_waiting(self._sequence):
+            self._on_reply(Sample(sample.payload.to_bytes(), sequence, sent, received, gid))
+
+    def dropped(self) -> None:
+        """Zenoh has let go of the call: no reply can come any more."""
+        pin()
+        self._client.dropped(self, self._sequence)
+
+    def ended(self) -> None:
+        """Tell the caller."""
+        self._on_end()
+
+
+def _error_text(reply: zenoh.Reply) -> str:
+    error = reply.err
+    return '' if error is None else error.payload.to_bytes().decode(errors='replace')
+
+
+class ZenohClient(ClientPort):
+    """A declared service client."""
+
+    def __init__(self, place: Place, core: Core, gid: bytes, querier: zenoh.Querier) -> None:
+        self.gid = gid
+        self._place = place
+        self._core = core
+        self._get: Callable[..., None] = querier.get
+        self._next_sequence = count(1).__next__
+        self._waiting: dict[int, Call] = {}
+
+    def request(self, payload: bytes, on_reply: Callable[[Sample], None], on_end: Callable[[], None]) -> int:
+        """Send one request to every server."""
+        self._place.check()
+        sequence = self._next_sequence()
+        call = Call(self, sequence, on_reply, on_end)
+        self._waiting[sequence] = call
+        self._core.in_flight.enter(call)
+        try:
+            self._get(
+                zenoh.handlers.Callback(call.replied, drop=call.dropped, indirect=False),
+                payload=payload,
+                attachment=encode(sequence, time_ns(), self.gid),
+            )
+        except (zenoh.ZError, RuntimeError) as error:
+            self._waiting.pop(sequence, None)
+            self._core.in_flight.leave(call)
+            self._place.check()  # closed by another thread in the meantime
+            raise TransportError(f'{self._place.title}: zenoh refused a request: {reason(error)}') from None
+        return sequence
+
+    def is_waiting(self, sequence: int) -> bool:
+        """True until the request has ended."""
+        return sequence in self._waiting
+
+    def dropped(self, call: Call, sequence: int) -> None:
+        """End a call unless closing did."""
+        try:
+            self._end(sequence)
+        finally:
+            self._core.in_flight.leave(call)
+
+    def _end(self, sequence: int) -> None:
+        call = self._waiting.pop(sequence, None)  # one thread gets it
+        if call is not None:
+            call.ended()
+
+    def release(self) -> None:
+        """Let go of the querier and end every call."""
+        self._get = taken_back
+        for sequence in list(self._waiting):
+            self._end(sequence)
+
+    def reject(self, error: RemoteError) -> None:
+        """Count a reply that cannot be used."""
+        self._core.rejects.add('reply', f'{self._place.title}: {error}')
+
+    def close(self) -> None:
+        """Undeclare and end every call."""
+        self._place.give_up()

@@ -1,0 +1,81 @@
+"""From the first open to the end of the process: zenoh's threads, closing at exit, forks.
+
+A zenoh thread that calls into an interpreter on its way out aborts the process, so every open session is
+closed before (atexit), and its callbacks are waited for. A forked child has no zenoh threads, so closing, or
+even dropping, what its parent opened could wait for ever: the child leaks it on purpose and says so on use.
+"""
+
+from __future__ import annotations
+
+import atexit
+import os
+from typing import Protocol
+from weakref import WeakSet
+
+import zenoh
+
+from goalwire.errors import ForkedError
+from goalwire.transport.fork import ForkGuard, in_child
+
+RUNTIME = (
+    '(rx: (worker_threads: 1), app: (handover: rx), net: (worker_threads: 1), acc: (handover: net), '
+    'tx: (worker_threads: 1))'
+)
+"""Zenoh's thread pools, merged to three threads: receiving, network upkeep, sending.
+
+Fewer would be faster and fail. Zenoh answers a late joiner on the receiving thread and blocks until there is
+room: if that thread also sends, 128 KiB of history stop the session for good. And taking an advanced publisher
+back waits, holding the GIL, for a task of the upkeep thread: if that thread also receives, it may be waiting for
+the GIL to run a callback.
+"""
+
+
+class Closable(Protocol):
+    """What is closed at exit."""
+
+    def close(self) -> None:
+        """Close; idempotent."""
+
+
+class _Process:
+    """What this process has started."""
+
+    def __init__(self) -> None:
+        self.runtime: ForkGuard | None = None
+        self.sessions: WeakSet[Closable] = WeakSet()
+
+
+_process = _Process()
+
+
+def start() -> None:
+    """Prepare zenoh for its first session; raises ForkedError in a child whose parent had one."""
+    if _process.runtime is None:
+        os.environ.setdefault('ZENOH_RUNTIME', RUNTIME)
+        zenoh.init_log_from_env_or('error')
+        _process.runtime = ForkGuard()
+        atexit.register(_close_all)
+        in_child(_leak_all)
+    elif _process.runtime.is_forked:
+        raise ForkedError(
+            'this process was forked from one that had a Zenoh session open, and Zenoh cannot be started again '
+            'in such a child; start it with subprocess or the spawn method of multiprocessing, or fork first'
+        )
+
+
+def closes_at_exit(session: Closable) -> None:
+    """Have a session closed when the interpreter ends."""
+    _process.sessions.add(session)
+
+
+def _close_all() -> None:
+    for session in list(_process.sessions):
+        session.close()
+
+
+def _leak_all() -> None:
+    """Keep what the parent opened from ever being dropped in this child, the interpreter's end included."""
+    from ctypes import py_object, pythonapi
+
+    for session in list(_process.sessions):
+        pythonapi.Py_IncRef(py_object(session))

@@ -1,0 +1,67 @@
+"""Publishers: put, with the history and the heartbeats that transient_local asks for (zenoh-wire A.5)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import count
+from time import time_ns
+
+import zenoh
+from zenoh import ext
+
+from goalwire.errors import TransportError
+from goalwire.protocol.qos import QoS
+from goalwire.transport.contract import PublisherPort
+from goalwire.transport.zenoh.attachment import encode
+from goalwire.transport.zenoh.config import reason
+from goalwire.transport.zenoh.core import Place, taken_back
+from goalwire.transport.zenoh.qos_text import actual_depth
+
+HEARTBEAT_S = 0.5
+"""How soon a subscription hears of a last message that it missed."""
+
+
+def declare(session: zenoh.Session, key: str, qos: QoS) -> zenoh.Publisher | ext.AdvancedPublisher:
+    """Declare what puts messages on `key` as `qos` asks."""
+    may_block = qos.is_reliable and qos.keeps_all
+    congestion = zenoh.CongestionControl.BLOCK if may_block else zenoh.CongestionControl.DROP
+    reliability = zenoh.Reliability.RELIABLE if qos.is_reliable else zenoh.Reliability.BEST_EFFORT
+    if not qos.is_transient_local:  # on the wire the same as an advanced publisher without its features
+        return session.declare_publisher(key, congestion_control=congestion, reliability=reliability)
+    detection = ext.MissDetectionConfig(heartbeat=None, sporadic_heartbeat=HEARTBEAT_S)
+    return ext.declare_advanced_publisher(
+        session,
+        key,
+        congestion_control=congestion,
+        reliability=reliability,
+        cache=ext.CacheConfig(actual_depth(qos)),
+        sample_miss_detection=detection if qos.is_reliable else None,
+        publisher_detection=True,
+    )
+
+
+class ZenohPublisher(PublisherPort):
+    """A declared publisher."""
+
+    def __init__(self, place: Place, gid: bytes, publisher: zenoh.Publisher | ext.AdvancedPublisher) -> None:
+        self.gid = gid
+        self._place = place
+        self._put: Callable[..., None] = publisher.put
+        self._next_sequence = count(1).__next__
+
+    def publish(self, payload: bytes) -> None:
+        """Put one message; what several threads publish at once may arrive in either order."""
+        self._place.check()
+        try:
+            self._put(payload, attachment=encode(self._next_sequence(), time_ns(), self.gid))
+        except (zenoh.ZError, RuntimeError) as error:
+            self._place.check()  # closed by another thread in the meantime
+            raise TransportError(f'{self._place.title}: zenoh refused a message: {reason(error)}') from None
+
+    def release(self) -> None:
+        """Let go of the publisher: if another thread is just publishing, it is undeclared when that is done."""
+        self._put = taken_back
+
+    def close(self) -> None:
+        """Undeclare."""
+        self._place.give_up()

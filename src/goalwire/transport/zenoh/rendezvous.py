@@ -1,0 +1,100 @@
+"""The embedded rendezvous: a router that every process offers, so that nobody has to start one (zenoh-wire B.4).
+
+One process of a machine holds the port; the others keep trying to bind it, and one of them takes over when
+the holder dies. Ordinary sessions, goalwire's and rmw_zenoh's, connect there, learn of each other and then
+talk directly.
+"""
+
+from __future__ import annotations
+
+from threading import Event, Lock, Thread
+
+import zenoh
+
+from goalwire.errors import TransportError
+from goalwire.transport.fork import in_child
+from goalwire.transport.zenoh.config import reason
+
+RETRY_S = 0.2
+"""Between two attempts to take the port; a failed one costs 0.25 ms of CPU."""
+
+
+class Offer:
+    """One router, from the first attempt to open it until `close`.
+
+    zenoh could retry by itself, but a session that still does so closes only by its time limit of 10 s, with
+    an error (1.10.2; upstream pull request 2754). So each attempt is one of zenoh's, and a thread repeats it.
+    """
+
+    def __init__(self, port: int, config: zenoh.Config) -> None:
+        self._port = port
+        self._config = config
+        self._router: zenoh.Session | None = None
+        self._closed = Event()
+        self._thread: Thread | None = None
+        if not self._take_port():
+            self._thread = Thread(target=self._retry, name=f'rendezvous {port}', daemon=True)
+            self._thread.start()
+
+    def _take_port(self) -> bool:
+        try:
+            self._router = zenoh.open(self._config)
+        except zenoh.ZError as error:
+            if 'listener' in str(error):
+                return False
+            raise TransportError(
+                f'the rendezvous on port {self._port} cannot be offered: {reason(error)}; '
+                f'check ZENOH_ROUTER_CONFIG_URI and ZENOH_CONFIG_OVERRIDE, or set GOALWIRE_ROUTER=off'
+            ) from None
+        return True
+
+    def _retry(self) -> None:
+        while not self._closed.wait(RETRY_S):
+            if self._take_port():
+                return
+
+    def close(self) -> None:
+        """Give the port up; another process takes over."""
+        self._closed.set()
+        if self._thread is not None:
+            self._thread.join()
+        if self._router is not None:
+            self._router.close()
+
+
+class Rendezvous:
+    """This process's routers, one per port, each kept as long as a session uses it."""
+
+    def __init__(self) -> None:
+        self._lock = Lock()
+        self._routers: dict[int, tuple[Offer, int]] = {}
+        in_child(self._forget)
+
+    def acquire(self, port: int, config: zenoh.Config) -> None:
+        """Offer the rendezvous until as many `release`; raises TransportError where zenoh refuses."""
+        with self._lock:
+            if port in self._routers:
+                router, users = self._routers[port]
+            else:
+                router, users = Offer(port, config), 0
+            self._routers[port] = router, users + 1
+
+    def release(self, port: int) -> None:
+        """Stop offering it with the last user; another process takes over."""
+        with self._lock:
+            router, users = self._routers.pop(port)
+            if users > 1:
+                self._routers[port] = router, users - 1
+        if users == 1:
+            router.close()  # type: ignore[no-untyped-call]
+
+    def _forget(self) -> None:
+        """In a forked child: the routers are the parent's; dropping them here could wait for ever."""
+        from ctypes import py_object, pythonapi
+
+        pythonapi.Py_IncRef(py_object(self._routers))
+        self._lock = Lock()
+        self._routers = {}
+
+
+RENDEZVOUS = Rendezvous()

@@ -1,0 +1,133 @@
+"""Service servers: a complete queryable; each request is kept until it is answered or given up (zenoh-wire A.4)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from threading import Lock
+from time import time_ns
+
+import zenoh
+
+from goalwire.errors import LocalError, RemoteError
+from goalwire.transport.contract import Port, Request, Sample
+from goalwire.transport.zenoh.attachment import decode, encode
+from goalwire.transport.zenoh.config import reason
+from goalwire.transport.zenoh.core import Core, Place
+from goalwire.transport.zenoh.thread_state import pin
+
+
+def _let_go(query: zenoh.Query) -> None:
+    """Tell the client that this server has nothing more to say."""
+    query.drop()  # type: ignore[no-untyped-call]
+
+
+class ZenohRequest(Request):
+    """One query on its way through the server."""
+
+    __slots__ = ('_is_answered', '_query', '_service', 'sample')
+
+    def __init__(self, service: ZenohService, query: zenoh.Query, sample: Sample) -> None:
+        self.sample = sample
+        self._service = service
+        self._query = query
+        self._is_answered = False
+
+    def reply(self, payload: bytes) -> None:
+        """Answer on the server's own key. Raises LocalError the second time, ForkedError after a fork."""
+        service = self._service
+        if self._is_answered:
+            raise LocalError(f'{service.place.title}: this request was answered before; answer it once')
+        self._is_answered = True
+        if not service.release(self):
+            return  # the server has closed or the request was dropped: the client was told
+        sequence, gid = self.sample.sequence, self.sample.gid
+        try:
+            self._query.reply(service.key, payload, attachment=encode(sequence, time_ns(), gid))
+        except zenoh.ZError as error:
+            service.core.rejects.add('reply', f'{service.place.title}: {reason(error)}')
+        finally:
+            _let_go(self._query)
+
+    def drop(self) -> None:
+        """Give the request up; harmless after an answer."""
+        if self._service.release(self):
+            _let_go(self._query)
+
+
+class ZenohService(Port):
+    """A declared service server."""
+
+    def __init__(
+        self, core: Core, place: Place, key: str, gid: bytes, deliver: Callable[[Request], None]
+    ) -> None:
+        self.core = core
+        self.place = place
+        self.key = key
+        self.gid = gid
+        self._deliver = deliver
+        self._lock = Lock()
+        self._is_open = True
+        self._waiting: dict[tuple[bytes, int], ZenohRequest] = {}
+
+    def declare(self) -> zenoh.Queryable[None]:
+        """Let requests in."""
+        self.core.in_flight.enter(self)
+        handler = zenoh.handlers.Callback(self._on_query, drop=self._on_drop, indirect=False)
+        return self.core.zenoh.declare_queryable(self.key, handler, complete=True)
+
+    def _on_drop(self) -> None:
+        self.core.in_flight.leave(self)
+
+    def _on_query(self, query: zenoh.Query) -> None:
+        pin()
+        received = time_ns()
+        try:
+            if query.attachment is None or query.payload is None:
+                raise RemoteError('no payload or no attachment')
+            sequence, sent, gid = decode(query.attachment.to_bytes())
+            request = ZenohRequest(
+                self, query, Sample(query.payload.to_bytes(), sequence, sent, received, gid)
+            )
+            self._admit(request)
+        except RemoteError as error:
+            self.core.rejects.add('request', f"on '{self.key}': {error}")
+            query.reply_err(str(error).encode())
+            _let_go(query)
+            return
+        try:
+            self._deliver(request)
+        except BaseException:
+            request.drop()
+            raise  # zenoh logs it
+
+    def _admit(self, request: ZenohRequest) -> None:
+        call = request.sample.gid, request.sample.sequence
+        with self._lock:
+            if not self._is_open:
+                raise RemoteError('the server is closing')
+            if call in self._waiting:
+                raise RemoteError(f'request {call[1]} of client {call[0].hex()} is being worked on already')
+            self._waiting[call] = request
+
+    def release(self, request: ZenohRequest) -> bool:
+        """Take a request off the list; True for the one caller that found it there."""
+        if self.place.is_forked:
+            self.place.check()
+        call = request.sample.gid, request.sample.sequence
+        with self._lock:
+            if self._waiting.get(call) is not request:
+                return False
+            del self._waiting[call]
+            return True
+
+    def drop_all(self) -> None:
+        """Let no request in any more and give every unanswered one up."""
+        with self._lock:
+            self._is_open = False
+            waiting = list(self._waiting.values())
+        for request in waiting:
+            request.drop()
+
+    def close(self) -> None:
+        """Undeclare and give every unanswered request up."""
+        self.place.give_up()

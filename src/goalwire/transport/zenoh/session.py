@@ -1,0 +1,153 @@
+"""One context's session: opened as the environment says, closed once, nothing left behind."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from threading import Event, Lock
+
+import zenoh
+
+from goalwire.errors import TransportError
+from goalwire.transport.contract import GraphListener, NodeName, NodePort, Session, SessionOptions
+from goalwire.transport.zenoh import config, discovery, environment, lifecycle
+from goalwire.transport.zenoh.core import Core, Place, undeclare
+from goalwire.transport.zenoh.node import ZenohNode
+from goalwire.transport.zenoh.rendezvous import RENDEZVOUS
+
+CLOSING_S = 1.0
+"""How long closing waits for callbacks under way; they only append to a queue."""
+
+
+def open_session(options: SessionOptions) -> Session:
+    """Offer the rendezvous, where it is wanted, and connect. Raises TransportError or ForkedError."""
+    lifecycle.start()
+    plan = config.plan()
+    if plan.rendezvous is not None:
+        RENDEZVOUS.acquire(plan.port, plan.rendezvous)
+    try:
+        session = _open(plan.session)
+    except BaseException:
+        _stop_offering(plan)
+        raise
+    _look_for_router(session, plan)
+    return ZenohSession(Core(session, options.domain_id), lambda: _stop_offering(plan))
+
+
+def _open(session: zenoh.Config) -> zenoh.Session:
+    try:
+        return zenoh.open(session)
+    except zenoh.ZError as error:
+        raise TransportError(
+            f'cannot open a Zenoh session (connecting to {session.get_json("connect/endpoints")}, '
+            f'listening on {session.get_json("listen/endpoints")}): {config.reason(error)}; '
+            f'check ZENOH_SESSION_CONFIG_URI and ZENOH_CONFIG_OVERRIDE, and that these addresses can be reached'
+        ) from None
+
+
+def _stop_offering(plan: config.Plan) -> None:
+    if plan.rendezvous is not None:
+        RENDEZVOUS.release(plan.port)
+
+
+def _look_for_router(session: zenoh.Session, plan: config.Plan) -> None:
+    """Warn where no router is met within ZENOH_ROUTER_CHECK_ATTEMPTS; sessions meet each other there."""
+    seconds = environment.router_check_seconds()
+    if seconds is None or session.info.routers_zid() or _meets_router(session, seconds):
+        return
+    from logging import getLogger
+
+    if plan.rendezvous is None:
+        advice = 'start one (ros2 run rmw_zenoh_cpp rmw_zenohd), or set GOALWIRE_ROUTER=on to have it embedded'
+    else:
+        advice = f'if this lasts, another program may hold port {plan.port}: set GOALWIRE_ROUTER_PORT to a free one'
+    getLogger('goalwire.transport').warning(
+        'no Zenoh router answers at %s, so other processes are not found yet; %s',
+        ', '.join(_endpoints(plan.session)) or 'any endpoint',
+        advice,
+    )
+
+
+def _endpoints(session: zenoh.Config) -> list[str]:
+    endpoints = json.loads(session.get_json('connect/endpoints'))
+    return [str(each) for each in endpoints] if isinstance(endpoints, list) else [str(endpoints)]
+
+
+def _meets_router(session: zenoh.Session, seconds: float) -> bool:
+    if seconds <= 0:
+        return False
+    met = Event()
+
+    def on_transport(event: zenoh.TransportEvent) -> None:
+        if event.transport.whatami == zenoh.WhatAmI.ROUTER:
+            met.set()
+
+    handler = zenoh.handlers.Callback(on_transport, indirect=False)
+    listener = session.info.declare_transport_events_listener(handler, history=True)
+    try:
+        return met.wait(None if seconds == float('inf') else seconds)
+    finally:
+        undeclare(listener)
+
+
+class ZenohSession(Session):
+    """An open session and its nodes."""
+
+    def __init__(self, core: Core, stop_offering: Callable[[], None]) -> None:
+        self._core = core
+        self._stop_offering = stop_offering
+        self._place = Place(f'session of domain {core.domain_id}', core.guard, self._leave)
+        self._lock = Lock()
+        self._nodes: dict[bytes, ZenohNode] = {}
+        self._watchers: list[zenoh.Subscriber[None]] = []
+        lifecycle.closes_at_exit(self)
+
+    def node(self, name: NodeName) -> NodePort:
+        """Declare a node."""
+        self._place.check()
+        try:
+            node = ZenohNode(self._core, name, self._forget)
+        except zenoh.ZError as error:
+            self._place.check()
+            raise TransportError(
+                f"node '{name.qualified}': zenoh refused the declaration: {config.reason(error)}"
+            ) from None
+        with self._lock:
+            if not self._place.closed:
+                self._nodes[node.gid] = node
+                return node
+        node.close()
+        self._place.check()
+        return node
+
+    def _forget(self, gid: bytes) -> None:
+        with self._lock:
+            self._nodes.pop(gid, None)
+
+    def watch_graph(self, listener: GraphListener) -> None:
+        """Tell `listener` of every token of the domain."""
+        self._place.check()
+        watcher = discovery.watch(self._core, listener)
+        with self._lock:
+            self._watchers.append(watcher)
+
+    def statistics(self) -> dict[str, int]:
+        """Return how many messages, requests, replies and tokens were ignored because they broke the rules."""
+        return self._core.rejects.counts()
+
+    def close(self) -> None:
+        """Undeclare everything, send what is queued, and wait for callbacks under way."""
+        self._place.give_up()
+
+    def _leave(self) -> None:
+        with self._lock:
+            nodes, watchers = list(self._nodes.values()), list(self._watchers)
+        try:
+            for watcher in watchers:
+                undeclare(watcher)
+            for node in nodes:
+                node.close()
+        finally:
+            self._core.zenoh.close()  # type: ignore[no-untyped-call]
+            self._core.in_flight.wait(CLOSING_S)
+            self._stop_offering()

@@ -1,0 +1,111 @@
+"""rmw_zenoh's session and router settings as data, and the few that goalwire changes, with the reasons.
+
+Only what differs from the zenoh library's own defaults is listed. Source: rmw_zenoh_cpp
+config/DEFAULT_RMW_ZENOH_{SESSION,ROUTER}_CONFIG.json5, the same in humble, jazzy, kilted, lyrical and rolling.
+"""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+Json: TypeAlias = 'dict[str, Json] | list[Json] | str | int | bool | None'
+Settings: TypeAlias = dict[str, Json]
+
+DEFAULT_PORT = 7447
+
+_FAST_RETRY: Settings = {'period_init_ms': 100, 'period_max_ms': 400, 'period_increase_factor': 2}
+"""rmw waits 1 s, 2 s, 4 s; a rendezvous that has moved to another process is found in under half a second."""
+
+
+_TO_LESSER: Settings = {'to_router': 'always', 'to_peer': 'greater-zid'}
+
+
+def _common() -> Settings:
+    return {
+        'open': {'return_conditions': {'connect_scouted': True, 'declares': True}},
+        'timestamping': {
+            'enabled': {'router': True, 'peer': True, 'client': True},
+            'drop_future_timestamp': False,
+        },
+        'queries_default_timeout': 600_000,
+        'routing': {'interests': {'timeout': 10_000}},
+        'transport': {
+            'unicast': {
+                'open_timeout': 60_000,
+                'accept_timeout': 60_000,
+                'accept_pending': 10_000,
+                'max_sessions': 10_000,
+                'max_links': 1,
+                'lowlatency': False,
+                'qos': {'enabled': True},
+            },
+            'link': {
+                'tx': {
+                    'lease': 60_000,
+                    'keep_alive': 2,
+                    'queue': {'congestion_control': {'block': {'wait_before_close': 60_000_000}}},
+                },
+            },
+            'shared_memory': {
+                'enabled': False,
+                'mode': 'lazy',
+                'transport_optimization': {
+                    'enabled': True,
+                    'pool_size': 50_331_648,
+                    'message_size_threshold': 512,
+                },
+            },
+        },
+        'adminspace': {'enabled': True, 'permissions': {'read': True, 'write': False}},
+    }
+
+
+def _scouting(delay_ms: int, strategy: Settings) -> Settings:
+    return {
+        'timeout': 3000,
+        'delay': delay_ms,
+        'multicast': {'enabled': False, 'address': '224.0.0.224:7446', 'interface': 'auto', 'ttl': 1},
+        'gossip': {
+            'enabled': True,
+            'multihop': False,
+            'target': {'router': ['router', 'peer'], 'peer': ['router']},
+            'autoconnect': {'router': [], 'peer': ['router', 'peer']},
+            'autoconnect_strategy': strategy,
+        },
+    }
+
+
+def session(port: int) -> Settings:
+    """Return the settings of an ordinary session that meets others at a router on `port` of this machine.
+
+    The scouting delay is what an open costs where no router answers; rmw's 500 ms buys nothing on loopback.
+    """
+    return _common() | {
+        'mode': 'peer',
+        'connect': {
+            'endpoints': [f'tcp/localhost:{port}'],
+            'timeout_ms': {'router': -1, 'peer': -1, 'client': 0},
+            'exit_on_failure': {'router': False, 'peer': False, 'client': True},
+            'retry': _FAST_RETRY,
+        },
+        'listen': {'endpoints': ['tcp/localhost:0'], 'timeout_ms': 0, 'exit_on_failure': True},
+        'scouting': _scouting(20, {'peer': _TO_LESSER}),
+    }
+
+
+def rendezvous(port: int) -> Settings:
+    """Return the settings of the router that every process offers on `port`, for this machine alone.
+
+    Whoever comes second keeps trying to bind, so a survivor takes the port over when its holder dies.
+    """
+    settings = _common() | {
+        'mode': 'router',
+        'listen': {'endpoints': [f'tcp/127.0.0.1:{port}'], **SINGLE_BIND},
+        'scouting': _scouting(0, {'router': {'to_router': 'always', 'to_peer': 'always'}}),
+    }
+    settings['routing'] = {'interests': {'timeout': 10_000}, 'router': {'peers_failover_brokering': False}}
+    return settings
+
+
+SINGLE_BIND: Settings = {'timeout_ms': 0, 'exit_on_failure': True}
+"""How a rendezvous listens, whatever its endpoints: one attempt, repeated by rendezvous.Offer."""

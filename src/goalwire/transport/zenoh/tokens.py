@@ -1,0 +1,117 @@
+"""Liveliness tokens: how nodes and endpoints show themselves, and what their gids are made of.
+
+    node      @ros2_lv/<domain>/<session>/<node id>/<node id>/NN/<enclave>/<namespace>/<name>
+    endpoint  @ros2_lv/<domain>/<session>/<node id>/<id>/<MP|MS|SS|SC>/<enclave>/<namespace>/<name>
+              /<topic or service>/<dds type>/<hash>/<qos>[/<backends>]
+
+Slashes within a chunk are written as '%'. Source: rmw_zenoh_cpp src/detail/liveliness_utils.cpp.
+"""
+
+from __future__ import annotations
+
+from xxhash import xxh3_128_intdigest
+
+from goalwire.errors import RemoteError, TransportError
+from goalwire.transport.contract import Endpoint, EndpointKind, GraphEntity, NodeName
+from goalwire.transport.zenoh.keyexpr import GRAPH_SPACE, dds_type, ros_type
+from goalwire.transport.zenoh.qos_text import decode_qos, encode_qos
+
+_CODES = {
+    EndpointKind.NODE: 'NN',
+    EndpointKind.PUBLISHER: 'MP',
+    EndpointKind.SUBSCRIPTION: 'MS',
+    EndpointKind.SERVICE: 'SS',
+    EndpointKind.CLIENT: 'SC',
+}
+_KINDS = {code: kind for kind, code in _CODES.items()}
+_NODE_CHUNKS = 9
+_ENDPOINT_CHUNKS = 13
+_CPU_ONLY = 'backends:cpu:'
+
+
+def encode_node(domain_id: int, session: str, node_id: int, node: NodeName) -> str:
+    """Return a node's token; a node is its own entity, so its id stands twice."""
+    return _head(domain_id, session, node_id, node_id, EndpointKind.NODE, node)
+
+
+def encode_endpoint(
+    domain_id: int, session: str, node_id: int, entity_id: int, node: NodeName, endpoint: Endpoint
+) -> str:
+    """Return an endpoint's token; raises LocalError for a QoS that no endpoint can have."""
+    chunks = [
+        _head(domain_id, session, node_id, entity_id, endpoint.kind, node),
+        _mangle(endpoint.name),
+        dds_type(endpoint.type_name),
+        endpoint.type_hash,
+        encode_qos(endpoint.qos),
+    ]
+    if uses_cpu_channel(endpoint):
+        chunks.append(_CPU_ONLY)
+    return '/'.join(chunks)
+
+
+def uses_cpu_channel(endpoint: Endpoint) -> bool:
+    """True for a subscription that must say it takes buffers from plain memory, or lyrical's publishers miss it."""
+    return (
+        endpoint.kind is EndpointKind.SUBSCRIPTION
+        and endpoint.has_buffers
+        and not endpoint.qos.is_transient_local
+    )
+
+
+def _head(
+    domain_id: int, session: str, node_id: int, entity_id: int, kind: EndpointKind, node: NodeName
+) -> str:
+    names = [_mangle(text) for text in (node.enclave or '/', node.namespace or '/', node.name)]
+    token = '/'.join([GRAPH_SPACE, str(domain_id), session, str(node_id), str(entity_id), _CODES[kind], *names])
+    if not _is_carried(token):
+        raise TransportError(f"node '{node.qualified}' (enclave '{node.enclave}') has a name Zenoh cannot carry")
+    return token
+
+
+def _mangle(text: str) -> str:
+    return text.replace('/', '%')
+
+
+def _demangle(text: str) -> str:
+    return text.replace('%', '/')
+
+
+def _is_carried(key: str) -> bool:
+    return '//' not in key and not key.endswith('/') and not any(sign in key for sign in '*#?$')
+
+
+def gid_of(token: str) -> bytes:
+    """Return the 16 bytes that name a token's owner: XXH3-128 of the whole token, little endian."""
+    return xxh3_128_intdigest(token.encode()).to_bytes(16, 'little')
+
+
+def parse(token: str) -> GraphEntity:
+    """Read a token; raises RemoteError, naming the chunk, for one that breaks the grammar."""
+    chunks = token.split('/')
+    if len(chunks) < _NODE_CHUNKS or chunks[0] != GRAPH_SPACE or '' in chunks:
+        raise RemoteError(f"liveliness token '{token}': expected {_NODE_CHUNKS} or more chunks, none empty")
+    _, domain, session, node_id, entity_id, code, enclave, namespace, name = chunks[:_NODE_CHUNKS]
+    for number in (domain, node_id, entity_id):
+        if not (number.isascii() and number.isdigit()):
+            raise RemoteError(f"liveliness token '{token}': '{number}' is not a number")
+    kind = _KINDS.get(code)
+    if kind is None:
+        raise RemoteError(f"liveliness token '{token}': '{code}' is none of {', '.join(_KINDS)}")
+    node = NodeName(_demangle(name), _demangle(namespace), _demangle(enclave))
+    if kind is EndpointKind.NODE:
+        return GraphEntity(kind, session, int(node_id), node, gid=gid_of(token))
+    if len(chunks) < _ENDPOINT_CHUNKS:
+        raise RemoteError(f"liveliness token '{token}': an endpoint's has {_ENDPOINT_CHUNKS} chunks or more")
+    topic, type_text, type_hash, qos = chunks[_NODE_CHUNKS:_ENDPOINT_CHUNKS]
+    return GraphEntity(
+        kind,
+        session,
+        int(node_id),
+        node,
+        name=_demangle(topic),
+        type_name=ros_type(_demangle(type_text)),
+        type_hash=_demangle(type_hash),
+        qos=decode_qos(qos),
+        gid=gid_of(token),
+    )
