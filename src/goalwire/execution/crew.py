@@ -46,11 +46,12 @@ class Crew:
                 return
             thread = threading.Thread(target=self._run, name='goalwire-callbacks', daemon=True)
             self._threads.add(thread)
-        thread.start()
+            thread.start()
 
     def dismiss(self) -> None:
         """Send all threads home; wait for those that are in no user code. Idempotent."""
-        self.dismissed = True
+        with self._lock:
+            self.dismissed = True
         self._rouse()
         self._join(idle_only=True)
 

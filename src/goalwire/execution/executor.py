@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from _thread import allocate_lock
 from collections import deque
 from collections.abc import Callable, Coroutine
 from contextvars import copy_context
 from functools import partial
 from types import CoroutineType, TracebackType
-from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar, overload
 from weakref import WeakSet
 
 from goalwire.execution.agenda import Agenda
@@ -104,6 +105,7 @@ class Executor:
         self._nodes: WeakSet[Any] = WeakSet()
         self._failures: deque[BaseException] = deque()
         self._lanes: Lanes | None = None
+        self._lanes_lock = allocate_lock()
         self._is_shutdown = False
         self.home = Home()
         """Where the executor's own tasks are posted."""
@@ -143,6 +145,14 @@ class Executor:
         """The nodes that were added and are still alive."""
         return list(self._nodes)
 
+    @overload
+    def create_task(self, callback: Coroutine[Any, Any, T]) -> Task[T]: ...
+    @overload
+    def create_task(
+        self, callback: Callable[..., Coroutine[Any, Any, T]], *args: object, **kwargs: object
+    ) -> Task[T]: ...
+    @overload
+    def create_task(self, callback: Callable[..., T], *args: object, **kwargs: object) -> Task[T]: ...
     def create_task(self, callback: Handler[T], *args: object, **kwargs: object) -> Task[T]:
         """Run a function, a coroutine function or a coroutine here; the task is a future of its result.
 
@@ -216,6 +226,9 @@ class Executor:
             self.remove_node(node)
         self._ready.wake_all()
         self._close_lanes()
+        for work in self._ready.reclaim(self.home):
+            if isinstance(work, TaskWork):
+                work.settle()
         return True
 
     def __enter__(self) -> Self:
@@ -353,8 +366,9 @@ class Executor:
 
     def _start(self, coroutine: Coroutine[Any, Any, object], work: Work, group: CallbackGroup | None) -> None:
         """Run a coroutine callback up to its first await, in the order of plain callbacks."""
-        lane = self._get_lanes().start(coroutine, group, copy_context(), partial(_end, work, group))
-        lane.run()
+        from goalwire.execution.lane import Start
+
+        self._get_lanes().start(Start(coroutine, copy_context(), partial(_end, work, group)), group)
 
     def _perform_and_raise(self, work: Work) -> None:
         self._perform(work)
@@ -372,18 +386,21 @@ class Executor:
         if self._lanes is None:
             from goalwire.execution.lane import Lanes
 
-            self._lanes = Lanes(self._make_lane, self._fail, spread=self._spread_lanes)
+            with self._lanes_lock:
+                if self._lanes is None:
+                    self._lanes = Lanes(self._make_lane, spread=self._spread_lanes)
+            if self._is_shutdown:
+                self._lanes.close()
         return self._lanes
 
     def _make_lane(self) -> Lane:
         from goalwire.execution.lane import Lane
 
-        return Lane(self.home, self._readiness, self._clock)
+        return Lane(self.home, self._readiness, self._clock, self._fail)
 
     def _close_lanes(self) -> None:
-        lanes, self._lanes = self._lanes, None
-        if lanes is not None:
-            lanes.close()
+        if self._lanes is not None:
+            self._lanes.close()
         self._readiness.close()
 
 

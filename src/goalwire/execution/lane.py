@@ -5,7 +5,8 @@ from __future__ import annotations
 import asyncio
 from _thread import allocate_lock
 from collections import deque
-from typing import TYPE_CHECKING, Any
+from threading import Lock
+from typing import TYPE_CHECKING, Any, NamedTuple
 from weakref import WeakKeyDictionary
 
 from goalwire.execution.agenda import Alarm
@@ -21,6 +22,15 @@ if TYPE_CHECKING:
     from goalwire.execution.readiness import Readiness
     from goalwire.execution.steady import SteadyClock
 
+
+class Start(NamedTuple):
+    """A coroutine callback to be run: `ended` is called when it is over."""
+
+    coroutine: Coroutine[Any, Any, object]
+    context: Context
+    ended: Callable[[], None]
+
+
 MOST_LANES = 256
 """Coroutines of reentrant groups share lanes beyond this many."""
 
@@ -28,17 +38,31 @@ MOST_LANES = 256
 class Lane(Work):
     """An asyncio loop that is bound to no thread. It is ready work like any other: one turn, one step.
 
-    One thread at a time drives it; a thread that finds it driven leaves a note and goes on.
+    One thread at a time drives it; a thread that finds it driven leaves a note and goes on. `fail` is told
+    what the coroutines raise.
     """
 
-    __slots__ = ('_alarm', '_carried', '_closing', '_missed', '_posted', '_starting', '_turn', 'loop')
+    __slots__ = (
+        '_alarm',
+        '_carried',
+        '_closing',
+        '_fail',
+        '_missed',
+        '_posted',
+        '_starting',
+        '_turn',
+        'loop',
+    )
 
-    def __init__(self, home: Home, readiness: Readiness, clock: SteadyClock) -> None:
+    def __init__(
+        self, home: Home, readiness: Readiness, clock: SteadyClock, fail: Callable[[BaseException], None]
+    ) -> None:
         super().__init__(home, None)
+        self._fail = fail
         self._posted = self._missed = self._closing = False
         self._turn = allocate_lock()
         self._carried: set[asyncio.Task[Any]] = set()  # asyncio itself holds its tasks weakly
-        self._starting: deque[tuple[Coroutine[Any, Any, object], Context]] = deque()
+        self._starting: deque[Start] = deque()
         self._alarm = Alarm(self.wake)
         self.loop = new_loop(readiness, clock, self.wake)
 
@@ -52,15 +76,9 @@ class Lane(Work):
         """How many callbacks run here."""
         return len(self._carried) + len(self._starting)
 
-    def release_current(self) -> None:
-        """Hold the running task no more: it ends."""
-        task = asyncio.current_task()
-        if task is not None:
-            self._carried.discard(task)
-
-    def start(self, coroutine: Coroutine[Any, Any, object], context: Context) -> None:
-        """Make a task of `coroutine` with the next step. Any thread."""
-        self._starting.append((coroutine, context))
+    def start(self, start: Start) -> None:
+        """Make a task of a coroutine with the next step. Any thread."""
+        self._starting.append(start)
 
     def wake(self) -> None:
         """Ask for a step. Any thread."""
@@ -79,20 +97,22 @@ class Lane(Work):
         self._missed = False
         due = None
         try:
-            if not self.loop.is_closed():
+            if not self._closing:
                 self.loop.step(self._begin)
                 due = self.loop.next_due()
         finally:
-            if self._closing:
-                self._close_loop()
             self._turn.release()
+            if self._closing:
+                self.close()
+        if self._closing:
+            return
         if self._missed or self.loop.more or self._starting:
             self.wake()
         elif due is not None and (self._alarm.due is None or due < self._alarm.due):
             self.home.set_alarm(self._alarm, due)
 
     def close(self) -> None:
-        """Cancel what runs here and close the loop; the thread in mid-step does so, if there is one."""
+        """Cancel what runs here and close the loop; a thread in mid-step does so when that is over."""
         self._closing = True
         self.home.drop_alarm(self._alarm)
         if self._turn.acquire(blocking=False):
@@ -103,16 +123,34 @@ class Lane(Work):
 
     def _begin(self) -> None:
         while self._starting:
-            coroutine, context = self._starting.popleft()
-            self._carried.add(self.loop.create_task(coroutine, context=context))
+            start = self._starting.popleft()
+            carrying = self._carry(start.coroutine, start.ended)
+            self._carried.add(self.loop.create_task(carrying, context=start.context))
+
+    async def _carry(self, coroutine: Coroutine[Any, Any, object], ended: Callable[[], None]) -> None:
+        try:
+            await coroutine
+        except (asyncio.CancelledError, GeneratorExit):
+            raise
+        except BaseException as error:  # it comes out of spin
+            self._fail(error)
+        finally:
+            task = asyncio.current_task()
+            if task is not None:
+                self._carried.discard(task)
+            ended()
 
     def _close_loop(self) -> None:
         """Give cancelled tasks a bounded number of steps to end in."""
+        while self._starting:
+            start = self._starting.popleft()
+            start.coroutine.close()
+            start.ended()
         loop = self.loop
         if loop.is_closed():
             return
-        if self._starting:
-            loop.step(self._begin)  # what never began could not clean up
+        if self._carried:
+            loop.step()  # a task that never began could not clean up
         left = asyncio.all_tasks(loop)
         for task in left:
             task.cancel()
@@ -132,43 +170,30 @@ class Lanes:
     blocks holds up nobody but its group.
     """
 
-    def __init__(
-        self, make: Callable[[], Lane], fail: Callable[[BaseException], None], *, spread: bool
-    ) -> None:
+    def __init__(self, make: Callable[[], Lane], *, spread: bool) -> None:
         self._make = make
-        self._fail = fail
         self._spread = spread
+        self._lock = Lock()
+        self._closed = False
         self._shared: list[Lane] = []
         self._of_group: WeakKeyDictionary[CallbackGroup, Lane] = WeakKeyDictionary()
 
-    def start(
-        self, coroutine: Coroutine[Any, Any, object], group: CallbackGroup | None, context: Context,
-        ended: Callable[[], None],
-    ) -> Lane:  # fmt: skip
-        """Let `coroutine` run in the lane that is right for `group`; `ended` is called when it is over."""
-        lane = self._lane_for(group)
-        lane.start(self._carry(coroutine, lane, ended), context)
-        return lane
+    def start(self, start: Start, group: CallbackGroup | None) -> None:
+        """Let a coroutine run in the lane that is right for `group`, and drive it to its first await."""
+        with self._lock:
+            lane = self._lane_for(group)
+            lane.start(start)
+        if self._closed:
+            lane.close()
+        lane.run()
 
     def close(self) -> None:
-        """Cancel all coroutines and close all lanes."""
-        for lane in (*self._shared, *self._of_group.values()):
+        """Cancel all coroutines and close all lanes, now and later ones."""
+        self._closed = True
+        with self._lock:
+            lanes = [*self._shared, *self._of_group.values()]
+        for lane in lanes:
             lane.close()
-        self._shared.clear()
-        self._of_group.clear()
-
-    async def _carry(
-        self, coroutine: Coroutine[Any, Any, object], lane: Lane, ended: Callable[[], None]
-    ) -> None:
-        try:
-            await coroutine
-        except (asyncio.CancelledError, GeneratorExit):
-            raise
-        except BaseException as error:  # it comes out of spin
-            self._fail(error)
-        finally:
-            lane.release_current()
-            ended()
 
     def _lane_for(self, group: CallbackGroup | None) -> Lane:
         if self._spread and group is not None and group.exclusive:

@@ -76,7 +76,7 @@ class Task(Future[T]):
 
         `fail` is told what the handler raises.
         """
-        if self._started:
+        if self._started or self.cancelled():
             return None
         self._executing = True
         try:
@@ -87,6 +87,15 @@ class Task(Future[T]):
         finally:
             self._executing = False
         return None if self._coroutine is None else self._carry(self._coroutine, fail)
+
+    def abandon(self) -> None:
+        """Give up what has not run to its end; nothing where it has."""
+        handler = self._handler[0]
+        for coroutine in (self._coroutine, handler):
+            if isinstance(coroutine, Coroutine):
+                coroutine.close()
+                self._forget()
+                super().cancel()
 
     def _begin(self) -> None:
         self._started = True
@@ -161,6 +170,9 @@ class TaskWork(Work):
 
     def run(self) -> object:
         return self.task.begin(self._fail)
+
+    def settle(self) -> None:
+        self.task.abandon()
 
 
 class _Step(Work):
