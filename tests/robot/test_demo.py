@@ -40,7 +40,7 @@ def test_the_demo_ends_well_within_thirty_seconds(world: dict[str, str]) -> None
         assert_all_gone(demo)
     assert '10 of 10 steps ended as they should' in output
     assert re.search(
-        r'^ok +battery, down at first +answers on a retry +79\.\d% on attempt [2-9]', output, re.MULTILINE
+        r'^ok +battery, down at first +answers on a retry +\d+\.\d% on attempt [2-9]', output, re.MULTILINE
     )
     assert took < 30.0, output
 
@@ -126,7 +126,7 @@ def test_a_mission_beside_up_ends_well_twice(world: dict[str, str]) -> None:
 def test_a_stopped_mission_cancels_its_goal_before_it_leaves(world: dict[str, str]) -> None:
     with humanoid('up', env=world) as up, humanoid('mission', env=world) as mission:
         mission.expect(r'^\[5/10\] drive to')
-        mission.expect(r'25%')
+        mission.expect(r'\d% .* m to go')
         mission.send_signal(signal.SIGINT)
         assert mission.wait() == 130
         assert 'Traceback' not in mission.output
