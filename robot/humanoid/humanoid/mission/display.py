@@ -19,11 +19,13 @@ def display() -> Iterator[Sink]:
     if sys.stdout.isatty():
         try:
             from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+            from rich.table import Column
         except ImportError:
             pass
         else:
-            text = TextColumn('{task.description}', markup=False)
-            with Progress(text, BarColumn(), TimeElapsedColumn()) as progress:
+            one_line = Column(no_wrap=True, overflow='ellipsis')
+            text = TextColumn('{task.description}', markup=False, table_column=one_line)
+            with Progress(BarColumn(bar_width=12), TimeElapsedColumn(), text) as progress:
                 yield Bars(progress)
             return
     yield PlainLines()
