@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 from array import array
+from struct import Struct
 
 from goalwire.codec import layout, reading
 from goalwire.codec.encoder_source import wire_dtype
@@ -79,14 +80,13 @@ class _Module:
             self._loops[cls] = name = f'get_{cls.__name__}_{len(self._loops)}'
             body = _Body(self, first=False)
             root = body.message(cls, add_empty=True)
-            body.flush()
+            fixed = layout.stride(body.items, self.order) if layout.texts_inside(cls) == 0 else None
             self.lines += [
                 f'def {name}(data, at, count):',
                 f'    if count * {layout.minimum_size(cls)} > len(data) - at: refuse()',
                 '    messages = []',
                 '    add = messages.append',
-                '    for _ in range(count):',
-                *(f'        {line}' for line in (*body.lines, *body.making)),
+                *(body.block(*fixed) if fixed else body.parts()),
                 f'        add({root})',
                 '    return messages, at',
                 '',
@@ -104,7 +104,7 @@ class _Body:
         self._order = module.order
         self._first = first
         self._count = 0
-        self._items: list[Item] = []
+        self.items: list[Item] = []
         self._targets: list[str] = []
 
     def message(self, cls: type, *, add_empty: bool) -> str:
@@ -113,7 +113,7 @@ class _Body:
         leaves = layout.leaves(cls)
         values = [(leaf.name, self._leaf(leaf)) for leaf in leaves]
         if not leaves and add_empty:
-            self._items.append(EMPTY)
+            self.items.append(EMPTY)
         self.making.append(f'{root} = new({self._module.name("Class", cls)})')
         self.making += [f'{root}._{name} = {value}' for name, value in values]
         if '_check_fields' in getattr(cls, '__slots__', ()):
@@ -122,32 +122,50 @@ class _Body:
             )
         return root
 
+    def parts(self) -> list[str]:
+        """Return the loop that reads messages run by run."""
+        self.flush()
+        return ['    for _ in range(count):', *(f'        {line}' for line in (*self.lines, *self.making))]
+
+    def block(self, run: Struct, alignment: int) -> list[str]:
+        """Return the loop that reads messages of one fixed size from one block."""
+        targets = ''.join(f'{target}, ' for target in self._targets) or '_'
+        read = self._module.name('run', run.iter_unpack)
+        return [
+            f'    if count: at += ({HEADER_SIZE} - at) % {alignment}',
+            f'    end = at + count * {run.size}',
+            '    if end > len(data): refuse()',
+            '    block, at = data[at:end], end',
+            f'    for {targets} in {read}(block):',
+            *(f'        {line}' for line in self.making),
+        ]
+
     def flush(self) -> None:
         """Write the run that has gathered."""
         if self._first:
-            run = layout.run_struct(self._items, 0, order=self._order, prefix='H2x')
+            run = layout.run_struct(self.items, 0, order=self._order, prefix='H2x')
             targets = ', '.join(['header', *self._targets])
             self.lines += [
                 f'{targets}, = {self._module.name("run", run.unpack_from)}(data)',
                 f'if header != {256 if self._order == "<" else 0}: return otherwise(data)',
                 f'at = {run.size}',
             ]
-        elif self._items:
-            table = self._module.name('run', reading.plain_unpackers(self._items, self._order))
+        elif self.items:
+            table = self._module.name('run', reading.plain_unpackers(self.items, self._order))
             self.lines.append(f'run, size = {table}[at & 7]')
             self.lines.append(
                 f'{", ".join(self._targets)}, = run(data, at)' if self._targets else 'run(data, at)'
             )
             self.lines.append('at += size')
         self._first = False
-        self._items, self._targets = [], []
+        self.items, self._targets = [], []
 
     def _new(self) -> str:
         self._count += 1
         return f'v{self._count}'
 
     def _read(self, item: Item) -> str:
-        self._items.append(item)
+        self.items.append(item)
         self._targets.append(self._new())
         return self._targets[-1]
 
@@ -192,12 +210,15 @@ class _Body:
     def _many(self, leaf: Leaf) -> str:
         if leaf.type.is_number and leaf.type.shape is Shape.ARRAY:
             return self._fixed_numbers(leaf)
+        convert = {'bool': 'bools', 'byte': 'octets'}.get(leaf.type.base)
+        if convert and leaf.type.shape is Shape.ARRAY:
+            block = self._read(Item.block(leaf.type.capacity, 1))
+            return f'{convert}({block}, 0, {leaf.type.capacity})'
         length = self._length(leaf)
         self.flush()
         if leaf.type.is_number:
             return self._numbers(leaf, length)
-        if leaf.type.base in ('bool', 'byte'):
-            convert = 'bools' if leaf.type.base == 'bool' else 'octets'
+        if convert:
             value = self._assign(f'{convert}(data, at, at + {length})')
             self.lines.append(f'at += {length}')
             return value
@@ -227,8 +248,9 @@ class _Body:
         block = self._read(Item.block(size * leaf.type.capacity, size))
         self._module.names['frombuffer'] = np.frombuffer
         kind = self._module.name('dtype', np.dtype(dtype))
-        copied = '.copy()' if np.dtype(dtype) == native else f'.astype({self._module.name("dtype", native)})'
-        return f'frombuffer({block}, {kind}){copied}'
+        if np.dtype(dtype) == native:
+            return f'frombuffer(bytearray({block}), {kind})'  # a bytearray makes it writable
+        return f'frombuffer({block}, {kind}).astype({self._module.name("dtype", native)})'
 
     def _numbers(self, leaf: Leaf, length: str) -> str:
         code, size = TYPECODES[leaf.type.base], layout.SIZES[leaf.type.base]

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import sys
 from array import array
+from struct import Struct
 
 from goalwire.codec import layout, writing
 from goalwire.codec.layout import COUNT, EMPTY, HEADER_SIZE, TEXT, Item, Leaf
@@ -65,12 +66,10 @@ class _Module:
             self._loops[cls] = name = f'put_{cls.__name__}_{len(self._loops)}'
             body = _Body(self, at=None, single=False)
             body.message(cls, 'm0')
-            body.flush()
+            fixed = layout.stride(body.items) if layout.texts_inside(cls) == 0 else None
             self.lines += [
                 f'def {name}(messages, add, at):',
-                '    for m0 in messages:',
-                *(f'        {line}' for line in body.lines),
-                '    return at',
+                *(body.block(*fixed) if fixed else body.parts()),
                 '',
             ]
         return self._loops[cls]
@@ -85,7 +84,7 @@ class _Body:
         self._first = at is not None
         self._single = single
         self._count = 0
-        self._items: list[Item] = []
+        self.items: list[Item] = []
         self._arguments: list[str] = []
         self._floats: list[str] = []
         self._text_size = ''
@@ -102,31 +101,54 @@ class _Body:
         known = self._module.name('Class', cls)
         self.lines.append(f'if type({variable}) is not {known}: require({known}, {variable})')
         if not layout.leaves(cls):
-            self._items.append(EMPTY)
+            self.items.append(EMPTY)
         for leaf in layout.leaves(cls):
             self._leaf(leaf, f'{variable}._{leaf.name}')
 
+    def parts(self) -> list[str]:
+        """Return the body of a function that adds each message as parts of its own."""
+        self.flush()
+        return ['    for m0 in messages:', *(f'        {line}' for line in self.lines), '    return at']
+
+    def block(self, run: Struct, alignment: int) -> list[str]:
+        """Return the body of a function that adds all messages, of one fixed size, as one part."""
+        self._check_floats()
+        pack = self._module.name('run', run.pack_into)
+        return [
+            '    if not messages: return at',
+            f'    place = ({HEADER_SIZE} - at) % {alignment}',
+            f'    block = bytearray(place + len(messages) * {run.size})',
+            '    add(block); at += len(block)',
+            '    for m0 in messages:',
+            *(f'        {line}' for line in self.lines),
+            f'        {pack}(block, place, {", ".join(self._arguments)}); place += {run.size}',
+            '    return at',
+        ]
+
     def flush(self) -> None:
         """Write the run that has gathered."""
+        self._check_floats()
+        if self.items or self._first:
+            self._pack()
+        self.items, self._arguments, self._floats, self._text_size = [], [], [], ''
+
+    def _check_floats(self) -> None:
         if self._floats:
             kinds = ' is '.join(f'type({name})' for name in self._floats)
             self.lines.append(f'if not ({kinds} is float): require(float, {", ".join(self._floats)})')
-        if self._items or self._first:
-            self._pack()
-        self._items, self._arguments, self._floats, self._text_size = [], [], [], ''
 
     def _pack(self) -> None:
         prefix = 'xBxx' if self._first else ''  # 00 01 00 00: CDR, little endian
         arguments = ', '.join(['1', *self._arguments] if self._first else self._arguments)
         if self._text_size:
-            table = self._module.name('run', writing.TextPackers(self._items, prefix))
+            table = self._module.name('run', writing.TextPackers(self.items, prefix))
             key = f'{self._text_size} << 3' + ('' if self._first else ' | at & 7')
             call = f'{table}[{key}]({arguments})'
         elif self._first:
-            run = layout.run_struct(self._items, 0, prefix=prefix)
+            run = layout.run_struct(self.items, 0, prefix=prefix)
             call = f'{self._module.name("run", run.pack)}({arguments})'
         else:
-            call = f'{self._module.name("run", writing.plain_packers(self._items))}[at & 7]({arguments})'
+            call = f'{self._module.name("run", writing.plain_packers(self.items))}[at & 7]({arguments})'
         if self._single:
             self.lines.append(f'return {call}')
         else:
@@ -160,7 +182,7 @@ class _Body:
         elif base == 'bool':
             expression = self._variable(expression)
             self.lines.append(f'if {expression} is not True and {expression} is not False: refuse()')
-        self._items.append(Item.of(base))  # struct itself refuses all that is no integer or out of range
+        self.items.append(Item.of(base))  # struct itself refuses all that is no integer or out of range
         self._arguments.append(expression)
 
     def _text(self, leaf: Leaf, expression: str) -> None:
@@ -178,7 +200,7 @@ class _Body:
             data = self._variable(f'{text}.encode()')
             size = count = self._variable(f'len({data}) + 1')
             self.lines.append(f'if 0 in {data}{f" or {size} > {limit + 1}" if limit else ""}: refuse()')
-        self._items += [COUNT, TEXT]
+        self.items += [COUNT, TEXT]
         self._arguments += [count, data]
         self._text_size = size
 
@@ -208,18 +230,21 @@ class _Body:
         else:
             if leaf.type.shape is Shape.BOUNDED:
                 self.lines.append(f'if {size} > {capacity}: refuse()')
-            self._items.append(COUNT)
+            self.items.append(COUNT)
             self._arguments.append(size)
         return size
 
     def _fixed_numbers(self, leaf: Leaf, value: str) -> None:
+        import numpy as np
+
         size, capacity = layout.SIZES[leaf.type.base], leaf.type.capacity
-        dtype = wire_dtype(leaf.type.base)
+        dtype = np.dtype(wire_dtype(leaf.type.base))
+        known = self._module.name('dtype', dtype)  # numpy has one object for each native type
         self.lines += [
-            f'if {value}.dtype.str != {dtype!r} or {value}.size != {capacity}:',
-            f'    {value} = fixed_numbers({value}, {dtype!r}, {capacity})',
+            f'if {value}.dtype is not {known} or {value}.size != {capacity}:',
+            f'    {value} = fixed_numbers({value}, {known}, {capacity})',
         ]
-        self._items.append(Item.block(size * capacity, size))
+        self.items.append(Item.block(size * capacity, size))
         self._arguments.append(f'{value}.tobytes()')
 
     def _numbers(self, leaf: Leaf, value: str) -> None:
@@ -241,7 +266,7 @@ class _Body:
         data = self._variable(f'{convert}({value})')
         length = self._length(leaf, data)
         if leaf.type.shape is Shape.ARRAY:
-            self._items.append(Item.block(leaf.type.capacity, 1))
+            self.items.append(Item.block(leaf.type.capacity, 1))
             self._arguments.append(data)
         else:
             self.flush()

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import builtins
 import struct
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from functools import cache
 
@@ -107,6 +107,13 @@ def texts_inside(cls: type) -> int | None:
         elif leaf.type.is_sequence or leaf.cls is not None or leaf.type.is_string:
             return None
     return total
+
+
+def stride(items: Collection[Item], order: str = '<') -> tuple[struct.Struct, int] | None:
+    """Return struct and alignment of items that repeat without padding; None if they cannot."""
+    run = run_struct(items, HEADER_SIZE, order=order)
+    alignment = max(item.alignment for item in items)
+    return None if run.size % alignment else (run, alignment)
 
 
 def run_struct(

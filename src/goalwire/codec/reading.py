@@ -17,6 +17,8 @@ Unpack = Callable[[Buffer, int], tuple[object, ...]]
 
 BOOLS = (False, True)  # any other byte is an IndexError
 OCTETS = tuple(bytes((value,)) for value in range(256))
+_LENGTHS = {order: struct.Struct(f'{order}I').unpack_from for order in '<>'}
+_FOREIGN_ORDER = '>' if sys.byteorder == 'little' else '<'
 _SMALL = 2048  # bytes; a slice of this size is copied faster than a view of it is made
 
 
@@ -36,9 +38,13 @@ def numbers(typecode: str, data: Buffer, at: int, end: int, order: str) -> array
     """Return data[at:end] as an array of numbers; a large one is copied once."""
     if end > len(data):
         refuse()
-    values: array[float] = array(typecode)
-    values.frombytes(data[at:end] if end - at < _SMALL else memoryview(data)[at:end])
-    if (order == '<') != (sys.byteorder == 'little'):
+    values: array[float]
+    if end - at < _SMALL:
+        values = array(typecode, bytes(data[at:end]))
+    else:
+        values = array(typecode)
+        values.frombytes(memoryview(data)[at:end])
+    if order == _FOREIGN_ORDER:
         values.byteswap()
     return values
 
@@ -73,24 +79,24 @@ def wide_text(data: Buffer, at: int, units: int, order: str) -> str:
         return ''
     if max(values) <= 0xFFFF:
         return array('H', values).tobytes().decode(f'utf-16-{"le" if sys.byteorder == "little" else "be"}')
-    return (
-        ''.join(chr(int(value)) for value in values).encode().decode()
-    )  # written by a peer as code points; refuses surrogates
+    # A peer wrote code points; among these, surrogates are refused.
+    return ''.join(chr(int(value)) for value in values).encode().decode()
 
 
 def texts(data: Buffer, at: int, count: int, order: str, limit: int) -> tuple[list[str], int]:
     """Return `count` strings of at most `limit` bytes (0: any) and the offset behind them."""
     if count * 4 > len(data) - at:
         refuse()
-    length = struct.Struct(f'{order}I').unpack_from
+    length = _LENGTHS[order]
+    most = limit + 1 if limit else 2**32
     found = []
     for _ in range(count):
         at += -at & 3
         (size,) = length(data, at)
-        if 0 < limit < size - 1:
+        start, at = at + 4, at + 4 + size
+        if size > most:
             refuse()
-        found.append(text(data, at + 4, size))
-        at += 4 + size
+        found.append(text(data, start, size) if data[at - 1] else str(data[start : at - 1], 'utf-8'))
     return found, at
 
 
@@ -98,7 +104,7 @@ def wide_texts(data: Buffer, at: int, count: int, order: str, limit: int) -> tup
     """Return `count` wstrings of at most `limit` code units (0: any) and the offset behind them."""
     if count * 4 > len(data) - at:
         refuse()
-    length = struct.Struct(f'{order}I').unpack_from
+    length = _LENGTHS[order]
     found = []
     for _ in range(count):
         at += -at & 3

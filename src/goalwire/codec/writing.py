@@ -60,15 +60,6 @@ def require(wanted: type, *values: object) -> None:
             raise TypeError(f'expected {wanted.__name__}, got {type(value).__name__}')
 
 
-def narrow(text: str) -> bytes:
-    """Return a string as UTF-8; the terminating NUL is not in it."""
-    require(str, text)
-    data = text.encode()
-    if 0 in data:
-        refuse()
-    return data
-
-
 def wide(text: str) -> bytes:
     """Return a wstring: four bytes for each UTF-16 code unit, as Fast-CDR writes wchar_t; no NUL."""
     require(str, text)
@@ -79,10 +70,13 @@ def wide(text: str) -> bytes:
 
 def put_texts(texts: Iterable[str], add: Add, at: int, limit: int) -> int:
     """Add strings of at most `limit` bytes (0: any) and return the offset behind them."""
+    most = limit + 1 if limit else 2**32
     for text in texts:
-        data = narrow(text)
+        if type(text) is not str:
+            require(str, text)
+        data = text.encode()
         size = len(data) + 1
-        if 0 < limit < size - 1:
+        if 0 in data or size > most:
             refuse()
         packed = _TEXTS[size << 3 | at & 7](size, data)
         add(packed)
@@ -110,15 +104,11 @@ def numbers(typecode: str, value: Iterable[float]) -> array[float]:
     return to_array(typecode, value)
 
 
-def fixed_numbers(value: object, dtype: str, size: int) -> np.ndarray:
+def fixed_numbers(value: object, dtype: np.dtype[np.generic], size: int) -> np.ndarray:
     """Return a numpy array in little-endian order; refuses other types and sizes."""
     import numpy as np
 
-    if (
-        not isinstance(value, np.ndarray)
-        or value.dtype.newbyteorder('<') != np.dtype(dtype)
-        or value.size != size
-    ):
+    if not isinstance(value, np.ndarray) or value.dtype.newbyteorder('<') != dtype or value.size != size:
         raise TypeError('no numpy array of this type and size')
     return value.astype(dtype)
 
