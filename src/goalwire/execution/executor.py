@@ -225,6 +225,7 @@ class Executor:
         for node in self.get_nodes():
             self.remove_node(node)
         self._ready.wake_all()
+        self._send_home()
         self._close_lanes()
         for work in self._ready.reclaim(self.home):
             if isinstance(work, TaskWork):
@@ -252,6 +253,9 @@ class Executor:
         """Whether nothing of this executor runs while the calling thread blocks."""
         raise NotImplementedError
 
+    def _send_home(self) -> None:
+        """At shutdown: wake whoever else waits for this executor."""
+
     def lend_thread(self, count: int) -> None:
         """Make up for `count` threads that block in a call of ours; negative: they are back."""
 
@@ -265,15 +269,7 @@ class Executor:
         try:
             self._drive(self._parker(), until, deadline, once=once)
         finally:
-            loan.take_back(self.home, self._spin_while)
-
-    def _spin_while(self, busy: Callable[[], bool]) -> None:
-        parker = self._parker()
-        while busy():
-            work = self._take(parker, lambda: not busy(), None)
-            if work is None:
-                return
-            self._perform(work)
+            loan.take_back(self.home, lambda future: self._drive(self._parker(), future, None, once=False))
 
     def _drive(self, parker: Parker, until: Future[Any] | None, deadline: int | None, *, once: bool) -> None:
         """Run callbacks on this thread until `until` is settled, at `deadline`, or after one."""

@@ -199,7 +199,8 @@ class FastLaneLoop(LaneLoop):
             super()._close_self_pipe()  # type: ignore[misc]
 
     def _write_to_self(self) -> None:
-        """Nothing: `call_soon_threadsafe` above wakes."""
+        self.more = True
+        self._wake()
 
     def _iterate(self) -> None:
         hooks = sys.get_asyncgen_hooks()

@@ -55,12 +55,6 @@ class MultiThreadedExecutor(Executor):
         self._coordinators: list[Waiter] = []
         self._watcher: Waiter | None = None
 
-    def shutdown(self, timeout_sec: float | None = None) -> bool:
-        """End every spin, forget the nodes, end the threads; True. A callback that runs ends after this."""
-        super().shutdown(timeout_sec)
-        self._crew.dismiss()
-        return True
-
     def thread_waits_alone(self) -> bool:
         """Whether this has one thread only, the calling one."""
         return self._crew.limit <= 1 and self in THREAD.executors
@@ -217,6 +211,9 @@ class MultiThreadedExecutor(Executor):
             self._ready.wake_one()
         else:
             watcher.wake()
+
+    def _send_home(self) -> None:
+        self._crew.dismiss()
 
     def _rouse(self) -> None:
         self._ready.wake_all()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from _thread import allocate_lock
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from goalwire.execution.waiting import Waiter
@@ -58,7 +59,7 @@ class Readiness:
             return
         try:
             self._selecting = timeout != 0
-            ready = selector.select(timeout)
+            ready = [] if self._selector is None else selector.select(timeout)
         finally:
             self._selecting = False
             self._turn.release()
@@ -77,20 +78,22 @@ class Readiness:
     def interrupt(self) -> None:
         """End a `poll` that waits. Any thread."""
         if self._interrupt is not None:
-            try:
+            # Full: it is being interrupted already. Closed: nobody waits.
+            with suppress(OSError):
                 self._interrupt.send(b'\0')
-            except (BlockingIOError, OSError):
-                return  # full: it is being interrupted; closed: nobody waits
 
     def close(self) -> None:
-        """Close the selector."""
+        """Close the selector, once the thread that waits in it has left."""
         selector, self._selector = self._selector, None
         self.watched = 0
-        if selector is not None:
+        if selector is None:
+            return
+        self.interrupt()
+        with self._turn:
             selector.close()
-        for end in (self._interrupt, self._listener):
-            if end is not None:
-                end.close()
+            for end in (self._interrupt, self._listener):
+                if end is not None:
+                    end.close()
 
     def _open(self) -> selectors.BaseSelector:
         import selectors

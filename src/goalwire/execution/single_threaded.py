@@ -80,8 +80,5 @@ class SingleThreadedExecutor(Executor):
         for waiter in tuple(self._successors):
             waiter.wake()
 
-    def shutdown(self, timeout_sec: float | None = None) -> bool:
-        """End every spin and forget the nodes; True. A callback that runs ends by itself, after this."""
-        super().shutdown(timeout_sec)
+    def _send_home(self) -> None:
         self._call_successor()
-        return True

@@ -93,30 +93,29 @@ class Loan:
             for group, entity in zip(self._groups, self._entities, strict=True):
                 group.ending_execution(entity)
 
-    def take_back(self, home: Home, spin_while: Callable[[Callable[[], bool]], None]) -> None:
-        """Take the groups back; `spin_while(busy)` runs other work in the meantime."""
-        for group, entity in zip(self._groups, self._entities, strict=True):
-            while not group.beginning_execution(entity):
-                ticket = _Ticket(home)
-                group.park(ticket)
-                spin_while(ticket.waits)
-                if ticket.waits():
-                    break  # the executor was shut down: nobody runs beside this callback any more
-        if self._token is not None:
-            HELD.reset(self._token)
+    def take_back(self, home: Home, spin_until: Callable[[Future[None]], None]) -> None:
+        """Take the groups back; `spin_until(future)` runs other work in the meantime."""
+        try:
+            for group, entity in zip(self._groups, self._entities, strict=True):
+                while not group.beginning_execution(entity):
+                    ticket = _Ticket(home)
+                    group.park(ticket)
+                    spin_until(ticket.free)
+                    if not ticket.free.done():
+                        break  # the executor was shut down: nothing runs beside this callback any more
+        finally:
+            if self._token is not None:
+                HELD.reset(self._token)
 
 
 class _Ticket(Work):
-    """Stands in a group's queue for a callback that wants its group back."""
+    """Stands in a group's queue for a callback that wants it back; `free` is done when its turn comes."""
 
-    __slots__ = ('_waits',)
+    __slots__ = ('free',)
 
     def __init__(self, home: Home) -> None:
         super().__init__(home, None)
-        self._waits = True
-
-    def waits(self) -> bool:
-        return self._waits
+        self.free: Future[None] = Future()
 
     def run(self) -> None:
-        self._waits = False
+        self.free.set_result(None)

@@ -1,0 +1,257 @@
+"""spin inside callbacks (execution rule 3)."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from functools import partial
+
+import pytest
+from helpers.execution import PATIENCE, SmallContext, SmallNode, Spinning
+
+from goalwire.execution.blocking import block_on, current_executor, current_group, why_it_cannot_answer
+from goalwire.execution.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
+from goalwire.execution.executor import Executor
+from goalwire.execution.future import Future
+from goalwire.execution.guard_condition import GuardCondition
+from goalwire.execution.multi_threaded import MultiThreadedExecutor
+from goalwire.execution.single_threaded import SingleThreadedExecutor
+from goalwire.execution.steady import STEADY
+
+
+def deadline() -> int:
+    return STEADY.now() + int(PATIENCE * 1e9)
+
+
+@pytest.mark.parametrize('is_async', [False, True])
+@pytest.mark.parametrize('same_group', [False, True])
+def test_a_callback_may_spin_until_another_callback_completes_its_future(
+    executor: Executor, node: SmallNode, is_async: bool, same_group: bool
+) -> None:
+    executor.add_node(node)
+    group = MutuallyExclusiveCallbackGroup()
+    other = group if same_group else MutuallyExclusiveCallbackGroup()
+    answer: Future[int] = Future()
+    seen: Future[list[object]] = Future()
+    server = GuardCondition(lambda: answer.set_result(42), other, home=node.home)
+
+    def ask() -> None:
+        server.trigger()
+        executor.spin_until_future_complete(answer, PATIENCE)
+        seen.set_result([answer.result(), executor.get_nodes(), group.can_execute(server)])
+
+    async def ask_async() -> None:
+        ask()
+
+    GuardCondition(ask_async if is_async else ask, group, home=node.home).trigger()
+    executor.spin_until_future_complete(seen, PATIENCE)
+    assert seen.result() == [42, [node], False]
+
+
+def test_a_nested_spin_runs_coroutine_callbacks(executor: Executor, node: SmallNode) -> None:
+    executor.add_node(node)
+    answer: Future[int] = Future()
+    seen: Future[int | None] = Future()
+
+    async def serve() -> None:
+        await asyncio.sleep(0.005)
+        answer.set_result(1)
+
+    server = GuardCondition(serve, ReentrantCallbackGroup(), home=node.home)
+
+    async def ask() -> None:
+        server.trigger()
+        executor.spin_until_future_complete(answer, PATIENCE)
+        await asyncio.sleep(0)
+        seen.set_result(answer.result())
+
+    GuardCondition(ask, ReentrantCallbackGroup(), home=node.home).trigger()
+    executor.spin_until_future_complete(seen, PATIENCE)
+    assert seen.result() == 1
+
+
+def test_a_lent_group_is_taken_back_before_the_callback_goes_on(executor: Executor, node: SmallNode) -> None:
+    executor.add_node(node)
+    group = MutuallyExclusiveCallbackGroup()
+    answer: Future[int] = Future()
+    order: list[str] = []
+    seen: Future[None] = Future()
+
+    async def long_callback() -> None:
+        answer.set_result(1)
+        await asyncio.sleep(0.02)
+        order.append('callback of the lent group ends')
+
+    server = GuardCondition(long_callback, group, home=node.home)
+
+    def ask() -> None:
+        server.trigger()
+        executor.spin_until_future_complete(answer, PATIENCE)
+        order.append('the lender goes on')
+        seen.set_result(None)
+
+    GuardCondition(ask, group, home=node.home).trigger()
+    executor.spin_until_future_complete(seen, PATIENCE)
+    assert order == ['callback of the lent group ends', 'the lender goes on']
+
+
+def test_a_nested_spin_ends_at_its_timeout(executor: Executor, node: SmallNode) -> None:
+    executor.add_node(node)
+    seen: Future[bool] = Future()
+
+    def ask() -> None:
+        never: Future[int] = Future()
+        executor.spin_until_future_complete(never, 0.02)
+        seen.set_result(never.done())
+
+    GuardCondition(ask, MutuallyExclusiveCallbackGroup(), home=node.home).trigger()
+    executor.spin_until_future_complete(seen, PATIENCE)
+    assert seen.result() is False
+
+
+def test_nested_spin_once_runs_one_other_callback(single: SingleThreadedExecutor, node: SmallNode) -> None:
+    single.add_node(node)
+    order: list[str] = []
+    other = GuardCondition(lambda: order.append('other'), None, home=node.home)
+
+    def outer() -> None:
+        other.trigger()
+        single.spin_once(0)
+        order.append('outer')
+
+    GuardCondition(outer, None, home=node.home).trigger()
+    single.spin_once(0)
+    assert order == ['other', 'outer']
+
+
+def test_a_callback_may_spin_another_executor(
+    context: SmallContext, executor: Executor, node: SmallNode
+) -> None:
+    executor.add_node(node)
+    inner_node = SmallNode()
+    seen: Future[int] = Future()
+    with SingleThreadedExecutor(context=context) as inner:
+        inner.add_node(inner_node)
+        guard = GuardCondition(lambda: seen.set_result(1), None, home=inner_node.home)
+
+        def outer() -> None:
+            guard.trigger()
+            inner.spin_once(PATIENCE)
+
+        GuardCondition(outer, None, home=node.home).trigger()
+        executor.spin_until_future_complete(seen, PATIENCE)
+    assert seen.result() == 1
+
+
+def test_spin_on_a_thread_where_asyncio_runs(executor: Executor, node: SmallNode) -> None:
+    executor.add_node(node)
+
+    async def main() -> tuple[int | None, bool]:
+        outer = asyncio.current_task()
+
+        async def inner() -> int:
+            await asyncio.sleep(0.001)
+            return 5
+
+        task = executor.create_task(inner)
+        executor.spin_until_future_complete(task, PATIENCE)
+        await asyncio.sleep(0)
+        return task.result(), asyncio.current_task() is outer
+
+    assert asyncio.run(main()) == (5, True)
+
+
+def test_a_blocking_call_in_a_callback_needs_no_executor(executor: Executor, context: SmallContext) -> None:
+    answer: Future[int] = Future()
+
+    def call() -> int | None:
+        thread = threading.Timer(0.01, answer.set_result, (3,))
+        thread.start()
+        assert block_on(answer, deadline(), context.lifeline)
+        thread.join()
+        return answer.result()
+
+    task = executor.create_task(call)
+    executor.spin_until_future_complete(task, PATIENCE)
+    assert task.result() == 3
+
+
+def test_callbacks_that_block_in_calls_leave_threads_for_those_that_answer(
+    context: SmallContext, node: SmallNode
+) -> None:
+    """Two threads, three callers, and the server they call: a pool of two alone would stand still."""
+    group = ReentrantCallbackGroup()
+    answers: list[Future[int]] = [Future() for _ in range(3)]
+    done: Future[None] = Future()
+
+    def serve() -> None:
+        for answer in answers:
+            answer.set_result(1)
+
+    server = GuardCondition(serve, group, home=node.home)
+
+    def ask(answer: Future[int]) -> None:
+        if answer is answers[-1]:
+            server.trigger()
+        assert block_on(answer, deadline(), context.lifeline)
+        if answer is answers[-1]:
+            done.set_result(None)
+
+    with MultiThreadedExecutor(2, context=context) as multi:
+        multi.add_node(node)
+        clients = [GuardCondition(partial(ask, answer), group, home=node.home) for answer in answers]
+        for client in clients:
+            client.trigger()
+        multi.spin_until_future_complete(done, PATIENCE)
+        assert done.done()
+
+
+def test_a_call_that_its_own_thread_or_group_would_have_to_answer_is_told_apart(
+    executor: Executor, node: SmallNode
+) -> None:
+    executor.add_node(node)
+    held, free = MutuallyExclusiveCallbackGroup(), MutuallyExclusiveCallbackGroup()
+    seen: Future[tuple[str | None, str | None]] = Future()
+
+    async def ask() -> None:
+        seen.set_result((why_it_cannot_answer(node.home, held), why_it_cannot_answer(node.home, free)))
+
+    GuardCondition(ask, held, home=node.home).trigger()
+    executor.spin_until_future_complete(seen, PATIENCE)
+    in_group, in_other_group = seen.result() or (None, None)
+    assert in_group is not None
+    assert 'group of its own' in in_group
+    if isinstance(executor, MultiThreadedExecutor):
+        assert in_other_group is None
+    else:
+        assert in_other_group is not None
+        assert 'MultiThreadedExecutor' in in_other_group
+
+
+def test_a_server_that_another_thread_spins_can_answer(
+    context: SmallContext, executor: Executor, node: SmallNode
+) -> None:
+    executor.add_node(node)
+    with SingleThreadedExecutor(context=context) as other:
+        task = other.create_task(why_it_cannot_answer, node.home, MutuallyExclusiveCallbackGroup())
+        with Spinning(executor):
+            other.spin_until_future_complete(task, PATIENCE)
+        assert task.result() is None
+
+
+def test_outside_callbacks_nothing_stands_in_the_way(single: SingleThreadedExecutor, node: SmallNode) -> None:
+    single.add_node(node)
+    assert why_it_cannot_answer(node.home, MutuallyExclusiveCallbackGroup()) is None
+    assert current_executor() is None
+    assert current_group() is None
+
+
+def test_a_callback_knows_its_executor_and_group(executor: Executor, node: SmallNode) -> None:
+    executor.add_node(node)
+    group = MutuallyExclusiveCallbackGroup()
+    seen: Future[tuple[object, object]] = Future()
+    GuardCondition(
+        lambda: seen.set_result((current_executor(), current_group())), group, home=node.home
+    ).trigger()
+    executor.spin_until_future_complete(seen, PATIENCE)
+    assert seen.result() == (executor, group)
