@@ -23,9 +23,9 @@ def display() -> Iterator[Sink]:
         except ImportError:
             pass
         else:
-            one_line = Column(no_wrap=True, overflow='ellipsis')
+            one_line = Column(no_wrap=True, overflow='ellipsis', ratio=1)
             text = TextColumn('{task.description}', markup=False, table_column=one_line)
-            with Progress(BarColumn(bar_width=12), TimeElapsedColumn(), text) as progress:
+            with Progress(BarColumn(bar_width=12), TimeElapsedColumn(), text, expand=True) as progress:
                 yield Bars(progress)
             return
     yield PlainLines()
