@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 from typing import Generic, TypeVar
 
 T = TypeVar('T')
@@ -39,4 +40,11 @@ class Collector(Generic[T]):
         with self._changed:
             came = self._changed.wait_for(lambda: len(self._items) >= number, timeout)
             assert came, f'{len(self._items)} of {number} came within {timeout} s: {self._items}'
+            return list(self._items)
+
+    def wait_for(self, predicate: Callable[[list[T]], bool], timeout: float = 10.0) -> list[T]:
+        """Wait until what has come is as `predicate` wants it, and return it."""
+        with self._changed:
+            came = self._changed.wait_for(lambda: predicate(self._items), timeout)
+            assert came, f'not as wanted within {timeout} s: {self._items}'
             return list(self._items)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import socket
+from itertools import count
 
 import pytest
+from helpers import isolation
 from helpers.isolation import free_port, fresh_domain, isolated_env
 from helpers.processes import Program
 
@@ -25,16 +27,17 @@ def test_nothing_of_a_sourced_ros_2_is_inherited(monkeypatch: pytest.MonkeyPatch
     assert env['RMW_IMPLEMENTATION'] == 'rmw_zenoh_cpp'
 
 
-def test_a_port_somebody_listens_on_is_not_handed_out() -> None:
-    port = free_port()
-    with socket.socket() as listener:
-        listener.bind(('127.0.0.1', port + 1))
-        listener.listen()
-        assert free_port() != port + 1
+def test_a_port_somebody_listens_on_is_not_handed_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(isolation, '_ports', count())
+    taken = free_port()
+    with socket.create_server(('127.0.0.1', taken)):
+        monkeypatch.setattr(isolation, '_ports', count())
+        assert free_port() != taken
 
 
 def test_another_test_run_gets_other_domains() -> None:
     mine = fresh_domain()
-    source = 'from helpers.isolation import fresh_domain; print({fresh_domain() for _ in range(10)})'
+    source = 'from helpers import isolation
+from helpers.isolation import fresh_domain; print({fresh_domain() for _ in range(10)})'
     with Program(f'import sys; sys.path[:0] = {__import__("sys").path!r}; {source}') as program:
         assert str(mine) not in program.succeed().strip('{}').split(', ')
