@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import asyncio
+import atexit
 from _thread import allocate_lock
 from collections import deque
 from threading import Lock
 from typing import TYPE_CHECKING, Any, NamedTuple
-from weakref import WeakKeyDictionary
+from weakref import WeakKeyDictionary, WeakSet
 
 from goalwire.execution.agenda import Alarm
 from goalwire.execution.loop import new_loop
@@ -177,6 +178,7 @@ class Lanes:
         self._closed = False
         self._shared: list[Lane] = []
         self._of_group: WeakKeyDictionary[CallbackGroup, Lane] = WeakKeyDictionary()
+        _open.add(self)
 
     def start(self, start: Start, group: CallbackGroup | None) -> None:
         """Let a coroutine run in the lane that is right for `group`, and drive it to its first await."""
@@ -214,3 +216,13 @@ class Lanes:
             self._shared.append(lane)
             return lane
         return min(self._shared, key=lambda lane: lane.load)
+
+
+_open: WeakSet[Lanes] = WeakSet()
+
+
+@atexit.register
+def _close_all() -> None:
+    """At the interpreter's exit: let the coroutines of executors that nobody shut down clean up."""
+    for lanes in tuple(_open):
+        lanes.close()

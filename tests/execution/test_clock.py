@@ -1,0 +1,188 @@
+from __future__ import annotations
+
+import threading
+
+import pytest
+from helpers.execution import SmallContext, soon
+
+from goalwire.errors import NotInitializedException
+from goalwire.execution.clock import Clock, ClockChange, JumpThreshold, ROSClock, TimeJump
+from goalwire.execution.steady import STEADY
+from goalwire.protocol.time import ClockType, Duration, Time
+
+ROS, SYSTEM, STEADY_TIME = ClockType.ROS_TIME, ClockType.SYSTEM_TIME, ClockType.STEADY_TIME
+
+
+def ros(seconds: float) -> Time:
+    return Time(seconds=seconds, clock_type=ROS)
+
+
+def active(seconds: float = 0) -> ROSClock:
+    clock = ROSClock()
+    clock.set_ros_time_override(ros(seconds))
+    clock._set_ros_time_is_active(True)
+    return clock
+
+
+def test_kinds_and_their_names() -> None:
+    assert repr(Clock()) == 'Clock(clock_type=SYSTEM_TIME)'
+    assert repr(Clock(clock_type=STEADY_TIME)) == 'Clock(clock_type=STEADY_TIME)'
+    assert repr(Clock(clock_type=ClockType.UNINITIALIZED)) == 'Clock(clock_type=UNINITIALIZED)'
+    assert repr(ROSClock()) == 'Clock(clock_type=ROS_TIME)'
+    assert type(Clock(clock_type=ROS)) is ROSClock
+    assert ROSClock().clock_type is ROS
+
+
+@pytest.mark.parametrize('wrong', ['x', 1])
+def test_what_is_no_clock_type_is_refused(wrong: object) -> None:
+    with pytest.raises(TypeError, match='Clock type must be a ClockType enum'):
+        Clock(clock_type=wrong)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize('kind', [ROS, SYSTEM, STEADY_TIME])
+def test_now_is_of_the_clocks_type_and_moves_on(kind: ClockType) -> None:
+    clock = Clock(clock_type=kind)
+    first = clock.now()
+    assert first.clock_type is kind
+    assert clock.now() >= first
+
+
+def test_ros_time_is_system_time_until_it_is_active() -> None:
+    clock = ROSClock()
+    assert (clock.ros_time_is_active, clock.overridden) == (False, False)
+    clock.set_ros_time_override(ros(1))
+    assert clock.now().nanoseconds > 10**18
+    clock._set_ros_time_is_active(True)
+    assert (clock.ros_time_is_active, clock.overridden) == (True, True)
+    assert clock.now() == ros(1)
+    clock._set_ros_time_is_active(False)
+    assert clock.now().nanoseconds > 10**18
+
+
+def test_only_a_time_can_be_set_and_only_on_ros_clocks() -> None:
+    with pytest.raises(TypeError, match='Time must be specified as rclpy'):
+        ROSClock().set_ros_time_override(1)  # type: ignore[arg-type]
+    assert not hasattr(Clock(clock_type=SYSTEM), 'set_ros_time_override')
+
+
+@pytest.mark.parametrize(
+    ('forward', 'backward', 'on_change', 'message'),
+    [
+        (1, 1, True, 'min_backward must be a negative non-zero duration'),
+        (None, 0, True, 'min_backward must be a negative non-zero duration'),
+        (-1, None, True, 'min_forward must be a positive non-zero duration'),
+        (None, None, False, 'At least one jump threshold must be enabled'),
+    ],
+)
+def test_thresholds_that_mean_nothing_are_refused(
+    forward: int | None, backward: int | None, on_change: bool, message: str
+) -> None:
+    with pytest.raises(ValueError, match=message):
+        JumpThreshold(
+            min_forward=None if forward is None else Duration(seconds=forward),
+            min_backward=None if backward is None else Duration(seconds=backward),
+            on_clock_change=on_change,
+        )
+
+
+def test_jump_callbacks_must_be_callable() -> None:
+    threshold = JumpThreshold(min_forward=None, min_backward=None)
+    with pytest.raises(ValueError, match='One of pre_callback or post_callback must be callable'):
+        ROSClock().create_jump_callback(threshold)
+    with pytest.raises(ValueError, match='pre_callback must be callable if given'):
+        ROSClock().create_jump_callback(threshold, pre_callback=1)  # type: ignore[arg-type]
+
+
+def test_jump_callbacks_see_the_time_before_and_after() -> None:
+    clock = active(1)
+    seen: list[object] = []
+
+    def after(jump: TimeJump) -> None:
+        seen.append((jump.clock_change, jump.delta.nanoseconds, clock.now().nanoseconds))
+
+    threshold = JumpThreshold(min_forward=Duration(seconds=1), min_backward=Duration(seconds=-1))
+    with clock.create_jump_callback(
+        threshold, pre_callback=lambda: seen.append(clock.now().nanoseconds), post_callback=after
+    ):
+        clock.set_ros_time_override(ros(1.5))
+        assert seen == []
+        clock.set_ros_time_override(ros(3))
+        assert seen == [1_500_000_000, (ClockChange.ROS_TIME_NO_CHANGE, 1_500_000_000, 3_000_000_000)]
+        seen.clear()
+        clock.set_ros_time_override(ros(1))
+        assert seen == [3_000_000_000, (ClockChange.ROS_TIME_NO_CHANGE, -2_000_000_000, 1_000_000_000)]
+        seen.clear()
+        clock._set_ros_time_is_active(False)
+        assert seen[0] == 1_000_000_000
+    seen.clear()
+    clock._set_ros_time_is_active(True)
+    assert seen == []
+
+
+def test_switching_is_only_told_to_those_who_asked() -> None:
+    clock = ROSClock()
+    seen: list[str] = []
+    threshold = JumpThreshold(min_forward=Duration(seconds=1), min_backward=None, on_clock_change=False)
+    clock.create_jump_callback(threshold, post_callback=lambda _: seen.append('jump'))
+    clock._set_ros_time_is_active(True)
+    assert seen == []
+    clock.set_ros_time_override(ros(5))
+    assert seen == ['jump']
+
+
+@pytest.mark.parametrize('kind', [ROS, SYSTEM, STEADY_TIME])
+def test_sleep_for_and_until(context: SmallContext, kind: ClockType) -> None:
+    clock = Clock(clock_type=kind)
+    begun = STEADY.now()
+    assert clock.sleep_for(Duration(nanoseconds=20_000_000), context)
+    assert STEADY.now() - begun >= 19_000_000
+    assert clock.sleep_until(clock.now(), context)
+
+
+def test_a_sleep_ends_with_the_context(context: SmallContext) -> None:
+    timer = threading.Timer(0.02, context.shutdown)
+    timer.start()
+    assert not Clock().sleep_for(Duration(seconds=3600), context)
+    timer.join()
+    with pytest.raises(NotInitializedException, match='has not been called'):
+        Clock().sleep_for(Duration(seconds=1), context)
+
+
+def test_a_sleep_takes_only_this_clocks_time(context: SmallContext) -> None:
+    with pytest.raises(ValueError, match="until's clock type does not match this clock's type"):
+        Clock(clock_type=STEADY_TIME).sleep_until(Time(seconds=1), context)
+    with pytest.raises(TypeError, match="'Time' and 'int'"):
+        Clock(clock_type=STEADY_TIME).sleep_for(1, context)  # type: ignore[arg-type]
+
+
+def _sleep_in_thread(
+    clock: ROSClock, until: Time, context: SmallContext
+) -> tuple[threading.Event, list[bool]]:
+    ended, result = threading.Event(), list[bool]()
+
+    def sleep() -> None:
+        result.append(clock.sleep_until(until, context))
+        ended.set()
+
+    threading.Thread(target=sleep).start()
+    return ended, result
+
+
+def test_a_sleep_on_sim_time_ends_when_that_time_is_set(context: SmallContext) -> None:
+    clock = active()
+    ended, result = _sleep_in_thread(clock, ros(2), context)
+    clock.set_ros_time_override(ros(1))
+    assert not ended.wait(0.03)
+    clock.set_ros_time_override(ros(2.5))
+    assert soon(ended)
+    assert result == [True]
+
+
+def test_a_sleep_is_given_up_when_the_source_of_time_is_switched(context: SmallContext) -> None:
+    clock = active()
+    ended, result = _sleep_in_thread(clock, ros(2), context)
+    while not clock._sleepers:
+        ended.wait(0.001)
+    clock._set_ros_time_is_active(False)
+    assert soon(ended)
+    assert result == [False]

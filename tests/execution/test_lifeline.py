@@ -1,0 +1,54 @@
+from __future__ import annotations
+
+import threading
+
+from goalwire.execution.lifeline import Lifeline
+
+
+def test_it_ends_once_and_tells_everybody_once() -> None:
+    lifeline = Lifeline()
+    told: list[str] = []
+    lifeline.watch(lambda: told.append('a'))
+    lifeline.watch(lambda: told.append('b'))
+    assert (lifeline.alive, lifeline.reason) == (True, None)
+    assert lifeline.end('shutdown')
+    assert not lifeline.end('again')
+    assert (lifeline.alive, lifeline.reason) == (False, 'shutdown')
+    assert sorted(told) == ['a', 'b']
+
+
+def test_who_watches_too_late_is_told_at_once() -> None:
+    lifeline = Lifeline()
+    lifeline.end('over')
+    told: list[str] = []
+    lifeline.watch(lambda: told.append('a'))
+    assert told == ['a']
+
+
+def test_a_closed_watch_is_not_told() -> None:
+    lifeline = Lifeline()
+    told: list[str] = []
+    watch = lifeline.watch(lambda: told.append('a'))
+    watch.close()
+    watch.close()
+    lifeline.end('over')
+    assert told == []
+
+
+def test_nobody_is_missed_who_begins_to_watch_while_it_ends() -> None:
+    for _ in range(500):
+        lifeline = Lifeline()
+        told = threading.Semaphore(0)
+        both = threading.Barrier(2)
+
+        def end(lifeline: Lifeline = lifeline, both: threading.Barrier = both) -> None:
+            both.wait()
+            lifeline.end('over')
+
+        thread = threading.Thread(target=end)
+        thread.start()
+        both.wait()
+        lifeline.watch(told.release)
+        thread.join()
+        assert told.acquire(timeout=10)
+        assert not told.acquire(blocking=False)

@@ -1,0 +1,428 @@
+from __future__ import annotations
+
+import asyncio
+import threading
+from typing import cast
+
+import pytest
+from helpers.execution import PATIENCE, SmallContext, SmallNode, Spinning, soon
+
+from goalwire.errors import InvalidHandle, ROSInterruptException
+from goalwire.execution.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
+from goalwire.execution.clock import Clock, ROSClock, SteadyClock
+from goalwire.execution.executor import Executor
+from goalwire.execution.multi_threaded import MultiThreadedExecutor
+from goalwire.execution.rate import Rate
+from goalwire.execution.single_threaded import SingleThreadedExecutor
+from goalwire.execution.steady import STEADY
+from goalwire.execution.timer import Timer
+from goalwire.execution.waiting import Waiter
+from goalwire.protocol.time import ClockType, Time
+
+MS = 1_000_000
+
+
+class HandSet(SteadyClock):
+    """Time that a test moves; nobody sleeps in it."""
+
+    __slots__ = ('time',)
+
+    def __init__(self) -> None:
+        self.time = 10**12
+
+    def now(self) -> int:
+        return self.time
+
+    def system_now(self) -> int:
+        return self.time + 10**18
+
+    def wait(self, waiter: Waiter, deadline_ns: int | None) -> bool:
+        raise AssertionError('a test with time set by hand must not sleep')
+
+
+class World:
+    """An executor, a node and timers, all in time set by hand."""
+
+    def __init__(self) -> None:
+        self.time = HandSet()
+        context = SmallContext()
+        context.lifeline.clock = self.time
+        self.executor = SingleThreadedExecutor(context=context)
+        self.node = SmallNode()
+        self.executor.add_node(self.node)
+        self.calls: list[float] = []
+        self._begun = self.time.time
+
+    def timer(
+        self, period_ms: float, clock_type: ClockType = ClockType.ROS_TIME, *, autostart: bool = True
+    ) -> Timer:
+        clock = Clock(clock_type=clock_type, source=self.time)
+        return Timer(self.note, None, int(period_ms * MS), clock, home=self.node.home, autostart=autostart)
+
+    def note(self) -> None:
+        self.calls.append((self.time.time - self._begun) / MS)
+
+    def at(self, ms: float, turns: int = 1) -> list[float]:
+        """Move to `ms` after the beginning, spin, and return the times of all calls up to then."""
+        self.time.time = self._begun + int(ms * MS)
+        for _ in range(turns):
+            self.executor.spin_once(0)
+        return self.calls
+
+
+@pytest.mark.parametrize('clock_type', [ClockType.ROS_TIME, ClockType.SYSTEM_TIME, ClockType.STEADY_TIME])
+def test_a_timer_is_called_once_a_period(clock_type: ClockType) -> None:
+    world = World()
+    timer = world.timer(100, clock_type)
+    assert world.at(99) == []
+    assert not timer.is_ready()
+    world.time.time += 2 * MS
+    assert timer.is_ready()
+    assert (timer.time_until_next_call() or 0) < 0
+    assert world.at(101, 3) == [101]
+    assert world.at(200) == [101, 200]
+
+
+def test_missed_periods_are_one_call_and_the_phase_is_kept() -> None:
+    world = World()
+    timer = world.timer(100)
+    assert world.at(550, 3) == [550]
+    assert timer.time_until_next_call() == 50 * MS
+    assert timer.time_since_last_call() == 0
+
+
+def test_the_rhythm_does_not_drift() -> None:
+    world = World()
+    timer = world.timer(10)
+    for tick in range(1, 1000):
+        world.at(tick * 10 + 3)
+    assert timer.next_call_ns == world.time.system_now() - 3 * MS + 10 * MS
+    assert len(world.calls) == 999
+
+
+def test_a_canceled_timer_is_silent_until_reset() -> None:
+    world = World()
+    timer = world.timer(100)
+    timer.cancel()
+    assert timer.is_canceled()
+    assert timer.time_until_next_call() is None
+    assert world.at(300, 2) == []
+    assert not timer.is_ready()
+    timer.reset()
+    assert not timer.is_canceled()
+    assert timer.time_until_next_call() == 100 * MS
+    assert world.at(399) == []
+    assert world.at(400) == [400]
+
+
+def test_without_autostart_it_waits_for_reset() -> None:
+    world = World()
+    timer = world.timer(100, autostart=False)
+    assert (timer.is_canceled(), timer.is_ready(), timer.time_until_next_call()) == (True, False, None)
+    timer.reset()
+    assert world.at(100) == [100]
+
+
+def test_a_new_period_counts_from_the_next_call_on() -> None:
+    world = World()
+    timer = world.timer(200)
+    timer.timer_period_ns = 1000 * MS
+    assert timer.timer_period_ns == 1000 * MS
+    assert timer.time_until_next_call() == 200 * MS
+    assert world.at(200) == [200]
+    assert timer.time_until_next_call() == 1000 * MS
+    timer.timer_period_ns = 1.5  # type: ignore[assignment]
+    assert timer.timer_period_ns == 1
+    timer.timer_period_ns = -5
+    assert timer.timer_period_ns == -5
+    with pytest.raises(ValueError, match='invalid literal for int'):
+        timer.timer_period_ns = 'x'  # type: ignore[assignment]
+
+
+def test_a_zero_period_is_due_each_turn_and_starves_nobody() -> None:
+    world = World()
+    world.timer(0)
+    other = world.timer(10)
+    world.at(0, 3)
+    assert len(world.calls) == 3
+    world.at(10, 4)
+    assert other.time_since_last_call() == 0
+
+
+def test_a_timer_may_cancel_or_destroy_itself_in_its_callback() -> None:
+    for end in (Timer.cancel, Timer.destroy):
+        world = World()
+        timer = world.timer(100)
+        timer.callback = lambda end=end, timer=timer, world=world: (world.note(), end(timer))
+        assert world.at(100, 2) == [100]
+        assert world.at(500, 2) == [100]
+
+
+def test_a_destroyed_timer_raises_invalid_handle() -> None:
+    world = World()
+    timer = world.timer(100)
+    timer.destroy()
+    timer.destroy()
+    assert timer.clock is not None
+    for use in (timer.is_ready, timer.cancel, timer.reset, timer.is_canceled, timer.time_since_last_call):
+        with pytest.raises(InvalidHandle, match='cannot use Destroyable'):
+            use()
+    with pytest.raises(InvalidHandle):
+        _ = timer.timer_period_ns
+    with pytest.raises(InvalidHandle):
+        _ = timer.handle
+
+
+def test_a_period_beyond_64_bits_is_refused() -> None:
+    with pytest.raises(TypeError, match='does not fit into 64 bits'):
+        World().timer(1e19)
+
+
+def test_a_timer_without_a_callback_raises_as_in_rclpy() -> None:
+    world = World()
+    world.timer(100).callback = None
+    with pytest.raises(TypeError, match="'NoneType' object is not callable"):
+        world.at(100)
+
+
+def test_a_failing_timer_goes_on_ticking() -> None:
+    world = World()
+
+    def fails() -> None:
+        world.note()
+        raise ValueError('boom')
+
+    world.timer(100).callback = fails
+    for tick in (100, 200, 300):
+        with pytest.raises(ValueError, match='boom'):
+            world.at(tick)
+    assert world.calls == [100, 200, 300]
+
+
+def test_two_due_timers_are_called_in_the_order_of_their_times() -> None:
+    world = World()
+    order: list[str] = []
+    for name, period in (('late', 60), ('early', 50)):
+        world.timer(period).callback = lambda name=name: order.append(name)
+    world.at(100, 4)
+    assert order == ['early', 'late']
+
+
+def test_timers_tick_on_the_machines_time_under_both_executors(executor: Executor, node: SmallNode) -> None:
+    executor.add_node(node)
+    count = 0
+    enough = threading.Event()
+
+    def tick() -> None:
+        nonlocal count
+        count += 1
+        if count == 20:
+            enough.set()
+
+    begun = STEADY.now()
+    timer = Timer(tick, MutuallyExclusiveCallbackGroup(), 5 * MS, ROSClock(), home=node.home)
+    with Spinning(executor):
+        assert soon(enough)
+        assert (STEADY.now() - begun) >= 100 * MS
+    timer.destroy()
+
+
+def test_a_timer_made_or_reset_while_the_executor_sleeps_is_heard_of(
+    executor: Executor, node: SmallNode
+) -> None:
+    executor.add_node(node)
+    distant = Timer(lambda: None, None, 3600 * 1000 * MS, Clock(), home=node.home)
+    with Spinning(executor):
+        assert executor.create_task(lambda: None).wait(STEADY.now() + 10**10)
+        made = threading.Event()
+        timer = Timer(made.set, None, 5 * MS, Clock(), home=node.home)
+        assert soon(made)
+        timer.destroy()
+        reset = threading.Event()
+        distant.callback = reset.set
+        distant.timer_period_ns = 5 * MS
+        distant.reset()
+        assert soon(reset)
+    distant.destroy()
+
+
+def test_a_slow_reentrant_timer_overlaps_itself(multi: MultiThreadedExecutor, node: SmallNode) -> None:
+    multi.add_node(node)
+    together = threading.Barrier(2)
+    met = threading.Event()
+
+    def tick() -> None:
+        together.wait(PATIENCE)
+        met.set()
+
+    timer = Timer(tick, ReentrantCallbackGroup(), 5 * MS, Clock(), home=node.home)
+    with Spinning(multi):
+        assert soon(met)
+        timer.cancel()
+        together.abort() if together.n_waiting else None
+        multi._failures.clear()
+
+
+def test_a_coroutine_timer_ticks_under_both_executors(executor: Executor, node: SmallNode) -> None:
+    executor.add_node(node)
+    count = 0
+    enough = threading.Event()
+
+    async def tick() -> None:
+        nonlocal count
+        await asyncio.sleep(0.001)
+        count += 1
+        if count == 10:
+            enough.set()
+
+    timer = Timer(tick, MutuallyExclusiveCallbackGroup(), 2 * MS, Clock(), home=node.home)
+    with Spinning(executor):
+        assert soon(enough)
+    timer.destroy()
+
+
+def test_timers_tick_while_other_callbacks_block(multi: MultiThreadedExecutor, node: SmallNode) -> None:
+    multi.add_node(node)
+    release, ticked = threading.Event(), threading.Semaphore(0)
+    timers = [
+        Timer(callback, MutuallyExclusiveCallbackGroup(), 2 * MS, Clock(), home=node.home)
+        for callback in (lambda: release.wait(PATIENCE), ticked.release)
+    ]
+    with Spinning(multi):
+        for _ in range(10):
+            assert ticked.acquire(timeout=PATIENCE)
+        release.set()
+        for timer in timers:
+            timer.cancel()
+
+
+# -- ROS time
+
+
+def ros_seconds(world: World, clock: ROSClock, seconds: float) -> list[float]:
+    clock.set_ros_time_override(Time(seconds=seconds, clock_type=ClockType.ROS_TIME))
+    world.executor.spin_once(0)
+    return world.calls
+
+
+def test_a_timer_under_sim_time_follows_the_override() -> None:
+    world = World()
+    clock = cast('ROSClock', Clock(clock_type=ClockType.ROS_TIME, source=world.time))
+    clock.set_ros_time_override(Time(seconds=10, clock_type=ClockType.ROS_TIME))
+    clock._set_ros_time_is_active(True)
+    timer = Timer(
+        lambda: world.calls.append(clock.now().nanoseconds / 1e9), None, 10**9, clock, home=world.node.home
+    )
+    steps = [
+        (10.5, [], 0.5),
+        (11.0, [11.0], 1.0),
+        (11.2, [11.0], 0.8),
+        (14.5, [11.0, 14.5], 0.5),
+        (14.9, [11.0, 14.5], 0.1),
+        (15.0, [11.0, 14.5, 15.0], 1.0),
+        (9.0, [11.0, 14.5, 15.0], 1.0),
+        (9.5, [11.0, 14.5, 15.0], 0.5),
+        (10.0, [11.0, 14.5, 15.0, 10.0], 1.0),
+    ]
+    for time, calls, until_next in steps:
+        assert ros_seconds(world, clock, time) == calls
+        assert (timer.time_until_next_call() or 0) / 1e9 == pytest.approx(until_next)
+
+
+def test_a_timer_keeps_what_is_left_of_its_period_when_sim_time_is_switched() -> None:
+    world = World()
+    clock = ROSClock(source=world.time)
+    timer = Timer(world.note, None, 100 * MS, clock, home=world.node.home)
+    world.at(60)
+    clock.set_ros_time_override(Time(seconds=5, clock_type=ClockType.ROS_TIME))
+    clock._set_ros_time_is_active(True)
+    assert timer.time_until_next_call() == 40 * MS
+    assert world.at(10_000) == []
+    clock.set_ros_time_override(Time(seconds=5.03, clock_type=ClockType.ROS_TIME))
+    clock._set_ros_time_is_active(False)
+    assert timer.time_until_next_call() == 10 * MS
+    assert world.at(10_010) == [10_010]
+
+
+def test_the_setter_of_sim_time_wakes_a_sleeping_executor(executor: Executor, node: SmallNode) -> None:
+    executor.add_node(node)
+    clock = ROSClock()
+    clock._set_ros_time_is_active(True)
+    ticked = threading.Event()
+    timer = Timer(ticked.set, None, 10**9, clock, home=node.home)
+    with Spinning(executor):
+        assert executor.create_task(lambda: None).wait(STEADY.now() + 10**10)
+        clock.set_ros_time_override(Time(seconds=1, clock_type=ClockType.ROS_TIME))
+        assert soon(ticked)
+    timer.destroy()
+
+
+# -- Rate
+
+
+def rate(context: SmallContext, hertz: float, clock: Clock | None = None) -> Rate:
+    return Rate(Timer(None, None, int(1e9 / hertz), clock or ROSClock()), context=context)
+
+
+def test_a_rate_sleeps_for_its_period_without_an_executor(context: SmallContext) -> None:
+    ticks = rate(context, 50)
+    begun = STEADY.now()
+    ticks.sleep()
+    ticks.sleep()
+    assert 40 * MS <= STEADY.now() - begun < 1000 * MS
+
+
+def test_a_destroyed_rate_says_so_and_wakes_its_sleeper(context: SmallContext) -> None:
+    ticks = rate(context, 0.001)
+    timer = threading.Timer(0.02, ticks.destroy)
+    timer.start()
+    with pytest.raises(RuntimeError, match='Rate cannot sleep because it has been destroyed'):
+        ticks.sleep()
+    timer.join()
+    with pytest.raises(RuntimeError, match='destroyed'):
+        ticks.sleep()
+
+
+def test_shutdown_interrupts_a_rate(context: SmallContext) -> None:
+    ticks = rate(context, 0.001)
+    timer = threading.Timer(0.02, context.shutdown)
+    timer.start()
+    with pytest.raises(ROSInterruptException, match=r'rclpy.shutdown\(\) has been called'):
+        ticks.sleep()
+    timer.join()
+
+
+def test_two_threads_share_the_ticks_of_a_rate(context: SmallContext) -> None:
+    ticks = rate(context, 100)
+    begun = STEADY.now()
+
+    def sleep() -> None:
+        for _ in range(3):
+            ticks.sleep()
+
+    threads = [threading.Thread(target=sleep) for _ in range(2)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(PATIENCE)
+        assert not thread.is_alive()
+    assert STEADY.now() - begun >= 30 * MS
+
+
+def test_a_rate_on_sim_time_wakes_with_the_clock(context: SmallContext) -> None:
+    clock = ROSClock()
+    clock._set_ros_time_is_active(True)
+    ticks = rate(context, 1, clock)
+    slept = threading.Event()
+
+    def sleep() -> None:
+        ticks.sleep()
+        slept.set()
+
+    thread = threading.Thread(target=sleep)
+    thread.start()
+    clock.set_ros_time_override(Time(seconds=0.5, clock_type=ClockType.ROS_TIME))
+    assert not slept.wait(0.03)
+    clock.set_ros_time_override(Time(seconds=1, clock_type=ClockType.ROS_TIME))
+    assert soon(slept)
+    thread.join()
