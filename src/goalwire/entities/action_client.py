@@ -14,12 +14,12 @@ from typing import Any
 from goalwire.codec import cdr
 from goalwire.entities.action_server import ActionQoS
 from goalwire.entities.client_goal import ClientGoal, ClientGoalHandle
-from goalwire.entities.exceptions import InvalidHandle
+from goalwire.entities.exceptions import InvalidHandle, ShutDownError
 from goalwire.entities.goal_ids import goal_id_bytes
 from goalwire.entities.graph_waiting import wait_for_graph
 from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import ActionSupport, MessageSupport, ServiceSupport
-from goalwire.errors import RemoteError, ServerLostError
+from goalwire.errors import ClosedError, RemoteError, ServerLostError
 from goalwire.execution.blocking import block_on
 from goalwire.execution.callback_groups import CallbackGroup
 from goalwire.execution.future import Future
@@ -137,7 +137,8 @@ class ActionClientCore:
             lambda raw: ClientGoalHandle(self, record, self.support.send_goal.decode_response(raw)),
         )
         try:
-            self._send_port.request(
+            self._request(
+                self._send_port,
                 payload,
                 lambda sample: self._on_goal_reply(record, future, sample),
                 lambda: self._on_goal_end(record),
@@ -146,6 +147,19 @@ class ActionClientCore:
             self._drop(record)
             raise
         return future
+
+    def _request(
+        self,
+        port: ClientPort,
+        payload: bytes,
+        on_reply: Callable[[Sample], None],
+        on_end: Callable[[], None],
+    ) -> None:
+        try:
+            port.request(payload, on_reply, on_end)
+        except ClosedError:
+            self._check_alive()
+            raise ShutDownError(f"cannot use the action '{self.name}'") from None
 
     def _feedback_inbox(self, callback: Callable[[Any], object]) -> Inbox[Sample]:
         decode = self.support.feedback.decode
@@ -267,7 +281,7 @@ class ActionClientCore:
                 self._apply(self._reactor.on_result_failed, goal_id, self._lost('result'))
                 self._report_lost('result')
 
-        self._result_port.request(wire.encode_result_request(goal_id), on_reply, on_end)
+        self._request(self._result_port, wire.encode_result_request(goal_id), on_reply, on_end)
 
     def cancel_goal(self, goal_id: GoalId, stamp_ns: int = 0) -> Future[Any]:
         """Ask for cancellation; the future gives an action_msgs/srv/CancelGoal response."""
@@ -282,7 +296,7 @@ class ActionClientCore:
             if future.pending():
                 self._report_lost('cancel request')
 
-        self._cancel_port.request(wire.encode_cancel_request(goal_id, stamp_ns), on_reply, on_end)
+        self._request(self._cancel_port, wire.encode_cancel_request(goal_id, stamp_ns), on_reply, on_end)
         return future
 
     def wait_for(self, future: Future[Any]) -> Any:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Coroutine
+from contextlib import suppress
 from dataclasses import dataclass
 from enum import Enum
 from threading import Lock
@@ -16,11 +17,12 @@ from types import CoroutineType
 from typing import Any
 
 from goalwire.codec import cdr
-from goalwire.entities.exceptions import InvalidHandle, RCLError
+from goalwire.entities.exceptions import InvalidHandle, RCLError, ShutDownError
 from goalwire.entities.goal_handle import ServerGoalHandle
 from goalwire.entities.node import NodeCore
 from goalwire.entities.request_server import RequestServer
 from goalwire.entities.type_support import ActionSupport, MessageSupport
+from goalwire.errors import ClosedError
 from goalwire.execution.agenda import Alarm
 from goalwire.execution.callback_groups import CallbackGroup
 from goalwire.execution.work import Work
@@ -101,7 +103,9 @@ class ActionServerCore:
         self._decode_goal = cdr.decoder(support.cls.Goal)  # type: ignore[attr-defined]
         self._encode_feedback = cdr.encoder(self._feedback_class)
         names = node.resolve_action(name)
-        self._feedback = self._publisher(names.feedback, support.feedback, qos.feedback)
+        self._feedback = self._publisher(
+            names.feedback, support.feedback, qos.feedback, waits_for_room=True
+        )
         self._status = self._publisher(names.status, support.status, qos.status)
         self._servers = (
             RequestServer(
@@ -135,7 +139,9 @@ class ActionServerCore:
         self._destroyed = False
         node.own(self)
 
-    def _publisher(self, name: str, support: MessageSupport, qos: QoS) -> PublisherPort:
+    def _publisher(
+        self, name: str, support: MessageSupport, qos: QoS, *, waits_for_room: bool = False
+    ) -> PublisherPort:
         return self.node.port.publisher(
             Endpoint(
                 EndpointKind.PUBLISHER,
@@ -144,6 +150,7 @@ class ActionServerCore:
                 support.type_hash,
                 qos,
                 support.has_buffers,
+                waits_for_room=waits_for_room,
             )
         )
 
@@ -167,7 +174,8 @@ class ActionServerCore:
                 return  # that thread looks again
             try:
                 while self._outbox:
-                    self._perform_one(self._outbox.popleft())
+                    with suppress(ClosedError):  # the context has ended: there is nobody to tell
+                        self._perform_one(self._outbox.popleft())
             finally:
                 self._performing.release()
 
@@ -260,7 +268,11 @@ class ActionServerCore:
             raise TypeError(f'Expected {self._feedback_class}, got {type(feedback)}')
         if self._destroyed:
             raise InvalidHandle
-        self._feedback.publish(wire.wrap(handle.goal_id_bytes, self._encode_feedback(feedback)))
+        payload = wire.wrap(handle.goal_id_bytes, self._encode_feedback(feedback))
+        try:
+            self._feedback.publish(payload)
+        except ClosedError:
+            raise ShutDownError(f"cannot publish feedback of the action '{self.name}'") from None
 
     def finished(self, handle: ServerGoalHandle, result: object) -> None:
         """Execution is over. A result that cannot be sent is logged, and the default one sent instead."""

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from goalwire.entities.exceptions import InvalidHandle
+from goalwire.entities.exceptions import InvalidHandle, ShutDownError
 from goalwire.entities.graph_waiting import wait_for_graph
 from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import ServiceSupport
+from goalwire.errors import ClosedError
 from goalwire.execution.blocking import block_on
 from goalwire.execution.callback_groups import CallbackGroup
 from goalwire.execution.future import Future
@@ -86,7 +87,8 @@ class ClientCore:
         """Send a request and return the future of its response.
 
         Raises TypeError for another type, EncodeError where a field cannot go on the wire, InvalidHandle
-        once destroyed. As in ROS 2 the future stays pending where nobody answers.
+        once destroyed, ShutDownError after the context's end. As in ROS 2 the future stays pending where
+        nobody answers.
         """
         if not isinstance(request, self.support.request):
             raise TypeError(f'Expected {self.support.request}, got {type(request)}')
@@ -98,7 +100,12 @@ class ClientCore:
         return future
 
     def _send(self, port: ClientPort, payload: bytes, future: ResponseFuture) -> None:
-        sequence = port.request(payload, future.on_reply, future.on_end)
+        try:
+            sequence = port.request(payload, future.on_reply, future.on_end)
+        except ClosedError:
+            if self._port is None:
+                raise InvalidHandle from None
+            raise ShutDownError(f"cannot call '{self.full_name}'") from None
         future.sequence = sequence
         self.pending[sequence] = future
         if future.over and self.pending.pop(sequence, None) is not None and future.pending():

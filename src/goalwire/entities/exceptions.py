@@ -5,7 +5,13 @@ Each is also one of goalwire's own (goalwire.errors), so that either family catc
 
 from __future__ import annotations
 
-from goalwire.errors import InvalidHandle, LocalError, NotInitializedException, ROSInterruptException
+from goalwire.errors import (
+    ClosedError,
+    InvalidHandle,
+    LocalError,
+    NotInitializedException,
+    ROSInterruptException,
+)
 from goalwire.protocol.parameters import Parameter
 
 __all__ = [
@@ -28,12 +34,20 @@ __all__ = [
     'RCLError',
     'RCLInvalidROSArgsError',
     'ROSInterruptException',
+    'ShutDownError',
     'UnknownROSArgsError',
 ]
 
 
 class RCLError(LocalError, RuntimeError):
     """What rclpy raises where its C library refuses."""
+
+
+class ShutDownError(RCLError, ClosedError):
+    """An entity was used after the end of its context."""
+
+    def __init__(self, what: str) -> None:
+        super().__init__(f'{what}: the context was shut down; ask rclpy.ok() before, or stop using it first')
 
 
 class RCLInvalidROSArgsError(RCLError):

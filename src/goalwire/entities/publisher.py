@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Generic, TypeVar
 
-from goalwire.entities.exceptions import InvalidHandle
+from goalwire.entities.exceptions import InvalidHandle, ShutDownError
 from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import message_support
+from goalwire.errors import ClosedError
 from goalwire.protocol.qos import QoS
 from goalwire.transport.contract import Endpoint, EndpointKind, PublisherPort
 
@@ -41,18 +42,26 @@ class PublisherCore(Generic[MsgT]):
         """Send a message, or one that is serialized already.
 
         Raises TypeError for another type, EncodeError where a field cannot go on the wire, InvalidHandle
-        once destroyed.
+        once destroyed, ShutDownError after the context's end.
         """
-        if msg.__class__ is self.msg_type:
-            self._send(self._encode(msg))
-        elif isinstance(msg, bytes):
-            self._send(msg)
-        elif isinstance(msg, self.msg_type):
-            self._send(self._encode(msg))
-        elif self._port is None:
+        try:
+            if msg.__class__ is self.msg_type:
+                self._send(self._encode(msg))
+            elif isinstance(msg, bytes):
+                self._send(msg)
+            else:
+                self._publish_other(msg)
+        except ClosedError:
+            if self._port is None:
+                raise InvalidHandle from None
+            raise ShutDownError(f"cannot publish on '{self.full_name}'") from None
+
+    def _publish_other(self, msg: object) -> None:
+        if self._port is None:
             raise InvalidHandle
-        else:
+        if not isinstance(msg, self.msg_type):
             raise TypeError(f'Expected {self.msg_type}, got {type(msg)}')
+        self._send(self._encode(msg))
 
     def subscription_count(self) -> int:
         """How many subscriptions the graph shows on the topic; raises InvalidHandle once destroyed."""

@@ -1,0 +1,574 @@
+"""Action clients: goals, feedback, results, and cancellation in all its forms."""
+
+from __future__ import annotations
+
+import threading
+from typing import Any
+
+import pytest
+from action_msgs.msg import GoalStatusArray
+from action_msgs.srv import CancelGoal
+from builtin_interfaces.msg import Time
+from example_interfaces.action import Fibonacci
+from helpers.actions import NAMES, NO_ID, Arena, Feedback, Gate, Goal, Result, accept_cancel, succeed
+from helpers.collector import Collector
+from helpers.spinning import PATIENCE, MakeNode, Spin, result_of, wait_until
+from rclpy.action import ActionClient, ActionServer, CancelResponse
+from rclpy.action.client import ClientGoalHandle
+from rclpy.action.server import ServerGoalHandle
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.context import Context
+from rclpy.exceptions import InvalidHandle
+from rclpy.executors import Executor
+from unique_identifier_msgs.msg import UUID
+
+from goalwire.errors import EncodeError, WouldDeadlockError
+from goalwire.protocol.goals.client import GoalIdTaken
+
+Handle = ServerGoalHandle
+NONE, UNKNOWN_GOAL_ID, GOAL_TERMINATED = 0, 2, 3
+
+
+def id_of(handle: ClientGoalHandle) -> bytes:
+    return bytes(handle.goal_id.uuid)
+
+
+class Patient:
+    """Executes goals that wait at the gate, or until they are to be cancelled."""
+
+    def __init__(self) -> None:
+        self.asked = threading.Event()
+        self.gate = Gate()
+
+    def __call__(self, handle: Handle) -> Fibonacci.Result:
+        self.gate(handle)
+        if handle.is_cancel_requested:
+            handle.canceled()
+        else:
+            handle.succeed()
+        return Result(sequence=[handle.request.order])
+
+
+# -- cancelling ------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def patient() -> Patient:
+    return Patient()
+
+
+@pytest.fixture
+def arena(make_node: MakeNode, spin: Spin, patient: Patient) -> Arena:
+    return Arena(make_node, spin, patient, threads=6, cancel=accept_cancel)
+
+
+def test_cancelling_by_id(arena: Arena, patient: Patient) -> None:
+    handle, other = arena.accept(1), arena.accept(2)
+    patient.gate.reached.expect(2)
+    answer = result_of(handle.cancel_goal_async())
+    assert answer.return_code == NONE
+    assert [bytes(goal.goal_id.uuid) for goal in answer.goals_canceling] == [id_of(handle)]
+    assert answer.goals_canceling[0].stamp != Time()
+    assert arena.seen(handle, 'CANCELING') == ['EXECUTING', 'CANCELING']
+    patient.gate.open()
+    assert arena.result(handle) == ('CANCELED', [1])
+    assert arena.result(other) == ('SUCCEEDED', [2])
+    assert arena.seen(handle, 'CANCELED') == ['EXECUTING', 'CANCELING', 'CANCELED']
+
+
+def test_cancelling_an_unknown_goal(arena: Arena) -> None:
+    assert arena.cancel(UUID(uuid=[9] * 16)) == (UNKNOWN_GOAL_ID, [])
+
+
+def test_cancelling_a_goal_that_has_ended(arena: Arena, patient: Patient) -> None:
+    patient.gate.open()
+    handle = arena.accept()
+    arena.result(handle)
+    assert arena.cancel(handle.goal_id) == (GOAL_TERMINATED, [])
+
+
+def test_cancelling_a_goal_twice(arena: Arena, patient: Patient) -> None:
+    handle = arena.accept()
+    assert arena.cancel(handle.goal_id)[0] == NONE
+    assert arena.cancel(handle.goal_id) == (GOAL_TERMINATED, [])
+    patient.gate.open()
+    assert arena.result(handle)[0] == 'CANCELED'
+
+
+def test_cancelling_everything(arena: Arena, patient: Patient) -> None:
+    handles = [arena.accept(order) for order in range(3)]
+    assert arena.cancel() == (NONE, [id_of(handle) for handle in handles])
+    patient.gate.open()
+    assert [arena.result(handle)[0] for handle in handles] == ['CANCELED'] * 3
+    assert arena.cancel() == (NONE, [])
+
+
+def stamps_of(arena: Arena, *handles: ClientGoalHandle) -> list[Time]:
+    for handle in handles:
+        arena.seen(handle, 'EXECUTING')
+    by_id = {
+        bytes(entry.goal_info.goal_id.uuid): entry.goal_info.stamp
+        for entry in arena.statuses.items[-1].status_list
+    }
+    return [by_id[id_of(handle)] for handle in handles]
+
+
+def test_cancelling_what_was_accepted_up_to_a_time(arena: Arena, patient: Patient) -> None:
+    first, second, third = (arena.accept(order) for order in range(3))
+    patient.gate.reached.expect(3)
+    stamp = stamps_of(arena, first, second, third)[1]
+    assert arena.cancel(NO_ID, stamp) == (NONE, [id_of(first), id_of(second)])
+    patient.gate.open()
+    assert [arena.result(handle)[0] for handle in (first, second, third)] == [
+        'CANCELED', 'CANCELED', 'SUCCEEDED'
+    ]  # fmt: skip
+
+
+def test_cancelling_a_goal_and_all_older_ones(arena: Arena, patient: Patient) -> None:
+    first, second, third = (arena.accept(order) for order in range(3))
+    patient.gate.reached.expect(3)
+    stamp = stamps_of(arena, first, second, third)[0]
+    assert arena.cancel(third.goal_id, stamp) == (NONE, [id_of(first), id_of(third)])
+    patient.gate.open()
+    assert arena.result(second)[0] == 'SUCCEEDED'
+
+
+@pytest.mark.parametrize('answer', [CancelResponse.REJECT, None, True], ids=repr)
+def test_a_cancellation_that_is_refused(make_node: MakeNode, spin: Spin, answer: object) -> None:
+    patient = Patient()
+    arena = Arena(make_node, spin, patient, cancel=lambda _: answer)
+    handle = arena.accept(4)
+    assert arena.cancel(handle.goal_id) == (NONE, [])
+    patient.gate.open()
+    assert arena.result(handle) == ('SUCCEEDED', [4])
+    assert arena.seen(handle, 'SUCCEEDED') == ['EXECUTING', 'SUCCEEDED']
+
+
+def test_by_default_nothing_is_cancelled(make_node: MakeNode, spin: Spin) -> None:
+    patient = Patient()
+    arena = Arena(make_node, spin, patient)
+    handle = arena.accept(4)
+    assert arena.cancel(handle.goal_id) == (NONE, [])
+    patient.gate.open()
+    assert arena.result(handle) == ('SUCCEEDED', [4])
+
+
+def test_each_goal_is_asked_once_and_the_refused_ones_go_on(make_node: MakeNode, spin: Spin) -> None:
+    """rclpy skips every second goal here, and reports it as cancelling."""
+    patient, asked = Patient(), Collector[int]()
+
+    def cancel(handle: Handle) -> CancelResponse:
+        asked(handle.request.order)
+        return CancelResponse.ACCEPT if handle.request.order % 2 else CancelResponse.REJECT
+
+    arena = Arena(make_node, spin, patient, threads=6, cancel=cancel)
+    handles = [arena.accept(order) for order in range(4)]
+    assert arena.cancel() == (NONE, [id_of(handles[1]), id_of(handles[3])])
+    assert asked.items == [0, 1, 2, 3]
+    patient.gate.open()
+    ends = [arena.result(handle)[0] for handle in handles]
+    assert ends == ['SUCCEEDED', 'CANCELED', 'SUCCEEDED', 'CANCELED']
+
+
+@pytest.mark.parametrize('threads', [1, 4], ids=['single', 'multi'])
+def test_a_cancel_callback_that_raises_refuses_and_comes_out_of_spin(
+    make_node: MakeNode, spin: Spin, threads: int
+) -> None:
+    kept: Collector[Handle] = Collector()
+
+    def cancel(handle: Handle) -> CancelResponse:
+        raise ZeroDivisionError
+
+    arena = Arena(make_node, spin, succeed, cancel=cancel, accepted=kept, threads=threads)
+    handle = arena.accept(3)
+    assert arena.cancel(handle.goal_id) == (NONE, [])
+    arena.spinner.expect_raised(ZeroDivisionError)
+    kept.expect()[0].execute()
+    assert arena.result(handle) == ('SUCCEEDED', [3])
+
+
+@pytest.mark.parametrize(
+    ('end', 'status'),
+    [(Handle.succeed, 'SUCCEEDED'), (Handle.abort, 'ABORTED'), (lambda _: None, 'ABORTED')],
+    ids=['succeed', 'abort', 'nothing'],
+)
+def test_a_server_may_end_a_cancelled_goal_otherwise(
+    make_node: MakeNode, spin: Spin, end: Any, status: str
+) -> None:
+    gate = Gate()
+
+    def execute(handle: Handle) -> Fibonacci.Result:
+        gate(handle)
+        end(handle)
+        return Result(sequence=[4])
+
+    arena = Arena(make_node, spin, execute, cancel=accept_cancel)
+    handle = arena.accept()
+    assert arena.cancel(handle.goal_id)[0] == NONE
+    gate.open()
+    assert arena.result(handle) == (status, [4])
+    assert arena.seen(handle, status) == ['EXECUTING', 'CANCELING', status]
+
+
+def test_a_cancellation_racing_completion_ends_in_one_state_on_both_sides(
+    make_node: MakeNode, spin: Spin
+) -> None:
+    start, ended = threading.Barrier(2), Collector[str]()
+
+    def execute(handle: Handle) -> Fibonacci.Result:
+        start.wait(PATIENCE)
+        if handle.is_cancel_requested:
+            handle.canceled()
+        else:
+            handle.succeed()
+        ended(NAMES[handle.status])
+        return Result()
+
+    arena = Arena(make_node, spin, execute, threads=6, cancel=accept_cancel)
+    for number in range(30):
+        handle = arena.accept()
+        start.wait(PATIENCE)
+        answer = result_of(handle.cancel_goal_async())
+        status = arena.result(handle)[0]
+        assert ended.expect(number + 1)[-1] == status
+        assert arena.seen(handle, status)[-1] == status
+        cancelling = [bytes(goal.goal_id.uuid) for goal in answer.goals_canceling]
+        assert (answer.return_code, cancelling) in [(NONE, [id_of(handle)]), (GOAL_TERMINATED, [])]
+        if status == 'CANCELED':
+            assert answer.return_code == NONE
+
+
+# -- feedback --------------------------------------------------------------------------------------------
+
+
+def test_feedback_goes_to_the_callback_of_its_own_goal(make_node: MakeNode, spin: Spin) -> None:
+    def execute(handle: Handle) -> Fibonacci.Result:
+        for _ in range(5):
+            handle.publish_feedback(Feedback(sequence=[handle.request.order]))
+        return succeed(handle)
+
+    arena = Arena(make_node, spin, execute)
+    heard: list[Collector[Any]] = [Collector() for _ in range(4)]
+    futures = [
+        arena.client.send_goal_async(Goal(order=order), feedback_callback=callback)
+        for order, callback in enumerate(heard)
+    ]
+    ids = [id_of(result_of(future)) for future in futures]
+    for order, callback in enumerate(heard):
+        messages = callback.expect(5)
+        assert [list(message.feedback.sequence) for message in messages] == [[order]] * 5
+        assert {bytes(message.goal_id.uuid) for message in messages} == {ids[order]}
+
+
+def test_feedback_before_the_acceptance_is_known_is_delivered(
+    context: Context, make_node: MakeNode, spin: Spin
+) -> None:
+    """A server by hand: it publishes feedback for a goal that it has not answered yet."""
+    server, node, heard = make_node('by_hand'), make_node(), Collector[Any]()
+    impl = Fibonacci.Impl
+    publisher = server.create_publisher(impl.FeedbackMessage, 'fib/_action/feedback', 10)
+
+    def answer(request: Any, response: Any) -> Any:
+        publisher.publish(impl.FeedbackMessage(goal_id=request.goal_id, feedback=Feedback(sequence=[1])))
+        heard.expect(1)
+        response.accepted = True
+        return response
+
+    server.create_service(impl.SendGoalService, 'fib/_action/send_goal', answer)
+    client = ActionClient(node, Fibonacci, 'fib')
+    wait_until(context, lambda: publisher.get_subscription_count() == 1)
+    wait_until(context, lambda: node.count_services('fib/_action/send_goal') == 1)
+    spin(server)
+    spin(node)
+    assert result_of(client.send_goal_async(Goal(), heard)).accepted
+
+
+def test_of_feedback_that_nobody_takes_the_newest_thousand_wait(
+    context: Context, make_node: MakeNode, spin: Spin, executor: Executor
+) -> None:
+    def execute(handle: Handle) -> Fibonacci.Result:
+        for number in range(1200):
+            handle.publish_feedback(Feedback(sequence=[number]))
+        return succeed(handle)
+
+    server, node = make_node('server'), make_node()
+    ActionServer(server, Fibonacci, 'fib', execute)
+    client = ActionClient(node, Fibonacci, 'fib')
+    assert client.wait_for_server(PATIENCE)
+    wait_until(context, lambda: server.count_subscribers('fib/_action/feedback') == 1)
+    spin(server)
+    heard: list[int] = []
+    last = threading.Event()
+
+    def hear(message: Any) -> None:
+        heard.append(message.feedback.sequence[0])
+        if heard[-1] == 1199:
+            last.set()
+
+    handle = result_of(client.send_goal_async(Goal(), hear))
+    result_of(handle.get_result_async())
+    inbox = client._ended[id_of(handle)].feedback
+    assert inbox is not None
+    node.create_timer(0.001, lambda: None)
+    executor.add_node(node)
+    while not last.is_set():
+        executor.spin_once(timeout_sec=PATIENCE)
+    assert heard == sorted(heard)
+    assert heard[-1000:] == list(range(200, 1200))
+    assert len(heard) + inbox.dropped == 1200
+
+
+def test_a_feedback_callback_that_raises_comes_out_of_spin(make_node: MakeNode, spin: Spin) -> None:
+    def execute(handle: Handle) -> Fibonacci.Result:
+        handle.publish_feedback(Feedback())
+        return succeed(handle)
+
+    def hear(message: Any) -> None:
+        raise ZeroDivisionError
+
+    arena = Arena(make_node, spin, execute)
+    handle = result_of(arena.client.send_goal_async(Goal(order=2), hear))
+    assert arena.result(handle) == ('SUCCEEDED', [2])
+    arena.spinner.expect_raised(ZeroDivisionError)
+
+
+# -- goals -----------------------------------------------------------------------------------------------
+
+
+def test_a_goal_handle_tells_about_its_goal(make_node: MakeNode, spin: Spin) -> None:
+    arena = Arena(make_node, spin, succeed)
+    handle, other = arena.accept(), arena.accept()
+    arena.result(handle)
+    assert handle.accepted is True
+    assert NAMES[handle.status] == 'SUCCEEDED'
+    assert handle.stamp.sec > 0
+    assert handle == handle  # noqa: PLR0124
+    assert handle != other
+    assert handle != 5
+    assert repr(handle).startswith('ClientGoalHandle <id=[')
+    assert repr(handle).endswith('accepted=True, status=4>')
+    with pytest.raises(TypeError, match='unhashable'):
+        hash(handle)
+
+
+@pytest.mark.parametrize('wrong', [1, None, Result(), Goal], ids=repr)
+def test_only_goals_of_the_action_are_sent(make_node: MakeNode, wrong: Any) -> None:
+    client = ActionClient(make_node(), Fibonacci, 'fib')
+    with pytest.raises(TypeError, match=r'^Expected .*Fibonacci_Goal'):
+        client.send_goal_async(wrong)
+    with pytest.raises(TypeError, match=r'^Expected .*Fibonacci_Goal'):
+        client.send_goal(wrong)
+
+
+def test_a_goal_that_cannot_go_on_the_wire_is_named(make_node: MakeNode) -> None:
+    client = ActionClient(make_node(), Fibonacci, 'fib')
+    goal = Goal()
+    goal.order = 'x'  # type: ignore[assignment]
+    with pytest.raises(EncodeError, match=r"Fibonacci_Goal: order: .*'x'"):
+        client.send_goal_async(goal)
+    with pytest.raises(AttributeError, match='uuid'):
+        client.send_goal_async(Goal(), goal_uuid=5)
+    assert client._goals == {}
+
+
+def test_an_id_under_way_is_not_sent_again(make_node: MakeNode, spin: Spin) -> None:
+    kept: Collector[Handle] = Collector()
+    arena = Arena(make_node, spin, succeed, accepted=kept)
+    goal_id = UUID(uuid=[7] * 16)
+    arena.accept(1, goal_id)
+    with pytest.raises(GoalIdTaken, match='07070707'):
+        arena.client.send_goal_async(Goal(), goal_uuid=goal_id)
+
+
+def test_blocking_calls_need_no_executor(make_node: MakeNode, spin: Spin) -> None:
+    gate = Gate()
+
+    def execute(handle: Handle) -> Fibonacci.Result:
+        gate(handle)
+        handle.canceled()
+        return Result(sequence=[1])
+
+    server, node = make_node('server'), make_node()
+    ActionServer(
+        server, Fibonacci, 'fib', execute, cancel_callback=accept_cancel,
+        callback_group=ReentrantCallbackGroup(),
+    )  # fmt: skip
+    client = ActionClient(node, Fibonacci, 'fib')
+    assert client.wait_for_server(PATIENCE)
+    spin(server, threads=4)
+    handle = result_of(client.send_goal_async(Goal()))
+    gate.reached.expect()
+    assert handle.cancel_goal().return_code == NONE
+    gate.open()
+    assert NAMES[handle.get_result().status] == 'CANCELED'
+    assert handle.cancel_goal().return_code == GOAL_TERMINATED
+
+
+def test_send_goal_waits_for_the_result(make_node: MakeNode, spin: Spin) -> None:
+    server, node = make_node('server'), make_node()
+    ActionServer(server, Fibonacci, 'fib', succeed)
+    client = ActionClient(node, Fibonacci, 'fib')
+    assert client.wait_for_server(PATIENCE)
+    spin(server)
+    response = client.send_goal(Goal(order=5))
+    assert NAMES[response.status] == 'SUCCEEDED'
+    assert list(response.result.sequence) == [5]
+
+
+def test_send_goal_where_the_own_thread_would_have_to_execute_raises_at_once(
+    make_node: MakeNode, spin: Spin
+) -> None:
+    node, raised = make_node(), Collector[BaseException]()
+    ActionServer(node, Fibonacci, 'fib', succeed)
+    client = ActionClient(node, Fibonacci, 'fib')
+    assert client.wait_for_server(PATIENCE)
+
+    def callback() -> None:
+        timer.cancel()
+        try:
+            client.send_goal(Goal())
+        except WouldDeadlockError as error:
+            raised(error)
+
+    timer = node.create_timer(0.001, callback)
+    spin(node)
+    assert 'can never be answered' in str(raised.expect()[0])
+
+
+def test_send_goal_inside_a_callback_works_where_others_execute(make_node: MakeNode, spin: Spin) -> None:
+    server, node, came = make_node('server'), make_node(), Collector[Any]()
+    ActionServer(server, Fibonacci, 'fib', succeed)
+    client = ActionClient(node, Fibonacci, 'fib')
+    assert client.wait_for_server(PATIENCE)
+
+    def callback() -> None:
+        timer.cancel()
+        came(client.send_goal(Goal(order=8)))
+
+    timer = node.create_timer(0.001, callback)
+    spin(server)
+    spin(node)
+    assert list(came.expect()[0].result.sequence) == [8]
+
+
+def test_awaiting_a_whole_goal_in_a_callback(make_node: MakeNode, executor: Executor) -> None:
+    server, node, came = make_node('server'), make_node(), Collector[Any]()
+    ActionServer(server, Fibonacci, 'fib', succeed)
+    client = ActionClient(node, Fibonacci, 'fib')
+    assert client.wait_for_server(PATIENCE)
+    from rclpy.task import Future
+
+    done = Future[Any]()
+
+    async def callback() -> None:
+        timer.cancel()
+        handle = await client.send_goal_async(Goal(order=3))
+        assert handle is not None
+        response = await handle.get_result_async()
+        came(response)
+        done.set_result(True)
+
+    timer = node.create_timer(0.001, callback)
+    executor.add_node(server)
+    executor.add_node(node)
+    executor.spin_until_future_complete(done, PATIENCE)
+    assert list(came.items[0].result.sequence) == [3]
+
+
+# -- servers that come, go, and are two ------------------------------------------------------------------
+
+
+def test_a_client_waits_for_a_server_that_starts_later(make_node: MakeNode, spin: Spin) -> None:
+    node, ready = make_node(), Collector[bool]()
+    client = ActionClient(node, Fibonacci, 'fib')
+    assert client.server_is_ready() is False
+    assert client.wait_for_server(0) is False
+    assert client.wait_for_server(timeout_sec=0.05) is False
+    thread = threading.Thread(target=lambda: ready(client.wait_for_server(PATIENCE)))
+    thread.start()
+    server = make_node('server')
+    ActionServer(server, Fibonacci, 'fib', succeed)
+    assert ready.expect() == [True]
+    thread.join()
+    assert client.server_is_ready() is True
+
+
+def test_a_goal_for_nobody_stays_pending_and_is_logged_once(
+    make_node: MakeNode, spin: Spin, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    node, said = make_node(), Collector[str]()
+    client = ActionClient(node, Fibonacci, 'nosuch')
+    monkeypatch.setattr(client._logger, 'warning', said)
+    futures = [client.send_goal_async(Goal()) for _ in range(3)]
+    assert "Action 'nosuch': no server answered the goal" in said.expect()[0]
+    assert not any(future.done() or future.cancelled() for future in futures)
+
+
+def test_with_two_servers_the_first_answer_counts(make_node: MakeNode, spin: Spin, monkeypatch: Any) -> None:
+    one, two, node, said = make_node('one'), make_node('two'), make_node(), Collector[str]()
+    context = node.context
+    for server in (one, two):
+        ActionServer(server, Fibonacci, 'fib', succeed)
+    client = ActionClient(node, Fibonacci, 'fib')
+    monkeypatch.setattr(client._logger, 'warning', said)
+    wait_until(context, lambda: node.count_services('fib/_action/send_goal') == 2)
+    spin(one)
+    spin(two)
+    spin(node)
+    handle = result_of(client.send_goal_async(Goal(order=6)))
+    assert list(result_of(handle.get_result_async()).result.sequence) == [6]
+    assert 'Ignoring unexpected goal response' in said.expect()[0]
+
+
+def test_a_destroyed_client_refuses_to_work(make_node: MakeNode) -> None:
+    node = make_node()
+    client = ActionClient(node, Fibonacci, 'fib')
+    pending = client.send_goal_async(Goal())
+    client.destroy()
+    client.destroy()
+    assert client.server_is_ready() is False
+    assert (pending.done(), pending.cancelled()) == (False, False)
+    with pytest.raises(InvalidHandle):
+        client.send_goal_async(Goal())
+    assert list(node.waitables) == []
+    assert client.wait_for_server(0.01) is False
+
+
+def test_a_client_destroyed_while_it_waits_leaves_the_server_alone(arena: Arena, patient: Patient) -> None:
+    handle = arena.accept(3)
+    result = handle.get_result_async()
+    patient.gate.reached.expect()
+    arena.client.destroy()
+    patient.gate.open()
+    arena.seen(handle, 'SUCCEEDED')
+    assert not result.done()
+    assert not result.cancelled()
+
+
+def test_wrong_arguments_are_refused_with_rclpys_exceptions(make_node: MakeNode) -> None:
+    node = make_node()
+    with pytest.raises(AttributeError, match='_TYPE_SUPPORT'):
+        ActionClient(node, int, 'fib')
+    for wrong in (GoalStatusArray, CancelGoal):
+        with pytest.raises(RuntimeError, match='action type provided is not valid'):
+            ActionClient(node, wrong, 'fib')
+    with pytest.raises(ValueError, match=r"Failed to create action client.*'a b'"):
+        ActionClient(node, Fibonacci, 'a b')
+    with pytest.raises(ValueError, match='Failed to create action client'):
+        ActionClient(node, Fibonacci, '')
+    assert list(node.waitables) == []
+
+
+def test_an_action_is_remapped_by_its_name_on_both_sides(context: Context, spin: Spin) -> None:
+    from rclpy.node import Node
+
+    rules = ['--ros-args', '-r', 'fib:=/robot/fib']
+    server, node = Node('server', context=context, cli_args=rules), Node('client', context=context)
+    action_server = ActionServer(server, Fibonacci, 'fib', succeed)
+    client = ActionClient(node, Fibonacci, 'robot/fib')
+    remapped = ActionClient(server, Fibonacci, 'fib')
+    assert client.wait_for_server(PATIENCE)
+    assert remapped.wait_for_server(PATIENCE)
+    spin(server)
+    assert list(client.send_goal(Goal(order=2)).result.sequence) == [2]
+    action_server.destroy()
