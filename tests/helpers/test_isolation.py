@@ -37,7 +37,6 @@ def test_a_port_somebody_listens_on_is_not_handed_out(monkeypatch: pytest.Monkey
 
 def test_another_test_run_gets_other_domains() -> None:
     mine = fresh_domain()
-    source = 'from helpers import isolation
-from helpers.isolation import fresh_domain; print({fresh_domain() for _ in range(10)})'
+    source = 'from helpers.isolation import fresh_domain; print({fresh_domain() for _ in range(10)})'
     with Program(f'import sys; sys.path[:0] = {__import__("sys").path!r}; {source}') as program:
         assert str(mine) not in program.succeed().strip('{}').split(', ')
