@@ -322,3 +322,16 @@ def test_decoded_messages_are_as_good_as_new_ones() -> None:
     back.fixed[0] = 7  # writable, and not a window into the bytes
     assert back.fixed.tolist() == [7, 0, 0]
     assert back.pair[0] is not back.pair[1]
+
+
+@pytest.mark.parametrize('unit', [0x110000, 0x80000000, 0xFFFFFFFF, 0xD800])
+def test_a_wide_string_holds_utf_16_units_or_code_points(unit: int) -> None:
+    wide = get_message('example_interfaces/msg/WString')
+    data = b'\0\1\0\0\1\0\0\0' + unit.to_bytes(4, 'little')
+    with pytest.raises(DecodeError, match=r'data: at byte 8: no valid UTF-16'):
+        cdr.decode(data, wide)
+
+
+def test_a_wide_string_of_code_points_is_read_too() -> None:
+    wide: Any = get_message('example_interfaces/msg/WString')
+    assert cdr.decode(b'\0\1\0\0\1\0\0\0' + ord('𝄞').to_bytes(4, 'little'), wide).data == '𝄞'

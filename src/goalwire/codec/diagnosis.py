@@ -165,14 +165,18 @@ def explain_decode(cls: type, data: reading.Buffer, error: Exception) -> DecodeE
     """Return the error to raise for bytes that a decoder refused."""
     if isinstance(error, DecodeError):
         return error
+    at = 0
     try:
         walk = _Walk(type_name(cls), data, byte_order(cls, data))
         walk.message(cls, '')
-        if len(data) - walk.at > MAX_PADDING:
-            walk.fail('', f'the message ends here, but {len(data) - walk.at} bytes follow')
+        at = walk.at
+        if len(data) - at > MAX_PADDING:
+            walk.fail('', f'the message ends here, but {len(data) - at} bytes follow')
     except DecodeError as found:
         return found
-    return DecodeError(type_name(cls), '', walk.at, f'cannot be decoded: {error!r}')
+    except Exception as other:
+        error = other
+    return DecodeError(type_name(cls), '', at, f'cannot be decoded: {error!r}')
 
 
 class _Walk:

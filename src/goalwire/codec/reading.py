@@ -77,7 +77,10 @@ def wide_text(data: Buffer, at: int, units: int, order: str) -> str:
     values = numbers('I', data, at, at + 4 * units, order)
     if not units:
         return ''
-    if max(values) <= 0xFFFF:
+    greatest = max(values)
+    if greatest > sys.maxunicode:
+        refuse()
+    if greatest <= 0xFFFF:
         return array('H', values).tobytes().decode(f'utf-16-{"le" if sys.byteorder == "little" else "be"}')
     # A peer wrote code points; among these, surrogates are refused.
     return ''.join(chr(int(value)) for value in values).encode().decode()

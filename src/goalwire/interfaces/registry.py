@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
 from goalwire.errors import InterfaceError, InterfaceSyntaxError, UnknownInterfaceError
-from goalwire.interfaces import grammar, search_path
+from goalwire.interfaces import grammar, search_path, workspace
 from goalwire.interfaces.model import ActionDefinition, Definition, MessageDefinition, ServiceDefinition
 
 _Parser = Callable[..., Definition]
@@ -107,15 +107,16 @@ def _text(package: str, kind: str, name: str) -> tuple[str, str]:
     if text is not None:
         return text, f'{package}/{key}.{kind}'
     found = search_path.find_package(package)
-    files: dict[str, Path] = found.files() if found else {}
-    if key in files:
-        return read_definition(files[key]), str(files[key])
+    names = workspace.definition_names(found.folder, kind) if found else []
+    if found and name in names:
+        path = found.path / kind / f'{name}.{kind}'
+        return read_definition(path), str(path)
     if found is None and package not in _texts:
         raise UnknownInterfaceError(
             f'{package}/{key}: no package {package!r} was found '
             '(name its folder in GOALWIRE_INTERFACE_PATH, or source the workspace that has it)'
         )
-    known = {*files, *registered_types(package)}
+    known = {*(f'{kind}/{other}' for other in names), *registered_types(package)}
     close = difflib.get_close_matches(key, known, n=3, cutoff=0.7)
     hint = f'; close: {", ".join(close)}' if close else ''
     place = f' in {found.path}' if found else ''
