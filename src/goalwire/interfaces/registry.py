@@ -4,7 +4,6 @@ text.
 
 from __future__ import annotations
 
-import difflib
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
@@ -117,7 +116,9 @@ def _text(package: str, kind: str, name: str) -> tuple[str, str]:
             '(name its folder in GOALWIRE_INTERFACE_PATH, or source the workspace that has it)'
         )
     known = {*(f'{kind}/{other}' for other in names), *registered_types(package)}
-    close = difflib.get_close_matches(key, known, n=3, cutoff=0.7)
+    from difflib import get_close_matches
+
+    close = get_close_matches(key, known, n=3, cutoff=0.7)
     hint = f'; close: {", ".join(close)}' if close else ''
     place = f' in {found.path}' if found else ''
     raise UnknownInterfaceError(f'{package}/{key}: the package has no such type{place}{hint}')
