@@ -105,11 +105,10 @@ def test_the_action_is_offered_once_the_joints_have_been_seen(world: dict[str, s
         server.expect('waiting for joint states')
         with pytest.raises(NoAnswer, match='no action server'):
             robot.reach({SHOULDER: 1.0}, duration=1.0, timeout=0.5)
-        with (
-            humanoid('joint_state_service', env=world),
-            robot.reach({SHOULDER: 1.0}, duration=1.0, timeout=WITHIN) as run,
-        ):
-            run.finish()
+        with humanoid('joint_state_service', env=world):
+            server.expect('Arm Action Server ready')
+            with robot.reach({SHOULDER: 1.0}, duration=1.0, timeout=WITHIN) as run:
+                run.finish()
     assert run.status == 'SUCCEEDED'
 
 

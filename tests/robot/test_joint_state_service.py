@@ -85,4 +85,4 @@ def test_an_impossible_joint_command_is_ignored_with_a_reason(
 
 def test_client_first_server_second(world: dict[str, str], robot: Robot) -> None:
     with humanoid('joint_state_service', env=world):
-        assert robot.joint('left_arm_shoulder').position == 0.5
+        assert robot.joint('left_arm_shoulder', timeout=15.0).position == 0.5

@@ -21,7 +21,7 @@ from rclpy.task import Future
 
 from humanoid.mission.retry import NoAnswer
 
-FIND_WITHIN = 5.0  # s for a server to appear
+FIND_WITHIN = 3.0  # s for a server to appear
 CANCEL_WITHIN = 2.0  # s for a goal to end once its cancellation was asked for
 
 STATUS_NAME = {

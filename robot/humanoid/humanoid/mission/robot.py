@@ -50,10 +50,8 @@ class Robot:
         with suppress(ExternalShutdownException):
             self._executor.spin()
 
-    def joint(self, name: str) -> GetJointState.Response:
-        response: GetJointState.Response = call(
-            self._joints, GetJointState.Request(joint_name=name), ANSWER_WITHIN
-        )
+    def joint(self, name: str, timeout: float = ANSWER_WITHIN) -> GetJointState.Response:
+        response: GetJointState.Response = call(self._joints, GetJointState.Request(joint_name=name), timeout)
         return response
 
     def battery(self, timeout: float = ANSWER_WITHIN) -> GetBatteryStatus.Response:
