@@ -1,6 +1,4 @@
-"""Which field was it? A slow second look at what an encoder or decoder refused, to name field, value and
-offset.
-"""
+"""Which field was it? A slow second look at what was refused, to name field, value and offset."""
 
 from __future__ import annotations
 

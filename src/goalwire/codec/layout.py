@@ -1,5 +1,4 @@
-"""How messages lie on the wire in XCDR1: sizes and alignments of primitives, and runs of fields of fixed
-size.
+"""How messages lie on the wire in XCDR1: sizes, alignments, and runs of fields of fixed size.
 
 A value of size s starts at a multiple of s, counted from the end of the 4-byte header. Offsets here count
 from the header's first byte, so that the start of a run is known by `offset & 7` alone.

@@ -1,5 +1,4 @@
-"""What generated encoders call: tables of packers, and the conversions of values that need more than a
-struct.
+"""What generated encoders call: tables of packers, and values that need more than a struct.
 
 All of these raise TypeError or ValueError for a value that does not fit; codec/diagnosis.py finds out which
 it was.

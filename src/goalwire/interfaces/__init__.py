@@ -1,6 +1,4 @@
-"""Interfaces without a build step: .msg, .srv and .action files become Python classes when they are asked
-for.
-"""
+"""Interfaces without a build step: .msg, .srv and .action files become classes when asked for."""
 
 TYPE_CHECKING = False  # typing costs 5 ms, and the import hook loads this package at every start
 if TYPE_CHECKING:

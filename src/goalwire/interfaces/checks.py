@@ -1,5 +1,4 @@
-"""The checks of rosidl's setters: made only where ROS_PYTHON_CHECK_FIELDS=1 or check_fields=True asks for
-them.
+"""The checks of rosidl's setters, made only where ROS_PYTHON_CHECK_FIELDS=1 or check_fields=True asks.
 
 The texts of the AssertionErrors are rosidl_generator_py's, since programs and their tests match on them.
 """

@@ -1,6 +1,4 @@
-"""Makes the Python classes: one for a message from generated source, one for a service or action around its
-parts.
-"""
+"""Makes the classes: of a message from generated source, of a service or action around its parts."""
 
 from __future__ import annotations
 

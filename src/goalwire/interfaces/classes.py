@@ -1,5 +1,4 @@
-"""Python classes for messages, services and actions, as rosidl generates them: built when first asked for,
-once.
+"""Python classes for messages, services and actions, as rosidl generates them: built on first use, once.
 
 Two threads may build the same class at the same time; the first to finish wins and both get its class, so
 no lock is needed while nested packages are imported.

@@ -1,6 +1,4 @@
-"""Every interface definition by its full name, parsed once: files found on the search path, or registered
-text.
-"""
+"""Every interface definition by its full name, parsed once: from files or registered text."""
 
 from __future__ import annotations
 

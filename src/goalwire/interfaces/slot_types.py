@@ -1,6 +1,4 @@
-"""rosidl's two descriptions of a field's type: the text of get_fields_and_field_types, the object of
-SLOT_TYPES.
-"""
+"""rosidl's two descriptions of a field's type: get_fields_and_field_types' text, SLOT_TYPES' object."""
 
 from __future__ import annotations
 
