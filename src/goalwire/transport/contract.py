@@ -58,6 +58,8 @@ class Endpoint:
     """True where the type holds an unbounded sequence of primitives (zenoh-wire A.9)."""
     ignore_local: bool = False
     """True for a subscription that wants nothing from its own session."""
+    waits_for_room: bool = False
+    """True for a publisher that waits where the wire is full, however small its history: feedback."""
 
 
 class Sample(NamedTuple):

@@ -1,4 +1,4 @@
-"""ROS 2 over Zenoh, byte for byte as rmw_zenoh_cpp speaks it. The zenoh library is imported at the first open."""
+"""ROS 2 over Zenoh, byte for byte as rmw_zenoh_cpp speaks it; zenoh is imported at the first open."""
 
 from __future__ import annotations
 

@@ -8,7 +8,7 @@ Source: rmw_zenoh_cpp src/detail/attachment_helpers.cpp.
 from __future__ import annotations
 
 from struct import Struct
-from typing import TypeAlias
+from typing import Protocol, TypeAlias
 
 from goalwire.errors import RemoteError
 
@@ -30,6 +30,20 @@ def encode(sequence: int, timestamp_ns: int, gid: bytes) -> bytes:
     return _HEAD.pack(sequence, timestamp_ns, GID_SIZE) + gid
 
 
+class Carried(Protocol):
+    """An attachment as zenoh hands it over."""
+
+    def to_bytes(self) -> bytes:
+        """Return what it holds."""
+
+
+def read(carried: Carried | None) -> Attachment:
+    """Read what came beside a message; raises RemoteError where nothing did."""
+    if carried is None:
+        raise RemoteError('attachment: there is none')
+    return decode(carried.to_bytes())
+
+
 def decode(data: bytes) -> Attachment:
     """Read an attachment of either form; raises RemoteError for anything else."""
     if len(data) == SIZE:
@@ -41,7 +55,9 @@ def decode(data: bytes) -> Attachment:
         if (name1, name2, name3) != _NAMES:
             raise RemoteError('attachment: 77 bytes, but not the field names of the older form')
     else:
-        raise RemoteError(f'attachment: {len(data)} bytes, expected {SIZE} (or {NAMED_SIZE} in the older form)')
+        raise RemoteError(
+            f'attachment: {len(data)} bytes, expected {SIZE}, or {NAMED_SIZE} in the older form'
+        )
     if sequence < 0 or timestamp < 0:
         raise RemoteError(f'attachment: negative sequence {sequence} or timestamp {timestamp}')
     return sequence, timestamp, gid

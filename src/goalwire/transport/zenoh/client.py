@@ -10,7 +10,7 @@ import zenoh
 
 from goalwire.errors import RemoteError, TransportError
 from goalwire.transport.contract import ClientPort, Sample
-from goalwire.transport.zenoh.attachment import decode, encode
+from goalwire.transport.zenoh.attachment import encode, read
 from goalwire.transport.zenoh.config import reason
 from goalwire.transport.zenoh.core import Core, Place, taken_back
 from goalwire.transport.zenoh.keyexpr import is_get_result
@@ -22,7 +22,7 @@ around when added to the present (measured with eclipse-zenoh 1.10.2: "Timeout" 
 
 
 def declare(session: zenoh.Session, key: str) -> zenoh.Querier:
-    """Declare what sends requests on `key`; other services have the session's default timeout (10 minutes)."""
+    """Declare what sends requests on `key`, for 10 minutes unless a goal decides how long."""
     return session.declare_querier(
         key,
         target=zenoh.QueryTarget.ALL_COMPLETE,
@@ -38,7 +38,11 @@ class Call:
     __slots__ = ('_client', '_on_end', '_on_reply', '_sequence')
 
     def __init__(
-        self, client: ZenohClient, sequence: int, on_reply: Callable[[Sample], None], on_end: Callable[[], None]
+        self,
+        client: ZenohClient,
+        sequence: int,
+        on_reply: Callable[[Sample], None],
+        on_end: Callable[[], None],
     ) -> None:
         self._client = client
         self._sequence = sequence
@@ -50,19 +54,12 @@ class Call:
         pin()
         received = time_ns()
         try:
-            sample = reply.ok
-            if sample is None:
-                raise RemoteError(f'the server reports: {_error_text(reply)}')
-            if sample.attachment is None:
-                raise RemoteError('no attachment')
-            sequence, sent, gid = decode(sample.attachment.to_bytes())
-            if sequence != self._sequence:
-                raise RemoteError(f'it answers request {sequence}, not {self._sequence}')
+            sample = _read(reply, self._sequence, received)
         except RemoteError as error:
             self._client.reject(error)
             return
         if self._client.is_waiting(self._sequence):
-            self._on_reply(Sample(sample.payload.to_bytes(), sequence, sent, received, gid))
+            self._on_reply(sample)
 
     def dropped(self) -> None:
         """Zenoh has let go of the call: no reply can come any more."""
@@ -74,9 +71,17 @@ class Call:
         self._on_end()
 
 
-def _error_text(reply: zenoh.Reply) -> str:
-    error = reply.err
-    return '' if error is None else error.payload.to_bytes().decode(errors='replace')
+def _read(reply: zenoh.Reply, expected: int, received: int) -> Sample:
+    """Return what a server sent; raises RemoteError for an error report or another request's answer."""
+    answer = reply.ok
+    if answer is None:
+        error = reply.err
+        text = b'' if error is None else error.payload.to_bytes()
+        raise RemoteError(f'the server reports: {text.decode(errors="replace")}')
+    sequence, sent, gid = read(answer.attachment)
+    if sequence != expected:
+        raise RemoteError(f'it answers request {sequence}, not {expected}')
+    return Sample(answer.payload.to_bytes(), sequence, sent, received, gid)
 
 
 class ZenohClient(ClientPort):

@@ -78,7 +78,8 @@ def _from_file(variable: str) -> zenoh.Config | None:
         return zenoh.Config.from_file(path)
     except zenoh.ZError as error:
         raise TransportError(
-            f"{variable} names '{path}', which cannot be used: {reason(error)}; correct the file or unset {variable}"
+            f"{variable} names '{path}', which cannot be used: {reason(error)}; "
+            f'correct the file or unset {variable}'
         ) from None
 
 
@@ -97,7 +98,7 @@ def _override(config: zenoh.Config, pair: Override) -> None:
 
 
 def _insert_into_parent(config: zenoh.Config, pair: Override) -> bool:
-    """Set a key that zenoh takes only as part of its parent ('connect/retry/period_init_ms'); True if taken."""
+    """Set a key that zenoh takes only within its parent ('connect/retry/period_init_ms'); True if taken."""
     parent, _, name = pair.path.rpartition('/')
     try:
         siblings = _value(config, parent)

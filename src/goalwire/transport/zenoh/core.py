@@ -25,8 +25,8 @@ class Declared(Protocol):
 def undeclare(declared: Declared) -> None:
     """Take something off the wire, or leave that to the thread that is using it.
 
-    Zenoh's Python objects refuse while another thread is inside one of their methods, and undeclare themselves
-    when the last reference goes: so the caller drops its own afterwards.
+    Zenoh's Python objects refuse while another thread is inside one of their methods, and undeclare
+    themselves when the last reference goes: so the caller drops its own afterwards.
     """
     with suppress(RuntimeError):  # "Already borrowed"
         declared.undeclare()

@@ -45,7 +45,7 @@ def router_port(env: Mapping[str, str] = os.environ) -> int:
 
 
 def rendezvous_choice(env: Mapping[str, str] = os.environ) -> RendezvousChoice:
-    """Return what GOALWIRE_ROUTER says; a machine with ROS 2 on it (AMENT_PREFIX_PATH) turns auto into off."""
+    """Return what GOALWIRE_ROUTER says; where ROS 2 is set up (AMENT_PREFIX_PATH), auto means off."""
     text = env.get('GOALWIRE_ROUTER') or 'auto'
     try:
         choice = RendezvousChoice(text)

@@ -39,7 +39,7 @@ def data_key(domain_id: int, name: str, type_name: str, type_hash: str) -> str:
     if '//' in key or not _FORBIDDEN.isdisjoint(key):
         raise TransportError(
             f"'{name}' of type '{type_name}' (hash '{type_hash}') cannot travel over Zenoh: "
-            f"empty parts and the characters '*', '#', '?', '$' and blank are not allowed; choose another name"
+            f"empty parts and '*', '#', '?', '$' and blanks are not allowed; choose another name"
         )
     return key
 

@@ -23,10 +23,10 @@ RUNTIME = (
 )
 """Zenoh's thread pools, merged to three threads: receiving, network upkeep, sending.
 
-Fewer would be faster and fail. Zenoh answers a late joiner on the receiving thread and blocks until there is
-room: if that thread also sends, 128 KiB of history stop the session for good. And taking an advanced publisher
-back waits, holding the GIL, for a task of the upkeep thread: if that thread also receives, it may be waiting for
-the GIL to run a callback.
+Fewer would be faster and fail. Zenoh answers a late joiner on the receiving thread and blocks until there
+is room: if that thread also sends, 128 KiB of history stop the session for good. And taking an advanced
+publisher back waits, holding the GIL, for a task of the upkeep thread: if that thread also receives, it may
+be waiting for the GIL to run a callback.
 """
 
 
@@ -58,8 +58,8 @@ def start() -> None:
         in_child(_leak_all)
     elif _process.runtime.is_forked:
         raise ForkedError(
-            'this process was forked from one that had a Zenoh session open, and Zenoh cannot be started again '
-            'in such a child; start it with subprocess or the spawn method of multiprocessing, or fork first'
+            'this process was forked from one with a Zenoh session open, and Zenoh cannot be started again '
+            "in such a child; start it with subprocess or multiprocessing's spawn method, or fork first"
         )
 
 

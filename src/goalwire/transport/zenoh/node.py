@@ -65,7 +65,7 @@ class ZenohNode(NodePort):
         """Declare a publisher."""
         with self._declaring(endpoint) as new:
             token = self._show(new)
-            declared = publisher.declare(self._core.zenoh, new.key, endpoint.qos)
+            declared = publisher.declare(self._core.zenoh, new.key, endpoint)
             port = publisher.ZenohPublisher(new.place, new.gid, declared)
             new.undo.pop_all()
             new.undo.callback(port.release)

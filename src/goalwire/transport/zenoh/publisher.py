@@ -10,8 +10,7 @@ import zenoh
 from zenoh import ext
 
 from goalwire.errors import TransportError
-from goalwire.protocol.qos import QoS
-from goalwire.transport.contract import PublisherPort
+from goalwire.transport.contract import Endpoint, PublisherPort
 from goalwire.transport.zenoh.attachment import encode
 from goalwire.transport.zenoh.config import reason
 from goalwire.transport.zenoh.core import Place, taken_back
@@ -21,9 +20,10 @@ HEARTBEAT_S = 0.5
 """How soon a subscription hears of a last message that it missed."""
 
 
-def declare(session: zenoh.Session, key: str, qos: QoS) -> zenoh.Publisher | ext.AdvancedPublisher:
-    """Declare what puts messages on `key` as `qos` asks."""
-    may_block = qos.is_reliable and qos.keeps_all
+def declare(session: zenoh.Session, key: str, endpoint: Endpoint) -> zenoh.Publisher | ext.AdvancedPublisher:
+    """Declare what puts messages on `key` as the endpoint's QoS asks."""
+    qos = endpoint.qos
+    may_block = qos.is_reliable and (qos.keeps_all or endpoint.waits_for_room)
     congestion = zenoh.CongestionControl.BLOCK if may_block else zenoh.CongestionControl.DROP
     reliability = zenoh.Reliability.RELIABLE if qos.is_reliable else zenoh.Reliability.BEST_EFFORT
     if not qos.is_transient_local:  # on the wire the same as an advanced publisher without its features
@@ -59,7 +59,7 @@ class ZenohPublisher(PublisherPort):
             raise TransportError(f'{self._place.title}: zenoh refused a message: {reason(error)}') from None
 
     def release(self) -> None:
-        """Let go of the publisher: if another thread is just publishing, it is undeclared when that is done."""
+        """Let go of the publisher; if another thread is just publishing, it is undeclared when that ends."""
         self._put = taken_back
 
     def close(self) -> None:

@@ -37,7 +37,7 @@ def encode_qos(qos: QoS) -> str:
     """Return a token's QoS chunk; raises LocalError for a policy that is UNKNOWN."""
     for name in ('reliability', 'durability', 'history', 'liveliness'):
         if getattr(qos, name).name == 'UNKNOWN':
-            raise LocalError(f"QoS: {name} is UNKNOWN, which no endpoint can be declared with; choose a policy")
+            raise LocalError(f'QoS: {name} is UNKNOWN, which no endpoint can have; choose a policy')
     depth = actual_depth(qos)
     return ':'.join(
         (
@@ -95,5 +95,6 @@ def _member(kind: type[P], text: str, default: P) -> P:
 
 
 def _nanoseconds(text: str) -> int:
-    seconds, nanoseconds = (_number(half, whole) for half, whole in zip(text.split(','), _INFINITE, strict=True))
+    halves = zip(text.split(','), _INFINITE, strict=True)
+    seconds, nanoseconds = (_number(half, whole) for half, whole in halves)
     return min(seconds * _SECOND + nanoseconds, INFINITE_NS)

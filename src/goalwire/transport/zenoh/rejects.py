@@ -21,7 +21,9 @@ class Rejects:
         if is_first:
             from logging import getLogger  # heavy, and needed only when something is broken
 
-            getLogger('goalwire.transport').warning('%s ignored (further ones are only counted): %s', kind, reason)
+            getLogger('goalwire.transport').warning(
+                '%s ignored (further ones are only counted): %s', kind, reason
+            )
 
     def counts(self) -> dict[str, int]:
         """Return the count of every kind seen."""

@@ -1,4 +1,4 @@
-"""The embedded rendezvous: a router that every process offers, so that nobody has to start one (zenoh-wire B.4).
+"""The embedded rendezvous: a router that every process offers, so that nobody starts one (zenoh-wire B.4).
 
 One process of a machine holds the port; the others keep trying to bind it, and one of them takes over when
 the holder dies. Ordinary sessions, goalwire's and rmw_zenoh's, connect there, learn of each other and then
@@ -59,7 +59,7 @@ class Offer:
         if self._thread is not None:
             self._thread.join()
         if self._router is not None:
-            self._router.close()
+            self._router.close()  # type: ignore[no-untyped-call]
 
 
 class Rendezvous:
@@ -86,7 +86,7 @@ class Rendezvous:
             if users > 1:
                 self._routers[port] = router, users - 1
         if users == 1:
-            router.close()  # type: ignore[no-untyped-call]
+            router.close()
 
     def _forget(self) -> None:
         """In a forked child: the routers are the parent's; dropping them here could wait for ever."""

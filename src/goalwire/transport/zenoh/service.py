@@ -1,4 +1,4 @@
-"""Service servers: a complete queryable; each request is kept until it is answered or given up (zenoh-wire A.4)."""
+"""Service servers: a complete queryable that keeps each request until it is answered (zenoh-wire A.4)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import zenoh
 
 from goalwire.errors import LocalError, RemoteError
 from goalwire.transport.contract import Port, Request, Sample
-from goalwire.transport.zenoh.attachment import decode, encode
+from goalwire.transport.zenoh.attachment import encode, read
 from goalwire.transport.zenoh.config import reason
 from goalwire.transport.zenoh.core import Core, Place
 from goalwire.transport.zenoh.thread_state import pin
@@ -80,15 +80,8 @@ class ZenohService(Port):
 
     def _on_query(self, query: zenoh.Query) -> None:
         pin()
-        received = time_ns()
         try:
-            if query.attachment is None or query.payload is None:
-                raise RemoteError('no payload or no attachment')
-            sequence, sent, gid = decode(query.attachment.to_bytes())
-            request = ZenohRequest(
-                self, query, Sample(query.payload.to_bytes(), sequence, sent, received, gid)
-            )
-            self._admit(request)
+            request = self._admit(query)
         except RemoteError as error:
             self.core.rejects.add('request', f"on '{self.key}': {error}")
             query.reply_err(str(error).encode())
@@ -100,14 +93,22 @@ class ZenohService(Port):
             request.drop()
             raise  # zenoh logs it
 
-    def _admit(self, request: ZenohRequest) -> None:
-        call = request.sample.gid, request.sample.sequence
+    def _admit(self, query: zenoh.Query) -> ZenohRequest:
+        """Put a query on the list; raises RemoteError for one that breaks the rules."""
+        received = time_ns()
+        sequence, sent, gid = read(query.attachment)
+        if query.payload is None:
+            raise RemoteError(f'request {sequence} has no payload')
+        sample = Sample(query.payload.to_bytes(), sequence, sent, received, gid)
+        request = ZenohRequest(self, query, sample)
+        call = gid, sequence
         with self._lock:
             if not self._is_open:
                 raise RemoteError('the server is closing')
             if call in self._waiting:
-                raise RemoteError(f'request {call[1]} of client {call[0].hex()} is being worked on already')
+                raise RemoteError(f'request {sequence} of client {gid.hex()} is being worked on already')
             self._waiting[call] = request
+        return request
 
     def release(self, request: ZenohRequest) -> bool:
         """Take a request off the list; True for the one caller that found it there."""

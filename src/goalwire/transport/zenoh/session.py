@@ -18,6 +18,9 @@ from goalwire.transport.zenoh.rendezvous import RENDEZVOUS
 CLOSING_S = 1.0
 """How long closing waits for callbacks under way; they only append to a queue."""
 
+TAKE_OVER_S = 1.0
+"""How long the rendezvous may be without a holder: its port is bound, and found, again within this."""
+
 
 def open_session(options: SessionOptions) -> Session:
     """Offer the rendezvous, where it is wanted, and connect. Raises TransportError or ForkedError."""
@@ -41,7 +44,7 @@ def _open(session: zenoh.Config) -> zenoh.Session:
         raise TransportError(
             f'cannot open a Zenoh session (connecting to {session.get_json("connect/endpoints")}, '
             f'listening on {session.get_json("listen/endpoints")}): {config.reason(error)}; '
-            f'check ZENOH_SESSION_CONFIG_URI and ZENOH_CONFIG_OVERRIDE, and that these addresses can be reached'
+            f'check ZENOH_SESSION_CONFIG_URI, ZENOH_CONFIG_OVERRIDE and that these addresses can be reached'
         ) from None
 
 
@@ -53,14 +56,19 @@ def _stop_offering(plan: config.Plan) -> None:
 def _look_for_router(session: zenoh.Session, plan: config.Plan) -> None:
     """Warn where no router is met within ZENOH_ROUTER_CHECK_ATTEMPTS; sessions meet each other there."""
     seconds = environment.router_check_seconds()
-    if seconds is None or session.info.routers_zid() or _meets_router(session, seconds):
+    if seconds is None or session.info.routers_zid():
+        return
+    patience = 0.0 if plan.rendezvous is None else TAKE_OVER_S
+    if _meets_router(session, max(seconds, patience)):
         return
     from logging import getLogger
 
     if plan.rendezvous is None:
-        advice = 'start one (ros2 run rmw_zenoh_cpp rmw_zenohd), or set GOALWIRE_ROUTER=on to have it embedded'
+        advice = (
+            'start one (ros2 run rmw_zenoh_cpp rmw_zenohd), or set GOALWIRE_ROUTER=on to have it embedded'
+        )
     else:
-        advice = f'if this lasts, another program may hold port {plan.port}: set GOALWIRE_ROUTER_PORT to a free one'
+        advice = f'another program may hold port {plan.port}: set GOALWIRE_ROUTER_PORT to a free one'
     getLogger('goalwire.transport').warning(
         'no Zenoh router answers at %s, so other processes are not found yet; %s',
         ', '.join(_endpoints(plan.session)) or 'any endpoint',
@@ -132,7 +140,7 @@ class ZenohSession(Session):
             self._watchers.append(watcher)
 
     def statistics(self) -> dict[str, int]:
-        """Return how many messages, requests, replies and tokens were ignored because they broke the rules."""
+        """Return how many messages, requests, replies and tokens broke the rules and were ignored."""
         return self._core.rejects.counts()
 
     def close(self) -> None:

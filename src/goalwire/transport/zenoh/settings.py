@@ -1,7 +1,7 @@
 """rmw_zenoh's session and router settings as data, and the few that goalwire changes, with the reasons.
 
 Only what differs from the zenoh library's own defaults is listed. Source: rmw_zenoh_cpp
-config/DEFAULT_RMW_ZENOH_{SESSION,ROUTER}_CONFIG.json5, the same in humble, jazzy, kilted, lyrical and rolling.
+config/DEFAULT_RMW_ZENOH_{SESSION,ROUTER}_CONFIG.json5, the same from humble to rolling.
 """
 
 from __future__ import annotations

@@ -11,7 +11,7 @@ from zenoh import ext
 from goalwire.errors import RemoteError
 from goalwire.protocol.qos import QoS
 from goalwire.transport.contract import Endpoint, Port, Sample
-from goalwire.transport.zenoh.attachment import decode
+from goalwire.transport.zenoh.attachment import read
 from goalwire.transport.zenoh.core import Core, Place
 from goalwire.transport.zenoh.keyexpr import CPU_BUFFERS
 from goalwire.transport.zenoh.qos_text import actual_depth
@@ -56,15 +56,14 @@ def _declare_with_history(
     )
 
 
-def _handler(core: Core, name: str, deliver: Callable[[Sample], None]) -> zenoh.handlers.Callback[zenoh.Sample]:
+def _handler(
+    core: Core, name: str, deliver: Callable[[Sample], None]
+) -> zenoh.handlers.Callback[zenoh.Sample]:
     def on_sample(sample: zenoh.Sample) -> None:
         pin()
         received = time_ns()
         try:
-            attachment = sample.attachment
-            if attachment is None:
-                raise RemoteError('no attachment')
-            sequence, sent, gid = decode(attachment.to_bytes())
+            sequence, sent, gid = read(sample.attachment)
         except RemoteError as error:
             core.rejects.add('message', f"on topic '{name}': {error}")
             return

@@ -51,7 +51,7 @@ def encode_endpoint(
 
 
 def uses_cpu_channel(endpoint: Endpoint) -> bool:
-    """True for a subscription that must say it takes buffers from plain memory, or lyrical's publishers miss it."""
+    """True for a subscription that must say it takes plain memory, or lyrical's publishers miss it."""
     return (
         endpoint.kind is EndpointKind.SUBSCRIPTION
         and endpoint.has_buffers
@@ -63,9 +63,13 @@ def _head(
     domain_id: int, session: str, node_id: int, entity_id: int, kind: EndpointKind, node: NodeName
 ) -> str:
     names = [_mangle(text) for text in (node.enclave or '/', node.namespace or '/', node.name)]
-    token = '/'.join([GRAPH_SPACE, str(domain_id), session, str(node_id), str(entity_id), _CODES[kind], *names])
+    token = '/'.join(
+        [GRAPH_SPACE, str(domain_id), session, str(node_id), str(entity_id), _CODES[kind], *names]
+    )
     if not _is_carried(token):
-        raise TransportError(f"node '{node.qualified}' (enclave '{node.enclave}') has a name Zenoh cannot carry")
+        raise TransportError(
+            f"node '{node.qualified}' (enclave '{node.enclave}') has a name Zenoh cannot carry"
+        )
     return token
 
 
