@@ -1,0 +1,74 @@
+"""The reference pages name all that the code has, and nothing else."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from importlib import import_module
+from pathlib import Path
+from pkgutil import walk_packages
+
+from helpers.markdown import DOCS, ROOT, rows
+
+import goalwire
+from goalwire.errors import GoalwireError
+from goalwire.protocol.arguments import parse_arguments
+
+SOURCE = ROOT / 'src' / 'goalwire'
+VARIABLE = re.compile(r'(AMENT|GOALWIRE|RCUTILS|RMW|ROS|ZENOH)_[A-Z_]+')
+NO_VARIABLES = {'AMENT_IGNORE'}
+INTERNAL = {'InvalidName', 'RuleSyntaxError', 'ArgumentError', 'UnknownArguments'}
+
+
+def _strings(file: Path) -> Iterator[str]:
+    for node in ast.walk(ast.parse(file.read_text(encoding='utf-8'))):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str):
+            yield node.value
+
+
+def test_every_environment_variable_of_the_code_is_on_its_page_and_no_other() -> None:
+    in_code = {text for file in SOURCE.rglob('*.py') for text in _strings(file) if VARIABLE.fullmatch(text)}
+    in_code -= NO_VARIABLES
+    page = DOCS / 'reference' / 'environment-variables.md'
+    in_rows = re.findall(r'^\| `([A-Z_]+)` \|', page.read_text(encoding='utf-8'), re.MULTILINE)
+    assert sorted(in_rows) == sorted(in_code)
+
+
+def _descendants(error: type[GoalwireError]) -> Iterator[type[GoalwireError]]:
+    yield error
+    for derived in error.__subclasses__():
+        yield from _descendants(derived)
+
+
+def test_the_table_of_errors_is_the_tree_of_the_code() -> None:
+    for module in walk_packages(goalwire.__path__, 'goalwire.'):
+        if not module.name.startswith(('goalwire.overlay', 'goalwire.run')):
+            import_module(module.name)
+    in_code = {
+        error.__name__: ', '.join(f'`{base.__name__}`' for base in error.__bases__)
+        for error in _descendants(GoalwireError)
+        if error.__module__.startswith('goalwire.') and error.__name__ not in INTERNAL
+    }
+    table = rows(DOCS / 'reference' / 'errors.md', 'error')
+    on_page = {name.strip('`'): bases for name, bases, _ in table if name.startswith('`')}
+    assert on_page == in_code
+
+
+def test_every_ros_argument_of_the_page_is_understood() -> None:
+    page = DOCS / 'reference' / 'command-lines.md'
+    arguments = [text for cells in rows(page, 'argument') for text in re.findall(r'`([^`]+)`', cells[0])]
+    values = {'FROM:=TO': 'a:=b', 'FILE': 'x.yaml', 'PREFIX': 'x', 'PATH': '/x', 'LEVEL': 'INFO'}
+    assert len(arguments) > 15
+    for argument in arguments:
+        words = argument.replace('LOGGER:=LEVEL', 'x:=INFO').replace('/NAMESPACE', '/x').split()
+        parse_arguments(['--ros-args', *(values.get(word, word) for word in words)])
+
+
+def test_every_ros_argument_of_the_code_is_on_the_page() -> None:
+    text = (DOCS / 'reference' / 'command-lines.md').read_text(encoding='utf-8')
+    strings = set(_strings(SOURCE / 'protocol' / 'arguments.py'))
+    valued = {flag for flag in strings if re.fullmatch(r'--?[a-z][a-z-]*', flag)} - {'--ros-args'}
+    assert len(valued) > 8
+    for flag in valued | {f'--{verb}-stdout-logs' for verb in ('enable', 'disable')}:
+        assert f'`{flag}' in text, flag

@@ -1,0 +1,109 @@
+"""Plays what a page shows: writes its files, types its commands, insists on the output that it prints.
+
+- A block with a title is a file: ```python title=lamp.py.
+- A Python block without one is a program, run to its end.
+- A block of the language `console` is a terminal: lines that begin with `$ ` are typed, the others must
+  appear in this order. `…` stands for whatever comes; times of log lines may differ. After a last line `^C`
+  the program stays while the later blocks are played: its first line must appear at once, the others until
+  the page's end. Then it is stopped by Ctrl-C, and must end with 0. What shows an error must end otherwise.
+"""
+
+from __future__ import annotations
+
+import re
+import shlex
+import signal
+from contextlib import ExitStack
+from pathlib import Path
+
+from helpers.isolation import isolated_env
+from helpers.markdown import Block, blocks
+from helpers.processes import Program
+
+_LOG_TIME = re.compile(r'\\\[\d+\\\.\d+\\\]')
+_ERROR = re.compile(r'([\w.]+\.)?\w*(Error|Exception)\b')
+
+
+def play(page: Path, folder: Path) -> int:
+    """Play a page in an empty folder; returns the number of programs it ran."""
+    with ExitStack() as stack:
+        player = _Player(folder, stack)
+        for block in blocks(page):
+            player.play(block)
+        for program, output in player.staying:
+            _expect(program, output)
+            program.send_signal(signal.SIGINT)
+            program.succeed()
+        return player.count
+
+
+class _Player:
+    def __init__(self, folder: Path, stack: ExitStack) -> None:
+        self._folder = folder
+        self._stack = stack
+        self._env = isolated_env('rmw_zenoh_cpp')
+        self.staying: list[tuple[Program, list[str]]] = []
+        """Programs of terminals that end with ^C, and what they still have to print."""
+        self.count = 0
+
+    def play(self, block: Block) -> None:
+        if block.title:
+            file = self._folder / block.title
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_text(block.text, encoding='utf-8')
+        elif block.language == 'python':
+            self._start(block.text).succeed()
+        elif block.language == 'console':
+            for command, output in _commands(block.text):
+                self._type(command, output)
+
+    def _type(self, command: str, output: list[str]) -> None:
+        program = self._run(command)
+        if output[-1:] == ['^C']:
+            _expect(program, output[:1])
+            self.staying.append((program, output[1:-1]))
+            return
+        _expect(program, output)
+        code = program.wait()
+        fails = any(map(_ERROR.match, output))
+        assert bool(code) == fails, f'{command} ended with code {code}\n{program.output}'
+
+    def _run(self, command: str) -> Program:
+        words = shlex.split(command)
+        variables = {}
+        while '=' in words[0]:
+            name, _, value = words.pop(0).partition('=')
+            variables[name] = value
+        assert words.pop(0) == 'python', (
+            f'{command}: a console block runs Python (write sh for what is not run)'
+        )
+        if words[0] == '-c':
+            return self._start(words[1], *words[2:], **variables)
+        return self._start(Path(words[0]), *words[1:], **variables)  # a file, or -m
+
+    def _start(self, source: str | Path, *arguments: str, **variables: str) -> Program:
+        self.count += 1
+        program = Program(source, *arguments, env={**self._env, **variables}, cwd=self._folder)
+        return self._stack.enter_context(program)
+
+
+def _commands(text: str) -> list[tuple[str, list[str]]]:
+    """Split a terminal's text into what is typed and what then appears."""
+    found: list[tuple[str, list[str]]] = []
+    for line in text.splitlines():
+        if line.startswith('$ '):
+            found.append((line[2:], []))
+        elif line.strip():
+            found[-1][1].append(line)
+    return found
+
+
+def _expect(program: Program, output: list[str]) -> None:
+    for line in output:
+        if line != '…':
+            program.expect(_pattern(line))
+
+
+def _pattern(line: str) -> str:
+    """The pattern of one line of output."""
+    return '^' + _LOG_TIME.sub(lambda _: r'\[[\d.]+\]', re.escape(line)).replace('…', '.*') + '$'
