@@ -355,7 +355,7 @@ def test_a_goal_handle_tells_about_its_goal(make_node: MakeNode, spin: Spin) -> 
 def test_only_goals_of_the_action_are_sent(make_node: MakeNode, wrong: Any) -> None:
     client = ActionClient(make_node(), Fibonacci, 'fib')
     with pytest.raises(TypeError, match=r'^Expected .*Fibonacci_Goal'):
-        client.send_goal_async(wrong)
+        _ = client.send_goal_async(wrong)
     with pytest.raises(TypeError, match=r'^Expected .*Fibonacci_Goal'):
         client.send_goal(wrong)
 
@@ -365,9 +365,9 @@ def test_a_goal_that_cannot_go_on_the_wire_is_named(make_node: MakeNode) -> None
     goal = Goal()
     goal.order = 'x'  # type: ignore[assignment]
     with pytest.raises(EncodeError, match=r"Fibonacci_Goal: order: .*'x'"):
-        client.send_goal_async(goal)
+        _ = client.send_goal_async(goal)
     with pytest.raises(AttributeError, match='uuid'):
-        client.send_goal_async(Goal(), goal_uuid=5)
+        _ = client.send_goal_async(Goal(), goal_uuid=5)
     assert client._goals == {}
 
 
@@ -377,7 +377,7 @@ def test_an_id_under_way_is_not_sent_again(make_node: MakeNode, spin: Spin) -> N
     goal_id = UUID(uuid=[7] * 16)
     arena.accept(1, goal_id)
     with pytest.raises(GoalIdTaken, match='07070707'):
-        arena.client.send_goal_async(Goal(), goal_uuid=goal_id)
+        _ = arena.client.send_goal_async(Goal(), goal_uuid=goal_id)
 
 
 def test_blocking_calls_need_no_executor(make_node: MakeNode, spin: Spin) -> None:
@@ -529,7 +529,7 @@ def test_a_destroyed_client_refuses_to_work(make_node: MakeNode) -> None:
     assert client.server_is_ready() is False
     assert (pending.done(), pending.cancelled()) == (False, False)
     with pytest.raises(InvalidHandle):
-        client.send_goal_async(Goal())
+        _ = client.send_goal_async(Goal())
     assert list(node.waitables) == []
     assert client.wait_for_server(0.01) is False
 

@@ -100,7 +100,7 @@ def test_the_type_error_says_what_to_return(make_node: MakeNode, spin: Spin) -> 
     client = node.create_client(AddTwoInts, 'add')
     assert client.wait_for_service(10)
     spinner = spin(node)
-    client.call_async(Request())
+    _ = client.call_async(Request())
     error = spinner.expect_raised(TypeError)
     assert "Service '/add'" in str(error)
     assert 'NoneType' in str(error)
