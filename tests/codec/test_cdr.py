@@ -7,11 +7,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from codec import reference
 from helpers.names import fresh_package
 
 from goalwire.codec import cdr
 from goalwire.errors import DecodeError, EncodeError, EncodeTypeError, EncodeValueError, UnknownInterfaceError
 from goalwire.interfaces import get_message, register_definitions
+from goalwire.interfaces.model import Shape
+from goalwire.interfaces.registry import message_definition
 
 PACKAGE = fresh_package()
 register_definitions(
@@ -282,6 +285,35 @@ def test_empty_messages_in_a_sequence_are_bounded_by_their_byte() -> None:
     assert cdr.encode(many(nothings=[nothing()] * 3)) == b'\0\1\0\0\3\0\0\0\0\0\0'
     with pytest.raises(DecodeError, match='nothings: at byte 8: has 4000000000 values'):
         cdr.decode(b'\0\1\0\0' + (4_000_000_000).to_bytes(4, 'little') + bytes(16), many)
+
+
+@pytest.mark.parametrize('shape', ['[]', '[<=4]', '[3]'])
+@pytest.mark.parametrize('before', ['', 'bool before\n', 'int16 before\n', 'string before\n'])
+@pytest.mark.parametrize(
+    'item',
+    [
+        'bool a\nint16 b',
+        'int16 b\nbool a',
+        'float64 a\nint32 b',
+        'int32 b\nfloat64 a',
+        'float32 a\nint8[4] b',
+        '',
+    ],
+)
+def test_messages_in_a_sequence_lie_as_their_values_do(item: str, before: str, shape: str) -> None:
+    """CDR knows no alignment of messages, only of values."""
+    package = fresh_package()
+    register_definitions(package, {'msg/Item': item, 'msg/Many': f'{before}Item{shape} items'})
+    many: Any = get_message(f'{package}/msg/Many')
+    one: Any = get_message(f'{package}/msg/Item')
+    fields = {field.name: field.type for field in message_definition(f'{package}/msg/Item').fields}
+    zeros = {name: [0] * 4 if type_.shape is Shape.ARRAY else 0 for name, type_ in fields.items()}
+    values = {'items': [zeros] * 3} | ({'before': '' if 'string' in before else 0} if before else {})
+    message = many(items=[one() for _ in range(3)])
+    for order in '<>':
+        data = reference.encode(message_definition(f'{package}/msg/Many'), values, order)
+        assert cdr.decode(data, many) == message
+    assert cdr.encode(message) == reference.encode(message_definition(f'{package}/msg/Many'), values)
 
 
 def test_an_empty_message_is_one_byte_and_read_without_it_too() -> None:

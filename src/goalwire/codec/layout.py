@@ -109,10 +109,14 @@ def texts_inside(cls: type) -> int | None:
 
 
 def stride(items: Collection[Item], order: str = '<') -> tuple[struct.Struct, int] | None:
-    """Return struct and alignment of items that repeat without padding; None if they cannot."""
+    """Return struct and alignment of items that repeat without change; None if they do not.
+
+    CDR aligns values, not messages: only if the first item has the greatest alignment does every repetition
+    start at a multiple of it and look the same.
+    """
     run = run_struct(items, HEADER_SIZE, order=order)
-    alignment = max(item.alignment for item in items)
-    return None if run.size % alignment else (run, alignment)
+    first, greatest = next(iter(items)).alignment, max(item.alignment for item in items)
+    return None if first < greatest or run.size % greatest else (run, greatest)
 
 
 def run_struct(
