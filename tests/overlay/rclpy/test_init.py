@@ -170,7 +170,7 @@ def test_a_context_of_ones_own_leaves_the_default_one_and_its_handlers_alone() -
     node.destroy_node()
 
 
-# -- spinning ----------------------------------------------------------------------------------------------
+# -- spinning --------------------------------------------------------------------------------------------
 
 
 def test_spin_once_runs_one_callback() -> None:
@@ -263,7 +263,7 @@ def test_destroying_the_node_in_a_callback_leaves_spin_waiting() -> None:
     thread.join()
 
 
-# -- light -------------------------------------------------------------------------------------------------
+# -- light -----------------------------------------------------------------------------------------------
 
 
 def test_a_node_with_a_service_client_imports_nothing_heavy(isolated: dict[str, str]) -> None:

@@ -22,6 +22,7 @@ from goalwire.transport.contract import EndpointKind
 from rclpy.callback_groups import CallbackGroup, MutuallyExclusiveCallbackGroup
 from rclpy.client import Client
 from rclpy.clock import Clock, ROSClock
+from rclpy.constants import S_TO_NS
 from rclpy.context import Context
 from rclpy.exceptions import NotInitializedException
 from rclpy.guard_condition import GuardCondition
@@ -339,9 +340,14 @@ class Node(NodeGraph, NodeParameters):
         clock: Clock | None = None,
         autostart: bool = True,
     ) -> Timer:
-        """Create a timer of a period in seconds, on the node's clock unless another is given."""
+        """Create a timer of a period in seconds, on the node's clock unless another is given.
+
+        Raises RCLError below 0, TypeError or ValueError for what is no number.
+        """
         self._check_alive()
-        period_ns = int(float(timer_period_sec) * 1_000_000_000)
+        period_ns = int(float(timer_period_sec) * S_TO_NS)
+        if period_ns < 0:
+            raise RCLError('failed to create timer: timer period must be non-negative')
         group = callback_group or self._default_callback_group
         timer = Timer(
             callback,

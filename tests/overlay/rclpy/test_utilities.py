@@ -1,0 +1,48 @@
+"""rclpy.utilities."""
+
+from __future__ import annotations
+
+import sys
+
+import pytest
+import rclpy.utilities as tested
+
+
+@pytest.mark.parametrize(
+    ('given', 'left'),
+    [
+        (['p', 'a', '--ros-args', '-r', 'x:=y', '--', 'b'], ['p', 'a', 'b']),
+        (['p', '--ros-args', '-p', 'a:=1', '--log-level', 'info'], ['p']),
+        ([], []),
+        (['p', 'a'], ['p', 'a']),
+    ],
+)
+def test_ros_arguments_are_removed(given: list[str], left: list[str]) -> None:
+    assert tested.remove_ros_args(given) == left
+
+
+def test_the_program_s_own_arguments_are_the_default(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, 'argv', ['prog', 'x', '--ros-args', '-r', 'a:=b'])
+    assert tested.remove_ros_args() == ['prog', 'x']
+
+
+@pytest.mark.parametrize(('seconds', 'nanoseconds'), [(None, -1), (-0.5, -1), (0, 0), (1.5, 1_500_000_000)])
+def test_timeouts_become_nanoseconds(seconds: float | None, nanoseconds: int) -> None:
+    assert tested.timeout_sec_to_nsec(seconds) == nanoseconds
+
+
+def test_a_timeout_is_a_number() -> None:
+    with pytest.raises(TypeError):
+        tested.timeout_sec_to_nsec('x')  # type: ignore[arg-type]
+
+
+def test_the_wire_in_use_is_named(isolated: dict[str, str], transport_name: str) -> None:
+    assert tested.get_rmw_implementation_identifier() == transport_name
+    assert transport_name in tested.get_available_rmw_implementations()
+
+
+def test_the_default_context_is_one_until_shutdown() -> None:
+    context = tested.get_default_context()
+    assert tested.get_default_context() is context
+    tested.try_shutdown()
+    assert tested.get_default_context() is not context
