@@ -345,3 +345,17 @@ def test_a_thousand_coroutine_callbacks_at_once(executor: Executor, node: SmallN
         for guard in guards:
             guard.trigger()
         assert soon(everything)
+
+
+def test_a_sleep_that_falls_due_while_other_work_runs_is_not_lost(single: SingleThreadedExecutor) -> None:
+    """Due between the end of asyncio's own look at its timers and the executor's look for the next one."""
+
+    async def main() -> int:
+        for _ in range(300):
+            await asyncio.sleep(0.00001)
+        return 1
+
+    tasks = [single.create_task(main) for _ in range(10)]
+    for task in tasks:
+        single.spin_until_future_complete(task, PATIENCE)
+        assert task.result() == 1

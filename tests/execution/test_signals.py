@@ -208,8 +208,8 @@ def spin():
     except BaseException as error:
         print(f'thread: {type(error).__name__}\\n', end='')
 thread = threading.Thread(target=spin)
-thread.start()
 try:
+    thread.start()
     time.sleep(10)
 except KeyboardInterrupt:
     print('main: KeyboardInterrupt\\n', end='')
@@ -260,6 +260,44 @@ print('end of main')
     with Program(HEAD + body) as program:
         assert program.wait(10) == 0
         assert program.output.split() == ['parked', 'end', 'of', 'main']
+
+
+@pytest.mark.parametrize('attempt', range(3))
+def test_a_signal_right_before_the_main_thread_falls_asleep_is_not_missed(attempt: int) -> None:
+    body = """
+import os, signal
+class Late(SteadyClock):
+    __slots__ = ()
+    def wait(self, waiter, deadline_ns):
+        if threading.current_thread() is threading.main_thread():
+            threading.Thread(target=os.kill, args=(os.getpid(), signal.SIGTERM)).start()
+        return super().wait(waiter, deadline_ns)
+context.lifeline.clock = Late()
+late = MultiThreadedExecutor(4, context=context)
+late.spin()
+print('returned')
+"""
+    with Program(HEAD + body) as program:
+        assert program.wait(10) == 0
+        assert 'returned' in program.output
+
+
+def test_a_forked_childs_signals_do_not_end_its_parents_contexts() -> None:
+    body = """
+import os, signal
+child = os.fork()
+if child == 0:
+    signal.signal(signal.SIGTERM, lambda *_: os._exit(3))
+    os.kill(os.getpid(), signal.SIGTERM)
+    os._exit(4)
+print('child', os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
+deadline = context.lifeline.clock.now() + 200_000_000
+print('parent', Future().wait(deadline, lifeline=context.lifeline), context.ok())
+"""
+    with Program(HEAD + body) as program:
+        assert program.wait(10) == 0
+        assert 'child 3' in program.output
+        assert 'parent False True' in program.output
 
 
 def test_options_and_what_was_installed_before() -> None:

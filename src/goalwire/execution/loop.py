@@ -120,11 +120,7 @@ class LaneLoop(asyncio.SelectorEventLoop):
 
     def next_due(self) -> int | None:
         """When the earliest `call_later` is due, in steady ns; it may have been cancelled since."""
-        whens = self._whens
-        now = self.time()
-        while whens and whens[0] <= now:
-            heappop(whens)
-        return None if not whens else int(whens[0] * 1e9) + 1000
+        return None if not self._whens else int(self._whens[0] * 1e9) + 1000
 
     # Whatever is queued outside a step, by whichever thread, asks for one: so an Event that a plain callback
     # sets, or a Queue that it fills, wakes the coroutine that waits.
@@ -166,6 +162,7 @@ class LaneLoop(asyncio.SelectorEventLoop):
             if begin is not None:
                 begin()
             self.bridge.drain()
+            self._forget_due()
             self.more = False
             self._iterate()
         finally:
@@ -173,6 +170,14 @@ class LaneLoop(asyncio.SelectorEventLoop):
             if outer is not None:
                 _return_to(*outer)
         self._lane_selector.rearm()
+
+    def _forget_due(self) -> None:
+        """Drop the times that the coming step will serve: those before its beginning."""
+        whens = self._whens
+        if whens:
+            now = self.time()
+            while whens and whens[0] <= now:
+                heappop(whens)
 
     def _iterate(self) -> None:
         self.call_soon(self.stop)

@@ -3,17 +3,25 @@
 The handlers take no lock: they may interrupt the main thread anywhere. They end the registered lifelines,
 which wakes every thread that waits under them, and then do what was installed before them: for SIGINT that
 is Python's own handler, which raises KeyboardInterrupt.
+
+A listener thread ends the lifelines too, and first. Python runs handlers in the main thread, and a signal
+that comes in the microseconds before that thread falls asleep on a lock is noticed at its next waking only.
 """
 
 from __future__ import annotations
 
+import atexit
+import os
 import signal
 import threading
+from contextlib import suppress
 from enum import Enum
 from typing import TYPE_CHECKING, Any
-from weakref import WeakSet
+from weakref import ref
 
+from goalwire.errors import InvalidHandle
 from goalwire.execution.guard_condition import GuardCondition
+from goalwire.execution.signal_listener import SignalListener
 
 if TYPE_CHECKING:
     from types import FrameType
@@ -36,19 +44,22 @@ _WANTED = {
     SignalHandlerOptions.SIGTERM: (signal.SIGTERM,),
     SignalHandlerOptions.ALL: (signal.SIGINT, signal.SIGTERM),
 }
-_lifelines: WeakSet[Lifeline] = WeakSet()
-_guards: WeakSet[GuardCondition] = WeakSet()
+_lifelines: dict[int, ref[Lifeline]] = {}
+_guards: dict[int, ref[GuardCondition]] = {}
+"""By id. Copied in one step where they are gone through, since another thread may change them."""
 _previous: dict[signal.Signals, Any] = {}
+_listeners: list[SignalListener] = []
 
 
 def register(lifeline: Lifeline) -> None:
     """Let the handled signals end `lifeline`, which is held weakly."""
-    _lifelines.add(lifeline)
+    key = id(lifeline)
+    _lifelines[key] = ref(lifeline, lambda _: _lifelines.pop(key, None))
 
 
 def unregister(lifeline: Lifeline) -> None:
     """Let signals leave `lifeline` alone."""
-    _lifelines.discard(lifeline)
+    _lifelines.pop(id(lifeline), None)
 
 
 def install_signal_handlers(options: SignalHandlerOptions = SignalHandlerOptions.ALL) -> None:
@@ -58,12 +69,16 @@ def install_signal_handlers(options: SignalHandlerOptions = SignalHandlerOptions
     uninstall_signal_handlers()
     for number in _WANTED[options]:
         _previous[number] = signal.signal(number, _handle)
+    if _previous:
+        _listeners.append(SignalListener(_end_contexts))
 
 
 def uninstall_signal_handlers() -> None:
     """Put back what was installed before. Does nothing outside the main thread."""
     if threading.current_thread() is not threading.main_thread():
         return
+    while _listeners:
+        _listeners.pop().close()
     while _previous:
         number, previous = _previous.popitem()
         if signal.getsignal(number) is _handle:
@@ -83,19 +98,41 @@ class SignalHandlerGuardCondition(GuardCondition):
 
     def __init__(self, context: ContextLike | None = None) -> None:
         super().__init__(None, None, context)
-        _guards.add(self)
+        key = id(self)
+        _guards[key] = ref(self, lambda _: _guards.pop(key, None))
 
     def destroy(self) -> None:
-        _guards.discard(self)
+        _guards.pop(id(self), None)
         super().destroy()
 
 
-def _handle(number: int, frame: FrameType | None) -> None:
+def _end_contexts(number: int) -> None:
+    """What every handled signal does; on the listener's thread and in the main one."""
+    if number not in _previous:
+        return
     name = signal.Signals(number).name
-    for lifeline in tuple(_lifelines):
-        lifeline.end(name)
-    for guard in tuple(_guards):
-        guard.trigger()
+    for lifeline in [reference() for reference in tuple(_lifelines.values())]:
+        if lifeline is not None:
+            lifeline.end(name)
+    for guard in [reference() for reference in tuple(_guards.values())]:
+        if guard is not None:
+            with suppress(InvalidHandle):
+                guard.trigger()
+
+
+def _handle(number: int, frame: FrameType | None) -> None:
+    _end_contexts(number)
     previous = _previous.get(signal.Signals(number))
     if callable(previous):
         previous(number, frame)
+
+
+def _forget_in_child() -> None:
+    """After fork: signals to the child must not be written into the pipe that it shares with its parent."""
+    while _listeners:
+        _listeners.pop().close()
+
+
+if hasattr(os, 'register_at_fork'):
+    os.register_at_fork(after_in_child=_forget_in_child)
+atexit.register(uninstall_signal_handlers)
