@@ -50,7 +50,7 @@ def robot_client() -> Iterator[Robot]:
         with Robot() as robot:
             yield robot
     finally:
-        rclpy.try_shutdown()
+        rclpy.shutdown()
 
 
 def wait_until_gone(pid: int, timeout: float) -> bool:

@@ -53,7 +53,7 @@ def make_node(isolated: dict[str, str]) -> Iterator[MakeNode]:
     thread.join()
     for node in nodes:
         node.destroy_node()
-    rclpy.try_shutdown()
+    rclpy.shutdown()
 
 
 class Gate:
