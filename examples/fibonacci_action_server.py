@@ -2,9 +2,9 @@
 
 python examples/fibonacci_action_server.py
 
-The goal's callback sleeps, so it needs a thread of its own: a MultiThreadedExecutor and a reentrant callback
-group leave another thread free to hear a cancel request. An `async def` callback that awaits asyncio.sleep()
-would do with one thread, but only on goalwire: docs/tutorials/first-action.md.
+The goal's callback sleeps, so it holds a thread: with a MultiThreadedExecutor another one is free to hear a
+cancel request. An `async def` callback that awaits asyncio.sleep() would do with one thread, but only on
+goalwire: docs/tutorials/first-action.md.
 """
 
 import time
@@ -12,7 +12,6 @@ import time
 import rclpy
 from example_interfaces.action import Fibonacci
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
-from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
 from rclpy.node import Node
 
@@ -30,7 +29,6 @@ class FibonacciActionServer(Node):
             self.execute,
             goal_callback=self.judge,
             cancel_callback=lambda goal: CancelResponse.ACCEPT,  # noqa: ARG005
-            callback_group=ReentrantCallbackGroup(),
         )
         self.get_logger().info('Ready to count')
 

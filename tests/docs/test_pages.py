@@ -1,0 +1,45 @@
+"""The documents do what they say: every file, program, terminal and link that a page shows."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from helpers.markdown import PAGES, anchors, blocks, links, name_of
+from helpers.terminals import play
+
+
+def _has_programs(page: Path) -> bool:
+    return any(block.language in {'console', 'python'} for block in blocks(page))
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(120)
+@pytest.mark.parametrize('page', [page for page in PAGES if _has_programs(page)], ids=name_of)
+def test_a_page_does_what_it_shows(page: Path, tmp_path: Path) -> None:
+    play(page, tmp_path)
+
+
+@pytest.mark.parametrize('page', PAGES, ids=name_of)
+def test_every_link_leads_somewhere(page: Path) -> None:
+    for link in links(page):
+        if link.startswith(('https://', 'http://')):
+            continue
+        path, _, heading = link.partition('#')
+        target = (page.parent / path).resolve() if path else page
+        assert target.exists(), f'{name_of(page)}: {link} leads nowhere'
+        assert not heading or heading in anchors(target), f'{name_of(page)}: no heading for {link}'
+
+
+@pytest.mark.parametrize('page', PAGES, ids=name_of)
+def test_every_python_block_is_python(page: Path) -> None:
+    for block in blocks(page):
+        if block.language == 'python':
+            compile(block.text, f'{name_of(page)}:{block.line}', 'exec')
+
+
+def test_every_page_is_reached_from_the_index() -> None:
+    index = next(page for page in PAGES if page.name == 'index.md')
+    reached = {(index.parent / link.partition('#')[0]).resolve() for link in links(index)}
+    missing = [name_of(page) for page in PAGES if page.parent.name != 'adr' and page not in {index, *reached}]
+    assert missing == [name_of(PAGES[0])]  # the README leads to the index, not the other way round
