@@ -31,35 +31,34 @@ class Plan(NamedTuple):
 def plan() -> Plan:
     """Read the environment; raises TransportError naming the variable or file and the reason."""
     port = environment.router_port()
-    session = _session_config(port)
+    session, accepted = _session_config(port)
     choice = environment.rendezvous_choice()
     local = local_port(_value(session, 'connect/endpoints'), str(_value(session, 'mode')))
     if choice is RendezvousChoice.OFF or (choice is RendezvousChoice.AUTO and local is None):
         return Plan(session, None, port)
     port = local or port
-    return Plan(session, _rendezvous_config(port), port)
+    return Plan(session, _rendezvous_config(port, accepted), port)
 
 
-def _session_config(port: int) -> zenoh.Config:
+def _session_config(port: int) -> tuple[zenoh.Config, list[Override]]:
+    """Return the session's configuration and the overrides that zenoh took."""
     config = _from_file('ZENOH_SESSION_CONFIG_URI') or _from_settings(settings.session(port))
     for name, size in environment.shared_memory().items():
         config.insert_json5(f'transport/shared_memory/transport_optimization/{name}', str(size))
     pairs, broken = environment.overrides()
     for part in broken:
         _warn(part, 'it is not of the form key/path=value')
-    for pair in pairs:
-        _override(config, pair)
-    return config
+    return config, [pair for pair in pairs if _override(config, pair)]
 
 
-def _rendezvous_config(port: int) -> zenoh.Config:
+def _rendezvous_config(port: int, overrides: list[Override]) -> zenoh.Config:
     config = _from_file('ZENOH_ROUTER_CONFIG_URI')
     if config is None:
         config = _from_settings(settings.rendezvous(port))
     else:
         for name, value in settings.SINGLE_BIND.items():
             config.insert_json5(f'listen/{name}', json.dumps(value))
-    for pair in environment.overrides()[0]:
+    for pair in overrides:
         if pair.path.split('/')[0] not in _OF_THE_SESSION:
             _override(config, pair)
     return config
@@ -88,13 +87,15 @@ def reason(error: Exception) -> str:
     return str(error).partition(' at /')[0].strip()
 
 
-def _override(config: zenoh.Config, pair: Override) -> None:
+def _override(config: zenoh.Config, pair: Override) -> bool:
     """Apply one pair; what zenoh refuses is reported and ignored, as rmw_zenoh does."""
     try:
         config.insert_json5(pair.path, pair.value)
     except zenoh.ZError as error:
         if not _insert_into_parent(config, pair):
             _warn(f'{pair.path}={pair.value}', reason(error))
+            return False
+    return True
 
 
 def _insert_into_parent(config: zenoh.Config, pair: Override) -> bool:

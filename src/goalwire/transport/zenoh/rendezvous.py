@@ -14,6 +14,7 @@ import zenoh
 from goalwire.errors import TransportError
 from goalwire.transport.fork import in_child
 from goalwire.transport.zenoh.config import reason
+from goalwire.transport.zenoh.lifecycle import closes_at_exit
 
 RETRY_S = 0.2
 """Between two attempts to take the port; a failed one costs 0.25 ms of CPU."""
@@ -49,9 +50,13 @@ class Offer:
         return True
 
     def _retry(self) -> None:
-        while not self._closed.wait(RETRY_S):
-            if self._take_port():
-                return
+        try:
+            while not self._closed.wait(RETRY_S) and not self._take_port():
+                pass
+        except TransportError as error:
+            from logging import getLogger
+
+            getLogger('goalwire.transport').warning('%s', error)
 
     def close(self) -> None:
         """Give the port up; another process takes over."""
@@ -78,14 +83,24 @@ class Rendezvous:
             else:
                 router, users = Offer(port, config), 0
             self._routers[port] = router, users + 1
+        closes_at_exit(self)
 
     def release(self, port: int) -> None:
         """Stop offering it with the last user; another process takes over."""
         with self._lock:
-            router, users = self._routers.pop(port)
-            if users > 1:
+            router, users = self._routers.pop(port, (None, 0))
+            if router is not None and users > 1:
                 self._routers[port] = router, users - 1
-        if users == 1:
+                return
+        if router is not None:
+            router.close()
+
+    def close(self) -> None:
+        """Stop offering any: the interpreter is ending, whoever still counts as a user."""
+        with self._lock:
+            routers = [router for router, _ in self._routers.values()]
+            self._routers.clear()
+        for router in routers:
             router.close()
 
     def _forget(self) -> None:

@@ -156,6 +156,17 @@ class ZenohSession(Session):
             for node in nodes:
                 node.close()
         finally:
-            self._core.zenoh.close()  # type: ignore[no-untyped-call]
+            self._disconnect()
             self._core.in_flight.wait(CLOSING_S)
             self._stop_offering()
+
+    def _disconnect(self) -> None:
+        """Send what is queued and hang up; zenoh gives up after 10 s where a peer is mute."""
+        try:
+            self._core.zenoh.close()  # type: ignore[no-untyped-call]
+        except zenoh.ZError as error:
+            from logging import getLogger
+
+            getLogger('goalwire.transport').warning(
+                '%s: closing was cut short: %s', self._place.title, config.reason(error)
+            )

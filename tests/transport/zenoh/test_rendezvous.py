@@ -1,0 +1,179 @@
+"""The embedded rendezvous: offered, shared, taken over, and missed."""
+
+from __future__ import annotations
+
+import json
+import socket
+import time
+from collections.abc import Iterator
+
+import pytest
+import zenoh
+from helpers.processes import Program
+from helpers.wire import Side
+
+from goalwire.errors import TransportError
+from goalwire.transport.contract import EndpointKind, SessionOptions
+from goalwire.transport.zenoh import TRANSPORT
+
+from .conftest import OpenSide
+
+OPEN = """
+import os, sys
+from goalwire.transport.contract import NodeName, SessionOptions
+from goalwire.transport.zenoh import TRANSPORT
+session = TRANSPORT.open(SessionOptions(int(os.environ['ROS_DOMAIN_ID'])))
+node = session.node(NodeName(sys.argv[1]))
+print('open', flush=True)
+sys.stdin.readline()
+session.close()
+print('closed', flush=True)
+"""
+
+
+def answers(port: int) -> bool:
+    with socket.socket() as probe:
+        return probe.connect_ex(('127.0.0.1', port)) == 0
+
+
+@pytest.fixture
+def port(world: dict[str, str]) -> int:
+    return int(world['GOALWIRE_ROUTER_PORT'])
+
+
+@pytest.fixture
+def plain_router(port: int) -> Iterator[zenoh.Session]:
+    """What rmw_zenohd is: a zenoh router on the port."""
+    settings = {
+        'mode': 'router',
+        'listen': {'endpoints': [f'tcp/127.0.0.1:{port}']},
+        'scouting': {'delay': 0, 'multicast': {'enabled': False}},
+        'transport': {'shared_memory': {'enabled': False}},
+    }
+    router = zenoh.open(zenoh.Config.from_json5(json.dumps(settings)))
+    yield router
+    router.close()  # type: ignore[no-untyped-call]
+
+
+def test_it_answers_as_long_as_a_session_of_the_process_is_open(open_side: OpenSide, port: int) -> None:
+    one, two = open_side('one'), open_side('two')
+    assert answers(port)
+    one.session.close()
+    assert answers(port)
+    two.session.close()
+    assert not answers(port)
+
+
+def test_closing_is_quick_for_whoever_waits_for_the_port(world: dict[str, str], open_side: OpenSide) -> None:
+    open_side('holder')
+    with Program(OPEN, 'waiting', env=world) as waiting:
+        waiting.expect('open')
+        waiting.write_line('close')
+        waiting.expect('closed', timeout=2.0)
+
+
+def test_two_that_start_at_the_same_moment_find_each_other(
+    world: dict[str, str], open_side: OpenSide
+) -> None:
+    with Program(OPEN, 'left', env=world) as left, Program(OPEN, 'right', env=world) as right:
+        ours = open_side('ours')
+        ours.graph.expect(EndpointKind.NODE, '/left')
+        ours.graph.expect(EndpointKind.NODE, '/right')
+        for program in (left, right):
+            program.expect('open')
+            program.write_line('close')
+            program.succeed()
+        ours.graph.expect(EndpointKind.NODE, '/left', number=0)
+
+
+@pytest.mark.slow
+def test_a_killed_holder_is_replaced_within_a_second_ten_times(world: dict[str, str], port: int) -> None:
+    held = Program(OPEN, 'n0', env=world)
+    programs = [held]
+    try:
+        held.expect('open')
+        for number in range(1, 11):
+            programs.append(Program(OPEN, f'n{number}', env=world))
+            programs[-1].expect('open')
+            programs[-2].kill()
+            killed = time.monotonic()
+            programs[-2].wait()
+            while not answers(port):
+                assert time.monotonic() - killed < 1.0, f'nobody took the port over after kill {number}'
+    finally:
+        for program in programs:
+            program.close()
+
+
+def test_without_a_router_one_is_missed_aloud(
+    world: dict[str, str], monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setenv('GOALWIRE_ROUTER', 'off')
+    TRANSPORT.open(SessionOptions()).close()
+    assert ['rmw_zenohd' in record.getMessage() for record in caplog.records] == [True]
+
+
+def test_the_check_for_a_router_can_be_turned_off(
+    world: dict[str, str], monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setenv('GOALWIRE_ROUTER', 'off')
+    monkeypatch.setenv('ZENOH_ROUTER_CHECK_ATTEMPTS', '-1')
+    TRANSPORT.open(SessionOptions()).close()
+    assert caplog.records == []
+
+
+def test_opening_costs_no_half_second_where_no_router_answers(
+    world: dict[str, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv('GOALWIRE_ROUTER', 'off')
+    start = time.monotonic()
+    TRANSPORT.open(SessionOptions()).close()
+    assert time.monotonic() - start < 0.4
+
+
+@pytest.mark.slow
+def test_a_port_that_another_program_holds_is_named(world: dict[str, str], port: int) -> None:
+    """That program accepts and says nothing: zenoh needs 10 s to hang up, in a process of its own here."""
+    with socket.socket() as other:
+        other.bind(('127.0.0.1', port))
+        other.listen()
+        with Program(OPEN, 'alone', env=world) as alone:
+            alone.expect(f'may hold port {port}')
+            alone.expect('open')
+            alone.write_line('close')
+            alone.succeed()
+
+
+@pytest.mark.parametrize('choice', ['auto', 'off'])
+def test_a_router_that_is_there_already_is_used(
+    monkeypatch: pytest.MonkeyPatch,
+    world: dict[str, str],
+    plain_router: zenoh.Session,
+    open_side: OpenSide,
+    caplog: pytest.LogCaptureFixture,
+    choice: str,
+) -> None:
+    monkeypatch.setenv('GOALWIRE_ROUTER', choice)
+    one, two = open_side('one'), open_side('two')
+    one.graph.expect(EndpointKind.NODE, '/two')
+    two.graph.expect(EndpointKind.NODE, '/one')
+    assert caplog.records == []
+
+
+def test_an_unreachable_router_of_a_client_is_an_error_that_names_it(
+    world: dict[str, str], monkeypatch: pytest.MonkeyPatch, port: int
+) -> None:
+    monkeypatch.setenv('GOALWIRE_ROUTER', 'off')
+    monkeypatch.setenv('ZENOH_CONFIG_OVERRIDE', 'mode="client"')
+    with pytest.raises(TransportError, match=f'localhost:{port}'):
+        TRANSPORT.open(SessionOptions())
+
+
+def test_a_client_mode_session_works_through_the_rendezvous(
+    monkeypatch: pytest.MonkeyPatch, open_side: OpenSide
+) -> None:
+    monkeypatch.setenv('ZENOH_CONFIG_OVERRIDE', 'mode="client"')
+    one: Side = open_side('one')
+    two: Side = open_side('two')
+    one.graph.expect(EndpointKind.NODE, '/two')
+    two.graph.expect(EndpointKind.NODE, '/one')

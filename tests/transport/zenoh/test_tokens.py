@@ -1,0 +1,138 @@
+"""Liveliness tokens, against the grammar of rmw_zenoh."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from goalwire.errors import RemoteError, TransportError
+from goalwire.protocol.qos import DurabilityPolicy, QoS
+from goalwire.transport.contract import Endpoint, EndpointKind, NodeName
+from goalwire.transport.zenoh.tokens import encode_endpoint, encode_node, gid_of, parse
+
+ZID = 'f00dbabe0123456789abcdef01234567'
+HASH = f'RIHS01_{"a1" * 32}'
+NODE = NodeName('talker')
+NODE_TOKEN = f'@ros2_lv/0/{ZID}/0/0/NN/%/%/talker'
+TOPIC = f'%robot1%chatter/std_msgs::msg::dds_::String_/{HASH}'
+TOPIC_TOKEN = f'@ros2_lv/0/{ZID}/0/1/MP/%/%robot1/talker/{TOPIC}/::,10:,:,:,,'
+
+
+def endpoint(kind: EndpointKind, *, has_buffers: bool = False, qos: QoS | None = None) -> Endpoint:
+    return Endpoint(
+        kind, '/robot1/chatter', 'std_msgs/msg/String', HASH, qos or QoS(), has_buffers=has_buffers
+    )
+
+
+def token_of(declared: Endpoint) -> str:
+    return encode_endpoint(0, ZID, 0, 1, NodeName('talker', '/robot1'), declared)
+
+
+def test_a_node_shows_itself_in_nine_chunks() -> None:
+    assert encode_node(0, ZID, 0, NODE) == NODE_TOKEN
+
+
+def test_an_endpoint_shows_itself_in_thirteen() -> None:
+    assert token_of(endpoint(EndpointKind.PUBLISHER)) == TOPIC_TOKEN
+
+
+@pytest.mark.parametrize(
+    ('kind', 'code'),
+    [
+        (EndpointKind.PUBLISHER, 'MP'),
+        (EndpointKind.SUBSCRIPTION, 'MS'),
+        (EndpointKind.SERVICE, 'SS'),
+        (EndpointKind.CLIENT, 'SC'),
+    ],
+)
+def test_every_kind_has_its_code(kind: EndpointKind, code: str) -> None:
+    assert token_of(endpoint(kind)) == TOPIC_TOKEN.replace('/MP/', f'/{code}/')
+
+
+def test_a_subscription_to_buffers_says_it_takes_plain_memory() -> None:
+    subscription = endpoint(EndpointKind.SUBSCRIPTION, has_buffers=True)
+    assert token_of(subscription) == TOPIC_TOKEN.replace('/MP/', '/MS/') + '/backends:cpu:'
+
+
+def test_a_lasting_subscription_to_buffers_says_nothing_of_memory() -> None:
+    lasting = QoS(durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    subscription = endpoint(EndpointKind.SUBSCRIPTION, has_buffers=True, qos=lasting)
+    assert 'backends' not in token_of(subscription)
+
+
+def test_a_publisher_of_buffers_says_nothing_of_memory() -> None:
+    assert token_of(endpoint(EndpointKind.PUBLISHER, has_buffers=True)) == TOPIC_TOKEN
+
+
+def test_a_token_says_who_it_is() -> None:
+    entity = parse(TOPIC_TOKEN)
+    assert (entity.kind, entity.session, entity.node_id) == (EndpointKind.PUBLISHER, ZID, 0)
+    assert entity.node == NodeName('talker', '/robot1')
+    assert (entity.name, entity.type_name) == ('/robot1/chatter', 'std_msgs/msg/String')
+    assert (entity.type_hash, entity.qos.depth) == (HASH, 10)
+    assert entity.gid == gid_of(TOPIC_TOKEN)
+
+
+def test_a_fourteenth_chunk_is_accepted() -> None:
+    assert parse(f'{TOPIC_TOKEN}/backends:cpu:;cuda:0').name == '/robot1/chatter'
+
+
+def test_humbles_missing_hash_is_accepted() -> None:
+    assert parse(TOPIC_TOKEN.replace(HASH, 'TypeHashNotSupported')).type_hash == 'TypeHashNotSupported'
+
+
+@given(
+    st.text('abcXYZ_09', min_size=1),
+    st.lists(st.text('abc_', min_size=1), max_size=3),
+    st.integers(0, 2**31),
+)
+def test_any_node_is_read_back(name: str, namespace: list[str], number: int) -> None:
+    node = NodeName(name, '/' + '/'.join(namespace))
+    entity = parse(encode_node(3, ZID, number, node))
+    assert (entity.node, entity.node_id, entity.session) == (node, number, ZID)
+
+
+@pytest.mark.parametrize(
+    'token',
+    [
+        '',
+        'chatter',
+        NODE_TOKEN.replace('@ros2_lv', '@other'),
+        NODE_TOKEN.rsplit('/', 1)[0],
+        NODE_TOKEN.replace('/NN/', '/XX/'),
+        NODE_TOKEN.replace('/NN/', '/MP/'),
+        NODE_TOKEN.replace('/0/0/', '/0//'),
+        NODE_TOKEN.replace('/0/0/', '/x/0/'),
+        NODE_TOKEN.replace('@ros2_lv/0', '@ros2_lv/-1'),
+        TOPIC_TOKEN.rsplit('/', 1)[0],
+        TOPIC_TOKEN.replace('::,10:,:,:,,', 'nonsense'),
+    ],
+)
+def test_a_token_that_breaks_the_grammar_is_the_peers_fault(token: str) -> None:
+    with pytest.raises(RemoteError, match='token'):
+        parse(token)
+
+
+@given(st.text(max_size=80))
+def test_no_text_does_any_harm(text: str) -> None:
+    for token in (text, f'@ros2_lv/{text}', f'{NODE_TOKEN}/{text}', f'{TOPIC_TOKEN[:-5]}{text}'):
+        try:
+            parse(token)
+        except RemoteError:
+            continue
+
+
+@pytest.mark.parametrize('name', ['', 'a*', 'a#b'])
+def test_a_node_name_that_zenoh_cannot_carry_is_refused(name: str) -> None:
+    with pytest.raises(TransportError, match='cannot carry'):
+        encode_node(0, ZID, 0, NodeName(name))
+
+
+def test_a_gid_is_the_hash_of_the_token_low_half_first() -> None:
+    """XXH3-128 of nothing is known to be 99aa06d3014798d86001c324468d497f, written high half first."""
+    assert gid_of('') == bytes.fromhex('99aa06d3014798d86001c324468d497f')[::-1]
+
+
+def test_every_token_has_its_own_gid() -> None:
+    assert len({gid_of(NODE_TOKEN), gid_of(TOPIC_TOKEN), gid_of(f'{TOPIC_TOKEN}/backends:cpu:')}) == 3
