@@ -1,0 +1,43 @@
+"""Interface packages that no prefix has: goalwire's shipped ones, a workspace's, pip's.
+
+They count as resources of the types 'packages' and 'rosidl_interfaces', in a prefix of their own: the folder
+that has share/<package>, where there is one, else the package's own folder.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from goalwire.interfaces import search_path
+
+PACKAGES = 'packages'
+INTERFACES = 'rosidl_interfaces'
+RESOURCE_TYPES = frozenset({PACKAGES, INTERFACES})
+
+
+def names() -> list[str]:
+    """All their names, those that a prefix has too among them."""
+    return search_path.package_names()
+
+
+def share(package: str) -> str | None:
+    """The folder that holds msg/, srv/ and action/; None where there is no such interface package."""
+    found = search_path.find_package(package) if search_path.is_package_name(package) else None
+    return found.folder if found else None
+
+
+def prefix(package: str) -> str | None:
+    """The prefix that the package counts to; None where there is no such interface package."""
+    folder = share(package)
+    if folder is None:
+        return None
+    place = Path(folder)
+    return str(place.parent.parent) if place.parts[-2:] == ('share', package) else folder
+
+
+def content(resource_type: str, package: str) -> str:
+    """The text of the package's resource: its definition files, one a line, or nothing."""
+    found = search_path.find_package(package) if resource_type == INTERFACES else None
+    if found is None:
+        return ''
+    return ''.join(f'{name}{file.suffix}\n' for name, file in found.files().items())

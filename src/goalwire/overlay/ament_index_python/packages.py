@@ -1,0 +1,68 @@
+"""ament_index_python.packages: where packages are installed."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from pathlib import Path
+
+from ament_index_python import _interface_packages
+from ament_index_python.constants import AMENT_PREFIX_PATH_ENV_VAR
+from ament_index_python.resources import get_resource, get_resources
+from ament_index_python.search_paths import get_search_paths
+
+__all__ = [
+    'PackageNotFoundError',
+    'get_package_prefix',
+    'get_package_share_directory',
+    'get_package_share_path',
+    'get_packages_with_prefixes',
+]
+
+
+class PackageNotFoundError(KeyError):
+    """No prefix has the package, and no interface package is called so."""
+
+    def __str__(self) -> str:
+        return str(self.args[0]) if self.args else ''  # a KeyError would quote it
+
+
+def get_packages_with_prefixes() -> dict[str, str]:
+    """Return all packages by name, each with the prefix that has it."""
+    return get_resources('packages')
+
+
+def get_package_prefix(package_name: str) -> str:
+    """Return the prefix that a package is installed in.
+
+    Raises PackageNotFoundError (a KeyError), and ValueError for what is no package name (REP 144).
+    """
+    if re.fullmatch('[a-zA-Z0-9][a-zA-Z0-9_-]+', package_name, re.ASCII) is None:
+        raise ValueError(f"'{package_name}' is not a valid package name")
+    try:
+        return get_resource('packages', package_name)[1]
+    except LookupError:
+        raise PackageNotFoundError(
+            f"package '{package_name}' not found, searching: {get_search_paths()} "
+            f'(source the workspace that has it, or name its prefix in {AMENT_PREFIX_PATH_ENV_VAR})'
+        ) from None
+
+
+def get_package_share_directory(package_name: str, print_warning: bool = True) -> str:
+    """Return a package's share folder; warns where it does not exist. Raises as get_package_prefix does."""
+    return _share(package_name, print_warning)
+
+
+def get_package_share_path(package_name: str, print_warning: bool = True) -> Path:
+    """As get_package_share_directory, as a Path."""
+    return Path(_share(package_name, print_warning))
+
+
+def _share(package: str, print_warning: bool) -> str:
+    prefix = get_package_prefix(package)
+    if prefix == _interface_packages.share(package):  # a source folder, with no prefix around it
+        return prefix
+    folder = Path(prefix, 'share', package)
+    if print_warning and not folder.exists():
+        warnings.warn(f'Share directory for {package} ({folder}) does not exist.', stacklevel=3)
+    return str(folder)

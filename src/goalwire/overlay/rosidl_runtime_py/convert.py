@@ -1,0 +1,200 @@
+"""rosidl_runtime_py.convert: a message as an OrderedDict, as YAML, as comma-separated values."""
+
+from __future__ import annotations
+
+import sys
+from array import array
+from collections import OrderedDict
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import TYPE_CHECKING, Protocol, TypeGuard
+
+from rosidl_parser import definition as idl
+
+if TYPE_CHECKING:
+    import numpy as np
+    import yaml
+
+__all__ = ['get_message_slot_types', 'message_to_csv', 'message_to_ordereddict', 'message_to_yaml']
+
+
+class Message(Protocol):
+    """The part of a message class that tells its fields."""
+
+    @property
+    def SLOT_TYPES(self) -> tuple[object, ...]: ...
+
+    @classmethod
+    def get_fields_and_field_types(cls) -> dict[str, str]: ...
+
+
+@dataclass(frozen=True, slots=True)
+class _Style:
+    """What is shortened; None for a length means never."""
+
+    truncate_length: int | None
+    no_arr: bool
+    no_str: bool
+
+    def exceeded_by(self, value: Sequence[object]) -> bool:
+        return self.truncate_length is not None and len(value) > self.truncate_length
+
+
+def message_to_yaml(
+    msg: Message,
+    *,
+    truncate_length: int | None = None,
+    no_arr: bool = False,
+    no_str: bool = False,
+    flow_style: bool = False,
+) -> str:
+    """Return the message as a YAML document, its fields in their order, block style unless `flow_style`."""
+    import yaml
+
+    fields = message_to_ordereddict(msg, truncate_length=truncate_length, no_arr=no_arr, no_str=no_str)
+    text: str = yaml.dump(
+        fields, Dumper=_dumper(), allow_unicode=True, width=sys.maxsize, default_flow_style=flow_style
+    )
+    return text
+
+
+def message_to_csv(
+    msg: Message, *, truncate_length: int | None = None, no_arr: bool = False, no_str: bool = False
+) -> str:
+    """Return the values in the order of their fields, joined by commas; nothing is quoted."""
+    return _csv_message(msg, _Style(truncate_length, no_arr, no_str))
+
+
+def message_to_ordereddict(
+    msg: Message, *, truncate_length: int | None = None, no_arr: bool = False, no_str: bool = False
+) -> OrderedDict[str, object]:
+    """Return the fields in their order: nested messages likewise, arrays as lists, bytes as text.
+
+    `truncate_length` shortens strings and arrays, `no_arr` and `no_str` put a description in their place.
+    """
+    return _to_dict(msg, _Style(truncate_length, no_arr, no_str))
+
+
+def get_message_slot_types(msg: Message | type[Message]) -> OrderedDict[str, object]:
+    """Return the rosidl_parser types of the fields by name, for a message or its class."""
+    return OrderedDict(zip(msg.get_fields_and_field_types(), _slot_types(msg), strict=True))
+
+
+def _slot_types(msg: Message | type[Message]) -> tuple[object, ...]:
+    types: tuple[object, ...] = msg.SLOT_TYPES  # type: ignore[assignment]  # of a class, not its property
+    return types
+
+
+def _to_dict(msg: Message, style: _Style) -> OrderedDict[str, object]:
+    fields = get_message_slot_types(msg)
+    return OrderedDict((name, _convert(getattr(msg, name), style, slot)) for name, slot in fields.items())
+
+
+def _convert(value: object, style: _Style, slot: object = None) -> object:
+    """Return a value as plain Python data; `slot` is the type of the field where it is one's whole value."""
+    if isinstance(value, bytes):
+        return _shortened(value.decode('latin-1'), style)
+    if isinstance(value, str):
+        return _described(value) if style.no_str else _shortened(value, style)
+    if _is_array(value):
+        return _convert_array(value, style, slot)
+    if isinstance(value, Mapping):
+        whole = replace(style, truncate_length=None)  # shortened keys could meet
+        return {_convert(key, whole): _convert(item, style) for key, item in value.items()}
+    if _is_numpys(value):
+        return value.item()
+    if isinstance(value, bool | float | int):
+        return value
+    return _to_dict(value, style)  # type: ignore[arg-type]  # AttributeError, as in ROS 2, for no message
+
+
+def _convert_array(value: Sequence[object], style: _Style, slot: object) -> object:
+    if style.no_arr and slot is not None:
+        return _described_array(value, slot)
+    shown = value[: style.truncate_length]
+    items = [_convert(item, style) for item in shown]
+    if style.exceeded_by(value):
+        items.append('...')
+    return tuple(items) if isinstance(value, tuple) else items
+
+
+def _csv_message(msg: Message, style: _Style) -> str:
+    slots = get_message_slot_types(msg).items()
+    return _joined(_csv(getattr(msg, name), style, slot) for name, slot in slots)
+
+
+def _csv(value: object, style: _Style, slot: object = None) -> str:
+    if _is_array(value):
+        if style.no_arr and slot is not None:
+            return _described_array(value, slot)
+        parts = [_csv(item, style) for item in value[: style.truncate_length]]
+        return _joined(iter([*parts, '...'] if style.exceeded_by(value) else parts))
+    if isinstance(value, str):
+        return _described(value) if style.no_str else _shortened(value, style)
+    if isinstance(value, bytes):
+        return str(value[: style.truncate_length] + b'...' if style.exceeded_by(value) else value)
+    if isinstance(value, bool | float | int) or _is_numpys(value):
+        return str(value)
+    return _csv_message(value, style)  # type: ignore[arg-type]  # as above
+
+
+def _joined(parts: Iterator[str]) -> str:
+    """Join by commas; as in ROS 2, empty values in front leave no trace."""
+    result = ''
+    for part in parts:
+        result = f'{result},{part}' if result else part
+    return result
+
+
+def _is_array(value: object) -> TypeGuard[Sequence[object]]:
+    return isinstance(value, list | tuple | array) or type(value).__name__ == 'ndarray'
+
+
+def _is_numpys(value: object) -> TypeGuard[np.generic]:
+    """Whether this is a number of numpy's, which is not imported to find out."""
+    return type(value).__module__ == 'numpy'
+
+
+def _shortened(text: str, style: _Style) -> str:
+    return f'{text[: style.truncate_length]}...' if style.exceeded_by(text) else text
+
+
+def _described(text: str) -> str:
+    return f'<string length: <{len(text)}>>'
+
+
+def _described_array(value: Sequence[object], slot: object) -> str:
+    """ROS 2's words for an array that is not shown."""
+    if not isinstance(slot, idl.AbstractNestedType):
+        return 'unknown'
+    name = _item_name(slot.value_type)
+    if isinstance(slot, idl.Array):
+        return f'<array type: {name}[{slot.size}]>'
+    bound = f'[{slot.maximum_size}]' if isinstance(slot, idl.BoundedSequence) else ''
+    return f'<sequence type: {name}{bound}, length: {len(value)}>'
+
+
+def _item_name(item: idl.AbstractNestableType) -> str:
+    if isinstance(item, idl.BasicType):
+        return item.typename
+    if isinstance(item, idl.AbstractGenericString):
+        return 'wstring' if isinstance(item, idl.AbstractWString) else 'string'
+    if isinstance(item, idl.NamespacedType):
+        return '/'.join(item.namespaced_name())
+    return item.name if isinstance(item, idl.NamedType) else 'unknown'
+
+
+@cache
+def _dumper() -> type[yaml.SafeDumper]:
+    """A dumper that writes an OrderedDict as a mapping in its own order."""
+    import yaml
+
+    class OrderedDumper(yaml.SafeDumper):
+        """Like the safe dumper otherwise."""
+
+    def represent(dumper: yaml.SafeDumper, data: OrderedDict[str, object]) -> yaml.Node:
+        return dumper.represent_mapping('tag:yaml.org,2002:map', data.items())
+
+    OrderedDumper.add_representer(OrderedDict, represent)
+    return OrderedDumper

@@ -1,0 +1,89 @@
+"""rosidl_runtime_py.set_message: fill a message from a dictionary, such as YAML gives."""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
+
+from rosidl_parser.definition import AbstractNestedType, NamespacedType
+
+from rosidl_runtime_py.convert import get_message_slot_types
+from rosidl_runtime_py.import_message import import_message_from_namespaced_type
+
+__all__ = ['set_message_fields']
+
+_HEADER = 'std_msgs.msg._header.Header'
+_TIME = 'builtin_interfaces.msg._time.Time'
+
+
+def set_message_fields(
+    msg: Any, values: Mapping[str, object], expand_header_auto: bool = False, expand_time_now: bool = False
+) -> list[Callable[[object], None]]:
+    """Set the fields that `values` names; what has another type is converted as the field's type does.
+
+    With `expand_header_auto` a header may be 'auto', with `expand_time_now` a time may be 'now': returned
+    are functions that set these, to be called with a builtin_interfaces/Time at each publication.
+
+    Raises TypeError where a dictionary is missing, AttributeError for an unknown field, ValueError for text
+    that is no number.
+    """
+    filling = _Filling(expand_header_auto, expand_time_now)
+    filling.fill(msg, values)
+    return filling.stamp_setters
+
+
+@dataclass
+class _Filling:
+    header_auto: bool
+    time_now: bool
+    stamp_setters: list[Callable[[object], None]] = field(default_factory=list)
+
+    def fill(self, msg: Any, values: object) -> None:
+        if not isinstance(values, Mapping):
+            raise TypeError(
+                f"Value '{values}' is expected to be a dictionary but is a {type(values).__name__}"
+            )
+        for name, value in values.items():
+            old = getattr(msg, name)
+            setter = self._stamp_setter(msg, name, old, value)
+            if setter is None:
+                setattr(msg, name, self._converted(get_message_slot_types(msg)[name], old, value))
+            else:
+                self.stamp_setters.append(setter)
+
+    def _stamp_setter(
+        self, msg: object, name: str, old: object, value: object
+    ) -> Callable[[object], None] | None:
+        kind = f'{type(old).__module__}.{type(old).__name__}'
+        if self.header_auto and kind == _HEADER and value == 'auto':
+            return partial(setattr, old, 'stamp')
+        if self.time_now and kind == _TIME and value == 'now':
+            return partial(setattr, msg, name)
+        return None
+
+    def _converted(self, slot: object, old: Any, value: Any) -> object:
+        """Return a value for a field of type `slot` that holds `old`."""
+        if isinstance(slot, AbstractNestedType) and isinstance(slot.value_type, NamespacedType):
+            cls = import_message_from_namespaced_type(slot.value_type)
+            return [self._message(cls, item) for item in value]
+        if isinstance(slot, NamespacedType):
+            return self._message(type(old), value)
+        if isinstance(old, array):
+            return array(old.typecode, value)
+        if isinstance(old, bytes):
+            return bytes([value]) if isinstance(value, int) else bytes(value)
+        if hasattr(old, 'dtype'):
+            import numpy as np
+
+            return np.array(value, dtype=old.dtype)
+        return type(old)(value)
+
+    def _message(self, cls: type, value: object) -> object:
+        if isinstance(value, cls):
+            return value
+        message = cls()
+        self.fill(message, value)
+        return message

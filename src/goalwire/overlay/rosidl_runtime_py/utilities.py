@@ -1,0 +1,102 @@
+"""rosidl_runtime_py.utilities: message, service and action classes by their names."""
+
+from __future__ import annotations
+
+from importlib import import_module
+
+from rosidl_parser.definition import NamespacedType
+
+from goalwire.errors import InterfaceError
+from goalwire.interfaces import type_names
+from rosidl_runtime_py.import_message import import_message_from_namespaced_type
+
+__all__ = [
+    'get_action',
+    'get_interface',
+    'get_message',
+    'get_namespaced_type',
+    'get_service',
+    'import_message_from_namespaced_type',
+    'is_action',
+    'is_message',
+    'is_service',
+]
+
+
+def get_interface(identifier: str) -> type:
+    """Return the class of a full name: std_msgs/msg/String, std_srvs/srv/SetBool, …
+
+    Raises ValueError for a name without a slash, ModuleNotFoundError for an unknown package and
+    AttributeError for an unknown type.
+    """
+    *place, name = identifier.split('/')
+    module = import_module('.'.join(place))
+    try:
+        found: type = getattr(module, name)
+    except AttributeError:
+        derived = _derived(identifier)
+        if derived is None:
+            raise
+        return derived
+    return found
+
+
+def get_message(identifier: str) -> type:
+    """Return the class of 'std_msgs/msg/String' or 'std_msgs/String'; ValueError for what is no message."""
+    found = get_interface(_with_kind(identifier, 'msg'))
+    if not is_message(found):
+        raise ValueError(f"Expected the full name of a message, got '{identifier}'")
+    return found
+
+
+def get_service(identifier: str) -> type:
+    """Return the class of 'std_srvs/srv/SetBool' or 'std_srvs/SetBool'; ValueError for what is no service."""
+    found = get_interface(_with_kind(identifier, 'srv'))
+    if not is_service(found):
+        raise ValueError(f"Expected the full name of a service, got '{identifier}'")
+    return found
+
+
+def get_action(identifier: str) -> type:
+    """Return the class of 'example_interfaces/action/Fibonacci' or 'example_interfaces/Fibonacci'.
+
+    Raises ValueError for what is no action.
+    """
+    found = get_interface(_with_kind(identifier, 'action'))
+    if not is_action(found):
+        raise ValueError(f"Expected the full name of an action, got '{identifier}'")
+    return found
+
+
+def get_namespaced_type(identifier: str) -> NamespacedType:
+    """Return rosidl_parser's type of a name; all but its last part are namespaces."""
+    *namespaces, name = identifier.split('/')
+    return NamespacedType(namespaces, name)
+
+
+def is_message(interface: object) -> bool:
+    """Whether this is a message or its class."""
+    return hasattr(interface, 'get_fields_and_field_types')
+
+
+def is_service(interface: object) -> bool:
+    """Whether this is a service class."""
+    return hasattr(interface, 'Request') and hasattr(interface, 'Response')
+
+
+def is_action(interface: object) -> bool:
+    """Whether this is an action class."""
+    return all(hasattr(interface, part) for part in ('Goal', 'Result', 'Feedback'))
+
+
+def _with_kind(identifier: str, kind: str) -> str:
+    package, *rest = identifier.split('/')
+    return '/'.join((package, kind, *rest)) if len(rest) == 1 else identifier
+
+
+def _derived(identifier: str) -> type | None:
+    """Return the class of std_srvs/srv/Trigger_Request and the like."""
+    try:
+        return type_names.get_interface(identifier)
+    except InterfaceError:
+        return None
