@@ -58,6 +58,9 @@ class Arena:
         options |= {name: callback for name, callback in given.items() if callback is not None}
         options.setdefault('callback_group', ReentrantCallbackGroup())
         self.server = ActionServer(self.server_node, Fibonacci, 'fib', execute, **options)
+        self.events: Collector[str] = Collector()
+        """What the server's reactor has been told, by its methods' names."""
+        self._note_events()
         self.client = ActionClient(
             self.client_node, Fibonacci, 'fib', callback_group=ReentrantCallbackGroup()
         )
@@ -72,6 +75,20 @@ class Arena:
         wait_until(context, lambda: self.observer.count_subscribers('fib/_action/feedback') == 1)
         self.spinner = spin(self.server_node, self.client_node, threads=threads)
         spin(self.observer)
+
+    def _note_events(self) -> None:
+        react = self.server._react
+
+        def note(event: Callable[..., Any], *args: Any) -> Any:
+            effects = react(event, *args)
+            self.events(event.__name__)
+            return effects
+
+        self.server._react = note  # type: ignore[method-assign]
+
+    def expect_event(self, name: str) -> None:
+        """Wait until the server's reactor has been told of such an event."""
+        self.events.wait_for(lambda names: name in names)
 
     def hear(self, message: Fibonacci.Impl.FeedbackMessage) -> None:
         """Note feedback, as the client's feedback callback."""

@@ -103,10 +103,17 @@ class ActionServerCore:
         self._decode_goal = cdr.decoder(support.cls.Goal)  # type: ignore[attr-defined]
         self._encode_feedback = cdr.encoder(self._feedback_class)
         names = node.resolve_action(name)
-        self._feedback = self._publisher(
-            names.feedback, support.feedback, qos.feedback, waits_for_room=True
-        )
+        self._feedback = self._publisher(names.feedback, support.feedback, qos.feedback, waits_for_room=True)
         self._status = self._publisher(names.status, support.status, qos.status)
+        self._result_server = RequestServer(
+            node,
+            support.get_result,
+            names.get_result,
+            self._on_result,
+            qos.result,
+            group,
+            decode=wire.goal_id_of,
+        )
         self._servers = (
             RequestServer(
                 node,
@@ -117,15 +124,7 @@ class ActionServerCore:
                 group,
                 decode=self._split_goal,
             ),
-            RequestServer(
-                node,
-                support.get_result,
-                names.get_result,
-                self._on_result,
-                qos.result,
-                group,
-                decode=wire.goal_id_of,
-            ),
+            self._result_server,
             RequestServer(
                 node,
                 support.cancel_goal,
@@ -371,6 +370,7 @@ class ActionServerCore:
         self._destroyed = True
         self.node.disown(self)
         self.node.home.drop_alarm(self._alarm)
+        self._result_server.work_off()
         self._react(self._reactor.on_close)
         for server in self._servers:
             server.destroy()

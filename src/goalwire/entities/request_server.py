@@ -61,6 +61,11 @@ class RequestServer:
                     f'{QUEUE_LIMIT} requests wait already; one was refused, further ones are counted only'
                 )
 
+    def work_off(self) -> None:
+        """Handle what waits on the calling thread, past the executor."""
+        while (request := self.inbox.take()) is not None:
+            self._handle(request)
+
     def _handle(self, request: Request) -> object:
         try:
             message = self._decode(request.sample.payload)
