@@ -57,6 +57,8 @@ class Crew:
 
     def _join(self, *, idle_only: bool) -> None:
         for thread in tuple(self._threads):
+            if not thread.is_alive():
+                continue  # Ctrl-C came while it was being started
             if thread is not threading.current_thread() and not (idle_only and thread in self.busy):
                 thread.join(_EXIT_GRACE)
 
