@@ -22,7 +22,8 @@ PATIENCE = 20.0
 class Program:
     """A running Python program: `source` is a file (Path) or the program's text (str).
 
-    `env` is its whole environment (see helpers.isolation), by default this process's own. Output and errors
+    `env` is its whole environment (see helpers.isolation), by default this process's own; `python` is the
+    interpreter, by default the one that runs the tests. Output and errors
     arrive as one stream of lines. The program leads its own process group; whatever is left of that group
     when the block ends is killed.
     """
@@ -33,11 +34,12 @@ class Program:
         *arguments: str,
         env: Mapping[str, str] | None = None,
         cwd: Path | None = None,
+        python: Path = Path(sys.executable),
     ) -> None:
         code = [str(source)] if isinstance(source, Path) else ['-c', textwrap.dedent(source)]
         self._title = ' '.join([str(source) if isinstance(source, Path) else 'the program', *arguments])
         self._process = subprocess.Popen(
-            [sys.executable, *code, *arguments],
+            [python, *code, *arguments],
             env={
                 **(os.environ if env is None else env),
                 'PYTHONUNBUFFERED': '1',

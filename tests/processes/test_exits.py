@@ -1,0 +1,67 @@
+"""How programs end: on Ctrl-C and SIGTERM with the codes of rclpy, and cleanly in the middle of traffic."""
+
+from __future__ import annotations
+
+import signal
+import sys
+
+import pytest
+from helpers.programs import Start
+
+pytestmark = pytest.mark.skipif(sys.platform == 'win32', reason='signals of POSIX')
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize('program', ['add_server', 'fibonacci_server', 'idle'])
+def test_a_program_that_guards_its_spin_ends_with_code_0(
+    start: Start, program: str, number: signal.Signals
+) -> None:
+    running = start(program)
+    running.expect('ready')
+    running.send_signal(number)
+    output = running.succeed(timeout=5.0)
+    assert output == 'ready\nstopped'
+
+
+@pytest.mark.parametrize(
+    ('number', 'code', 'last_words'),
+    [
+        (signal.SIGINT, -signal.SIGINT, 'KeyboardInterrupt'),
+        (signal.SIGTERM, 1, 'ExternalShutdownException'),
+    ],
+)
+def test_a_program_that_guards_nothing_ends_as_under_rclpy(
+    start: Start, number: signal.Signals, code: int, last_words: str
+) -> None:
+    running = start('bare_spin')
+    running.expect('ready')
+    running.send_signal(number)
+    assert running.wait(timeout=5.0) == code
+    assert running.output.splitlines()[-1].endswith(last_words)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('how', ['nothing closed', 'sys.exit', 'shutdown'])
+def test_leaving_in_the_middle_of_traffic_is_clean_twenty_times_of_twenty(start: Start, how: str) -> None:
+    flood = start('flood')
+    flood.expect('ready')
+    codes = []
+    for _ in range(20):
+        leaving = start('leave', how)
+        codes.append(leaving.wait())
+        assert 'Traceback' not in leaving.output
+    assert codes == [0] * 20
+    flood.send_signal(signal.SIGINT)
+    flood.succeed()
+
+
+@pytest.mark.slow
+def test_ctrl_c_in_the_middle_of_traffic_is_clean_twenty_times_of_twenty(start: Start) -> None:
+    start('flood').expect('ready')
+    codes = []
+    for _ in range(20):
+        leaving = start('leave', 'interrupted')
+        leaving.expect('in the middle of traffic')
+        leaving.send_signal(signal.SIGINT)
+        codes.append(leaving.wait())
+    assert codes == [-signal.SIGINT] * 20
