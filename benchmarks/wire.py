@@ -53,8 +53,12 @@ def _open(listen: int | None = None, connect: int | None = None) -> zenoh.Sessio
     import zenoh
 
     values = settings.session(connect or 0)
-    values['connect'] = {'endpoints': [f'tcp/127.0.0.1:{connect}']} if connect else {'endpoints': []}
-    values['listen'] = {'endpoints': [f'tcp/127.0.0.1:{listen}']} if listen else {'endpoints': []}
+    values['connect'] = {
+        'endpoints': [f'tcp/127.0.0.1:{connect}'] if connect else [],
+        'timeout_ms': int(PATIENCE_S * 1000),  # open returns once connected
+        'exit_on_failure': True,
+    }
+    values['listen'] = {'endpoints': [f'tcp/127.0.0.1:{listen}'] if listen else []}
     return zenoh.open(zenoh.Config.from_json5(json.dumps(values)))
 
 

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from helpers.collector import Collector
 from helpers.processes import Program
 
 from goalwire.protocol.qos import DurabilityPolicy, QoS
-from goalwire.transport.contract import EndpointKind, Sample
 
 from .conftest import OpenSide
 
@@ -43,14 +41,49 @@ def test_a_long_history_reaches_a_late_process_without_stopping_the_sender(
         late.succeed()
 
 
-def test_lasting_publishers_are_taken_back_while_another_session_listens(open_side: OpenSide) -> None:
-    """Zenoh holds the GIL while it takes one back; a callback that waits for it must not hold that up."""
-    ours, theirs = open_side('ours'), open_side('theirs')
-    samples: Collector[Sample] = Collector()
-    theirs.subscription('/map', samples, LASTING)
-    ours.graph.expect(EndpointKind.SUBSCRIPTION, '/map')
-    for number in range(200):
-        publisher = ours.publisher('/map', LASTING)
-        publisher.publish(str(number).encode())
-        publisher.close()
-    assert samples.expect(1)
+TAKE_BACK = """
+import json, os
+import zenoh
+from zenoh import ext
+from goalwire.transport.zenoh import lifecycle
+
+lifecycle.start()
+port = os.environ['GOALWIRE_ROUTER_PORT']
+
+def open_session(listen, connect):
+    settings = {
+        'mode': 'peer',
+        'listen': {'endpoints': listen},
+        'connect': {'endpoints': connect},
+        'timestamping': {'enabled': True},
+        'scouting': {'delay': 100, 'multicast': {'enabled': False}},
+        'transport': {'shared_memory': {'enabled': False}},
+    }
+    return zenoh.open(zenoh.Config.from_json5(json.dumps(settings)))
+
+def direct():
+    return zenoh.handlers.Callback(lambda sample: None, indirect=False)
+
+ours = open_session([f'tcp/127.0.0.1:{port}'], [])
+theirs = open_session([], [f'tcp/127.0.0.1:{port}'])
+theirs.liveliness().declare_subscriber('**', direct(), history=True)
+for number in range(200):
+    heartbeats = ext.MissDetectionConfig(heartbeat=None, sporadic_heartbeat=0.5)
+    publisher = ext.declare_advanced_publisher(
+        ours, 'a/b', cache=ext.CacheConfig(5), sample_miss_detection=heartbeats, publisher_detection=True
+    )
+    token = ours.liveliness().declare_token(f'x/{number}')
+    publisher.put(b'x')
+    token.undeclare()
+    publisher.undeclare()
+print('done', flush=True)
+theirs.close()
+ours.close()
+"""
+
+
+def test_a_lasting_publisher_is_taken_back_while_a_callback_wants_the_gil(world: dict[str, str]) -> None:
+    """Zenoh holds the GIL while it takes one back, and waits for a task of its upkeep thread."""
+    with Program(TAKE_BACK, env=world) as taking_back:
+        taking_back.expect('done', timeout=10.0)
+        taking_back.succeed()
