@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import Any, Protocol, TypeVar
 
 from goalwire import interfaces
 from goalwire.codec import cdr
@@ -18,6 +18,22 @@ _ROS1_HINT = (
     'This might be a ROS 1 message type but it should be a ROS 2 message type. '
     'Make sure to source your ROS 2 workspace after your ROS 1 workspace.'
 )
+
+
+RequestT_co = TypeVar('RequestT_co', covariant=True)
+ResponseT_co = TypeVar('ResponseT_co', covariant=True)
+
+
+class ServiceType(Protocol[RequestT_co, ResponseT_co]):
+    """A service class as a type checker sees it, so that clients know their requests and responses."""
+
+    @property
+    def Request(self) -> type[RequestT_co]:  # noqa: N802 - rosidl's name
+        """The request class."""
+
+    @property
+    def Response(self) -> type[ResponseT_co]:  # noqa: N802
+        """The response class."""
 
 
 @dataclass(frozen=True, slots=True)

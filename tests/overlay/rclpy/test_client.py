@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from typing import Any
+from typing import Any, TypeAlias, assert_type
 
 import pytest
 from example_interfaces.srv import AddTwoInts
@@ -22,6 +22,7 @@ from goalwire.entities.exceptions import RCLError
 from goalwire.errors import EncodeError, WouldDeadlockError
 
 Request, Response = AddTwoInts.Request, AddTwoInts.Response
+AddClient: TypeAlias = Client[AddTwoInts.Request, AddTwoInts.Response]
 
 
 def add(request: Any, response: Any) -> Any:
@@ -29,7 +30,7 @@ def add(request: Any, response: Any) -> Any:
     return response
 
 
-def unanswered_of(client: Client[Any], monkeypatch: pytest.MonkeyPatch) -> Collector[None]:
+def unanswered_of(client: Client[Any, Any], monkeypatch: pytest.MonkeyPatch) -> Collector[None]:
     """Let a collector hear of each request that nobody answers."""
     heard: Collector[None] = Collector()
     report = client.report_unanswered
@@ -43,7 +44,7 @@ def unanswered_of(client: Client[Any], monkeypatch: pytest.MonkeyPatch) -> Colle
 
 
 @pytest.fixture
-def pair(make_node: MakeNode, spin: Spin) -> Client[AddTwoInts]:
+def pair(make_node: MakeNode, spin: Spin) -> AddClient:
     """A client of a server that another node spins."""
     server, node = make_node('server'), make_node()
     server.create_service(AddTwoInts, 'add', add)
@@ -56,7 +57,7 @@ def pair(make_node: MakeNode, spin: Spin) -> Client[AddTwoInts]:
 @pytest.mark.parametrize(
     'wrong', [1, None, 'x', AddTwoInts, Response(), Trigger.Request()], ids=lambda value: repr(value)[-30:]
 )
-def test_only_requests_of_the_service_are_sent(pair: Client[AddTwoInts], wrong: Any) -> None:
+def test_only_requests_of_the_service_are_sent(pair: AddClient, wrong: Any) -> None:
     with pytest.raises(TypeError, match=r'^Expected .*AddTwoInts_Request.*, got '):
         _ = pair.call_async(wrong)
     with pytest.raises(TypeError, match=r'^Expected .*AddTwoInts_Request.*, got '):
@@ -64,7 +65,9 @@ def test_only_requests_of_the_service_are_sent(pair: Client[AddTwoInts], wrong: 
     assert pair.pending == {}
 
 
-def test_a_request_that_cannot_go_on_the_wire_is_named(pair: Client[AddTwoInts]) -> None:
+def test_a_request_that_cannot_go_on_the_wire_is_named(
+    pair: AddClient,
+) -> None:
     with pytest.raises(EncodeError, match=r'AddTwoInts_Request: a: .*9223372036854775808'):
         _ = pair.call_async(Request(a=2**63))
     assert pair.pending == {}
@@ -103,7 +106,7 @@ def test_done_callbacks_run_in_the_executor_in_order(make_node: MakeNode, execut
     assert called == ['first']
 
 
-def test_a_forgotten_request_stays_pending_for_ever(pair: Client[AddTwoInts], make_node: MakeNode) -> None:
+def test_a_forgotten_request_stays_pending_for_ever(pair: AddClient, make_node: MakeNode) -> None:
     slow = make_node('slow')  # nobody spins this one
     slow.create_service(AddTwoInts, 'slow', add)
     client = make_node().create_client(AddTwoInts, 'slow')
@@ -132,17 +135,21 @@ def test_a_cancelled_request_is_forgotten(make_node: MakeNode, executor: Executo
     assert (future.done(), future.cancelled(), future.result()) == (False, True, None)
 
 
-def test_a_call_waits_on_its_own_thread(pair: Client[AddTwoInts]) -> None:
-    assert pair.call(Request(a=1, b=74)) == Response(sum=75)
+def test_a_call_waits_on_its_own_thread(pair: AddClient) -> None:
+    assert assert_type(pair.call(Request(a=1, b=74)), AddTwoInts.Response | None) == Response(sum=75)
     assert pair.call(Request(a=1, b=74), timeout_sec=PATIENCE) == Response(sum=75)
 
 
-def test_calls_of_many_threads_get_their_own_answers(pair: Client[AddTwoInts]) -> None:
+def test_calls_of_many_threads_get_their_own_answers(
+    pair: AddClient,
+) -> None:
     answers: Collector[tuple[int, int]] = Collector()
 
     def call(number: int) -> None:
         for step in range(10):
-            answers((number + step, pair.call(Request(a=number, b=step), PATIENCE).sum))
+            response = pair.call(Request(a=number, b=step), PATIENCE)
+            assert response is not None
+            answers((number + step, response.sum))
 
     threads = [threading.Thread(target=call, args=(1000 * number,)) for number in range(8)]
     for thread in threads:

@@ -161,9 +161,9 @@ def test_a_type_of_another_kind_is_refused(node: Node) -> None:
     with pytest.raises(RuntimeError, match=r'^The message type provided is not valid .*a service or action$'):
         node.create_publisher(AddTwoInts, 'a', 1)
     with pytest.raises(RuntimeError, match=r'^The service type provided is not valid .*a message or action$'):
-        node.create_service(String, 'a', nothing)
+        node.create_service(String, 'a', nothing)  # type: ignore[arg-type]
     with pytest.raises(RuntimeError, match=r'^The service type provided is not valid'):
-        node.create_client(String, 'a')
+        node.create_client(String, 'a')  # type: ignore[arg-type]
     with pytest.raises(AttributeError, match=r"^type object 'type' has no attribute '_TYPE_SUPPORT' This"):
         node.create_publisher(int, 'a', 1)
 

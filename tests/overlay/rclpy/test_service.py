@@ -226,7 +226,7 @@ def test_a_service_ends_with_its_block(make_node: MakeNode) -> None:
     assert service.destroyed
 
 
-def _call(client: Client[Any], answers: Collector[Any]) -> None:
+def _call(client: Client[Any, Any], answers: Collector[Any]) -> None:
     answers(client.call(Request(a=2, b=3), 10))
 
 
@@ -236,7 +236,9 @@ def test_a_callback_may_call_another_service_and_wait(make_node: MakeNode, spin:
     client = node.create_client(AddTwoInts, 'add')
 
     def callback(request: Any, response: Any) -> Any:
-        response.sum = client.call(request, 10).sum * 10
+        answer = client.call(request, 10)
+        assert answer is not None
+        response.sum = answer.sum * 10
         return response
 
     node.create_service(AddTwoInts, 'ten_times', callback, callback_group=group)

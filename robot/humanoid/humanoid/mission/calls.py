@@ -42,7 +42,7 @@ def wait_for(future: Future[Any], timeout: float, what: str) -> Any:
         raise NoAnswer(f'{what}: no answer within {timeout:.1f} s') from None
 
 
-def call(client: Client[Any], request: Any, timeout: float) -> Any:
+def call(client: Client[Any, Any], request: Any, timeout: float) -> Any:
     """One request, one response; the timeout covers the wait for the server too. Raises NoAnswer."""
     deadline = time.monotonic() + timeout
     if not client.wait_for_service(timeout_sec=timeout):

@@ -3,23 +3,31 @@
 from __future__ import annotations
 
 from types import TracebackType
-from typing import Any, Generic, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar
 
 from goalwire.entities.client import ClientCore, ResponseFuture
 from goalwire.entities.exceptions import InvalidHandle
+from goalwire.entities.type_support import ServiceType
 from rclpy.qos import QoSProfile
 from rclpy.task import Future
 
-SrvT = TypeVar('SrvT')
+RequestT = TypeVar('RequestT')
+ResponseT = TypeVar('ResponseT')
 
 
-class Client(ClientCore, Generic[SrvT]):
+class Client(ClientCore, Generic[RequestT, ResponseT]):
     """Made by Node.create_client."""
 
-    srv_type: type[SrvT]
+    srv_type: type[ServiceType[RequestT, ResponseT]]
     qos_profile: QoSProfile
 
-    def get_pending_request(self, sequence_number: int) -> Future[Any]:
+    if TYPE_CHECKING:  # what ClientCore does, with the types of this service
+
+        def call(self, request: RequestT, timeout_sec: float | None = None) -> ResponseT | None: ...
+
+        def call_async(self, request: RequestT) -> Future[ResponseT]: ...
+
+    def get_pending_request(self, sequence_number: int) -> Future[ResponseT]:
         """Return the future of an unanswered request; raises KeyError."""
         return self.pending[sequence_number]
 

@@ -16,7 +16,7 @@ from goalwire.entities.exceptions import (
 from goalwire.entities.node import NodeCore
 from goalwire.entities.node_graph import NodeGraph
 from goalwire.entities.node_parameters import NodeParameters
-from goalwire.entities.type_support import service_support
+from goalwire.entities.type_support import ServiceType, service_support
 from goalwire.execution.home import Home
 from goalwire.transport.contract import EndpointKind
 from rclpy.callback_groups import CallbackGroup, MutuallyExclusiveCallbackGroup
@@ -43,7 +43,8 @@ if TYPE_CHECKING:
 HIDDEN_NODE_PREFIX = '_'
 
 MsgT = TypeVar('MsgT')
-SrvT = TypeVar('SrvT')
+RequestT = TypeVar('RequestT')
+ResponseT = TypeVar('ResponseT')
 EntityT = TypeVar('EntityT')
 
 __all__ = ['HIDDEN_NODE_PREFIX', 'Node', 'NodeNameNonExistentError']
@@ -79,8 +80,8 @@ class Node(NodeGraph, NodeParameters):
         self._executor: ReferenceType[Executor] | None = None
         self._publishers: list[Publisher[Any]] = []
         self._subscriptions: list[Subscription[Any]] = []
-        self._clients: list[Client[Any]] = []
-        self._services: list[Service[Any]] = []
+        self._clients: list[Client[Any, Any]] = []
+        self._services: list[Service[Any, Any]] = []
         self._timers: list[Timer] = []
         self._guards: list[GuardCondition] = []
         self._waitables: list[Any] = []
@@ -187,12 +188,12 @@ class Node(NodeGraph, NodeParameters):
         yield from self._subscriptions
 
     @property
-    def clients(self) -> Iterator[Client[Any]]:
+    def clients(self) -> Iterator[Client[Any, Any]]:
         """The service clients made by this node."""
         yield from self._clients
 
     @property
-    def services(self) -> Iterator[Service[Any]]:
+    def services(self) -> Iterator[Service[Any, Any]]:
         """The service servers made by this node."""
         yield from self._services
 
@@ -290,16 +291,16 @@ class Node(NodeGraph, NodeParameters):
 
     def create_client(
         self,
-        srv_type: type[SrvT],
+        srv_type: type[ServiceType[RequestT, ResponseT]],
         srv_name: str,
         *,
         qos_profile: QoSProfile = qos_profile_services_default,
         callback_group: CallbackGroup | None = None,
-    ) -> Client[SrvT]:
+    ) -> Client[RequestT, ResponseT]:
         """Create a service client. Raises InvalidServiceNameException, RuntimeError for a bad type."""
         self._check_alive()
         group = callback_group or self._default_callback_group
-        client: Client[SrvT] = Client(
+        client: Client[RequestT, ResponseT] = Client(
             self.core, service_support(srv_type), srv_name, qos_profile.to_core(), group
         )
         client.srv_type = srv_type
@@ -310,13 +311,13 @@ class Node(NodeGraph, NodeParameters):
 
     def create_service(
         self,
-        srv_type: type[SrvT],
+        srv_type: type[ServiceType[RequestT, ResponseT]],
         srv_name: str,
-        callback: Callable[[Any, Any], object],
+        callback: Callable[[RequestT, ResponseT], object],
         *,
         qos_profile: QoSProfile = qos_profile_services_default,
         callback_group: CallbackGroup | None = None,
-    ) -> Service[SrvT]:
+    ) -> Service[RequestT, ResponseT]:
         """Create a service; `callback(request, response)` returns the response, plain or `async def`.
 
         Raises InvalidServiceNameException, RuntimeError for a bad type.
@@ -324,7 +325,9 @@ class Node(NodeGraph, NodeParameters):
         self._check_alive()
         group = callback_group or self._default_callback_group
         support = service_support(srv_type)
-        service: Service[SrvT] = Service(self.core, support, srv_name, callback, qos_profile.to_core(), group)
+        service: Service[RequestT, ResponseT] = Service(
+            self.core, support, srv_name, callback, qos_profile.to_core(), group
+        )
         service.srv_type = srv_type
         service.qos_profile = qos_profile
         service.callback_group = group
@@ -394,11 +397,11 @@ class Node(NodeGraph, NodeParameters):
         """Destroy a subscription of this node; False where it is not (any more)."""
         return _destroy(subscription, self._subscriptions)
 
-    def destroy_client(self, client: Client[Any]) -> bool:
+    def destroy_client(self, client: Client[Any, Any]) -> bool:
         """Destroy a client of this node; False where it is not (any more)."""
         return _destroy(client, self._clients)
 
-    def destroy_service(self, service: Service[Any]) -> bool:
+    def destroy_service(self, service: Service[Any, Any]) -> bool:
         """Destroy a service of this node; False where it is not (any more)."""
         return _destroy(service, self._services)
 

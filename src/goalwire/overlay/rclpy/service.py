@@ -7,17 +7,19 @@ from typing import Generic, Self, TypeVar
 
 from goalwire.entities.exceptions import InvalidHandle
 from goalwire.entities.service import ServiceCore
+from goalwire.entities.type_support import ServiceType
 from goalwire.transport.contract import Request
 from rclpy.callback_groups import CallbackGroup
 from rclpy.qos import QoSProfile
 
-SrvT = TypeVar('SrvT')
+RequestT = TypeVar('RequestT')
+ResponseT = TypeVar('ResponseT')
 
 
-class Service(ServiceCore, Generic[SrvT]):
+class Service(ServiceCore, Generic[RequestT, ResponseT]):
     """Made by Node.create_service."""
 
-    srv_type: type[SrvT]
+    srv_type: type[ServiceType[RequestT, ResponseT]]
     qos_profile: QoSProfile
     callback_group: CallbackGroup
 
