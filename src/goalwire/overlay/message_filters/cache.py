@@ -1,0 +1,67 @@
+"""A history of messages."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import Any
+
+from rclpy.time import Time
+
+from message_filters.simple_filter import SimpleFilter
+from message_filters.stamps import stamp_or_arrival
+
+__all__ = ['Cache']
+
+
+class Cache(SimpleFilter):
+    """Keeps the last `cache_size` messages that came out of a filter, and passes every one on."""
+
+    def __init__(self, f: SimpleFilter, cache_size: int = 1, allow_headerless: bool = False) -> None:
+        super().__init__()
+        self.cache_size = cache_size
+        self.allow_headerless = allow_headerless
+        self._entries: deque[tuple[Time, Any]] = deque(maxlen=cache_size)  # in the order of arrival
+        self.connectInput(f)
+
+    def connectInput(self, f: SimpleFilter) -> None:
+        """Keep what comes out of `f` too."""
+        self.incoming_connection = f.registerCallback(self.add)
+
+    def add(self, msg: Any) -> None:
+        """Keep a message, the oldest goes when there are too many; pass it on."""
+        stamp = stamp_or_arrival(
+            msg, allow_headerless=self.allow_headerless, logger_name='message_filters_cache'
+        )
+        if stamp is not None:
+            self._entries.append((stamp, msg))
+            self.signalMessage(msg)
+
+    def getInterval(self, from_stamp: Time, to_stamp: Time) -> list[Any]:
+        """Return the messages of an interval, both ends included; AssertionError where it is reversed."""
+        if from_stamp > to_stamp:
+            raise AssertionError(f'the interval is reversed: from {from_stamp} to {to_stamp}')
+        return [msg for stamp, msg in tuple(self._entries) if from_stamp <= stamp <= to_stamp]
+
+    def getElemAfterTime(self, stamp: Time) -> Any:
+        """Return the first message at or after an instant; None where there is none."""
+        return next((msg for own, msg in tuple(self._entries) if own >= stamp), None)
+
+    def getElemBeforeTime(self, stamp: Time) -> Any:
+        """Return the last message at or before an instant; None where there is none."""
+        return next((msg for own, msg in reversed(tuple(self._entries)) if own <= stamp), None)
+
+    def getLastestTime(self) -> Time | None:
+        """Return the stamp of the message that came last (the name is ROS 2's); None without one."""
+        return self._entries[-1][0] if self._entries else None
+
+    def getLatestTime(self) -> Time | None:
+        """As getLastestTime."""
+        return self.getLastestTime()
+
+    def getOldestTime(self) -> Time | None:
+        """Return the stamp of the message that came first; None without one."""
+        return self._entries[0][0] if self._entries else None
+
+    def getLast(self) -> Any:
+        """Return the message that came last; None without one."""
+        return self._entries[-1][1] if self._entries else None

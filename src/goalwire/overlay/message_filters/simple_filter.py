@@ -1,0 +1,27 @@
+"""The base of all filters: whoever registers a callback is given what comes out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import count
+
+__all__ = ['SimpleFilter']
+
+
+class SimpleFilter:
+    """Something that messages come out of."""
+
+    def __init__(self) -> None:
+        self.callbacks: dict[int, tuple[Callable[..., object], tuple[object, ...]]] = {}
+        self._connections = count()
+
+    def registerCallback(self, cb: Callable[..., object], *args: object) -> int:
+        """Call `cb(*messages, *args)` with what comes out; returns the key of `callbacks`."""
+        connection = next(self._connections)
+        self.callbacks[connection] = cb, args
+        return connection
+
+    def signalMessage(self, *msg: object) -> None:
+        """Give messages to the callbacks, in the order of their registration."""
+        for callback, args in tuple(self.callbacks.values()):
+            callback(*msg, *args)
