@@ -23,13 +23,11 @@ class AddTwoIntsServer(Node):
 
 def main():
     rclpy.init()
-    node = AddTwoIntsServer()
     try:
-        rclpy.spin(node)
+        rclpy.spin(AddTwoIntsServer())
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     finally:
-        node.destroy_node()
         rclpy.try_shutdown()
 
 

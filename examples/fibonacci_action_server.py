@@ -52,13 +52,11 @@ class FibonacciActionServer(Node):
 
 def main():
     rclpy.init()
-    node = FibonacciActionServer()
     try:
-        rclpy.spin(node, executor=MultiThreadedExecutor())
+        rclpy.spin(FibonacciActionServer(), executor=MultiThreadedExecutor())
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     finally:
-        node.destroy_node()
         rclpy.try_shutdown()
 
 

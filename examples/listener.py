@@ -20,13 +20,11 @@ class Listener(Node):
 
 def main():
     rclpy.init()
-    node = Listener()
     try:
-        rclpy.spin(node)
+        rclpy.spin(Listener())
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     finally:
-        node.destroy_node()
         rclpy.try_shutdown()
 
 

@@ -27,13 +27,11 @@ class Greeter(Node):
 
 def main():
     rclpy.init()
-    node = Greeter()
     try:
-        rclpy.spin(node)
+        rclpy.spin(Greeter())
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     finally:
-        node.destroy_node()
         rclpy.try_shutdown()
 
 

@@ -26,13 +26,11 @@ class Talker(Node):
 
 def main():
     rclpy.init()
-    node = Talker()
     try:
-        rclpy.spin(node)
+        rclpy.spin(Talker())
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     finally:
-        node.destroy_node()
         rclpy.try_shutdown()
 
 

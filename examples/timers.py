@@ -35,13 +35,11 @@ class Timers(Node):
 
 def main():
     rclpy.init()
-    node = Timers()
     try:
-        rclpy.spin(node)
+        rclpy.spin(Timers())
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     finally:
-        node.destroy_node()
         rclpy.try_shutdown()
 
 
