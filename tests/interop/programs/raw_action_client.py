@@ -1,4 +1,4 @@
-"""An action client of plain zenoh: a goal to the end, one cancelled, one refused. Argument: hashes as JSON."""
+"""An action client of plain zenoh: one goal done, one cancelled, one refused. Argument: hashes as JSON."""
 
 import json
 import queue
