@@ -39,7 +39,7 @@ class Node:
         self.executor: object = None
 
 
-def deliver(_: Executor, node: Node) -> float:
+def deliver(_executor: Executor, node: Node) -> float:
     """µs for a transport thread to queue one message."""
     inbox: Inbox[int] = Inbox(node.home, None, lambda _: None)
     begun = time.thread_time_ns()
@@ -122,7 +122,7 @@ def timer_tick(executor: Executor, node: Node) -> float:
     return (time.process_time_ns() - begun) / ticks / 1e3
 
 
-def spin_once(executor: Executor, _: Node) -> float:
+def spin_once(executor: Executor, _node: Node) -> float:
     """µs for one spin_once(timeout_sec=0) with nothing to do."""
     begun = time.process_time_ns()
     for _ in range(20_000):

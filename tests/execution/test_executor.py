@@ -6,6 +6,7 @@ import threading
 import time
 import weakref
 from collections.abc import Callable
+from functools import partial
 
 import pytest
 from helpers.execution import PATIENCE, SmallContext, SmallNode, Spinning, soon
@@ -122,6 +123,7 @@ def test_spin_until_future_complete_returns_at_once_for_a_settled_future(executo
     cancelled: Future[int] = Future()
     cancelled.cancel()
     executor.spin_until_future_complete(cancelled)
+    assert cancelled.cancelled()
 
 
 def test_a_thread_that_completes_the_future_ends_the_spin(executor: Executor) -> None:
@@ -310,8 +312,9 @@ def test_the_contexts_end_just_ends_the_multi_threaded_spin(
 def test_a_context_that_ends_in_a_callback_ends_spin_quietly(
     executor: Executor, context: SmallContext
 ) -> None:
-    _ = executor.create_task(context.shutdown)
+    ended = executor.create_task(context.shutdown)
     executor.spin()
+    assert ended.done()
 
 
 def test_spin_once_after_the_contexts_end_raises(
@@ -412,6 +415,35 @@ def test_wait_for_ready_callbacks_hands_out_one_piece_of_work(
     single.shutdown()
     with pytest.raises(ShutdownException):
         single.wait_for_ready_callbacks(timeout_sec=0.01)
+
+
+def test_an_executor_written_by_a_user_replaces_spin_once(context: SmallContext, node: SmallNode) -> None:
+    class Counting(Executor):
+        turns = 0
+
+        def spin_once(self, timeout_sec: float | TimeoutObject | None = None) -> None:
+            handler, _, _ = self.wait_for_ready_callbacks(timeout_sec)
+            self.turns += 1
+            handler()
+
+    with Counting(context=context) as executor:
+        executor.add_node(node)
+        ran: list[int] = []
+        for number in range(3):
+            GuardCondition(partial(ran.append, number), None, home=node.home).trigger()
+        _ = executor.create_task(context.shutdown)
+        executor.spin()
+    assert ran == [0, 1, 2]
+    assert executor.turns == 4
+
+
+def test_the_plain_executor_runs_callbacks_too(context: SmallContext, node: SmallNode) -> None:
+    with Executor(context=context) as executor:
+        executor.add_node(node)
+        task = executor.create_task(lambda: 1)
+        executor.spin_until_future_complete(task, PATIENCE)
+        assert task.result() == 1
+        executor.spin_until_future_complete(Future(), 0.01)
 
 
 def test_await_or_execute_takes_both_kinds_of_callbacks() -> None:

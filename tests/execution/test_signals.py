@@ -146,6 +146,7 @@ def test_sigint_while_a_coroutine_callback_waits(kind: str) -> None:
     body = f"""
 async def waits():
     try:
+        ready()
         await asyncio.sleep(3600)
     finally:
         print('cleaned up')
@@ -155,7 +156,7 @@ try:
 except KeyboardInterrupt:
     print('interrupted')
 """
-    code, output = run(body, signal.SIGINT, 'parked')
+    code, output = run(body, signal.SIGINT)
     assert code == 0
     assert 'interrupted' in output
     assert 'cleaned up' in output

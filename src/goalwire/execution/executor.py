@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar, overload
 from weakref import WeakSet
 
 from goalwire.execution.agenda import Agenda
-from goalwire.execution.current import HELD
+from goalwire.execution.current import HELD, THREAD
 from goalwire.execution.future import Future
 from goalwire.execution.home import Home
 from goalwire.execution.lifeline import ContextLike, default_context
@@ -24,7 +24,7 @@ from goalwire.execution.outcomes import (
 )
 from goalwire.execution.readiness import Parker, Readiness
 from goalwire.execution.ready import ReadyQueue
-from goalwire.execution.spinning import Loan, Stay, settled_check
+from goalwire.execution.spinning import Loan, Stay, settled, settled_check
 from goalwire.execution.steady import deadline_after
 from goalwire.execution.task import Handler, Task, TaskWork
 
@@ -90,7 +90,8 @@ class Executor:
     """Runs the callbacks of its nodes on the threads that spin it.
 
     Ready work is run in the order in which it became ready, one callback a turn. What a callback raises
-    comes out of spin; the executor can be used on.
+    comes out of spin; the executor can be used on. A subclass may replace `spin_once`, with the help of
+    `wait_for_ready_callbacks`: this class's other spins use it.
     """
 
     _spread_lanes = False
@@ -179,7 +180,8 @@ class Executor:
 
         Raises ExternalShutdownException where the context ends while this waits, and what callbacks raise.
         """
-        self._run(None, None, once=False)
+        while self._lifeline.alive and not self._is_shutdown:
+            self.spin_once()
 
     def spin_once(self, timeout_sec: Timeout = None) -> None:
         """Run one callback, after waiting up to `timeout_sec` for it (None or negative: without limit)."""
@@ -187,7 +189,12 @@ class Executor:
 
     def spin_until_future_complete(self, future: Future[Any], timeout_sec: Timeout = None) -> None:
         """Run callbacks until `future` is done or cancelled. It returns at once where that is so already."""
-        self._run(future, self._deadline(timeout_sec), once=False)
+        deadline = self._deadline(timeout_sec)
+        while self._lifeline.alive and not self._is_shutdown and not settled(future):
+            left = None if deadline is None else (deadline - self._clock.now()) / 1e9
+            if left is not None and left < 0:
+                return
+            self.spin_once_until_future_complete(future, left)
 
     def spin_once_until_future_complete(self, future: Future[Any], timeout_sec: Timeout = None) -> None:
         """Run one callback, unless `future` is done or cancelled first."""
@@ -247,11 +254,12 @@ class Executor:
 
     def _run(self, until: Future[Any] | None, deadline: int | None, *, once: bool) -> None:
         """Spin on the calling thread."""
-        raise NotImplementedError
+        if until is None or not settled(until):
+            self._drive(self._parker(), until, deadline, once=once)
 
     def thread_waits_alone(self) -> bool:
         """Whether nothing of this executor runs while the calling thread blocks."""
-        raise NotImplementedError
+        return self in THREAD.executors
 
     def _send_home(self) -> None:
         """At shutdown: wake whoever else waits for this executor."""

@@ -71,6 +71,11 @@ class LaneSelector(selectors.BaseSelector):
                 self._reported.append(fd)
         return found
 
+    @property
+    def served(self) -> bool:
+        """Whether the step at hand was told of descriptors."""
+        return bool(self._reported)
+
     def rearm(self) -> None:
         """After a step: watch again what was reported in it."""
         while self._reported:
@@ -183,6 +188,8 @@ class LaneLoop(asyncio.SelectorEventLoop):
         self.call_soon(self.stop)
         self.more = False
         self.run_forever()
+        # A reader's callback may queue more (signals do) without any public call that could be seen.
+        self.more = self.more or self._lane_selector.served
 
 
 class FastLaneLoop(LaneLoop):

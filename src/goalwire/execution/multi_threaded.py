@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from goalwire.execution.crew import Crew
 from goalwire.execution.current import THREAD
-from goalwire.execution.executor import Executor
+from goalwire.execution.executor import Executor, Timeout
 from goalwire.execution.outcomes import ExternalShutdownException
 from goalwire.execution.ready import ReadyQueue
 from goalwire.execution.spinning import Stay, settled
@@ -54,6 +54,12 @@ class MultiThreadedExecutor(Executor):
         self._spins_lock = threading.Lock()
         self._coordinators: list[Waiter] = []
         self._watcher: Waiter | None = None
+
+    def spin(self) -> None:
+        self._run(None, None, once=False)
+
+    def spin_until_future_complete(self, future: Future[Any], timeout_sec: Timeout = None) -> None:
+        self._run(future, self._deadline(timeout_sec), once=False)
 
     def thread_waits_alone(self) -> bool:
         """Whether this has one thread only, the calling one."""

@@ -21,7 +21,17 @@ class Readiness:
     loop has not served yet keeps nobody awake.
     """
 
-    __slots__ = ('_interrupt', '_listener', '_on_armed', '_selecting', '_selector', '_turn', 'watched')
+    __slots__ = (
+        '_closed',
+        '_interrupt',
+        '_listener',
+        '_lock',
+        '_on_armed',
+        '_selecting',
+        '_selector',
+        '_turn',
+        'watched',
+    )
 
     def __init__(self, on_armed: Callable[[], None]) -> None:
         """`on_armed` gets a sleeper to look again, which then watches the descriptors."""
@@ -32,12 +42,17 @@ class Readiness:
         self._listener: socket.socket | None = None
         self._selecting = False
         self._turn = allocate_lock()
+        self._lock = allocate_lock()
+        self._closed = False
 
     def arm(self, fd: int, events: int, report: Callable[[int, int], None]) -> None:
         """Call `report(fd, ready_events)` once when one of `events` is ready."""
-        selector = self._selector or self._open()
-        selector.register(fd, events, report)
-        self.watched += 1
+        with self._lock:
+            if self._closed:
+                return
+            selector = self._selector or self._open()
+            selector.register(fd, events, report)
+            self.watched += 1
         if self._selecting:
             self.interrupt()
         else:
@@ -45,7 +60,9 @@ class Readiness:
 
     def disarm(self, fd: int) -> None:
         """Watch `fd` no more, if it is watched."""
-        if self._selector is not None:
+        with self._lock:
+            if self._selector is None:
+                return
             try:
                 self._selector.unregister(fd)
             except KeyError:
@@ -83,9 +100,11 @@ class Readiness:
                 self._interrupt.send(b'\0')
 
     def close(self) -> None:
-        """Close the selector, once the thread that waits in it has left."""
-        selector, self._selector = self._selector, None
-        self.watched = 0
+        """Close the selector, once the thread that waits in it has left, and watch nothing from now on."""
+        with self._lock:
+            self._closed = True
+            selector, self._selector = self._selector, None
+            self.watched = 0
         if selector is None:
             return
         self.interrupt()

@@ -6,7 +6,7 @@ from _thread import allocate_lock
 from threading import get_ident
 from typing import TYPE_CHECKING, Any
 
-from goalwire.execution.executor import Executor
+from goalwire.execution.executor import Executor, Timeout
 from goalwire.execution.outcomes import ExternalShutdownException
 from goalwire.execution.spinning import Stay, settled
 from goalwire.execution.waiting import Waiter
@@ -25,6 +25,12 @@ class SingleThreadedExecutor(Executor):
         self._driver = 0
         self._driver_parker = self._parker()
         self._successors: list[Waiter] = []
+
+    def spin(self) -> None:
+        self._run(None, None, once=False)
+
+    def spin_until_future_complete(self, future: Future[Any], timeout_sec: Timeout = None) -> None:
+        self._run(future, self._deadline(timeout_sec), once=False)
 
     def thread_waits_alone(self) -> bool:
         """Whether the calling thread is the one that drives this."""
