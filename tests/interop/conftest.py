@@ -35,7 +35,7 @@ def install(pytestconfig: pytest.Config) -> Install:
         if finished.exists():
             return Environment(folder)
         environment = Environment.create(folder)
-        outcome = environment.install(*requirements)
+        outcome = environment.install('--retries=1', '--timeout=15', *requirements)
         if outcome.returncode:
             reason = ''.join(outcome.stderr.strip().splitlines()[-1:])
             pytest.skip(f'{", ".join(requirements)} cannot be installed here: {reason}')
