@@ -48,7 +48,9 @@ def test_the_table_of_errors_is_the_tree_of_the_code() -> None:
     in_code = {
         error.__name__: ', '.join(f'`{base.__name__}`' for base in error.__bases__)
         for error in _descendants(GoalwireError)
-        if error.__module__.startswith('goalwire.') and error.__name__ not in INTERNAL
+        if error.__module__.split('.')[0] == 'goalwire'
+        and error.__module__ != 'goalwire.transforms.errors'  # tf2's own, one sentence on the page
+        and error.__name__ not in INTERNAL
     }
     table = rows(DOCS / 'reference' / 'errors.md', 'error')
     on_page = {name.strip('`'): bases for name, bases, _ in table if name.startswith('`')}
