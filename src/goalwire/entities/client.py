@@ -143,9 +143,9 @@ class ClientCore:
         self.unanswered += 1
         if self.unanswered == 1:
             get_logger(self.node.logger_name).warning(
-                f"Service '{self.full_name}': no server answered; there is none, or it went away before "
-                'it did. The future stays pending, as in ROS 2: call wait_for_service() first, '
-                'and give calls a timeout'
+                f"Service '{self.full_name}': no server answered; there is none, it went away, or its callback "
+                'failed. The future stays pending, as in ROS 2: call wait_for_service() first, and give calls a '
+                'timeout'
             )
 
     @property
