@@ -135,6 +135,7 @@ def test_opening_costs_no_half_second_where_no_router_answers(
 def test_a_port_that_another_program_holds_is_named(world: dict[str, str], port: int) -> None:
     """That program accepts and says nothing: zenoh needs 10 s to hang up, in a process of its own here."""
     with socket.socket() as other:
+        other.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         other.bind(('127.0.0.1', port))
         other.listen()
         with Program(OPEN, 'alone', env=world) as alone:

@@ -30,6 +30,10 @@ be waiting for the GIL to run a callback.
 """
 
 
+LOG_FILTER = 'error,zenoh::api::session=off'
+"""What zenoh writes without RUST_LOG: errors, but for those of a session that closes under traffic."""
+
+
 class Closable(Protocol):
     """What is closed at exit."""
 
@@ -52,7 +56,7 @@ def start() -> None:
     """Prepare zenoh for its first session; raises ForkedError in a child whose parent had one."""
     if _process.runtime is None:
         os.environ.setdefault('ZENOH_RUNTIME', RUNTIME)
-        zenoh.init_log_from_env_or('error')
+        zenoh.init_log_from_env_or(LOG_FILTER)
         _process.runtime = ForkGuard()
         atexit.register(_close_all)
         in_child(_leak_all)
