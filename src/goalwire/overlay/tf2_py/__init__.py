@@ -1,0 +1,21 @@
+"""tf2_py: the buffer of transforms without a node around it, and its exceptions."""
+
+from goalwire.transforms.errors import (
+    ConnectivityException,
+    ExtrapolationException,
+    InvalidArgumentException,
+    LookupException,
+    TimeoutException,
+    TransformException,
+)
+from tf2_py.buffer_core import BufferCore
+
+__all__ = [
+    'BufferCore',
+    'ConnectivityException',
+    'ExtrapolationException',
+    'InvalidArgumentException',
+    'LookupException',
+    'TimeoutException',
+    'TransformException',
+]

@@ -1,0 +1,213 @@
+"""tf2_ros.Buffer: transforms that can be waited for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from threading import Lock
+from typing import Any
+
+from geometry_msgs.msg import TransformStamped
+from rclpy.clock import Clock, JumpThreshold, TimeJump
+from rclpy.context import Context
+from rclpy.duration import Duration
+from rclpy.logging import get_logger
+from rclpy.node import Node
+from rclpy.task import Future
+from rclpy.utilities import get_default_context
+from tf2_msgs.srv import FrameGraph
+from tf2_py import BufferCore, TransformException
+from tf2_py.buffer_core import Instant
+
+from goalwire.execution.blocking import block_on
+from goalwire.execution.steady import deadline_after
+from tf2_ros.buffer_interface import NO_TIME, BufferInterface
+
+__all__ = ['Buffer']
+
+Lookup = Callable[[], TransformStamped]
+Check = Callable[[], tuple[bool, str]]
+
+
+class Buffer(BufferCore, BufferInterface):
+    """Keeps transforms for `cache_time` (10 s); with a node it offers the service tf2_frames.
+
+    A jump of the node's clock back in time empties it.
+    """
+
+    def __init__(self, cache_time: Duration | None = None, node: Node | None = None) -> None:
+        BufferCore.__init__(self, cache_time)
+        BufferInterface.__init__(self)
+        self._context: Context = get_default_context() if node is None else node.context
+        self._waiting: dict[Future[TransformStamped], Lookup] = {}
+        self._waiting_lock = Lock()
+        self.clock = Clock() if node is None else node.get_clock()
+        if node is not None:
+            self.srv: Any = node.create_service(FrameGraph, 'tf2_frames', self._get_frames)
+        self.jump_handle = self.clock.create_jump_callback(
+            JumpThreshold(min_forward=None, min_backward=Duration(seconds=-1), on_clock_change=True),
+            post_callback=self.time_jump_callback,
+        )
+
+    def time_jump_callback(self, time_jump: TimeJump) -> None:
+        """Forget the transforms of a time that has not come yet."""
+        get_logger('tf2_buffer').warning('Detected jump back in time. Clearing tf buffer.')
+        self.clear()
+
+    def set_transform(self, transform: TransformStamped, authority: str) -> None:
+        """Store a transform that holds at its stamp, and wake who waits for it."""
+        super().set_transform(transform, authority)
+        self._settle_waiting()
+
+    def set_transform_static(self, transform: TransformStamped, authority: str) -> None:
+        """Store a transform that holds at all times, and wake who waits for it."""
+        super().set_transform_static(transform, authority)
+        self._settle_waiting()
+
+    def lookup_transform(
+        self, target_frame: str, source_frame: str, time: Instant, timeout: Duration = NO_TIME
+    ) -> TransformStamped:
+        """Return the transform from source to target at a time, 0 being the latest.
+
+        Waits up to `timeout` for it, then raises what lookup_transform_core raises. The transforms must come
+        on another thread: in a callback, use an executor of several threads or TransformListener's
+        spin_thread, or await lookup_transform_async.
+        """
+        lookup = partial(self.lookup_transform_core, target_frame, source_frame, time)
+        self._wait(lookup, timeout)
+        return lookup()
+
+    def lookup_transform_full(
+        self,
+        target_frame: str,
+        target_time: Instant,
+        source_frame: str,
+        source_time: Instant,
+        fixed_frame: str,
+        timeout: Duration = NO_TIME,
+    ) -> TransformStamped:
+        """Return the transform from source at one time to target at another; waits as lookup_transform."""
+        lookup = partial(
+            self.lookup_transform_full_core, target_frame, target_time, source_frame, source_time, fixed_frame
+        )
+        self._wait(lookup, timeout)
+        return lookup()
+
+    async def lookup_transform_async(
+        self, target_frame: str, source_frame: str, time: Instant
+    ) -> TransformStamped:
+        """Wait for the transform without a limit, and return it."""
+        await self.wait_for_transform_async(target_frame, source_frame, time)
+        return self.lookup_transform_core(target_frame, source_frame, time)
+
+    async def lookup_transform_full_async(
+        self,
+        target_frame: str,
+        target_time: Instant,
+        source_frame: str,
+        source_time: Instant,
+        fixed_frame: str,
+    ) -> TransformStamped:
+        """Wait for the transform without a limit, and return it."""
+        times_and_frames = target_frame, target_time, source_frame, source_time, fixed_frame
+        await self.wait_for_transform_full_async(*times_and_frames)
+        return self.lookup_transform_full_core(*times_and_frames)
+
+    def can_transform(
+        self,
+        target_frame: str,
+        source_frame: str,
+        time: Instant,
+        timeout: Duration = NO_TIME,
+        return_debug_tuple: bool = False,
+    ) -> bool | tuple[bool, str]:
+        """Return whether there is, or within `timeout` will be, such a transform; if asked also why not."""
+        self._wait(partial(self.lookup_transform_core, target_frame, source_frame, time), timeout)
+        answer = self.can_transform_core(target_frame, source_frame, time)
+        return answer if return_debug_tuple else answer[0]
+
+    def can_transform_full(
+        self,
+        target_frame: str,
+        target_time: Instant,
+        source_frame: str,
+        source_time: Instant,
+        fixed_frame: str,
+        timeout: Duration = NO_TIME,
+        return_debug_tuple: bool = False,
+    ) -> bool | tuple[bool, str]:
+        """As can_transform, from one time to another."""
+        times_and_frames = target_frame, target_time, source_frame, source_time, fixed_frame
+        self._wait(partial(self.lookup_transform_full_core, *times_and_frames), timeout)
+        answer = self.can_transform_full_core(*times_and_frames)
+        return answer if return_debug_tuple else answer[0]
+
+    def wait_for_transform_async(
+        self, target_frame: str, source_frame: str, time: Instant
+    ) -> Future[TransformStamped]:
+        """Return a future of the transform."""
+        return self._future(partial(self.lookup_transform_core, target_frame, source_frame, time))
+
+    def wait_for_transform_full_async(
+        self,
+        target_frame: str,
+        target_time: Instant,
+        source_frame: str,
+        source_time: Instant,
+        fixed_frame: str,
+    ) -> Future[TransformStamped]:
+        """Return a future of the transform."""
+        return self._future(
+            partial(
+                self.lookup_transform_full_core,
+                target_frame,
+                target_time,
+                source_frame,
+                source_time,
+                fixed_frame,
+            )
+        )
+
+    def _wait(self, lookup: Lookup, timeout: Duration) -> None:
+        """Block until `lookup` succeeds, the time is over or the context ends."""
+        if timeout.nanoseconds <= 0:
+            return
+        future = self._future(lookup)
+        lifeline = self._context.lifeline
+        try:
+            block_on(future, deadline_after(lifeline.clock, timeout.nanoseconds / 1e9), lifeline)
+        finally:
+            future.cancel()
+
+    def _future(self, lookup: Lookup) -> Future[TransformStamped]:
+        """Return a future that is done when `lookup` succeeds."""
+        future: Future[TransformStamped] = Future()
+        with self._waiting_lock:
+            self._waiting[future] = lookup
+        self._settle(future, lookup)
+        future.add_done_callback(self._forget)
+        return future
+
+    def _settle_waiting(self) -> None:
+        with self._waiting_lock:
+            waiting = list(self._waiting.items())
+        for future, lookup in waiting:
+            self._settle(future, lookup)
+
+    def _settle(self, future: Future[TransformStamped], lookup: Lookup) -> None:
+        try:
+            found = lookup()
+        except TransformException:
+            return  # not yet
+        with self._waiting_lock:
+            first = self._waiting.pop(future, None) is not None
+        if first:
+            future.set_result(found)
+
+    def _forget(self, future: Future[TransformStamped]) -> None:
+        with self._waiting_lock:
+            self._waiting.pop(future, None)
+
+    def _get_frames(self, request: FrameGraph.Request, response: FrameGraph.Response) -> FrameGraph.Response:
+        response.frame_yaml = self.all_frames_as_yaml()
+        return response

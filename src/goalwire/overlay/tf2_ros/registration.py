@@ -1,0 +1,104 @@
+"""Which types can be transformed and converted, and by what: packages like tf2_geometry_msgs say so."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from copy import deepcopy
+from typing import Any, ClassVar, TypeAlias, TypeVar
+
+from geometry_msgs.msg import TransformStamped
+
+from goalwire.errors import LocalError
+
+__all__ = ['ConvertRegistration', 'TransformRegistration', 'TypeException', 'convert']
+
+T = TypeVar('T')
+Transformer: TypeAlias = Callable[[Any, TransformStamped], Any]
+Converter: TypeAlias = Callable[[Any], Any]
+
+
+class TypeException(LocalError):
+    """A type that nobody has registered."""
+
+    def __init__(self, errstr: str) -> None:
+        super().__init__(errstr)
+        self.errstr = errstr
+
+
+class TransformRegistration:
+    """Functions that transform an object, by its type; one table for the whole process."""
+
+    _transformers: ClassVar[dict[type, Transformer]] = {}
+
+    def print_me(self) -> None:
+        """Print the table."""
+        print(self._transformers)  # noqa: T201
+
+    def add(self, key: type, callback: Transformer) -> None:
+        """Transform objects of a type with `callback(object, transform)`."""
+        self._transformers[key] = callback
+
+    def get(self, key: type) -> Transformer:
+        """Return the function for a type; raises TypeException."""
+        return _registered(self._transformers, key)
+
+
+class ConvertRegistration:
+    """Functions that convert objects to messages, from messages and directly."""
+
+    _to_msg: ClassVar[dict[type, Converter]] = {}
+    _from_msg: ClassVar[dict[type, Converter]] = {}
+    _direct: ClassVar[dict[tuple[type, type], Converter]] = {}
+
+    def add_from_msg(self, key: type, callback: Converter) -> None:
+        """Make objects of a type from messages with `callback(message)`."""
+        self._from_msg[key] = callback
+
+    def add_to_msg(self, key: type, callback: Converter) -> None:
+        """Make messages from objects of a type with `callback(object)`."""
+        self._to_msg[key] = callback
+
+    def add_convert(self, key: tuple[type, type], callback: Converter) -> None:
+        """Convert (from, to) with `callback(object)`, without a message between."""
+        self._direct[key] = callback
+
+    def get_from_msg(self, key: type) -> Converter:
+        """Return the function that makes a type; raises TypeException."""
+        return _registered(self._from_msg, key)
+
+    def get_to_msg(self, key: type) -> Converter:
+        """Return the function that makes messages; raises TypeException."""
+        return _registered(self._to_msg, key)
+
+    def get_convert(self, key: tuple[type, type]) -> Converter:
+        """Return the direct function; raises TypeException."""
+        return _registered(self._direct, key)
+
+
+def convert(a: Any, b_type: type[T]) -> T:
+    """Return `a` as another type: directly, as a copy if it has that type, else by way of a message.
+
+    Raises TypeException where nobody has registered how.
+    """
+    registration = ConvertRegistration()
+    try:
+        direct = registration.get_convert((type(a), b_type))
+    except TypeException:
+        if type(a) is b_type:
+            return deepcopy(a)
+        message = registration.get_to_msg(type(a))(a)
+        return registration.get_from_msg(b_type)(message)  # type: ignore[no-any-return]
+    return direct(a)  # type: ignore[no-any-return]
+
+
+KeyT = TypeVar('KeyT')
+ValueT = TypeVar('ValueT')
+
+
+def _registered(table: dict[KeyT, ValueT], key: KeyT) -> ValueT:
+    if key not in table:
+        raise TypeException(
+            f'Type {key} is not loaded or supported: import the package that registers it, such as '
+            'tf2_geometry_msgs'
+        )
+    return table[key]

@@ -1,0 +1,32 @@
+"""tf2_ros.StaticTransformBroadcaster: says how frames lie that do not move."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from geometry_msgs.msg import TransformStamped
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from tf2_msgs.msg import TFMessage
+
+from tf2_ros.transform_broadcaster import as_list
+
+__all__ = ['StaticTransformBroadcaster']
+
+
+class StaticTransformBroadcaster:
+    """Publishes on /tf_static, for those too who come later.
+
+    Each message holds all that was sent so far, one transform a child frame: of a publisher that keeps one
+    message, a late subscriber gets the last.
+    """
+
+    def __init__(self, node: Node, qos: QoSProfile | int | None = None) -> None:
+        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        self.pub_tf = node.create_publisher(TFMessage, '/tf_static', latched if qos is None else qos)
+        self._sent: dict[str, TransformStamped] = {}
+
+    def sendTransform(self, transform: TransformStamped | Iterable[TransformStamped]) -> None:
+        """Send one transform or several, with those sent before."""
+        self._sent.update({one.child_frame_id: one for one in as_list(transform)})
+        self.pub_tf.publish(TFMessage(transforms=list(self._sent.values())))

@@ -1,0 +1,106 @@
+"""tf2_ros.TransformListener: fills a buffer with what is said on /tf and /tf_static."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from threading import Thread
+from typing import Any
+
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.subscription import Subscription
+from tf2_msgs.msg import TFMessage
+from tf2_py import BufferCore
+
+__all__ = ['TransformListener']
+
+DEFAULT_TF_TOPIC = '/tf'
+DEFAULT_STATIC_TF_TOPIC = '/tf_static'
+AUTHORITY = 'default_authority'
+
+
+class TransformListener:
+    """Listens with a node's subscriptions, or with a node of its own where that is None.
+
+    `spin_thread` spins the node on a thread of its own. `static_only` leaves /tf alone.
+    """
+
+    def __init__(
+        self,
+        buffer: BufferCore,
+        node: Node | None,
+        *,
+        spin_thread: bool = False,
+        qos: QoSProfile | int | None = None,
+        static_qos: QoSProfile | int | None = None,
+        tf_topic: str = DEFAULT_TF_TOPIC,
+        tf_static_topic: str = DEFAULT_STATIC_TF_TOPIC,
+        static_only: bool = False,
+    ) -> None:
+        self.buffer = buffer
+        self._own_node = node is None
+        self.node = node or Node(
+            f'transform_listener_impl_{id(self):x}', enable_rosout=False, start_parameter_services=False
+        )
+        # Reentrant: a callback of the default group may wait for transforms.
+        self.group = ReentrantCallbackGroup()
+        self._subscriptions: list[Subscription[Any]] = []  # their callbacks keep the listener alive
+        if not static_only:
+            moving = QoSProfile(depth=100) if qos is None else qos
+            self.tf_sub = self._subscribe(tf_topic, self.callback, moving)
+        latched = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        self.tf_static_sub = self._subscribe(
+            tf_static_topic, self.static_callback, latched if static_qos is None else static_qos
+        )
+        if spin_thread:
+            self._start_thread()
+
+    def unregister(self) -> None:
+        """Listen no more; ends the thread, and the node if it is the listener's own. Idempotent."""
+        if hasattr(self, 'executor'):
+            self.executor.shutdown()
+            self.dedicated_listener_thread.join()
+        while self._subscriptions:
+            self.node.destroy_subscription(self._subscriptions.pop())
+        if self._own_node:
+            self.node.destroy_node()
+
+    def callback(self, data: TFMessage) -> None:
+        """Put what came on /tf into the buffer."""
+        for transform in data.transforms:
+            self.buffer.set_transform(transform, AUTHORITY)
+
+    def static_callback(self, data: TFMessage) -> None:
+        """Put what came on /tf_static into the buffer."""
+        for transform in data.transforms:
+            self.buffer.set_transform_static(transform, AUTHORITY)
+
+    def _subscribe(
+        self, topic: str, callback: Callable[[TFMessage], None], qos: QoSProfile | int
+    ) -> Subscription[Any]:
+        subscription = self.node.create_subscription(
+            TFMessage, topic, callback, qos, callback_group=self.group
+        )
+        self._subscriptions.append(subscription)
+        return subscription
+
+    def _start_thread(self) -> None:
+        self.executor = SingleThreadedExecutor(context=self.node.context)
+        self.executor.add_node(self.node)
+        self.dedicated_listener_thread = Thread(
+            target=_spin, args=(self.executor,), name='tf2_listener', daemon=True
+        )
+        self.dedicated_listener_thread.start()
+
+    def __del__(self) -> None:
+        if hasattr(self, 'tf_static_sub'):
+            self.unregister()
+
+
+def _spin(executor: SingleThreadedExecutor) -> None:
+    try:
+        executor.spin()
+    except ExternalShutdownException:
+        return
