@@ -11,6 +11,7 @@ from tf2_py import (
 )
 
 from tf2_ros.buffer import Buffer
+from tf2_ros.buffer_client import BufferClient
 from tf2_ros.buffer_interface import BufferInterface, NotImplementedException, Stamped
 from tf2_ros.registration import ConvertRegistration, TransformRegistration, TypeException, convert
 from tf2_ros.static_transform_broadcaster import StaticTransformBroadcaster
@@ -19,6 +20,7 @@ from tf2_ros.transform_listener import TransformListener
 
 __all__ = [
     'Buffer',
+    'BufferClient',
     'BufferCore',
     'BufferInterface',
     'ConnectivityException',
