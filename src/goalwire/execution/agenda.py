@@ -62,7 +62,7 @@ class Agenda:
 
     def ring_due(self, now: int) -> None:
         """Ring everything that is due at `now`."""
-        while self.heap:
+        while (next_due := self.next_due()) is not None and next_due <= now:
             with self._lock:
                 if not self.heap or self.heap[0][0] > now:
                     return

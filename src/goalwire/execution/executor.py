@@ -306,9 +306,8 @@ class Executor:
 
     def _next(self) -> Work | None:
         """The next ready work, timers and file descriptors looked at first; None where there is none."""
-        heap = self._agenda.heap
-        if heap and heap[0][0] <= (now := self._clock.now()):
-            self._agenda.ring_due(now)
+        if self._agenda.heap:
+            self._agenda.ring_due(self._clock.now())
         if self._readiness.watched:
             self._readiness.poll()
         try:

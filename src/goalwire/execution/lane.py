@@ -109,8 +109,10 @@ class Lane(Work):
             return
         if self._missed or self.loop.more or self._starting:
             self.wake()
-        elif due is not None and (self._alarm.due is None or due < self._alarm.due):
-            self.home.set_alarm(self._alarm, due)
+        elif due is not None:
+            before = self._alarm.due  # another thread may ring it meanwhile
+            if before is None or due < before:
+                self.home.set_alarm(self._alarm, due)
 
     def close(self) -> None:
         """Cancel what runs here and close the loop; a thread in mid-step does so when that is over."""

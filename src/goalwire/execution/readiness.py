@@ -30,12 +30,14 @@ class Readiness:
         '_selecting',
         '_selector',
         '_turn',
+        'wanted',
         'watched',
     )
 
     def __init__(self, on_armed: Callable[[], None]) -> None:
         """`on_armed` gets a sleeper to look again, which then watches the descriptors."""
         self.watched = 0
+        self.wanted = False
         self._on_armed = on_armed
         self._selector: selectors.BaseSelector | None = None
         self._interrupt: socket.socket | None = None
@@ -69,23 +71,36 @@ class Readiness:
                 return  # it has been reported
             self.watched -= 1
 
-    def poll(self, timeout: float | None = 0) -> None:
-        """Report what is ready, after waiting up to `timeout` s. One thread at a time; others return."""
-        selector = self._selector
-        if selector is None or not self._turn.acquire(blocking=False):
-            return
+    def poll(self) -> None:
+        """Report what is ready now; nothing where another thread is at it."""
+        self.wait(0, bool)
+
+    def wait(self, timeout: float | None, woken: Callable[[], bool]) -> bool:
+        """Report what is ready, after waiting up to `timeout` s; False where another thread is at it.
+
+        `woken` is asked once this thread has its turn: from then on no other thread's look can take up an
+        `interrupt` that is meant for this one.
+        """
+        if not self._turn.acquire(blocking=False):
+            return False
         try:
             self._selecting = timeout != 0
-            ready = [] if self._selector is None else selector.select(timeout)
+            selector = self._selector
+            ready = [] if selector is None or woken() else selector.select(timeout)
+            if any(key.data is None for key, _ in ready):
+                self._drain()
         finally:
             self._selecting = False
             self._turn.release()
+            if self.wanted:
+                # A sleeper found the selector taken: let it look again, as this thread may be long away.
+                self.wanted = False
+                self._on_armed()
         for key, events in ready:
-            if key.data is None:
-                self._drain()
-                continue
-            self.disarm(key.fd)
-            key.data(key.fd, events)
+            if key.data is not None:
+                self.disarm(key.fd)
+                key.data(key.fd, events)
+        return True
 
     @property
     def attended(self) -> bool:
@@ -126,12 +141,8 @@ class Readiness:
         return selector
 
     def _drain(self) -> None:
-        if self._listener is None:
-            return
-        try:
+        if self._listener is not None:
             self._listener.recv(4096)
-        except BlockingIOError:
-            return  # somebody else was quicker
 
 
 class Parker(Waiter):
@@ -146,14 +157,15 @@ class Parker(Waiter):
 
     def wait(self, timeout_ns: int | None = None) -> bool:
         readiness = self._readiness
-        if not readiness.watched or readiness.attended:
+        if not readiness.watched:
             return super().wait(timeout_ns)
+        timeout = None if timeout_ns is None else max(timeout_ns, 0) / 1e9
         self._watching = True
         try:
-            # Said first, looked second: a `wake` in between sees one or the other.
-            if super().wait(0):
-                return True
-            readiness.poll(None if timeout_ns is None else max(timeout_ns, 0) / 1e9)
+            if not readiness.wait(timeout, self._is_woken):
+                readiness.wanted = True
+                if not readiness.wait(timeout, self._is_woken):
+                    return super().wait(timeout_ns)
         finally:
             self._watching = False
         return super().wait(0)
@@ -162,3 +174,6 @@ class Parker(Waiter):
         super().wake()
         if self._watching:
             self._readiness.interrupt()
+
+    def _is_woken(self) -> bool:
+        return not self._gate.locked()
