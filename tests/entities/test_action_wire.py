@@ -3,29 +3,21 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator
 from typing import Any
 
 import pytest
 from example_interfaces.action import Fibonacci
 from helpers.collector import Collector
-from helpers.isolation import isolated_env
-from helpers.spinning import Spinner, result_of
+from helpers.spinning import result_of
 
 from goalwire.entities.action_client import ActionClientCore
-from goalwire.entities.action_server import (
-    ActionCallbacks,
-    ActionServerCore,
-    CancelResponse,
-    GoalResponse,
-)
-from goalwire.entities.context import Context
+from goalwire.entities.action_decisions import ActionCallbacks, CancelResponse, GoalResponse
+from goalwire.entities.action_server import ActionServerCore
 from goalwire.entities.goal_handle import ServerGoalHandle
 from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import ServiceSupport, action_support
 from goalwire.errors import DecodeError
 from goalwire.execution.callback_groups import ReentrantCallbackGroup
-from goalwire.execution.single_threaded import SingleThreadedExecutor
 from goalwire.protocol.goals import wire
 from goalwire.protocol.qos import ACTION_STATUS_DEFAULT, DEFAULT, SERVICES_DEFAULT
 from goalwire.transport.contract import Endpoint, EndpointKind, Request
@@ -34,24 +26,10 @@ SUPPORT = action_support(Fibonacci)
 BAD = [b'', b'\x00\x01\x00\x00', b'\x00\x01\x00\x00' + bytes(15), b'\x00\x07\x00\x00' + bytes(3)]
 
 
-class Front:
-    """The least of a front that an executor can spin."""
-
-    def __init__(self, core: NodeCore) -> None:
-        self.home = core.home
-        self.executor: Any = None
-
-
 @pytest.fixture
-def node(monkeypatch: pytest.MonkeyPatch) -> Iterator[NodeCore]:
-    for name, value in isolated_env('goalwire_memory').items():
-        monkeypatch.setenv(name, value)
-    context = Context()
-    context.init(args=[])
-    node = NodeCore(context, 'node')
-    with SingleThreadedExecutor(context=context) as executor, Spinner(executor, Front(node)):
-        yield node
-    context.shutdown()
+def node(spun: NodeCore) -> NodeCore:
+    """These tests want their node spun."""
+    return spun
 
 
 def execute(handle: ServerGoalHandle) -> Fibonacci.Result:
@@ -104,7 +82,7 @@ def test_a_server_gives_up_requests_that_are_none(
     port, ended = node.port.client(endpoint), threading.Event()
     port.request(payload, lambda _: pytest.fail('answered'), ended.set)
     assert ended.wait(10)
-    assert sum(part.rejected for part in server._servers) == 1
+    assert sum(part.rejected for part in server._endpoints.servers) == 1
     assert run_a_goal(client) == [3]
     port.close()
 
@@ -119,7 +97,7 @@ def test_a_server_gives_up_a_goal_whose_fields_are_cut_off(
     port, ended = node.port.client(endpoint), threading.Event()
     port.request(wire.wrap(b'\x01' * 16, b'\x00\x01\x00\x00\x05\x00'), lambda _: None, ended.set)
     assert ended.wait(10)
-    assert server._reactor.statistics().deciding == 0
+    assert server.reactor.statistics().deciding == 0
     assert run_a_goal(client) == [3]
     port.close()
 

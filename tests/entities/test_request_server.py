@@ -2,39 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Any
-
 import pytest
-from helpers.isolation import isolated_env
+from helpers.cores import Front
 
 from goalwire.entities import request_server
 from goalwire.entities.client import ClientCore
-from goalwire.entities.context import Context
 from goalwire.entities.node import NodeCore
 from goalwire.entities.service import ServiceCore
 from goalwire.entities.type_support import service_support
 from goalwire.execution.callback_groups import ReentrantCallbackGroup
 from goalwire.execution.single_threaded import SingleThreadedExecutor
 from goalwire.protocol.qos import SERVICES_DEFAULT
-
-
-class Front:
-    """The least of a front that an executor can spin."""
-
-    def __init__(self, core: NodeCore) -> None:
-        self.home = core.home
-        self.executor: Any = None
-
-
-@pytest.fixture
-def node(monkeypatch: pytest.MonkeyPatch) -> Iterator[NodeCore]:
-    for name, value in isolated_env('goalwire_memory').items():
-        monkeypatch.setenv(name, value)
-    context = Context()
-    context.init(args=[])
-    yield NodeCore(context, 'node')
-    context.shutdown()
 
 
 def test_beyond_the_limit_requests_are_refused_counted_and_logged_once(

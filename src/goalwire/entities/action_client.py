@@ -12,7 +12,7 @@ from threading import Lock
 from typing import Any
 
 from goalwire.codec import cdr
-from goalwire.entities.action_server import ActionQoS
+from goalwire.entities.action_endpoints import ActionQoS
 from goalwire.entities.client_goal import ClientGoal, ClientGoalHandle
 from goalwire.entities.exceptions import InvalidHandle, ShutDownError
 from goalwire.entities.goal_ids import goal_id_bytes
@@ -78,6 +78,8 @@ class ActionClientCore:
         self._reactor: GoalClient[Any, _RawFuture, Payload] = GoalClient()
         self._goals: dict[GoalId, ClientGoal] = {}
         self._ended: OrderedDict[GoalId, ClientGoal] = OrderedDict()
+        self._reported: set[str] = set()
+        self._destroyed = False
         self._goal_class = support.cls.Goal  # type: ignore[attr-defined]
         self._encode_goal = cdr.encoder(self._goal_class)
         self._names = names = node.resolve_action(name)
@@ -89,8 +91,6 @@ class ActionClientCore:
             names.feedback, support.feedback, qos.feedback, self._deliver_feedback
         )
         self._status_port = self._subscription(names.status, support.status, qos.status, self._deliver_status)
-        self._reported: set[str] = set()
-        self._destroyed = False
         node.own(self)
 
     def _client(self, name: str, support: ServiceSupport, qos: QoS) -> ClientPort:
@@ -175,9 +175,8 @@ class ActionClientCore:
         return Inbox(self.node.home, self._group, handle, depth=FEEDBACK_LIMIT)
 
     def _on_goal_reply(self, record: ClientGoal, future: _RawFuture, sample: Sample) -> None:
-        accepted = len(sample.payload) > 4 and sample.payload[4] != 0
         with self._lock:
-            effects = self._reactor.on_goal_reply(record.goal_id, accepted)
+            effects = self._reactor.on_goal_reply(record.goal_id, wire.is_acceptance(sample.payload))
         for item in effects:
             match item:
                 case effect.UnexpectedReply():
@@ -248,11 +247,13 @@ class ActionClientCore:
     def _forget(self, goal_id: GoalId) -> None:
         """Keep a goal that has ended for feedback that was overtaken, the latest few of them."""
         with self._lock:
-            goal = self._goals.pop(goal_id, None)
-            if goal is not None:
-                self._ended[goal_id] = goal
-                if len(self._ended) > REMEMBERED:
-                    self._ended.popitem(last=False)
+            goal = self._goals.get(goal_id)
+            if goal is None:
+                return
+            self._ended[goal_id] = goal  # first: feedback is looked up under no lock, here or there
+            del self._goals[goal_id]
+            if len(self._ended) > REMEMBERED:
+                self._ended.popitem(last=False)
 
     # -- results and cancelling ----------------------------------------------------------------------------
 
@@ -271,7 +272,7 @@ class ActionClientCore:
             if answered:
                 return
             answered = True
-            status = _status_of(sample.payload)
+            status = wire.status_of(sample.payload)
             self._apply(self._reactor.on_result, goal_id, status, sample.payload)
             self._advance(goal_id, status)
             self._forget(goal_id)
@@ -281,7 +282,11 @@ class ActionClientCore:
                 self._apply(self._reactor.on_result_failed, goal_id, self._lost('result'))
                 self._report_lost('result')
 
-        self._request(self._result_port, wire.encode_result_request(goal_id), on_reply, on_end)
+        try:
+            self._request(self._result_port, wire.encode_result_request(goal_id), on_reply, on_end)
+        except BaseException:  # nothing was sent: the next who asks tries again
+            self._apply(self._reactor.on_result_failed, goal_id, self._lost('result'))
+            raise
 
     def cancel_goal(self, goal_id: GoalId, stamp_ns: int = 0) -> Future[Any]:
         """Ask for cancellation; the future gives an action_msgs/srv/CancelGoal response."""
@@ -299,9 +304,13 @@ class ActionClientCore:
         self._request(self._cancel_port, wire.encode_cancel_request(goal_id, stamp_ns), on_reply, on_end)
         return future
 
-    def wait_for(self, future: Future[Any]) -> Any:
-        """Block until a future of this client is done and return its result; needs no executor."""
+    def wait_for(self, ask: Callable[[], Future[Any]]) -> Any:
+        """Ask the server, block until the answer is there and return it; needs no executor.
+
+        Raises WouldDeadlockError, with nothing asked, where the answer needs the thread that would wait.
+        """
         self.node.context.local_servers.check(self.node.graph, self._names.send_goal)
+        future = ask()
         block_on(future, None, self.node.context.lifeline)
         return future.result()
 
@@ -320,7 +329,7 @@ class ActionClientCore:
 
     # -- the server, and the end -----------------------------------------------------------------------------
 
-    def is_ready(self) -> bool:
+    def server_is_there(self) -> bool:
         """True while the graph shows all five parts of a server; False once destroyed."""
         if self._destroyed:
             return False
@@ -333,7 +342,7 @@ class ActionClientCore:
 
     def wait_for_server(self, timeout_sec: float | None = None) -> bool:
         """Block until there is a server (True) or the time is over (False); None waits without limit."""
-        return wait_for_graph(self.node.context, self.is_ready, timeout_sec)
+        return wait_for_graph(self.node.context, self.server_is_there, timeout_sec)
 
     @property
     def destroyed(self) -> bool:
@@ -365,11 +374,3 @@ class ActionClientCore:
                 goal.feedback.close()
         self._goals.clear()
         self._ended.clear()
-
-
-def _status_of(payload: Payload) -> GoalStatus:
-    """Read the status that a GetResult response begins with; UNKNOWN where ROS 2 has no such number."""
-    try:
-        return GoalStatus(payload[4])
-    except (IndexError, ValueError):
-        return GoalStatus.UNKNOWN

@@ -21,17 +21,19 @@ from goalwire.transport.contract import ClientPort, Endpoint, EndpointKind, Samp
 class ResponseFuture(Future[Any]):
     """The response to one request; decoded by who asks for it, not by the transport's thread."""
 
-    __slots__ = ('_client', '_decode_response', 'sequence')
+    __slots__ = ('_client', '_decode_response', 'sequence', 'unanswered')
 
     def __init__(self, client: ClientCore) -> None:
         super().__init__(home=client.node.home)
         self._client: ClientCore | None = client
         self._decode_response = client.support.decode_response
         self.sequence = 0
+        self.unanswered = False
+        """True once the transport has said that no reply can come any more."""
 
     @property
     def over(self) -> bool:
-        """True once it waits for nothing any more: answered, given up, or without a server."""
+        """True once it waits for nothing any more: answered, given up, or unanswered."""
         return self._client is None
 
     def on_reply(self, sample: Sample) -> None:
@@ -44,8 +46,12 @@ class ResponseFuture(Future[Any]):
 
     def on_end(self) -> None:
         """No reply can come any more."""
-        client, self._client = self._client, None
-        if client is not None and client.pending.pop(self.sequence, None) is not None:
+        client = self._client
+        if client is None:
+            return
+        self.unanswered = True
+        self._client = None
+        if client.pending.pop(self.sequence, None) is not None:
             client.report_unanswered()
 
     def cancel(self) -> None:
@@ -108,7 +114,7 @@ class ClientCore:
             raise ShutDownError(f"cannot call '{self.full_name}'") from None
         future.sequence = sequence
         self.pending[sequence] = future
-        if future.over and self.pending.pop(sequence, None) is not None and future.pending():
+        if future.over and self.pending.pop(sequence, None) is not None and future.unanswered:
             self.report_unanswered()  # the end came before the sequence number
 
     def call(self, request: Any, timeout_sec: float | None = None) -> Any:
@@ -128,7 +134,7 @@ class ClientCore:
                 future.forget()
         return future.result()
 
-    def is_ready(self) -> bool:
+    def server_is_there(self) -> bool:
         """True while the graph shows a server of this name and type; raises InvalidHandle once destroyed."""
         if self._port is None:
             raise InvalidHandle
@@ -136,16 +142,16 @@ class ClientCore:
 
     def wait_for_service(self, timeout_sec: float | None = None) -> bool:
         """Block until there is a server (True) or the time is over (False); None waits without limit."""
-        return wait_for_graph(self.node.context, self.is_ready, timeout_sec)
+        return wait_for_graph(self.node.context, self.server_is_there, timeout_sec)
 
     def report_unanswered(self) -> None:
         """Count a request that nobody will answer, and say so once."""
         self.unanswered += 1
         if self.unanswered == 1:
             get_logger(self.node.logger_name).warning(
-                f"Service '{self.full_name}': no server answered; there is none, it went away, or its callback "
-                'failed. The future stays pending, as in ROS 2: call wait_for_service() first, and give calls a '
-                'timeout'
+                f"Service '{self.full_name}': no server answered; there is none, it went away, or its "
+                'callback failed. The future stays pending, as in ROS 2: call wait_for_service() first, and '
+                'give calls a timeout'
             )
 
     @property

@@ -73,7 +73,7 @@ class ClientGoalHandle:
 
     def cancel_goal(self) -> Any:
         """Ask for cancellation and wait for the answer, an action_msgs/srv/CancelGoal response."""
-        return self._action_client.wait_for(self.cancel_goal_async())
+        return self._action_client.wait_for(self.cancel_goal_async)
 
     def cancel_goal_async(self) -> Future[Any]:
         """Ask for cancellation; the future gives an action_msgs/srv/CancelGoal response."""
@@ -81,7 +81,7 @@ class ClientGoalHandle:
 
     def get_result(self) -> Any:
         """Wait for the end and return status and result (the action's GetResult response)."""
-        return self._action_client.wait_for(self.get_result_async())
+        return self._action_client.wait_for(self.get_result_async)
 
     def get_result_async(self) -> Future[Any]:
         """Ask for the result; the future gives status and result (the action's GetResult response)."""

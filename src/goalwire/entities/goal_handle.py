@@ -63,7 +63,7 @@ class ServerGoalHandle:
 
         Raises RCLError for a goal that was executed before or has ended.
         """
-        self._server.execute(self, execute_callback)
+        self._server.start_execution(self, execute_callback)
 
     def publish_feedback(self, feedback: Any) -> None:
         """Send feedback to the goal's client. Raises TypeError for what is not the action's Feedback."""

@@ -20,7 +20,7 @@ user's depth says: ROS 2 drops the oldest silently, and its client waits for eve
 
 
 class RequestServer:
-    """Declares a service and calls `handle(request, message)` on the executor, in `group`.
+    """Declares a service, with `open`, and calls `handle(request, message)` on the executor, in `group`.
 
     `decode` makes the message of the payload; the default is the request class's own. What `handle` raises
     gives the request up, so that its client learns of it, and comes out of spin.
@@ -48,14 +48,28 @@ class RequestServer:
         self.inbox: Inbox[Request] = Inbox(
             node.home, group, self._handle, depth=QUEUE_LIMIT, overflow='refuse'
         )
-        endpoint = Endpoint(EndpointKind.SERVICE, self.full_name, support.type_name, support.type_hash, qos)
-        self._port: Port | None = node.port.service(endpoint, self._deliver)
+        self._endpoint = Endpoint(
+            EndpointKind.SERVICE, self.full_name, support.type_name, support.type_hash, qos
+        )
+        self._port: Port | None = None
+        self._destroyed = False
+
+    def open(self) -> None:
+        """Let requests in. They may be handled, on another thread, before this returns."""
+        node = self.node
         node.context.local_servers.add(self.full_name, self.inbox)
+        try:
+            self._port = node.port.service(self._endpoint, self._deliver)
+        except BaseException:
+            node.context.local_servers.remove(self.full_name, self.inbox)
+            raise
 
     def _deliver(self, request: Request) -> None:
-        if not self.inbox.deliver(request):
+        if self.inbox.deliver(request):
+            return
+        request.drop()
+        if not self.inbox.closed:
             self.refused += 1
-            request.drop()
             if self.refused == 1:
                 self._log(
                     f'{QUEUE_LIMIT} requests wait already; one was refused, further ones are counted only'
@@ -67,6 +81,9 @@ class RequestServer:
             self._handle(request)
 
     def _handle(self, request: Request) -> object:
+        if self._destroyed:  # it slipped in while that was under way
+            request.drop()
+            return None
         try:
             message = self._decode(request.sample.payload)
         except RemoteError as error:
@@ -90,10 +107,11 @@ class RequestServer:
     @property
     def destroyed(self) -> bool:
         """True once destroyed."""
-        return self._port is None
+        return self._destroyed
 
     def destroy(self) -> None:
         """Undeclare; requests that wait are given up. Idempotent."""
+        self._destroyed = True
         port, self._port = self._port, None
         if port is None:
             return

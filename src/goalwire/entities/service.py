@@ -34,6 +34,7 @@ class ServiceCore:
         self.qos = qos
         self._server = RequestServer(node, support, name, self._handle, qos, group)
         self.full_name = self._server.full_name
+        self._server.open()
         node.own(self)
 
     def _handle(self, request: Request, message: object) -> Coroutine[Any, Any, None] | None:

@@ -573,3 +573,25 @@ def test_an_action_is_remapped_by_its_name_on_both_sides(context: Context, spin:
     spin(server)
     assert list(client.send_goal(Goal(order=2)).result.sequence) == [2]
     action_server.destroy()
+
+
+def test_a_blocking_send_that_could_never_end_sends_nothing(make_node: MakeNode, spin: Spin) -> None:
+    node = make_node()
+    executed: Collector[int] = Collector()
+    ActionServer(node, Fibonacci, 'fib', lambda handle: executed(handle.request.order))
+    client = ActionClient(node, Fibonacci, 'fib')
+    assert client.wait_for_server(PATIENCE)
+    raised: Collector[BaseException] = Collector()
+
+    def call() -> None:
+        timer.cancel()
+        try:
+            client.send_goal(Fibonacci.Goal(order=1))
+        except WouldDeadlockError as error:
+            raised(error)
+            _ = client.send_goal_async(Fibonacci.Goal(order=2))
+
+    timer = node.create_timer(0.0, call)
+    spin(node)
+    raised.expect(1)
+    assert executed.expect(1) == [2]

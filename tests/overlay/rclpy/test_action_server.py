@@ -385,7 +385,7 @@ def test_a_goal_cancelled_before_its_execution_may_end_without(make_node: MakeNo
     arena.cancel(handle.goal_id)
     goal.canceled()
     assert arena.result(handle) == ('CANCELED', [])
-    assert arena.server._handles == {}
+    assert arena.server._decisions._handles == {}
 
 
 def test_an_accepted_callback_that_raises_comes_out_of_spin(make_node: MakeNode, spin: Spin) -> None:
@@ -429,7 +429,7 @@ def test_results_are_kept_for_their_time(make_node: MakeNode, spin: Spin) -> Non
     arena.server_node.create_timer(0.35, forgotten.set)
     assert forgotten.wait(PATIENCE)
     assert arena.result(handle) == ('UNKNOWN', [])
-    assert arena.server._reactor.statistics().retained == 0
+    assert arena.server.reactor.statistics().retained == 0
 
 
 def test_with_no_time_to_keep_results_who_waits_still_gets_one(make_node: MakeNode, spin: Spin) -> None:
@@ -596,8 +596,8 @@ def test_memory_is_flat_after_many_goals(monkeypatch: pytest.MonkeyPatch) -> Non
                 batch(1000)
             gc.collect()
             grown = sys.getallocatedblocks() - before
-            assert server._reactor.statistics().retained == 0
-            assert server._handles == {}
+            assert server.reactor.statistics().retained == 0
+            assert server._decisions._handles == {}
         finally:
             context.shutdown()
     assert grown < 10_000  # a tenth of one object a goal

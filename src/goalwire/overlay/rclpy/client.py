@@ -38,7 +38,7 @@ class Client(ClientCore, Generic[RequestT, ResponseT]):
 
     def service_is_ready(self) -> bool:
         """True while there is a server of this name and type."""
-        return self.is_ready()
+        return self.server_is_there()
 
     @property
     def service_name(self) -> str:

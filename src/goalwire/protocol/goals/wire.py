@@ -12,6 +12,7 @@ from collections.abc import Iterable
 from goalwire.errors import RemoteError
 from goalwire.protocol.goals.cancel import CancelCode
 from goalwire.protocol.goals.ids import ID_LENGTH, GoalId
+from goalwire.protocol.goals.table import GoalStatus
 
 _HEADER = b'\x00\x01\x00\x00'
 _START = len(_HEADER)
@@ -52,6 +53,24 @@ def encode_result_request(goal_id: GoalId) -> bytes:
 def encode_acceptance(accepted: bool, stamp_ns: int) -> bytes:
     """Serialize a send_goal reply; `stamp_ns` is ROS time."""
     return _ACCEPTANCE.pack(_HEADER, accepted, *divmod(stamp_ns, _S_TO_NS))
+
+
+def is_acceptance(payload: bytes | bytearray | memoryview) -> bool:
+    """Return whether a send_goal reply says yes; one cut short says no."""
+    return len(payload) > _START and payload[_START] != 0
+
+
+def status_of(payload: bytes | bytearray | memoryview) -> GoalStatus:
+    """Read the status that a get_result reply begins with; UNKNOWN where ROS 2 has no such number."""
+    try:
+        return GoalStatus(payload[_START])
+    except (IndexError, ValueError):
+        return GoalStatus.UNKNOWN
+
+
+def with_status(payload: bytes, status: GoalStatus) -> bytes:
+    """Return a get_result reply with another status."""
+    return payload[:_START] + bytes((status,)) + payload[_START + 1 :]
 
 
 def encode_cancel_request(goal_id: GoalId, stamp_ns: int = 0) -> bytes:

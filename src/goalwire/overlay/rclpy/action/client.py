@@ -7,7 +7,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar
 
 from goalwire.entities.action_client import ActionClientCore
-from goalwire.entities.action_server import ActionQoS
+from goalwire.entities.action_endpoints import ActionQoS
 from goalwire.entities.client_goal import ClientGoalHandle
 from goalwire.entities.exceptions import NameValidationException
 from goalwire.entities.type_support import action_support
@@ -85,12 +85,12 @@ class ActionClient(ActionClientCore, Generic[ActT]):
 
         Takes the keyword arguments of send_goal_async.
         """
-        handle = self.wait_for(self.send_goal_async(goal, **kwargs))
+        handle = self.wait_for(lambda: self.send_goal_async(goal, **kwargs))
         return None if handle is None else handle.get_result()
 
     def server_is_ready(self) -> bool:
         """True while there is a server."""
-        return self.is_ready()
+        return self.server_is_there()
 
     def destroy(self) -> None:
         """Undeclare; futures that are pending stay so. Idempotent."""

@@ -7,13 +7,9 @@ from enum import IntEnum
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar
 
-from goalwire.entities.action_server import (
-    ActionCallbacks,
-    ActionQoS,
-    ActionServerCore,
-    CancelResponse,
-    GoalResponse,
-)
+from goalwire.entities.action_decisions import ActionCallbacks, CancelResponse, GoalResponse
+from goalwire.entities.action_endpoints import ActionQoS
+from goalwire.entities.action_server import ActionServerCore
 from goalwire.entities.exceptions import NameValidationException, RCLError
 from goalwire.entities.goal_handle import ServerGoalHandle
 from goalwire.entities.type_support import action_support
@@ -152,7 +148,7 @@ class ActionServer(ActionServerCore, Generic[ActT]):
         self, goal_handle: ServerGoalHandle, execute_callback: Callable[[ServerGoalHandle], Any] | None
     ) -> None:
         """Start the execution of an accepted goal."""
-        self.execute(goal_handle, execute_callback)
+        self.start_execution(goal_handle, execute_callback)
 
     def notify_goal_done(self) -> None:
         """Nothing to do: expiry follows from the end of each goal."""

@@ -1,0 +1,110 @@
+"""What an action server declares: three services and two topics, all of them or none."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import dataclass
+from typing import Any
+
+from goalwire.entities.names import ResolvedAction
+from goalwire.entities.node import NodeCore
+from goalwire.entities.request_server import RequestServer
+from goalwire.entities.type_support import ActionSupport, MessageSupport, ServiceSupport
+from goalwire.execution.callback_groups import CallbackGroup
+from goalwire.protocol.goals import wire
+from goalwire.protocol.qos import ACTION_STATUS_DEFAULT, DEFAULT, SERVICES_DEFAULT, QoS
+from goalwire.transport.contract import Endpoint, EndpointKind, Payload, PublisherPort, Request
+
+Handle = Callable[[Request, Any], object]
+"""Called with a request and what was decoded of it."""
+
+
+@dataclass(frozen=True, slots=True)
+class ActionQoS:
+    """The QoS of an action's three services and two topics."""
+
+    goal: QoS = SERVICES_DEFAULT
+    result: QoS = SERVICES_DEFAULT
+    cancel: QoS = SERVICES_DEFAULT
+    feedback: QoS = DEFAULT
+    status: QoS = ACTION_STATUS_DEFAULT
+
+
+class ActionServerEndpoints:
+    """The endpoints of one action server. Requests come from `open` on, those for results as goal ids."""
+
+    def __init__(
+        self,
+        node: NodeCore,
+        support: ActionSupport,
+        names: ResolvedAction,
+        qos: ActionQoS,
+        group: CallbackGroup,
+    ) -> None:
+        self._node = node
+        self._support = support
+        self._names = names
+        self._qos = qos
+        self._group = group
+        self._declared = ExitStack()
+        self.servers: tuple[RequestServer, ...] = ()
+        """For goals, results and cancelling."""
+        self.feedback: PublisherPort
+        self.status: PublisherPort
+
+    def open(
+        self, on_goal: Handle, on_result: Handle, on_cancel: Handle, split_goal: Callable[[Payload], object]
+    ) -> None:
+        """Declare everything. Where one declaration fails, those before it are taken back."""
+        names, support, qos = self._names, self._support, self._qos
+        with ExitStack() as undo:
+            self.feedback = self._publisher(names.feedback, support.feedback, qos.feedback, patient=True)
+            undo.callback(self.feedback.close)
+            self.status = self._publisher(names.status, support.status, qos.status)
+            undo.callback(self.status.close)
+            self.servers = (
+                self._server(names.send_goal, support.send_goal, qos.goal, on_goal, split_goal),
+                self._server(names.get_result, support.get_result, qos.result, on_result, wire.goal_id_of),
+                self._server(
+                    names.cancel_goal, support.cancel_goal, qos.cancel, on_cancel, wire.decode_cancel_request
+                ),
+            )
+            for server in self.servers:
+                undo.callback(server.destroy)
+                server.open()
+            self._declared = undo.pop_all()
+
+    def take_result_requests(self) -> None:
+        """Handle on this thread what waits to be told a result, past the executor."""
+        _, results, _ = self.servers
+        results.work_off()
+
+    def close(self) -> None:
+        """Undeclare everything; requests that wait are given up."""
+        self._declared.close()
+
+    def _server(
+        self,
+        name: str,
+        support: ServiceSupport,
+        qos: QoS,
+        handle: Handle,
+        decode: Callable[[Payload], object],
+    ) -> RequestServer:
+        return RequestServer(self._node, support, name, handle, qos, self._group, decode=decode)
+
+    def _publisher(
+        self, name: str, support: MessageSupport, qos: QoS, *, patient: bool = False
+    ) -> PublisherPort:
+        return self._node.port.publisher(
+            Endpoint(
+                EndpointKind.PUBLISHER,
+                name,
+                support.type_name,
+                support.type_hash,
+                qos,
+                support.has_buffers,
+                waits_for_room=patient,
+            )
+        )

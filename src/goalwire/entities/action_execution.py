@@ -1,0 +1,100 @@
+"""One run of an execute callback, and what becomes of what it returns."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Coroutine
+from types import CoroutineType
+from typing import TYPE_CHECKING, Any
+
+from goalwire.execution.work import Work
+from goalwire.protocol.goals.table import GoalStatus
+
+if TYPE_CHECKING:
+    from goalwire.entities.action_server import ActionServerCore
+    from goalwire.entities.goal_handle import ServerGoalHandle
+    from goalwire.entities.type_support import ActionSupport
+    from goalwire.logging import RcutilsLogger
+
+_FAILED = object()
+"""Stands for the result of a callback that raised."""
+
+
+class Execution(Work):
+    """Runs an execute callback, in no callback group, as in rclpy."""
+
+    __slots__ = ('_callback', '_handle', '_server')
+
+    def __init__(
+        self, server: ActionServerCore, handle: ServerGoalHandle, callback: Callable[[ServerGoalHandle], Any]
+    ) -> None:
+        super().__init__(server.node.home, None)
+        self._server = server
+        self._handle = handle
+        self._callback = callback
+
+    def run(self) -> object:
+        if self._server.destroyed:
+            return None
+        try:
+            result = self._callback(self._handle)
+        except BaseException as error:
+            self._failed(error)
+            return None
+        if isinstance(result, CoroutineType):
+            return self._carry(result)
+        self._server.finished(self._handle, result)
+        return None
+
+    async def _carry(self, coroutine: Coroutine[Any, Any, Any]) -> None:
+        from asyncio import CancelledError
+
+        try:
+            result = await coroutine
+        except CancelledError:  # the executor was shut down
+            self._server.finished(self._handle, _FAILED)
+            raise
+        except BaseException as error:
+            self._failed(error)
+        else:
+            self._server.finished(self._handle, result)
+
+    def _failed(self, error: BaseException) -> None:
+        import traceback
+
+        lines = ''.join(traceback.format_exception(error)).rstrip()
+        self._server.logger.error(f'Error raised in execute callback: {error}\n{lines}')
+        self._server.finished(self._handle, _FAILED)
+        if not isinstance(error, Exception):
+            raise error
+
+
+class Results:
+    """Makes GetResult responses. Their status is only known when they are sent: see wire.with_status."""
+
+    def __init__(self, support: ActionSupport, name: str, logger: RcutilsLogger) -> None:
+        self._support = support.get_result
+        self._class = support.cls.Result  # type: ignore[attr-defined]
+        self._name = name
+        self._logger = logger
+
+    def encode(self, result: object) -> bytes | None:
+        """Serialize what an execute callback returned; None, once that is logged, where it cannot be sent."""
+        if isinstance(result, self._class):
+            try:
+                return self._encode(result)
+            except (TypeError, ValueError) as error:
+                self._logger.error(f'Result cannot be sent, an empty one is: {error}')
+        elif result is not _FAILED:
+            self._logger.error(
+                f"Action '{self._name}': the execute callback returned {type(result).__name__}; "
+                f'an empty result is sent; return a {self._class.__name__}'
+            )
+        return None
+
+    def default(self) -> bytes:
+        """Serialize the result of a goal that has none."""
+        return self._encode(self._class())
+
+    def _encode(self, result: object) -> bytes:
+        response: Any = self._support.response
+        return self._support.encode_response(response(status=int(GoalStatus.UNKNOWN), result=result))

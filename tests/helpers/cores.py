@@ -1,0 +1,15 @@
+"""Entities without a front: the least that an executor can spin."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from goalwire.entities.node import NodeCore
+
+
+class Front:
+    """What an executor needs of a node."""
+
+    def __init__(self, core: NodeCore) -> None:
+        self.home = core.home
+        self.executor: Any = None
