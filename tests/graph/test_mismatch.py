@@ -102,3 +102,24 @@ def test_a_peer_that_comes_again_is_not_reported_again() -> None:
     graph.vanished(listener)
     graph.appeared(replace(listener, session='started anew', gid=b'another'))
     assert len(told) == 1
+
+
+def test_with_a_session_of_its_own_a_graph_reports_what_concerns_that_alone() -> None:
+    ours, theirs = endpoint('ours', SERVICE, '/add'), endpoint('theirs', SERVICE, '/add')
+    stranger = endpoint('stranger', SERVICE, '/add')
+    graph = Graph(ours.session)
+    for entity in (theirs, stranger, ours):
+        graph.appeared(entity)
+    assert graph.mismatches() == [
+        Mismatch(Reason.TWO_SERVERS, '/add', theirs, ours),
+        Mismatch(Reason.TWO_SERVERS, '/add', stranger, ours),
+    ]
+
+
+def test_a_mismatch_of_others_hides_none_of_ours_between_nodes_of_the_same_names() -> None:
+    theirs = [endpoint('a', SERVICE, '/add'), endpoint('b', SERVICE, '/add')]
+    ours = endpoint('b', SERVICE, '/add')
+    graph = Graph(ours.session)
+    for entity in (*theirs, ours):
+        graph.appeared(entity)
+    assert Mismatch(Reason.TWO_SERVERS, '/add', theirs[0], ours) in graph.mismatches()

@@ -51,6 +51,15 @@ def test_every_kind_of_endpoint_is_shown_to_the_others_with_all_that_is_known_of
         assert entity.gid == port.gid
 
 
+def test_a_session_knows_its_own_endpoints_by_its_id(session_pair: tuple[Session, Session]) -> None:
+    ours, theirs = session_pair
+    side, other = Side(ours, 'alpha'), Side(theirs, 'beta')
+    side.publisher('/chatter')
+    for graph in (side.graph, other.graph):
+        assert [seen.session for seen in graph.expect(PUBLISHER, '/chatter')] == [ours.id]
+    assert ours.id != theirs.id
+
+
 def test_a_session_sees_its_own_part_of_the_graph(sides: Sides) -> None:
     alpha, _ = sides
     ports = declare_one_of_each(alpha)

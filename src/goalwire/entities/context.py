@@ -167,9 +167,13 @@ class Context:
         if not self.lifeline.alive:
             raise RCLError('the given context is not valid, either init() was not called or shutdown() was')
         session = registry.get().open(SessionOptions(domain_id=self._domain_id))
-        graph = Graph()
+        graph = Graph(session.id)
         graph.on_mismatch(_report)
-        session.watch_graph(graph)
+        try:
+            session.watch_graph(graph)
+        except BaseException:
+            session.close()
+            raise
         self._session, self._graph = session, graph
 
 

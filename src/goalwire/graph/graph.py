@@ -38,7 +38,9 @@ class _Node:
 class Graph(GraphListener):
     """What a session's `watch_graph` fills. Every question is answered from an index, from any thread."""
 
-    def __init__(self) -> None:
+    def __init__(self, session: str | None = None) -> None:
+        """Mismatches are looked for where an endpoint of `session` is concerned; None: among all."""
+        self._session = session
         self._lock = Lock()
         self._nodes: dict[_NodeKey, _Node] = {}
         self._nodes_by_name: dict[tuple[str, str], dict[_NodeKey, _Node]] = defaultdict(dict)
@@ -243,7 +245,8 @@ class Graph(GraphListener):
         found = []
         others = [fellow for gid, fellow in fellows.items() if gid != entity.gid]
         for mismatch in find_mismatches(entity, counterparts.values(), others):
-            if mismatch.key not in self._mismatches:
+            ours = self._session is None or mismatch.concerns(self._session)
+            if ours and mismatch.key not in self._mismatches:
                 self._mismatches[mismatch.key] = mismatch
                 found.append(mismatch)
         return found

@@ -36,6 +36,10 @@ class Mismatch:
         )
         return (self.reason, self.name, self.first.type_name, *sides)
 
+    def concerns(self, session: str) -> bool:
+        """Return whether one of the two belongs to that session."""
+        return session in {self.first.session, self.second.session}
+
     def __str__(self) -> str:
         first, second = self.first, self.second
         if self.reason is Reason.TWO_SERVERS:

@@ -175,6 +175,9 @@ class NodePort(Port):
 class Session(ABC):
     """One context's connection to one domain."""
 
+    id: str
+    """What the graph shows as the `session` of this session's own nodes and endpoints."""
+
     @abstractmethod
     def node(self, name: NodeName) -> NodePort:
         """Declare a node."""

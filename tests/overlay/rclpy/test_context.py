@@ -11,6 +11,10 @@ from rclpy.context import Context
 from rclpy.node import Node
 
 from goalwire.entities.exceptions import RCLError
+from goalwire.entities.graph_waiting import wait_for_graph
+from goalwire.errors import ClosedError, TransportError
+from goalwire.transport import registry
+from goalwire.transport.contract import NodeName, Session, SessionOptions
 
 
 @pytest.fixture
@@ -146,3 +150,41 @@ def test_a_node_needs_an_open_context(fresh: Context) -> None:
     fresh.shutdown()
     with pytest.raises(NotInitializedException):
         Node('a', context=fresh)
+
+
+def test_two_servers_of_others_are_none_of_a_contexts_business(
+    context: Context, fresh: Context, capfd: pytest.CaptureFixture[str]
+) -> None:
+    from std_srvs.srv import Trigger
+
+    fresh.init(args=[])
+    bystander = Node('bystander', context=fresh)
+    servers = [Node(f'server{number}', context=context) for number in range(2)]
+    for server in servers:
+        server.create_service(Trigger, 'go', lambda _, response: response)
+    assert wait_for_graph(fresh, lambda: bystander.count_services('go') == 2, 10)
+    assert wait_for_graph(context, lambda: servers[0].count_services('go') == 2, 10)
+    assert capfd.readouterr().err.count("'/go' is served twice") == 1
+
+
+def test_a_session_whose_graph_cannot_be_watched_is_closed(
+    fresh: Context, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fresh.init(args=[])
+    opened: list[Session] = []
+
+    def refuse(session: Session, _: object) -> None:
+        opened.append(session)
+        raise TransportError('no answer')
+
+    monkeypatch.setattr(type(open_one()), 'watch_graph', refuse)
+    with pytest.raises(TransportError, match='no answer'):
+        Node('node', context=fresh)
+    with pytest.raises(ClosedError):
+        opened[0].node(NodeName('late'))
+
+
+def open_one() -> Session:
+    session = registry.get().open(SessionOptions(fresh_domain()))
+    session.close()
+    return session

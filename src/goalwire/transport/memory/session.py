@@ -37,7 +37,9 @@ class MemorySession(Session):
         self._domain_id = domain_id
         self._bus = BUSES.acquire(domain_id)
         self._guard = ForkGuard()
-        self._id = os.urandom(16)
+        gid_prefix = os.urandom(16)
+        self.id = gid_prefix.hex()
+        self._gid_prefix = gid_prefix[:8]
         self._numbers = count()
         self._nodes: dict[bytes, MemoryNode] = {}
         self._watchers: list[Watcher] = []
@@ -52,12 +54,12 @@ class MemorySession(Session):
     def _next_gid(self) -> tuple[int, bytes]:
         """Return a new number of this session and the gid made of both."""
         number = next(self._numbers)
-        return number, self._id[:8] + number.to_bytes(8, 'big')
+        return number, self._gid_prefix + number.to_bytes(8, 'big')
 
     def node(self, name: NodeName) -> NodePort:
         """Declare a node."""
         number, gid = self._next_gid()
-        entity = describe_node(name, self._id.hex(), number, gid)
+        entity = describe_node(name, self.id, number, gid)
         with self._lock:
             self._check()
             node = MemoryNode(entity, self._bus, self._guard, lambda: self._next_gid()[1], self._forget)

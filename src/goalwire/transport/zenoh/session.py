@@ -102,6 +102,7 @@ class ZenohSession(Session):
     """An open session and its nodes."""
 
     def __init__(self, core: Core, stop_offering: Callable[[], None]) -> None:
+        self.id = core.id
         self._core = core
         self._stop_offering = stop_offering
         self._place = Place(f'session of domain {core.domain_id}', core.guard, self._leave)
