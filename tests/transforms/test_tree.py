@@ -278,6 +278,9 @@ def test_a_quaternion_that_is_nearly_one_is_made_one() -> None:
     tree = Tree()
     tree.fixed('/a', '/b', at(1.0, 0.0, (0.0, 0.0, 0.0, 1.004)))
     assert tree.lookup('a', 'b', 0).motion == at(1.0)
+    tree.fixed('b', 'c', at(0.0, 0.0, (0.0, 0.0, 1.004, 0.0)))
+    tree.fixed('c', 'd', at(5.0))
+    assert tree.origin('b', 'd') == pytest.approx((-5.0, 0.0, 0.0))
 
 
 def test_a_cleared_tree_knows_frames_but_no_way(robot: Tree) -> None:

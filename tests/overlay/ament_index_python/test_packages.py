@@ -89,6 +89,18 @@ def test_a_ros_2_that_has_an_interface_package_comes_first(
     assert ament.get_packages_with_prefixes()['std_msgs'] == str(tmp_path)
 
 
+def test_a_prefix_without_definition_files_comes_first_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write_files(tmp_path, {f'{INDEX}/packages/std_msgs': ''})
+    set_prefixes(monkeypatch, tmp_path)
+    assert (
+        ament.get_packages_with_prefixes()['std_msgs']
+        == ament.get_package_prefix('std_msgs')
+        == str(tmp_path)
+    )
+
+
 def test_a_package_of_the_source_tree_is_its_own_prefix(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -12,6 +12,7 @@ import pytest
 import yaml
 from builtin_interfaces.msg import Time as TimeMessage
 from geometry_msgs.msg import Transform, TransformStamped, Vector3
+from helpers.collector import Collector
 from helpers.spinning import MakeNode, Spin, result_of, wait_until
 from rclpy.clock import ROSClock
 from rclpy.context import Context
@@ -34,7 +35,7 @@ from tf2_ros import (
 )
 
 LATEST = Time()
-PATIENCE = Duration(seconds=10)
+PATIENCE = Duration(seconds=1000)  # the test's own time limit comes first
 
 
 def transform(child: str, x: float, seconds: int = 1, parent: str = 'map') -> TransformStamped:
@@ -101,9 +102,8 @@ def test_what_is_broadcast_can_be_looked_up(
 def test_static_transforms_reach_those_who_come_later_all_of_them(make_node: MakeNode, spin: Spin) -> None:
     broadcaster = StaticTransformBroadcaster(make_node('robot'))
     broadcaster.sendTransform(transform('lidar', 1.0, parent='base'))
-    broadcaster.sendTransform(
-        (transform('camera', 2.0, parent='base'), transform('lidar', 3.0, parent='base'))
-    )
+    broadcaster.sendTransform((transform('camera', 2.0, parent='base'),))
+    broadcaster.sendTransform(transform('lidar', 3.0, parent='base'))
     late = make_node('late')
     buffer = Buffer()
     TransformListener(buffer, late, static_only=True)  # lives as long as its node
@@ -149,7 +149,7 @@ def test_shutdown_ends_a_wait(context: Context, node: Node) -> None:
 
     def wait() -> None:
         with pytest.raises(LookupException):
-            buffer.lookup_transform('map', 'base', LATEST, Duration(seconds=1000))
+            buffer.lookup_transform('map', 'base', LATEST, PATIENCE)
         ended.set()
 
     waiter = threading.Thread(target=wait)
@@ -237,6 +237,22 @@ def test_a_jump_back_in_time_empties_the_buffer(node: Node, buffer: Buffer) -> N
 def test_a_custom_source_must_say_how_to_look_up() -> None:
     with pytest.raises(NotImplementedException, match='not implemented'):
         BufferInterface().can_transform('a', 'b', LATEST)
+
+
+def test_a_callback_waits_while_another_thread_listens(
+    context: Context, node: Node, buffer: Buffer, listener: TransformListener, spin: Spin
+) -> None:
+    broadcaster, came = TransformBroadcaster(node), Collector[float]()
+    connect(broadcaster, context)
+
+    def callback() -> None:
+        broadcaster.sendTransform(transform('base', 4.0))
+        came(x_of(buffer.lookup_transform('map', 'base', LATEST, PATIENCE)))
+
+    guard = node.create_guard_condition(callback)
+    spin(node, threads=2)
+    guard.trigger()
+    assert came.expect() == [4.0]
 
 
 def test_a_lookup_in_a_callback_of_the_only_thread_ends_by_its_timeout(
