@@ -245,7 +245,7 @@ class ActionClientCore:
             self._forget(goal_id)
 
     def _forget(self, goal_id: GoalId) -> None:
-        """Keep a goal that has ended for feedback that was overtaken, the latest few of them."""
+        """Keep a goal that has ended, or was lost, for feedback that was overtaken: the latest few of them."""
         with self._lock:
             goal = self._goals.get(goal_id)
             if goal is None:
@@ -280,6 +280,7 @@ class ActionClientCore:
         def on_end() -> None:
             if not answered:
                 self._apply(self._reactor.on_result_failed, goal_id, self._lost('result'))
+                self._forget(goal_id)
                 self._report_lost('result')
 
         try:

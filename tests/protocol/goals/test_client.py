@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from goalwire.protocol.goals import GoalClient, GoalIdTaken, GoalStatus, new_goal_id
+from goalwire.protocol.goals import ClientStatistics, GoalClient, GoalIdTaken, GoalStatus, new_goal_id
 from goalwire.protocol.goals.client import REMEMBERED
 from goalwire.protocol.goals.effects import (
     DeliverFeedback,
@@ -174,6 +174,19 @@ def test_a_failed_result_request_leaves_the_goal_under_way() -> None:
     assert client.on_result_failed(A, error) == [FailResult('waiter', error)]
     assert client.on_status([(A, GoalStatus.EXECUTING)]) == [StatusChanged(A, GoalStatus.EXECUTING)]
     assert client.on_result_request(A, 'again') == [RequestResult(A)]
+
+
+def test_goals_of_servers_that_were_killed_are_forgotten() -> None:
+    client = Client()
+    for number in range(1000):
+        goal_id = number.to_bytes(16, 'little')
+        client.on_send(goal_id)
+        client.on_goal_reply(goal_id, accepted=True)
+        client.on_result_request(goal_id, 'waiter')
+        client.on_result_failed(goal_id, TimeoutError())
+    assert client.statistics() == ClientStatistics(
+        unanswered=0, accepted=0, ended=REMEMBERED, waiting_for_results=0
+    )
 
 
 def test_a_goal_that_is_never_answered_is_given_up() -> None:

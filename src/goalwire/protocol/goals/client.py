@@ -6,8 +6,8 @@
     on_result_request ─► RequestResult ─► on_result ─► DeliverResult…
 
 Replies, feedback, statuses and results travel on different ways and may come in any order: nothing is lost
-that arrives before the acceptance is known. A goal is forgotten when it has ended and nobody waits for its
-result; the latest of these still get feedback that was overtaken. Effects are performed in order.
+that arrives before the acceptance is known. A goal is forgotten when it has ended, or its server was lost, and
+nobody waits for its result; the latest of these still hear what was overtaken. Effects are performed in order.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from goalwire.protocol.goals.ids import GoalId
 
 REMEMBERED = 128
-"""How many goals that have ended still get late feedback."""
+"""How many goals that have ended, or whose server was lost, still get late feedback and statuses."""
 
 
 class GoalIdTaken(LocalError, ValueError):
@@ -138,6 +138,9 @@ class GoalClient(Generic[FeedbackT, WaiterT, ResultT]):
             if goal is not None:
                 effects += self._advance(goal_id, goal, status)
                 self._forget_if_over(goal_id, goal)
+            elif _moves_on(self._ended.get(goal_id, GoalStatus.ABORTED), status):
+                self._ended[goal_id] = status
+                effects.append(StatusChanged(goal_id, status))
         return effects
 
     # ---- results ----
@@ -172,7 +175,10 @@ class GoalClient(Generic[FeedbackT, WaiterT, ResultT]):
     def on_result_failed(
         self, goal_id: GoalId, error: Exception
     ) -> list[ClientEffect[FeedbackT, WaiterT, ResultT]]:
-        """The request for the result has failed: [FailResult…]. The goal itself may well go on."""
+        """The request for the result has failed: [FailResult…].
+
+        The goal itself may well go on; but where its server was killed, nothing ever tells its end.
+        """
         goal = self._goals.get(goal_id)
         if goal is None:
             return []
@@ -180,7 +186,7 @@ class GoalClient(Generic[FeedbackT, WaiterT, ResultT]):
             FailResult(waiter, error) for waiter in goal.waiters
         ]
         goal.waiters.clear()
-        self._forget_if_over(goal_id, goal)
+        self._forget_if_over(goal_id, goal, at_any_status=True)
         return effects
 
     def on_close(self, error: Exception) -> list[ClientEffect[FeedbackT, WaiterT, ResultT]]:
@@ -196,8 +202,7 @@ class GoalClient(Generic[FeedbackT, WaiterT, ResultT]):
     def _advance(
         goal_id: GoalId, goal: _Goal[WaiterT], status: GoalStatus
     ) -> list[ClientEffect[FeedbackT, WaiterT, ResultT]]:
-        # The numbers grow along every path of the table, up to the first terminal state.
-        if goal.status.is_terminal or status <= goal.status:
+        if not _moves_on(goal.status, status):
             return []
         goal.status = status
         return [StatusChanged(goal_id, status)]
@@ -209,3 +214,8 @@ class GoalClient(Generic[FeedbackT, WaiterT, ResultT]):
         self._ended[goal_id] = goal.status
         if len(self._ended) > REMEMBERED:
             self._ended.popitem(last=False)
+
+
+def _moves_on(before: GoalStatus, after: GoalStatus) -> bool:
+    # The numbers grow along every path of the table, up to the first terminal state.
+    return not before.is_terminal and after > before
