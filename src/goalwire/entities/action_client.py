@@ -245,7 +245,7 @@ class ActionClientCore:
             self._forget(goal_id)
 
     def _forget(self, goal_id: GoalId) -> None:
-        """Keep a goal that has ended, or was lost, for feedback that was overtaken: the latest few of them."""
+        """Keep a goal that has ended, or was lost, for feedback that was overtaken: the latest few."""
         with self._lock:
             goal = self._goals.get(goal_id)
             if goal is None:

@@ -6,8 +6,9 @@
     on_result_request ─► RequestResult ─► on_result ─► DeliverResult…
 
 Replies, feedback, statuses and results travel on different ways and may come in any order: nothing is lost
-that arrives before the acceptance is known. A goal is forgotten when it has ended, or its server was lost, and
-nobody waits for its result; the latest of these still hear what was overtaken. Effects are performed in order.
+that arrives before the acceptance is known. A goal is forgotten when it has ended, or its server was
+lost, and nobody waits for its result; the latest of these still hear what was overtaken. Effects are
+performed in order.
 """
 
 from __future__ import annotations
