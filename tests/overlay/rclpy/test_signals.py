@@ -142,6 +142,8 @@ def test_signals_end_the_multi_threaded_executor(isolated: dict[str, str], numbe
 
 def test_ctrl_c_reaches_the_main_thread_and_ends_a_spin_elsewhere(isolated: dict[str, str]) -> None:
     program = """
+def say(line):  # in one piece: two threads speak at once
+    print(line + chr(10), end='')
 executor = SingleThreadedExecutor()
 executor.add_node(node)
 def spin():
@@ -149,13 +151,13 @@ def spin():
         print('spinning')
         executor.spin()
     except BaseException as error:
-        print('thread:', type(error).__name__)
+        say(f'thread: {type(error).__name__}')
 thread = threading.Thread(target=spin)
 try:
     thread.start()
     time.sleep(60)
 except BaseException as error:
-    print('main:', type(error).__name__)
+    say(f'main: {type(error).__name__}')
 thread.join()
 print('ok', rclpy.ok())
 """
