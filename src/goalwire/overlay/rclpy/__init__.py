@@ -141,11 +141,12 @@ def create_node(
 def spin_once(node: Node, *, executor: Executor | None = None, timeout_sec: float | None = None) -> None:
     """Run at most one callback of `node`, waiting up to `timeout_sec` (for ever where None) for one."""
     chosen = get_global_executor() if executor is None else executor
+    added = chosen.add_node(node)
     try:
-        chosen.add_node(node)
         chosen.spin_once(timeout_sec=timeout_sec)
     finally:
-        chosen.remove_node(node)
+        if added:  # inside a callback the node is there already, and stays
+            chosen.remove_node(node)
 
 
 def spin(node: Node, executor: Executor | None = None) -> None:
@@ -154,11 +155,12 @@ def spin(node: Node, executor: Executor | None = None) -> None:
     Raises ExternalShutdownException where a signal ended it, KeyboardInterrupt on Ctrl-C.
     """
     chosen = get_global_executor() if executor is None else executor
+    added = chosen.add_node(node)
     try:
-        chosen.add_node(node)
         chosen.spin()
     finally:
-        chosen.remove_node(node)
+        if added:
+            chosen.remove_node(node)
 
 
 def spin_until_future_complete(
@@ -166,10 +168,9 @@ def spin_until_future_complete(
 ) -> None:
     """Run the callbacks of `node` until `future` is done, the time is over or the context ends."""
     chosen = get_global_executor() if executor is None else executor
-    already_there = node in chosen.get_nodes()
+    added = chosen.add_node(node)
     try:
-        chosen.add_node(node)
         chosen.spin_until_future_complete(future, timeout_sec)
     finally:
-        if not already_there:
+        if added:
             chosen.remove_node(node)
