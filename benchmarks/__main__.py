@@ -61,35 +61,31 @@ def goalwire_times(what: str, count: int) -> list[float]:
     return times
 
 
-LINES: dict[str, tuple[Callable[[int], list[float]], Callable[[int], list[float]]]] = {
-    'service call, call_async + spin_until_future_complete': (
-        lambda count: goalwire_times('service', count),
-        wire.raw_service_round_trip,
-    ),
-    'topic round trip, PoseStamped, callbacks both sides': (
-        lambda count: goalwire_times('topic', count),
-        wire.raw_topic_round_trip,
-    ),
+WHO = ('goalwire', 'raw Zenoh', 'raw tuned')
+"""goalwire; Zenoh without goalwire, as it comes; the same with goalwire's settings of Zenoh's threads."""
+
+LINES: dict[str, tuple[str, Callable[..., list[float]]]] = {
+    'service call, call_async + spin_until_future_complete': ('service', wire.raw_service_round_trip),
+    'topic round trip, PoseStamped, callbacks both sides': ('topic', wire.raw_topic_round_trip),
 }
 
 
 def run(rounds: int, calls: int) -> list[dict[str, object]]:
-    """Measure every line: medians over the rounds, µs."""
+    """Measure every line, alternating: medians over the rounds, µs; ratios are each round's own."""
     results: list[dict[str, object]] = []
-    for name, (ours, raw) in LINES.items():
-        measured: dict[str, list[list[float]]] = {'goalwire': [], 'raw': []}
+    for name, (what, raw) in LINES.items():
+        measured: dict[str, list[list[float]]] = {who: [] for who in WHO}
         for _ in range(rounds):
-            measured['goalwire'].append(ours(calls))
-            measured['raw'].append(raw(calls))
+            measured['goalwire'].append(goalwire_times(what, calls))
+            measured['raw Zenoh'].append(raw(calls, tuned=False))
+            measured['raw tuned'].append(raw(calls, tuned=True))
+        p50 = {who: [percentile(times, 0.5) for times in measured[who]] for who in WHO}
         row: dict[str, object] = {'work': name}
-        for who, times in measured.items():
-            row[f'{who} p50'] = median(percentile(round_, 0.5) for round_ in times)
-            row[f'{who} p99'] = median(percentile(round_, 0.99) for round_ in times)
-        # The ratio of each round, so that a machine that changes its pace in between does no harm.
-        row['ratio'] = median(
-            percentile(a, 0.5) / percentile(b, 0.5)
-            for a, b in zip(measured['goalwire'], measured['raw'], strict=True)
-        )
+        for who in WHO:
+            row[f'{who} p50'] = median(p50[who])
+            row[f'{who} p99'] = median(percentile(times, 0.99) for times in measured[who])
+        for who in WHO[1:]:
+            row[f'/ {who}'] = median(a / b for a, b in zip(p50['goalwire'], p50[who], strict=True))
         results.append(row)
     return results
 
@@ -99,15 +95,19 @@ def report(results: list[dict[str, object]]) -> None:
     from rich.console import Console
     from rich.table import Table
 
-    table = Table(title=f'Round trips between two processes, Zenoh, Python {platform.python_version()}')
+    table = Table(title=f'Round trips between two processes, Zenoh, Python {platform.python_version()} (µs)')
     table.add_column('work')
-    columns = ('goalwire p50', 'goalwire p99', 'raw p50', 'raw p99')
-    for column in columns:
-        table.add_column(f'{column} [µs]', justify='right')
-    table.add_column('goalwire / raw', justify='right')
+    times = [f'{who} {share}' for who in WHO for share in ('p50', 'p99')]
+    ratios = [f'/ {who}' for who in WHO[1:]]
+    for column in (*times, *ratios):
+        table.add_column(column, justify='right')
     for row in results:
-        table.add_row(str(row['work']), *(f'{row[column]:.0f}' for column in columns), f'{row["ratio"]:.2f}')
-    Console(width=140).print(table)
+        table.add_row(
+            str(row['work']),
+            *(f'{row[column]:.0f}' for column in times),
+            *(f'{row[column]:.2f}' for column in ratios),
+        )
+    Console(width=150).print(table)
 
 
 def main() -> None:

@@ -27,21 +27,28 @@ WARM_UP = 200
 PATIENCE_S = 20.0
 
 
-def raw_service_round_trip(n: int) -> list[float]:
-    """Return the times of `n` queries one after the other, in seconds."""
-    return _measure('service', n)
+AS_ZENOH_COMES = {'ZENOH_RUNTIME': '()', 'GOALWIRE_PIN_THREADS': '0'}
+"""Environment for a raw program as anybody writes it: Zenoh's own thread pools, no pinned thread states."""
 
 
-def raw_topic_round_trip(n: int) -> list[float]:
-    """Return the times of `n` messages sent and come back, in seconds."""
-    return _measure('topic', n)
+def raw_service_round_trip(n: int, *, tuned: bool = True) -> list[float]:
+    """Return the times of `n` queries one after the other, in seconds; `tuned` as goalwire sets Zenoh up."""
+    return _measure('service', n, tuned=tuned)
 
 
-def _measure(what: str, n: int) -> list[float]:
+def raw_topic_round_trip(n: int, *, tuned: bool = True) -> list[float]:
+    """Return the times of `n` messages sent and come back, in seconds; `tuned` as goalwire sets Zenoh up."""
+    return _measure('topic', n, tuned=tuned)
+
+
+def _measure(what: str, n: int, *, tuned: bool) -> list[float]:
     """Measure in a process of its own: this one's threads and settings stay out of it."""
     command = [sys.executable, '-m', 'benchmarks.wire', what, str(n)]
     root = Path(__file__).resolve().parents[1]
-    done = subprocess.run(command, cwd=root, check=True, stdout=subprocess.PIPE, text=True, timeout=300)
+    env = os.environ if tuned else {**os.environ, **AS_ZENOH_COMES}
+    done = subprocess.run(
+        command, cwd=root, env=env, check=True, stdout=subprocess.PIPE, text=True, timeout=300
+    )
     times: list[float] = json.loads(done.stdout)
     return times
 
