@@ -190,7 +190,9 @@ def test_a_subscription_matches_publishers_that_offer_enough() -> None:
 def test_a_duration_nobody_asked_for_agrees_with_the_infinite_one_it_becomes_on_the_wire() -> None:
     infinite = QoS(deadline_ns=INFINITE_NS, lease_ns=INFINITE_NS)
     subscription = endpoint(node('listener'), SUBSCRIPTION, '/chatter', STRING, infinite)
-    assert graph_of(subscription).matched(Endpoint(PUBLISHER, '/chatter', STRING, '', QoS())) == [subscription]
+    assert graph_of(subscription).matched(Endpoint(PUBLISHER, '/chatter', STRING, '', QoS())) == [
+        subscription
+    ]
 
 
 def test_services_match_whatever_their_qos() -> None:

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple, TypeAlias
 
-from goalwire.protocol.qos import QoS
+from goalwire.protocol.qos import DEFAULT, QoS
 
 Payload: TypeAlias = bytes | bytearray | memoryview
 
@@ -100,7 +100,7 @@ class GraphEntity:
     type_name: str = ''
     """'pkg/msg/Name', as shown to users."""
     type_hash: str = ''
-    qos: QoS = QoS()
+    qos: QoS = DEFAULT
     gid: bytes = b''
 
 
@@ -191,7 +191,7 @@ class Session(ABC):
 
     @abstractmethod
     def close(self) -> None:
-        """Undeclare everything and disconnect, flushing what was sent. Idempotent; never called from `deliver`."""
+        """Undeclare everything, send what is queued, disconnect. Idempotent; never called from `deliver`."""
 
 
 @dataclass(frozen=True, slots=True)

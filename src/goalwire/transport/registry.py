@@ -35,7 +35,8 @@ def get(identifier: str | None = None) -> Transport:
         except KeyError:
             known = ', '.join(sorted(_MODULES))
             raise TransportError(
-                f"RMW_IMPLEMENTATION names '{identifier}', which goalwire does not speak; choose one of: {known}"
+                f"RMW_IMPLEMENTATION names '{identifier}', which goalwire does not speak; "
+                f'choose one of: {known}'
             ) from None
         _loaded[identifier] = module.TRANSPORT
     return _loaded[identifier]
