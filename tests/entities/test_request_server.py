@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+import asyncio
+import threading
+from collections.abc import Callable
+from typing import Any
+
 import pytest
 from helpers.cores import Front
+from helpers.spinning import PATIENCE, Spinner
 
 from goalwire.entities import request_server
 from goalwire.entities.client import ClientCore
 from goalwire.entities.node import NodeCore
 from goalwire.entities.service import ServiceCore
 from goalwire.entities.type_support import service_support
-from goalwire.execution.callback_groups import ReentrantCallbackGroup
+from goalwire.execution.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
+from goalwire.execution.executor import Executor
+from goalwire.execution.multi_threaded import MultiThreadedExecutor
 from goalwire.execution.single_threaded import SingleThreadedExecutor
 from goalwire.protocol.qos import SERVICES_DEFAULT
 
@@ -49,4 +57,60 @@ def test_destroying_gives_up_what_waits(node: NodeCore) -> None:
     assert service.destroyed
     assert client.unanswered == 3
     assert not any(future.done() or future.cancelled() for future in futures)
+    assert client.pending == {}
+
+
+@pytest.fixture(params=[SingleThreadedExecutor, MultiThreadedExecutor])
+def make_executor(request: pytest.FixtureRequest) -> Callable[..., Executor]:
+    """Make either kind."""
+    kind: Callable[..., Executor] = request.param
+    return kind
+
+
+def test_a_request_whose_coroutine_waits_at_the_executors_shutdown_is_given_up(
+    node: NodeCore, make_executor: Callable[..., Executor]
+) -> None:
+    from std_srvs.srv import Trigger
+
+    begun = threading.Event()
+
+    async def for_ever(_: Any, response: Any) -> Any:
+        begun.set()
+        await asyncio.sleep(3600)
+        return response
+
+    support, group = service_support(Trigger), MutuallyExclusiveCallbackGroup()
+    ServiceCore(node, support, 'go', for_ever, SERVICES_DEFAULT, group)
+    client = ClientCore(node, support, 'go', SERVICES_DEFAULT)
+    with Spinner(make_executor(context=node.context), Front(node)):
+        assert client.call_async(Trigger.Request()).pending()
+        assert begun.wait(PATIENCE)
+        assert client.unanswered == 0
+    assert client.unanswered == 1
+    assert client.pending == {}
+
+
+def test_a_request_whose_coroutine_never_began_at_the_executors_shutdown_is_given_up(
+    node: NodeCore, make_executor: Callable[..., Executor], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from std_srvs.srv import Trigger
+
+    executor = make_executor(context=node.context)
+
+    async def for_ever(response: Any) -> Any:
+        await asyncio.sleep(3600)
+        return response
+
+    def too_late(_: Any, response: Any) -> Any:
+        executor.shutdown()
+        return for_ever(response)
+
+    support, group = service_support(Trigger), MutuallyExclusiveCallbackGroup()
+    ServiceCore(node, support, 'go', too_late, SERVICES_DEFAULT, group)
+    client = ClientCore(node, support, 'go', SERVICES_DEFAULT)
+    given_up = threading.Event()
+    monkeypatch.setattr(client, 'report_unanswered', given_up.set)
+    with Spinner(executor, Front(node)):
+        assert client.call_async(Trigger.Request()).pending()
+        assert given_up.wait(PATIENCE)
     assert client.pending == {}

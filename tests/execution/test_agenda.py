@@ -81,3 +81,25 @@ def test_resetting_an_alarm_a_hundred_thousand_times_keeps_the_heap_small() -> N
     other.ring = lambda: rung.append('other')
     agenda.ring_due(10**16)
     assert rung == ['alarm', 'other']
+
+
+def test_an_alarm_that_moves_between_agendas_for_ever_leaves_little_behind_in_either() -> None:
+    one, other = Agenda(nothing), Agenda(nothing)
+    alarm = Alarm(nothing)
+    for _ in range(5000):
+        one.set(alarm, 10**15)
+        other.set(alarm, 10**15)
+    assert len(one.heap) + len(other.heap) < 200
+
+
+def test_an_agenda_that_an_alarm_has_left_cannot_forget_it() -> None:
+    one, other = Agenda(nothing), Agenda(nothing)
+    rung: list[str] = []
+    alarm = Alarm(lambda: rung.append('rung'))
+    one.set(alarm, 10)
+    other.set(alarm, 10)
+    one.forget(alarm)
+    one.ring_due(100)
+    assert rung == []
+    other.ring_due(100)
+    assert rung == ['rung']

@@ -188,6 +188,32 @@ def test_raw_results_that_do_not_decode_are_the_futures_exception() -> None:
         future.result()
 
 
+def test_two_threads_that_decode_one_raw_result_at_once_get_the_same() -> None:
+    class Upper(Future[str]):
+        asked = True
+
+        def _decode(self, raw: object) -> str:
+            assert isinstance(raw, str)
+            if self.asked:  # the other thread is quicker
+                self.asked = False
+                other = threading.Thread(target=lambda: results.append(self.result()))
+                other.start()
+                other.join(PATIENCE)
+            return raw.upper()
+
+        def _open(self) -> None:
+            super()._open()
+            super()._open()  # as if this thread had seen the raw result, and the other one taken it
+
+    results: list[str | None] = []
+    future = Upper()
+    future.set_raw('x')
+    results.append(future.result())
+    assert results == ['X', 'X']
+    assert results[0] is results[1]
+    assert future.exception() is None
+
+
 def test_wait_needs_no_executor() -> None:
     future: Future[int] = Future()
     timer = threading.Timer(0.02, future.set_result, (1,))

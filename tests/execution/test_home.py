@@ -130,3 +130,43 @@ def test_a_post_that_meets_a_detach_is_not_left_in_the_old_queue() -> None:
     assert not single._ready.items
     assert list(home._backlog) == [work]
     single.shutdown()
+
+
+def test_a_slow_timer_of_a_node_that_moves_for_ever_leaves_little_behind(
+    context: SmallContext, node: SmallNode
+) -> None:
+    with SingleThreadedExecutor(context=context) as one, SingleThreadedExecutor(context=context) as other:
+        node.home.set_alarm(Alarm(lambda: None), 2**61)
+        for _ in range(1000):
+            one.add_node(node)
+            other.add_node(node)
+        assert len(one._agenda.heap) + len(other._agenda.heap) < 200
+
+
+def test_an_alarm_is_dropped_while_another_thread_rings_it() -> None:
+    class Rung(Alarm):
+        """Rings on another thread as soon as somebody has looked where it is."""
+
+        looks = 0
+
+        def __getattribute__(self, name: str) -> Any:
+            value = super().__getattribute__(name)
+            if name == 'agenda' and value is not None and self.looks:
+                self.looks -= 1
+                ringing = threading.Thread(target=value.ring_due, args=(10,))
+                ringing.start()
+                ringing.join(PATIENCE)
+            return value
+
+    home = Home()
+    single = SingleThreadedExecutor(context=SmallContext())
+    home.attach(single._ready, single._agenda)
+    rung: list[str] = []
+    alarm = Rung(lambda: rung.append('rung'))
+    home.set_alarm(alarm, 1)
+    alarm.looks = 1
+    home.drop_alarm(alarm)
+    assert rung == ['rung']
+    assert alarm.due is None
+    assert not home._alarms
+    single.shutdown()

@@ -37,7 +37,10 @@ class Agenda:
         self._on_earlier = on_earlier
 
     def set(self, alarm: Alarm, due: int) -> None:
-        """Let `alarm` ring at `due` (steady ns), instead of any time set before."""
+        """Let `alarm` ring at `due` (steady ns), instead of any time set before, here or elsewhere."""
+        before = alarm.agenda
+        if before is not None and before is not self:
+            before.forget(alarm)
         with self._lock:
             self._leave_behind(alarm)
             earlier = not self.heap or due < self.heap[0][0]
@@ -48,10 +51,11 @@ class Agenda:
             self._on_earlier()
 
     def forget(self, alarm: Alarm) -> None:
-        """Let `alarm` ring no more."""
+        """Let `alarm` ring no more, unless it has moved to another agenda meanwhile."""
         with self._lock:
-            self._leave_behind(alarm)
-            alarm.due = alarm.agenda = None
+            if alarm.agenda is self:
+                self._leave_behind(alarm)
+                alarm.due = alarm.agenda = None
 
     def next_due(self) -> int | None:
         """The earliest due time, or None. It may belong to an alarm that is off by now."""

@@ -21,7 +21,17 @@ class Crew:
     all that sleep, so that they see they are dismissed.
     """
 
-    __slots__ = ('__weakref__', '_lock', '_rouse', '_serve', '_threads', 'busy', 'dismissed', 'limit')
+    __slots__ = (
+        '__weakref__',
+        '_lock',
+        '_rouse',
+        '_serve',
+        '_serving',
+        '_threads',
+        'busy',
+        'dismissed',
+        'limit',
+    )
 
     def __init__(self, limit: int, serve: Callable[[], None], rouse: Callable[[], None]) -> None:
         self.limit = limit
@@ -31,22 +41,42 @@ class Crew:
         self._serve = serve
         self._rouse = rouse
         self._lock = threading.Lock()
-        self._threads: set[threading.Thread] = set()
+        self._threads: set[threading.Thread] = set()  # all that live
+        self._serving: set[threading.Thread] = set()  # those that were not let go
         _crews.add(self)
 
     def __len__(self) -> int:
-        return len(self._threads)
+        return len(self._serving)
 
     def hire(self) -> None:
         """Start one more thread, unless there are enough."""
-        if len(self._threads) >= self.limit:
+        if len(self) >= self.limit:
             return
         with self._lock:
-            if self.dismissed or len(self._threads) >= self.limit:
+            if self.dismissed or len(self) >= self.limit:
                 return
             thread = threading.Thread(target=self._run, name='goalwire-callbacks', daemon=True)
             self._threads.add(thread)
+            self._serving.add(thread)
             thread.start()
+
+    @property
+    def overstaffed(self) -> bool:
+        """Whether there are more threads than `limit`, which has been lowered."""
+        return len(self) > self.limit
+
+    def let_go(self) -> bool:
+        """Whether the calling thread is one too many and has to leave: from here on it does not count.
+
+        Of several that ask at once no more are let go than there are too many.
+        """
+        if len(self) <= self.limit:
+            return False
+        with self._lock:
+            if len(self) <= self.limit:
+                return False
+            self._serving.discard(threading.current_thread())
+            return True
 
     def dismiss(self) -> None:
         """Send all threads home; wait for those that are in no user code. Idempotent."""
@@ -66,6 +96,8 @@ class Crew:
         try:
             self._serve()
         finally:
+            with self._lock:
+                self._serving.discard(threading.current_thread())
             self._threads.discard(threading.current_thread())
 
 

@@ -218,12 +218,18 @@ class Future(Generic[T]):
         self._home = None if executor is None else executor.home
 
     def _open(self) -> None:
+        """Decode what was set raw. Of several threads at it the first to end keeps its result."""
         raw = self._raw
+        if raw is None:
+            return
+        result, failure = None, None
         try:
-            self._result = self._decode(raw)
+            result = self._decode(raw)
         except Exception as error:
-            self._exception = error
-        self._raw = None
+            failure = error
+        if self._raw is raw:
+            self._result, self._exception = result, failure
+            self._raw = None
 
     def _retrieved(self) -> None:
         reminder = self._reminder

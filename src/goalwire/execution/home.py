@@ -50,8 +50,9 @@ class Home:
         self.queue = queue
         self._flush()
         for alarm in tuple(self._alarms):
-            if alarm.due is not None and alarm.agenda is not agenda:
-                agenda.set(alarm, alarm.due)
+            due = alarm.due  # read once: another thread may ring it
+            if due is not None and alarm.agenda is not agenda:
+                agenda.set(alarm, due)
 
     def detach(self) -> None:
         """Take everything pending back from the executor. Timers keep their due times."""
@@ -77,8 +78,8 @@ class Home:
     def drop_alarm(self, alarm: Alarm) -> None:
         """Forget `alarm`."""
         self._alarms.discard(alarm)
-        if alarm.agenda is not None:
-            alarm.agenda.forget(alarm)
+        while (agenda := alarm.agenda) is not None:  # it may be moving
+            agenda.forget(alarm)
         alarm.due = None
 
     def _flush(self) -> None:

@@ -145,15 +145,11 @@ class Lane(Work):
 
     def _close_loop(self) -> None:
         """Give cancelled tasks a bounded number of steps to end in."""
-        while self._starting:
-            start = self._starting.popleft()
-            start.coroutine.close()
-            start.ended()
         loop = self.loop
         if loop.is_closed():
             return
-        if self._carried:
-            loop.step()  # a task that never began could not clean up
+        if self._carried or self._starting:
+            loop.step(self._begin)  # what never began could not clean up
         left = asyncio.all_tasks(loop)
         for task in left:
             task.cancel()
@@ -183,13 +179,17 @@ class Lanes:
         _open.add(self)
 
     def start(self, start: Start, group: CallbackGroup | None) -> None:
-        """Let a coroutine run in the lane that is right for `group`, and drive it to its first await."""
+        """Let a coroutine run in the lane that is right for `group`, and drive it to its first await.
+
+        Once these are closed it is cancelled there, in a lane of its own.
+        """
         with self._lock:
-            lane = self._lane_for(group)
+            lane = self._make() if self._closed else self._lane_for(group)
             lane.start(start)
         if self._closed:
             lane.close()
-        lane.run()
+        else:
+            lane.run()
 
     def close(self) -> None:
         """Cancel all coroutines and close all lanes, now and later ones."""

@@ -150,7 +150,7 @@ class MultiThreadedExecutor(Executor):
         """What a worker does, until it is sent home."""
         parker = self._parker()
         with Stay(self, self._lifeline, parker, None):
-            while not self._retires():
+            while not self._leaves():
                 work = self._bench.pop()
                 if work is None and self._spins:
                     work = self._next()
@@ -162,9 +162,16 @@ class MultiThreadedExecutor(Executor):
                     self._bench.park(parker, self._clock, None, self._is_wanted)
         self._pass_on()
 
+    def _leaves(self) -> bool:
+        """Whether the calling worker ends, which is then no longer counted."""
+        return self._retires() and (self._is_over() or self._crew.let_go())
+
     def _retires(self) -> bool:
-        crew = self._crew
-        return crew.dismissed or not self._lifeline.alive or len(crew) > crew.limit
+        """Whether some worker is to end, this one perhaps."""
+        return self._is_over() or self._crew.overstaffed
+
+    def _is_over(self) -> bool:
+        return self._crew.dismissed or not self._lifeline.alive
 
     def _is_wanted(self) -> bool:
         return bool(self._spins) or self._retires()

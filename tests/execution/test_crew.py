@@ -1,0 +1,73 @@
+from __future__ import annotations
+
+import threading
+
+import pytest
+from helpers.collector import Collector
+from helpers.execution import PATIENCE, SmallContext, Spinning, soon
+
+from goalwire.execution.crew import Crew
+from goalwire.execution.multi_threaded import MultiThreadedExecutor
+from goalwire.execution.steady import STEADY
+
+
+def test_of_workers_that_ask_at_once_no_more_are_let_go_than_there_are_too_many() -> None:
+    asking = threading.Barrier(5)
+    answers: Collector[bool] = Collector()
+    asked, over = threading.Event(), threading.Event()
+
+    def serve() -> None:
+        asking.wait(PATIENCE)
+        answers(crew.let_go())
+        assert soon(asked)
+        answers(crew.let_go())
+        assert soon(over)
+
+    crew = Crew(4, serve, over.set)
+    for _ in range(5):
+        crew.hire()
+    crew.limit = 1
+    asking.wait(PATIENCE)
+    assert sorted(answers.expect(4, PATIENCE)) == [False, True, True, True]
+    assert len(crew) == 1
+    asked.set()
+    assert sum(answers.expect(8, PATIENCE)) == 3
+    crew.dismiss()
+    assert len(crew) == 0
+
+
+def test_a_thread_lent_and_given_back_leaves_one_that_works_on(context: SmallContext) -> None:
+    class Slow(MultiThreadedExecutor):
+        """Its workers leave together where they can."""
+
+        both = threading.Barrier(2)
+
+        def _pass_on(self) -> None:
+            try:
+                self.both.wait(0.2)
+            except threading.BrokenBarrierError:
+                super()._pass_on()
+
+    with pytest.warns(UserWarning, match='single thread'):
+        executor = Slow(1, context=context)
+    inside, given_back = threading.Event(), threading.Event()
+
+    def blocks() -> None:
+        executor.lend_thread(1)
+        inside.set()
+        assert soon(given_back)
+        executor.lend_thread(-1)
+
+    def helps() -> None:
+        assert soon(inside)
+        given_back.set()
+
+    with Spinning(executor):
+        first, second = executor.create_task(blocks), executor.create_task(helps)
+        for task in (first, second):
+            assert task.wait(STEADY.now() + int(PATIENCE * 1e9))
+        for _ in range(20):
+            later = executor.create_task(lambda: 'ran')
+            assert later.wait(STEADY.now() + int(PATIENCE * 1e9))
+            assert later.result() == 'ran'
+        assert len(executor._crew) == 1

@@ -1,0 +1,44 @@
+from __future__ import annotations
+
+import asyncio
+from contextvars import copy_context
+
+from goalwire.execution.lane import Start
+from goalwire.execution.single_threaded import SingleThreadedExecutor
+
+
+def test_a_coroutine_that_never_began_cleans_up_when_its_lane_is_closed(
+    single: SingleThreadedExecutor,
+) -> None:
+    told: list[str] = []
+
+    async def callback() -> None:
+        try:
+            await asyncio.sleep(3600)
+        finally:
+            told.append('cleaned up')
+
+    lane = single._make_lane()
+    lane.start(Start(callback(), copy_context(), lambda: told.append('ended')))
+    lane.close()
+    assert told == ['cleaned up', 'ended']
+    assert lane.loop.is_closed()
+
+
+def test_a_coroutine_that_comes_after_the_lanes_are_closed_is_cancelled_where_it_waits(
+    single: SingleThreadedExecutor,
+) -> None:
+    told: list[str] = []
+
+    async def callback() -> None:
+        try:
+            await asyncio.sleep(3600)
+        except asyncio.CancelledError:
+            told.append('cancelled')
+            raise
+
+    lanes = single._get_lanes()
+    for _ in range(2):
+        lanes.start(Start(callback(), copy_context(), lambda: told.append('ended')), None)
+        lanes.close()
+    assert told == ['cancelled', 'ended'] * 2
