@@ -239,3 +239,8 @@ def test_lines_count_through_the_parts_of_an_action() -> None:
 def test_forbidden_names_are_refused(package: str, name: str) -> None:
     with pytest.raises(InterfaceSyntaxError, match=r'is no (package|type) name'):
         parse_message('', package, name)
+
+
+def test_a_misspelt_primitive_is_answered_with_the_nearest() -> None:
+    with pytest.raises(InterfaceSyntaxError, match="'int33' is no type; did you mean int32"):
+        parse_message('int33 count', 'p', 'X')

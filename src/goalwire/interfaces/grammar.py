@@ -251,6 +251,16 @@ def _capacity(text: str, type_text: str, where: _Source, column: int) -> int:
     return int(text)
 
 
+def _hint(base: str) -> str:
+    """Say what to write instead of a type that there is not."""
+    if base in _HINTS:
+        return f' (write {_HINTS[base]})'
+    from difflib import get_close_matches
+
+    close = get_close_matches(base, PRIMITIVES, n=1)
+    return f'; did you mean {close[0]}?' if close else ''
+
+
 def _resolve(base: str, text: str, package: str, where: _Source, column: int) -> str:
     """Return the primitive's name, or the full name of a message: relative names belong to this package."""
     if base in PRIMITIVES:
@@ -259,6 +269,5 @@ def _resolve(base: str, text: str, package: str, where: _Source, column: int) ->
     if len(path) == 2 and path[1] == 'msg':
         path.pop()
     if len(path) > 1 or not _TYPE_NAME.fullmatch(name) or not all(map(_PACKAGE.fullmatch, path)):
-        hint = f' (write {_HINTS[base]})' if base in _HINTS else ''
-        raise where.error(column, f'{text!r} is no type{hint}')
+        raise where.error(column, f'{text!r} is no type{_hint(base)}')
     return f'{path[0] if path else package}/msg/{name}'
