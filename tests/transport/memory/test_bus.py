@@ -10,8 +10,9 @@ from collections.abc import Callable
 import pytest
 from helpers.wire import Side
 
+from goalwire.errors import ClosedError
 from goalwire.transport import registry
-from goalwire.transport.contract import GraphEntity, GraphListener, NodeName, Session, SessionOptions
+from goalwire.transport.contract import GraphEntity, GraphListener, NodeName, Port, Session, SessionOptions
 from goalwire.transport.memory.bus import BUSES, Bus
 
 OpenSession = Callable[[], Session]
@@ -44,6 +45,23 @@ def test_closed_endpoints_leave_nothing_on_the_bus(open_session: OpenSession) ->
         for port in ports:
             port.close()
     assert sizes(bus_of(alpha)) == empty
+
+
+@pytest.mark.parametrize('kind', ['publisher', 'subscription', 'service', 'client'])
+def test_a_node_closed_while_it_declares_leaves_no_ghost(open_session: OpenSession, kind: str) -> None:
+    """The node is closed after it has noted the endpoint, before the bus has."""
+    side = Side(open_session(), 'alpha')
+    bus, note = bus_of(side), side.node._keep  # type: ignore[attr-defined]
+
+    def note_and_close(port: Port) -> None:
+        note(port)
+        side.node.close()
+
+    side.node._keep = note_and_close  # type: ignore[attr-defined]
+    deliver = () if kind in {'publisher', 'client'} else (print,)
+    with pytest.raises(ClosedError, match='/name'):
+        getattr(side, kind)('/name', *deliver)
+    assert sizes(bus) == [0, 0, 0, 0]
 
 
 def bus_of(side: Side) -> Bus:

@@ -65,6 +65,21 @@ def test_a_session_that_is_never_closed_ends_with_the_program(world: dict[str, s
         assert running.succeed() == ''
 
 
+def test_a_program_may_end_while_a_daemon_thread_closes(world: dict[str, str]) -> None:
+    body = """
+    session = open_session()
+    node = session.node(NodeName('n'))
+    for number in range(50):
+        node.subscription(endpoint(EndpointKind.SUBSCRIPTION, f'/t{number}'), print)
+    threading.Thread(target=session.close, daemon=True).start()
+    while not session._place.closed:
+        pass
+    print('bye', flush=True)
+    """
+    with program(body, world) as running:
+        assert running.succeed() == 'bye'
+
+
 FLOOD = """
     session = open_session()
     node = session.node(NodeName(sys.argv[1]))

@@ -13,9 +13,10 @@ from typing import TypeAlias
 from goalwire.transport.contract import GraphEntity, GraphListener
 from goalwire.transport.failures import report_failure
 from goalwire.transport.fork import in_child
-from goalwire.transport.memory.outbox import Outbox
+from goalwire.transport.memory.port import Membership
 from goalwire.transport.memory.services import MemoryService
 from goalwire.transport.memory.topics import MemoryPublisher, MemorySubscription
+from goalwire.transport.outbox import Outbox
 
 Key: TypeAlias = tuple[str, str, str]
 """Name, type and hash: who shares all three talks to each other, whatever the QoS (as in rmw_zenoh)."""
@@ -53,11 +54,14 @@ class Bus:
         self._watchers: tuple[Watcher, ...] = ()
 
     # Endpoints ------------------------------------------------------------
+    # A place is checked once more under the lock: one that another thread has given up meanwhile, and with
+    # that has left already, would stay for ever. So each `add_…` and `show` raise ClosedError.
 
     def add_publisher(self, publisher: MemoryPublisher) -> None:
         """Connect a publisher with the subscriptions that wait for it."""
         key = key_of(publisher.place.entity)
         with self._lock:
+            publisher.place.check()
             self._publishers[key][publisher.gid] = publisher
             for subscription in self._subscriptions.get(key, {}).values():
                 if subscription.wants(publisher):
@@ -77,6 +81,7 @@ class Bus:
         """Connect a subscription with the publishers there are, which send it their history."""
         key = key_of(subscription.place.entity)
         with self._lock:
+            subscription.place.check()
             self._subscriptions[key][subscription.gid] = subscription
             publishers = [each for each in self._publishers.get(key, {}).values() if subscription.wants(each)]
             for publisher in publishers:
@@ -100,6 +105,7 @@ class Bus:
         """Let a server have the calls made from now on."""
         key = key_of(server.place.entity)
         with self._lock:
+            server.place.check()
             self._servers[key] = (*self._servers.get(key, ()), server)
             watchers = self._note(server.place.entity)
         self._drain(watchers)
@@ -124,10 +130,11 @@ class Bus:
 
     # The graph ------------------------------------------------------------
 
-    def show(self, entity: GraphEntity) -> None:
+    def show(self, place: Membership) -> None:
         """Make a node or a client, which nothing has to be connected with, part of the graph."""
         with self._lock:
-            watchers = self._note(entity)
+            place.check()
+            watchers = self._note(place.entity)
         self._drain(watchers)
 
     def hide(self, entity: GraphEntity) -> None:

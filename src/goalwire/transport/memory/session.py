@@ -64,7 +64,7 @@ class MemorySession(Session):
             self._check()
             node = MemoryNode(entity, self._bus, self._guard, lambda: self._next_gid()[1], self._forget)
             self._nodes[gid] = node
-        self._bus.show(entity)
+        self._bus.show(node.place)
         return node
 
     def _forget(self, gid: bytes) -> None:
@@ -109,7 +109,7 @@ class MemoryNode(NodePort):
         forget: Callable[[bytes], None],
     ) -> None:
         self.gid = entity.gid
-        self._place = Membership(entity, guard, self._leave)
+        self.place = Membership(entity, guard, self._leave)
         self._bus = bus
         self._guard = guard
         self._next_gid = next_gid
@@ -152,13 +152,13 @@ class MemoryNode(NodePort):
         key = key_of(place.entity)
         port = MemoryClient(place, lambda: self._bus.servers(key))
         self._keep(port)
-        self._bus.show(place.entity)
+        self._bus.show(place)
         return port
 
     def _place_for(self, endpoint: Endpoint, leave: Callable[[], None]) -> Membership:
         """Return the place of a new endpoint; `leave` takes it off the bus."""
-        self._place.check()
-        entity = describe(endpoint, self._place.entity, self._next_gid())
+        self.place.check()
+        entity = describe(endpoint, self.place.entity, self._next_gid())
 
         def leave_us() -> None:
             with self._lock:
@@ -169,19 +169,19 @@ class MemoryNode(NodePort):
 
     def _keep(self, port: Port) -> None:
         with self._lock:
-            self._place.check()  # once more: closing takes what it finds here, and finds nothing later
+            self.place.check()  # once more: closing takes what it finds here, and finds nothing later
             self._ports[port.gid] = port
 
     def close(self) -> None:
         """Close every endpoint, then leave the graph."""
-        self._place.give_up()
+        self.place.give_up()
 
     def _leave(self) -> None:
         with self._lock:
             ports = list(self._ports.values())
         for port in ports:
             port.close()
-        self._bus.hide(self._place.entity)
+        self._bus.hide(self.place.entity)
         self._forget(self.gid)
 
 

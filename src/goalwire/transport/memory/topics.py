@@ -14,8 +14,8 @@ from time import time_ns
 from goalwire.protocol.qos import QoS
 from goalwire.transport.contract import Port, PublisherPort, Sample
 from goalwire.transport.failures import report_failure
-from goalwire.transport.memory.outbox import Outbox
 from goalwire.transport.memory.port import Membership
+from goalwire.transport.outbox import Outbox
 
 _DEFAULT_DEPTH = 42
 """What rmw_zenoh takes for a depth of 0."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import suppress
 from itertools import count
-from threading import Event, Lock
+from threading import Event, RLock
 from typing import Never, Protocol
 
 import zenoh
@@ -73,6 +73,10 @@ class Core:
         self.next_id = count().__next__
 
 
+OTHER_CLOSER_S = 15.0
+"""How long to wait for another thread that closes the same; zenoh gives up on a mute peer after 10 s."""
+
+
 class Place:
     """A declared thing's place on the wire: whether it is still held, and how it is given up."""
 
@@ -83,7 +87,7 @@ class Place:
         self.closed = False
         self._guard = guard
         self._leave = leave
-        self._turn = Lock()
+        self._turn = RLock()
 
     @property
     def is_forked(self) -> bool:
@@ -100,8 +104,16 @@ class Place:
             )
 
     def give_up(self) -> None:
-        """Undeclare, once; a forked child has nothing to undeclare."""
-        if self._guard.is_forked or not self._turn.acquire(blocking=False):
+        """Undeclare, once; a forked child has nothing to undeclare.
+
+        Whoever comes second waits for the first, so that it may rely on the end as well; a call from within
+        the closing itself returns at once.
+        """
+        if self._guard.is_forked or not self._turn.acquire(timeout=OTHER_CLOSER_S):
             return
-        self.closed = True
-        self._leave()
+        try:
+            if not self.closed:
+                self.closed = True
+                self._leave()
+        finally:
+            self._turn.release()

@@ -12,14 +12,15 @@ import zenoh
 
 from goalwire.errors import RemoteError
 from goalwire.transport.contract import GraphEntity, GraphListener
-from goalwire.transport.memory.outbox import Outbox
+from goalwire.transport.outbox import Outbox
 from goalwire.transport.zenoh.core import Core
 from goalwire.transport.zenoh.keyexpr import graph_key
 from goalwire.transport.zenoh.thread_state import pin
 from goalwire.transport.zenoh.tokens import parse
 
-ANSWER_S = 10.0
-"""How long a peer that is there, but does not answer, can hold up the first look."""
+ANSWER_S = 2.0
+"""How long a peer that is there, but does not answer, can hold up the first look, and with it a program's
+start. What it answers later is not lost: its tokens come by the subscription."""
 
 
 class Watch:

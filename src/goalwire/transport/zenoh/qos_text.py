@@ -22,6 +22,9 @@ from goalwire.protocol.qos import (
 DEFAULT_DEPTH = 42
 """The depth a user gets who asks for 0."""
 
+_DIGITS = 20
+"""As many as the greatest number of 64 bits has."""
+
 _SECOND = 1_000_000_000
 _INFINITE = divmod(INFINITE_NS, _SECOND)
 
@@ -49,6 +52,13 @@ def encode_qos(qos: QoS) -> str:
             f'{_policy(qos.liveliness, LivelinessPolicy.AUTOMATIC)},{_duration(qos.lease_ns)}',
         )
     )
+
+
+def decimal(text: str) -> int:
+    """Read a number of a token; raises ValueError where it is none, or longer than any that rmw writes."""
+    if not (text.isascii() and text.isdigit() and len(text) <= _DIGITS):
+        raise ValueError(f"'{text}' is not a decimal number of at most {_DIGITS} digits")
+    return int(text)
 
 
 def _policy(value: IntEnum, default: IntEnum) -> str:
@@ -83,11 +93,7 @@ def decode_qos(text: str) -> QoS:
 
 
 def _number(text: str, default: int) -> int:
-    if not text:
-        return default
-    if not (text.isascii() and text.isdigit()):
-        raise ValueError(f"'{text}' is not a decimal number")
-    return int(text)
+    return decimal(text) if text else default
 
 
 def _member(kind: type[P], text: str, default: P) -> P:

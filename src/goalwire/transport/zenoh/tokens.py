@@ -14,7 +14,7 @@ from xxhash import xxh3_128_intdigest
 from goalwire.errors import RemoteError, TransportError
 from goalwire.transport.contract import Endpoint, EndpointKind, GraphEntity, NodeName
 from goalwire.transport.zenoh.keyexpr import GRAPH_SPACE, dds_type, ros_type
-from goalwire.transport.zenoh.qos_text import decode_qos, encode_qos
+from goalwire.transport.zenoh.qos_text import decimal, decode_qos, encode_qos
 
 _CODES = {
     EndpointKind.NODE: 'NN',
@@ -96,22 +96,23 @@ def parse(token: str) -> GraphEntity:
     if len(chunks) < _NODE_CHUNKS or chunks[0] != GRAPH_SPACE or '' in chunks:
         raise RemoteError(f"liveliness token '{token}': expected {_NODE_CHUNKS} or more chunks, none empty")
     _, domain, session, node_id, entity_id, code, enclave, namespace, name = chunks[:_NODE_CHUNKS]
-    for number in (domain, node_id, entity_id):
-        if not (number.isascii() and number.isdigit()):
-            raise RemoteError(f"liveliness token '{token}': '{number}' is not a number")
+    try:
+        _, node_number, _ = map(decimal, (domain, node_id, entity_id))
+    except ValueError as error:
+        raise RemoteError(f"liveliness token '{token}': {error}") from None
     kind = _KINDS.get(code)
     if kind is None:
         raise RemoteError(f"liveliness token '{token}': '{code}' is none of {', '.join(_KINDS)}")
     node = NodeName(_demangle(name), _demangle(namespace), _demangle(enclave))
     if kind is EndpointKind.NODE:
-        return GraphEntity(kind, session, int(node_id), node, gid=gid_of(token))
+        return GraphEntity(kind, session, node_number, node, gid=gid_of(token))
     if len(chunks) < _ENDPOINT_CHUNKS:
         raise RemoteError(f"liveliness token '{token}': an endpoint's has {_ENDPOINT_CHUNKS} chunks or more")
     topic, type_text, type_hash, qos = chunks[_NODE_CHUNKS:_ENDPOINT_CHUNKS]
     return GraphEntity(
         kind,
         session,
-        int(node_id),
+        node_number,
         node,
         name=_demangle(topic),
         type_name=ros_type(_demangle(type_text)),

@@ -6,7 +6,7 @@ import threading
 
 import pytest
 
-from goalwire.transport.memory.outbox import Outbox
+from goalwire.transport.outbox import Outbox
 
 
 def test_nothing_is_delivered_before_the_drain() -> None:
