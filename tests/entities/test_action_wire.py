@@ -80,7 +80,7 @@ def test_a_server_gives_up_requests_that_are_none(
         EndpointKind.CLIENT, f'/fib/_action/{part}', support.type_name, support.type_hash, SERVICES_DEFAULT
     )
     port, ended = node.port.client(endpoint), threading.Event()
-    port.request(payload, lambda _: pytest.fail('answered'), ended.set)
+    port.request(payload, lambda _: pytest.fail('answered'), lambda _: ended.set())
     assert ended.wait(10)
     assert sum(part.rejected for part in server._endpoints.servers) == 1
     assert run_a_goal(client) == [3]
@@ -95,7 +95,7 @@ def test_a_server_gives_up_a_goal_whose_fields_are_cut_off(
         EndpointKind.CLIENT, '/fib/_action/send_goal', support.type_name, support.type_hash, SERVICES_DEFAULT
     )
     port, ended = node.port.client(endpoint), threading.Event()
-    port.request(wire.wrap(b'\x01' * 16, b'\x00\x01\x00\x00\x05\x00'), lambda _: None, ended.set)
+    port.request(wire.wrap(b'\x01' * 16, b'\x00\x01\x00\x00\x05\x00'), lambda _: None, lambda _: ended.set())
     assert ended.wait(10)
     assert server.reactor.statistics().deciding == 0
     assert run_a_goal(client) == [3]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
 import pytest
@@ -42,7 +43,7 @@ def test_beyond_the_limit_requests_are_refused_counted_and_logged_once(
     assert client.pending == {}
     printed = capfd.readouterr().err
     assert printed.count("[node]: Service '/go': 5 requests wait already") == 1
-    assert printed.count("Service '/go': no server answered") == 1
+    assert printed.count("Service '/go': no server answered (refused: 5 requests wait already)") == 1
 
 
 def test_destroying_gives_up_what_waits(node: NodeCore) -> None:
@@ -109,8 +110,32 @@ def test_a_request_whose_coroutine_never_began_at_the_executors_shutdown_is_give
     ServiceCore(node, support, 'go', too_late, SERVICES_DEFAULT, group)
     client = ClientCore(node, support, 'go', SERVICES_DEFAULT)
     given_up = threading.Event()
-    monkeypatch.setattr(client, 'report_unanswered', given_up.set)
+    monkeypatch.setattr(client, 'report_unanswered', lambda _: given_up.set())
     with Spinner(executor, Front(node)):
         assert client.call_async(Trigger.Request()).pending()
         assert given_up.wait(PATIENCE)
     assert client.pending == {}
+
+
+@pytest.mark.parametrize(('does', 'reason'), [('fail', 'its callback failed'), ('reject', 'rejected: ')])
+def test_a_client_is_told_why_it_gets_no_answer(
+    node: NodeCore, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, does: str, reason: str
+) -> None:
+    from std_srvs.srv import SetBool
+
+    def fail(_: Any, __: Any) -> Any:
+        raise ValueError('a secret')
+
+    support = service_support(SetBool)
+    service = ServiceCore(node, support, 'go', fail, SERVICES_DEFAULT, ReentrantCallbackGroup())
+    client = ClientCore(node, support, 'go', SERVICES_DEFAULT)
+    if does == 'reject':
+        monkeypatch.setattr(client, '_encode', lambda _: b'\x00\x01\x00\x00')
+    for _ in range(2):
+        _ = client.call_async(SetBool.Request())
+        with suppress(ValueError):
+            service._server.work_off()
+    told = [line for line in capfd.readouterr().err.splitlines() if 'no server answered' in line]
+    assert [f"Service '/go': no server answered ({reason}" in line for line in told] == [True]
+    assert 'a secret' not in told[0]
+    assert client.unanswered == 2

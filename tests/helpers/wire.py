@@ -126,10 +126,12 @@ class Answers:
 
     def __init__(self) -> None:
         self.replies: Collector[Sample] = Collector()
+        self.reasons: list[str] = []
         self._ends: Collector[int] = Collector()
 
-    def on_end(self) -> None:
-        """Note an end, and how many replies had come by then."""
+    def on_end(self, reason: str) -> None:
+        """Note an end, why, and how many replies had come by then."""
+        self.reasons.append(reason)
         self._ends(len(self.replies.items))
 
     def ask(self, client: ClientPort, payload: bytes = b'request') -> int:

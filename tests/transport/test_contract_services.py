@@ -20,7 +20,7 @@ def echo(request: Request) -> None:
     request.reply(b'echo ' + bytes(request.sample.payload))
 
 
-def nothing() -> None:
+def nothing(_: str) -> None:
     """Take note of an end that no test asks about."""
 
 
@@ -136,6 +136,16 @@ def test_a_request_that_is_dropped_ends_without_a_reply(sides: Sides) -> None:
     answers.ask(client)
     requests.expect(1)[0].drop()
     answers.expect(replies=0)
+    assert answers.reasons == ['']
+
+
+def test_the_reason_for_dropping_a_request_reaches_its_client(sides: Sides) -> None:
+    requests, answers = Requests(), Answers()
+    client, _ = connected(sides, requests)
+    answers.ask(client)
+    requests.expect(1)[0].drop('no time')
+    answers.expect(replies=0)
+    assert answers.reasons == ['no time']
 
 
 def test_dropping_an_answered_request_is_harmless(sides: Sides) -> None:

@@ -13,6 +13,7 @@ from typing import Any
 
 from goalwire.codec import cdr
 from goalwire.entities.action_endpoints import ActionQoS
+from goalwire.entities.client import NO_REASON, REASONS_LIMIT
 from goalwire.entities.client_goal import ClientGoal, ClientGoalHandle
 from goalwire.entities.exceptions import InvalidHandle, ShutDownError
 from goalwire.entities.goal_ids import goal_id_bytes
@@ -78,7 +79,7 @@ class ActionClientCore:
         self._reactor: GoalClient[Any, _RawFuture, Payload] = GoalClient()
         self._goals: dict[GoalId, ClientGoal] = {}
         self._ended: OrderedDict[GoalId, ClientGoal] = OrderedDict()
-        self._reported: set[str] = set()
+        self._reported: set[tuple[str, str]] = set()
         self._destroyed = False
         self._goal_class = support.cls.Goal  # type: ignore[attr-defined]
         self._encode_goal = cdr.encoder(self._goal_class)
@@ -141,7 +142,7 @@ class ActionClientCore:
                 self._send_port,
                 payload,
                 lambda sample: self._on_goal_reply(record, future, sample),
-                lambda: self._on_goal_end(record),
+                lambda reason: self._on_goal_end(record, reason),
             )
         except BaseException:
             self._drop(record)
@@ -153,7 +154,7 @@ class ActionClientCore:
         port: ClientPort,
         payload: bytes,
         on_reply: Callable[[Sample], None],
-        on_end: Callable[[], None],
+        on_end: Callable[[str], None],
     ) -> None:
         try:
             port.request(payload, on_reply, on_end)
@@ -191,10 +192,10 @@ class ActionClientCore:
         if future.pending():  # it may have been cancelled
             future.set_raw(sample.payload)
 
-    def _on_goal_end(self, record: ClientGoal) -> None:
+    def _on_goal_end(self, record: ClientGoal, reason: str) -> None:
         if not record.answered:
             self._drop(record)
-            self._report_lost('goal')
+            self._report_lost('goal', reason)
 
     def _drop(self, record: ClientGoal) -> None:
         """Forget a goal that no server has taken."""
@@ -277,11 +278,11 @@ class ActionClientCore:
             self._advance(goal_id, status)
             self._forget(goal_id)
 
-        def on_end() -> None:
+        def on_end(reason: str) -> None:
             if not answered:
                 self._apply(self._reactor.on_result_failed, goal_id, self._lost('result'))
                 self._forget(goal_id)
-                self._report_lost('result')
+                self._report_lost('result', reason)
 
         try:
             self._request(self._result_port, wire.encode_result_request(goal_id), on_reply, on_end)
@@ -298,9 +299,9 @@ class ActionClientCore:
             if future.pending():
                 future.set_raw(sample.payload)
 
-        def on_end() -> None:
+        def on_end(reason: str) -> None:
             if future.pending():
-                self._report_lost('cancel request')
+                self._report_lost('cancel request', reason)
 
         self._request(self._cancel_port, wire.encode_cancel_request(goal_id, stamp_ns), on_reply, on_end)
         return future
@@ -318,13 +319,13 @@ class ActionClientCore:
     def _lost(self, what: str) -> ServerLostError:
         return ServerLostError(f"Action '{self.name}': no server answered the {what}")
 
-    def _report_lost(self, what: str) -> None:
-        """Say once for each kind of request that nobody will answer it."""
-        if self._destroyed or what in self._reported:
+    def _report_lost(self, what: str, reason: str) -> None:
+        """Say once for each kind of request, and each of the first reasons, that nobody will answer it."""
+        if self._destroyed or (what, reason) in self._reported or len(self._reported) == REASONS_LIMIT:
             return
-        self._reported.add(what)
+        self._reported.add((what, reason))
         self._logger.warning(
-            f"Action '{self.name}': no server answered the {what}; there is none, or it went away. The "
+            f"Action '{self.name}': no server answered the {what} ({reason or NO_REASON}). The "
             'future stays pending, as in ROS 2: call wait_for_server() first, and wait with a timeout'
         )
 

@@ -17,11 +17,16 @@ from goalwire.logging import get_logger
 from goalwire.protocol.qos import QoS
 from goalwire.transport.contract import ClientPort, Endpoint, EndpointKind, Sample
 
+REASONS_LIMIT = 10
+"""Different reasons for missing answers that one client logs: servers choose their words."""
+
+NO_REASON = 'there is none, or it went away'
+
 
 class ResponseFuture(Future[Any]):
     """The response to one request; decoded by who asks for it, not by the transport's thread."""
 
-    __slots__ = ('_client', '_decode_response', 'sequence', 'unanswered')
+    __slots__ = ('_client', '_decode_response', 'reason', 'sequence', 'unanswered')
 
     def __init__(self, client: ClientCore) -> None:
         super().__init__(home=client.node.home)
@@ -30,6 +35,8 @@ class ResponseFuture(Future[Any]):
         self.sequence = 0
         self.unanswered = False
         """True once the transport has said that no reply can come any more."""
+        self.reason = ''
+        """Why, in a server's words."""
 
     @property
     def over(self) -> bool:
@@ -44,15 +51,15 @@ class ResponseFuture(Future[Any]):
             if self.pending():
                 self.set_raw(sample.payload)
 
-    def on_end(self) -> None:
+    def on_end(self, reason: str) -> None:
         """No reply can come any more."""
         client = self._client
         if client is None:
             return
-        self.unanswered = True
+        self.unanswered, self.reason = True, reason
         self._client = None
         if client.pending.pop(self.sequence, None) is not None:
-            client.report_unanswered()
+            client.report_unanswered(reason)
 
     def cancel(self) -> None:
         """Give the response up."""
@@ -82,7 +89,8 @@ class ClientCore:
         self.callback_group = group
         self.pending: dict[int, ResponseFuture] = {}
         self.unanswered = 0
-        """How many requests no server answered: there was none, or it went away."""
+        """How many requests no server answered: there was none, it went away, or it gave them up."""
+        self._reported: set[str] = set()
         self.full_name = node.resolve(name, is_service=True)
         self._encode = support.encode_request
         endpoint = Endpoint(EndpointKind.CLIENT, self.full_name, support.type_name, support.type_hash, qos)
@@ -115,7 +123,7 @@ class ClientCore:
         future.sequence = sequence
         self.pending[sequence] = future
         if future.over and self.pending.pop(sequence, None) is not None and future.unanswered:
-            self.report_unanswered()  # the end came before the sequence number
+            self.report_unanswered(future.reason)  # the end came before the sequence number
 
     def call(self, request: Any, timeout_sec: float | None = None) -> Any:
         """Send a request and wait for its response; None where it did not come in time.
@@ -144,15 +152,16 @@ class ClientCore:
         """Block until there is a server (True) or the time is over (False); None waits without limit."""
         return wait_for_graph(self.node.context, self.server_is_there, timeout_sec)
 
-    def report_unanswered(self) -> None:
-        """Count a request that nobody will answer, and say so once."""
+    def report_unanswered(self, reason: str) -> None:
+        """Count a request that nobody will answer, and say so once for each of the first reasons."""
         self.unanswered += 1
-        if self.unanswered == 1:
-            get_logger(self.node.logger_name).warning(
-                f"Service '{self.full_name}': no server answered; there is none, it went away, or its "
-                'callback failed. The future stays pending, as in ROS 2: call wait_for_service() first, and '
-                'give calls a timeout'
-            )
+        if reason in self._reported or len(self._reported) == REASONS_LIMIT:
+            return
+        self._reported.add(reason)
+        get_logger(self.node.logger_name).warning(
+            f"Service '{self.full_name}': no server answered ({reason or NO_REASON}). The future stays "
+            'pending, as in ROS 2: call wait_for_service() first, and give calls a timeout'
+        )
 
     @property
     def destroyed(self) -> bool:

@@ -19,6 +19,11 @@ QUEUE_LIMIT = 10_000
 user's depth says: ROS 2 drops the oldest silently, and its client waits for ever."""
 
 
+def why_unanswered(error: BaseException) -> str:
+    """Return what a client is told whose callback ended in `error`: no details of the user's program."""
+    return 'its callback failed' if isinstance(error, Exception) else 'its callback was stopped'
+
+
 class RequestServer:
     """Declares a service, with `open`, and calls `handle(request, message)` on the executor, in `group`.
 
@@ -67,8 +72,10 @@ class RequestServer:
     def _deliver(self, request: Request) -> None:
         if self.inbox.deliver(request):
             return
-        request.drop()
-        if not self.inbox.closed:
+        if self.inbox.closed:
+            request.drop()
+        else:
+            request.drop(f'refused: {QUEUE_LIMIT} requests wait already')
             self.refused += 1
             if self.refused == 1:
                 self._log(
@@ -91,13 +98,13 @@ class RequestServer:
             return None
         try:
             return self._call(request, message)
-        except BaseException:
-            request.drop()
+        except BaseException as error:
+            request.drop(why_unanswered(error))
             raise
 
     def _reject(self, request: Request, error: RemoteError) -> None:
         self.rejected += 1
-        request.drop()
+        request.drop(f'rejected: {error}')
         if self.rejected == 1:
             self._log(f'a request was rejected ({error}); further ones are counted only')
 

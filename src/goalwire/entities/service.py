@@ -8,7 +8,7 @@ from typing import Any
 
 from goalwire.entities.exceptions import InvalidHandle
 from goalwire.entities.node import NodeCore
-from goalwire.entities.request_server import RequestServer
+from goalwire.entities.request_server import RequestServer, why_unanswered
 from goalwire.entities.type_support import ServiceSupport
 from goalwire.execution.callback_groups import CallbackGroup
 from goalwire.protocol.qos import QoS
@@ -47,8 +47,8 @@ class ServiceCore:
     async def _answer_later(self, request: Request, answer: Coroutine[Any, Any, object]) -> None:
         try:
             self.answer(request, await answer)
-        except BaseException:
-            request.drop()
+        except BaseException as error:
+            request.drop(why_unanswered(error))
             raise
 
     def answer(self, request: Request, response: object) -> None:

@@ -84,8 +84,8 @@ class Request(ABC):
         """Send the answer, at most once. A client that has gone is no error."""
 
     @abstractmethod
-    def drop(self) -> None:
-        """Give the request up without an answer; the client's `on_end` fires where the wire can tell."""
+    def drop(self, reason: str = '') -> None:
+        """Give the request up without an answer; the client's `on_end` gets the reason."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,12 +143,13 @@ class ClientPort(Port):
         self,
         payload: bytes,
         on_reply: Callable[[Sample], None],
-        on_end: Callable[[], None],
+        on_end: Callable[[str], None],
     ) -> int:
         """Send one request and return its sequence number (1, 2, …).
 
         `on_reply` gets each reply (one per server); `on_end` fires once when no more can come: every
-        server has answered, none was there, or the last one died. Both may fire before this returns.
+        server has answered, none was there, or the last one died. It gets the reason that a server gave for
+        not answering, or ''. Both may fire before this returns.
         """
 
 

@@ -35,8 +35,8 @@ def unanswered_of(client: Client[Any, Any], monkeypatch: pytest.MonkeyPatch) -> 
     heard: Collector[None] = Collector()
     report = client.report_unanswered
 
-    def told() -> None:
-        report()
+    def told(reason: str) -> None:
+        report(reason)
         heard(None)
 
     monkeypatch.setattr(client, 'report_unanswered', told)

@@ -195,7 +195,7 @@ def test_a_request_that_is_no_message_never_reaches_the_callback(make_node: Make
         Endpoint(EndpointKind.CLIENT, '/add', support.type_name, support.type_hash, client.qos)
     )
     spin(node)
-    port.request(b'\x00\x01\x00\x00rubbish', lambda _: pytest.fail('answered'), ended.set)
+    port.request(b'\x00\x01\x00\x00rubbish', lambda _: pytest.fail('answered'), lambda _: ended.set())
     assert ended.wait(10)
     assert result_of(client.call_async(Request(a=1))) == Response()
     assert asked.items == [Request(a=1)]

@@ -50,7 +50,7 @@ def test_a_client_callback_that_raises_harms_neither_the_server_nor_the_end(
         raise ZeroDivisionError
 
     beta.service('/add', lambda request: request.reply(b''))
-    alpha.client('/add').request(b'', fail, lambda: ends.append(1))
+    alpha.client('/add').request(b'', fail, lambda _: ends.append(1))
     assert ends == [1]
     assert "client '/add'" in caplog.text
 

@@ -349,4 +349,5 @@ def test_a_peers_error_and_a_strangers_reply_end_a_request_without_one(
     answers = Answers()
     answers.ask(client)
     answers.expect(replies=0)
-    assert statistics(goalwire_side) == {'reply': 3}
+    assert answers.reasons == ['no']
+    assert statistics(goalwire_side) == {'reply': 2}

@@ -19,19 +19,20 @@ from goalwire.transport.memory.port import Membership
 class Call:
     """One request on its way at the client's side."""
 
-    __slots__ = ('_client', '_lock', '_on_end', '_on_reply', '_open')
+    __slots__ = ('_client', '_lock', '_on_end', '_on_reply', '_open', '_reason')
 
     def __init__(
         self,
         client: MemoryClient,
         servers: int,
         on_reply: Callable[[Sample], None],
-        on_end: Callable[[], None],
+        on_end: Callable[[str], None],
     ) -> None:
         self._client = client
         self._on_reply = on_reply
         self._on_end = on_end
         self._open = servers
+        self._reason = ''
         self._lock = Lock()
 
     def answered(self, sample: Sample) -> None:
@@ -40,9 +41,10 @@ class Call:
             self._client.run(self._on_reply, sample)
         self.server_done()
 
-    def server_done(self) -> None:
+    def server_done(self, reason: str = '') -> None:
         """Count one server out; `on_end` fires after the last, so after every reply."""
         with self._lock:
+            self._reason = self._reason or reason
             self._open -= 1
             is_last = self._open == 0
         if is_last:
@@ -57,7 +59,7 @@ class Call:
 
     def _end(self) -> None:
         self._client.forget(self)
-        self._client.run(self._on_end)
+        self._client.run(self._on_end, self._reason)
 
 
 class MemoryRequest(Request):
@@ -80,10 +82,10 @@ class MemoryRequest(Request):
             now = time_ns()
             self._call.answered(Sample(bytes(payload), self.sample.sequence, now, now, self.sample.gid))
 
-    def drop(self) -> None:
+    def drop(self, reason: str = '') -> None:
         """Give the request up; harmless after an answer."""
         if self._server.release(self):
-            self._call.server_done()
+            self._call.server_done(reason)
 
 
 class MemoryService(Port):
@@ -141,7 +143,9 @@ class MemoryClient(ClientPort):
         self._sequence = 0
         self._calls: set[Call] = set()
 
-    def request(self, payload: bytes, on_reply: Callable[[Sample], None], on_end: Callable[[], None]) -> int:
+    def request(
+        self, payload: bytes, on_reply: Callable[[Sample], None], on_end: Callable[[str], None]
+    ) -> int:
         """Hand one request to every server, on this thread."""
         self.place.check()
         payload = bytes(payload)
@@ -153,7 +157,7 @@ class MemoryClient(ClientPort):
             if servers:
                 self._calls.add(call)
         if not servers:
-            self.run(on_end)
+            self.run(on_end, '')
             return sequence
         if self.place.closed:  # closed since the check above: close() may have missed this call
             call.cancel()
@@ -162,7 +166,7 @@ class MemoryClient(ClientPort):
             server.accept(call, Sample(payload, sequence, now, now, self.gid))
         return sequence
 
-    def run(self, callback: Callable[..., None], *arguments: Sample) -> None:
+    def run(self, callback: Callable[..., None], *arguments: Sample | str) -> None:
         """Run a caller's function; its failure is logged, not raised into the server's thread."""
         try:
             callback(*arguments)

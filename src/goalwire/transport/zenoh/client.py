@@ -21,6 +21,10 @@ FOR_EVER_S = 2**62 / 1000
 around when added to the present (measured with eclipse-zenoh 1.10.2: "Timeout" after 0.4 s)."""
 
 
+_REASON_LIMIT = 500
+"""Characters of a server's reason that are shown."""
+
+
 def declare(session: zenoh.Session, key: str) -> zenoh.Querier:
     """Declare what sends requests on `key`, for 10 minutes unless a goal decides how long."""
     return session.declare_querier(
@@ -35,26 +39,31 @@ def declare(session: zenoh.Session, key: str) -> zenoh.Querier:
 class Call:
     """One request on its way."""
 
-    __slots__ = ('_client', '_on_end', '_on_reply', '_sequence')
+    __slots__ = ('_client', '_on_end', '_on_reply', '_reason', '_sequence')
 
     def __init__(
         self,
         client: ZenohClient,
         sequence: int,
         on_reply: Callable[[Sample], None],
-        on_end: Callable[[], None],
+        on_end: Callable[[str], None],
     ) -> None:
         self._client = client
         self._sequence = sequence
         self._on_reply = on_reply
         self._on_end = on_end
+        self._reason = ''
 
     def replied(self, reply: zenoh.Reply) -> None:
         """Hand a reply over; runs on zenoh's thread, or the caller's within one session."""
         pin()
         received = time_ns()
+        answer = reply.ok
+        if answer is None:
+            self._reason = self._reason or _error_of(reply)
+            return
         try:
-            sample = _read(reply, self._sequence, received)
+            sample = _read(answer, self._sequence, received)
         except RemoteError as error:
             self._client.reject(error)
             return
@@ -67,17 +76,18 @@ class Call:
         self._client.dropped(self, self._sequence)
 
     def ended(self) -> None:
-        """Tell the caller."""
-        self._on_end()
+        """Tell the caller, and why no server has answered, where one said so."""
+        self._on_end(self._reason)
 
 
-def _read(reply: zenoh.Reply, expected: int, received: int) -> Sample:
-    """Return what a server sent; raises RemoteError for an error report or another request's answer."""
-    answer = reply.ok
-    if answer is None:
-        error = reply.err
-        text = b'' if error is None else error.payload.to_bytes()
-        raise RemoteError(f'the server reports: {text.decode(errors="replace")}')
+def _error_of(reply: zenoh.Reply) -> str:
+    """Return the text of an error report: a server's, or zenoh's own 'Timeout'."""
+    error = reply.err
+    return '' if error is None else error.payload.to_bytes().decode(errors='replace')[:_REASON_LIMIT]
+
+
+def _read(answer: zenoh.Sample, expected: int, received: int) -> Sample:
+    """Return what a server sent; raises RemoteError for another request's answer."""
     sequence, sent, gid = read(answer.attachment)
     if sequence != expected:
         raise RemoteError(f'it answers request {sequence}, not {expected}')
@@ -95,7 +105,9 @@ class ZenohClient(ClientPort):
         self._next_sequence = count(1).__next__
         self._waiting: dict[int, Call] = {}
 
-    def request(self, payload: bytes, on_reply: Callable[[Sample], None], on_end: Callable[[], None]) -> int:
+    def request(
+        self, payload: bytes, on_reply: Callable[[Sample], None], on_end: Callable[[str], None]
+    ) -> int:
         """Send one request to every server."""
         self._place.check()
         sequence = self._next_sequence()

@@ -11,7 +11,7 @@ import zenoh
 from goalwire.errors import LocalError, RemoteError
 from goalwire.transport.contract import Port, Request, Sample
 from goalwire.transport.zenoh.attachment import encode, read
-from goalwire.transport.zenoh.config import reason
+from goalwire.transport.zenoh.config import reason as zenoh_says
 from goalwire.transport.zenoh.core import Core, Place
 from goalwire.transport.zenoh.thread_state import pin
 
@@ -44,13 +44,20 @@ class ZenohRequest(Request):
         try:
             self._query.reply(service.key, payload, attachment=encode(sequence, time_ns(), gid))
         except zenoh.ZError as error:
-            service.core.rejects.add('reply', f'{service.place.title}: {reason(error)}')
+            service.core.rejects.add('reply', f'{service.place.title}: {zenoh_says(error)}')
         finally:
             _let_go(self._query)
 
-    def drop(self) -> None:
-        """Give the request up; harmless after an answer."""
-        if self._service.release(self):
+    def drop(self, reason: str = '') -> None:
+        """Give the request up, with an error report where there is a reason; harmless after an answer."""
+        if not self._service.release(self):
+            return
+        try:
+            if reason:
+                self._query.reply_err(reason.encode())
+        except zenoh.ZError as error:
+            self._service.core.rejects.add('reply', f'{self._service.place.title}: {zenoh_says(error)}')
+        finally:
             _let_go(self._query)
 
 
