@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 from weakref import WeakSet
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from goalwire.execution.work import Work
 
 
@@ -45,6 +47,11 @@ class CallbackGroup:
     def active_entity(self) -> object:
         """Whose callback runs in an exclusive group, or None."""
         return self._active
+
+    @property
+    def parked(self) -> Sequence[Work]:
+        """What waits for the running callback to end."""
+        return ()
 
     def park(self, work: Work) -> None:
         """Keep `work`, which may not start now, and post it again when it may."""
@@ -103,6 +110,10 @@ class MutuallyExclusiveCallbackGroup(CallbackGroup):
         self._busy.release()
         if self._parked:
             self._post_next()
+
+    @property
+    def parked(self) -> Sequence[Work]:
+        return self._parked.copy()
 
     def park(self, work: Work) -> None:
         """Keep `work` until the group is free."""

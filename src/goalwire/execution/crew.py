@@ -10,6 +10,8 @@ from weakref import WeakSet
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from goalwire.execution.work import Work
+
 _EXIT_GRACE = 1.0
 """s that the interpreter's exit waits for each thread that is in user code."""
 
@@ -36,8 +38,8 @@ class Crew:
     def __init__(self, limit: int, serve: Callable[[], None], rouse: Callable[[], None]) -> None:
         self.limit = limit
         self.dismissed = False
-        self.busy: set[threading.Thread] = set()
-        """Those in user code."""
+        self.busy: dict[threading.Thread, Work] = {}
+        """Those in user code, and at what."""
         self._serve = serve
         self._rouse = rouse
         self._lock = threading.Lock()
@@ -60,18 +62,11 @@ class Crew:
             self._serving.add(thread)
             thread.start()
 
-    @property
-    def overstaffed(self) -> bool:
-        """Whether there are more threads than `limit`, which has been lowered."""
-        return len(self) > self.limit
-
     def let_go(self) -> bool:
         """Whether the calling thread is one too many and has to leave: from here on it does not count.
 
         Of several that ask at once no more are let go than there are too many.
         """
-        if len(self) <= self.limit:
-            return False
         with self._lock:
             if len(self) <= self.limit:
                 return False

@@ -1,18 +1,15 @@
-"""What both executors share: nodes, tasks, and how one piece of ready work is run (rclpy.executors)."""
+"""What both executors share: nodes, tasks, and the ways to spin (rclpy.executors)."""
 
 from __future__ import annotations
 
-from _thread import allocate_lock
-from collections import deque
 from collections.abc import Callable, Coroutine
-from contextvars import copy_context
 from functools import partial
-from types import CoroutineType, TracebackType
+from types import TracebackType
 from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar, overload
 from weakref import WeakSet
 
-from goalwire.execution.agenda import Agenda
-from goalwire.execution.current import HELD, THREAD
+from goalwire.execution.current import THREAD
+from goalwire.execution.engine import Engine
 from goalwire.execution.future import Future
 from goalwire.execution.home import Home
 from goalwire.execution.lifeline import ContextLike, default_context
@@ -22,15 +19,13 @@ from goalwire.execution.outcomes import (
     ShutdownException,
     TimeoutException,
 )
-from goalwire.execution.readiness import Parker, Readiness
-from goalwire.execution.ready import ReadyQueue
+from goalwire.execution.readiness import Parker
 from goalwire.execution.spinning import Loan, Stay, settled, settled_check
 from goalwire.execution.steady import deadline_after
 from goalwire.execution.task import Handler, Task, TaskWork
 
 if TYPE_CHECKING:
     from goalwire.execution.callback_groups import CallbackGroup
-    from goalwire.execution.lane import Lane, Lanes
     from goalwire.execution.work import Work
 
 __all__ = [
@@ -86,7 +81,7 @@ async def await_or_execute(
     return value
 
 
-class Executor:
+class Executor(Engine):
     """Runs the callbacks of its nodes on the threads that spin it.
 
     Ready work is run in the order in which it became ready, one callback a turn. What a callback raises
@@ -94,23 +89,10 @@ class Executor:
     `wait_for_ready_callbacks`: this class's other spins use it.
     """
 
-    _spread_lanes = False
-
     def __init__(self, *, context: ContextLike | None = None) -> None:
         self._context = default_context() if context is None else context
-        self._lifeline = self._context.lifeline
-        self._clock = self._lifeline.clock
-        self._ready = ReadyQueue()
-        self._agenda = Agenda(self._look_again)
-        self._readiness = Readiness(self._look_again)
+        super().__init__(self._context.lifeline)
         self._nodes: WeakSet[Any] = WeakSet()
-        self._failures: deque[BaseException] = deque()
-        self._lanes: Lanes | None = None
-        self._lanes_lock = allocate_lock()
-        self._is_shutdown = False
-        self.home = Home()
-        """Where the executor's own tasks are posted."""
-        self.home.attach(self._ready, self._agenda)
 
     # -- nodes and tasks
 
@@ -188,7 +170,7 @@ class Executor:
         self._run(None, self._deadline(timeout_sec), once=True)
 
     def spin_until_future_complete(self, future: Future[Any], timeout_sec: Timeout = None) -> None:
-        """Run callbacks until `future` is done or cancelled. It returns at once where that is so already."""
+        """Run callbacks until `future` is done or cancelled, and those whose events came before that."""
         deadline = self._deadline(timeout_sec)
         while self._lifeline.alive and not self._is_shutdown and not settled(future):
             left = None if deadline is None else (deadline - self._clock.now()) / 1e9
@@ -254,8 +236,14 @@ class Executor:
 
     def _run(self, until: Future[Any] | None, deadline: int | None, *, once: bool) -> None:
         """Spin on the calling thread."""
-        if until is None or not settled(until):
+        if not self._is_done_already(until, once=once):
             self._drive(self._parker(), until, deadline, once=once)
+
+    def _is_done_already(self, until: Future[Any] | None, *, once: bool) -> bool:
+        """Whether a spin has nothing to do: `until` is settled, and nothing that came before it waits."""
+        if until is None or not settled(until):
+            return False
+        return once or not self._ready.items or not self._lifeline.alive or self in THREAD.executors
 
     def thread_waits_alone(self) -> bool:
         """Whether nothing of this executor runs while the calling thread blocks."""
@@ -267,32 +255,65 @@ class Executor:
     def lend_thread(self, count: int) -> None:
         """Make up for `count` threads that block in a call of ours; negative: they are back."""
 
-    def _look_again(self) -> None:
-        """Let whoever sleeps until the next timer find out that there is an earlier one, or a descriptor."""
-        self._ready.wake_one()
-
     def _run_nested(self, until: Future[Any] | None, deadline: int | None, *, once: bool) -> None:
         """Spin inside a callback of this very executor, on its thread."""
         loan = Loan()
         try:
             self._drive(self._parker(), until, deadline, once=once)
         finally:
-            loan.take_back(self.home, lambda future: self._drive(self._parker(), future, None, once=False))
+            loan.take_back(self.home, self._drive_until_free)
+
+    def _drive_until_free(self, ticket: Future[None]) -> None:
+        """Run callbacks until a group is free again."""
+        parker = self._parker()
+        with Stay(self, self._lifeline, parker, ticket):
+            self._run_callbacks(parker, ticket.settled, None, once=False)
 
     def _drive(self, parker: Parker, until: Future[Any] | None, deadline: int | None, *, once: bool) -> None:
-        """Run callbacks on this thread until `until` is settled, at `deadline`, or after one."""
+        """Run callbacks on this thread until `until` is settled, at `deadline`, or after one.
+
+        Of what had come by the time `until` was settled nothing is left to later spins: the last feedback of
+        a goal is seen before its result.
+        """
         leave = settled_check(until)
         with Stay(self, self._lifeline, parker, until):
-            self._raise_failure()
-            while True:
-                work = self._take(parker, leave, deadline)
-                if work is None:
+            if not leave():
+                self._run_callbacks(parker, leave, deadline, once=once)
+            if not once and self._ready.items and leave():
+                self._work_off(deadline)
+
+    def _run_callbacks(
+        self, parker: Parker, leave: Callable[[], bool], deadline: int | None, *, once: bool
+    ) -> None:
+        """Run callbacks until `leave()`, at `deadline`, or after one."""
+        self._raise_failure()
+        while True:
+            work = self._take(parker, leave, deadline)
+            if work is None:
+                return
+            performed = self._perform(work)
+            if self._failures:
+                self._raise_failure()
+            if (performed and once) or not self._lifeline.alive or leave():
+                return
+
+    def _work_off(self, deadline: int | None) -> None:
+        """Run as many callbacks as events wait now, each in its turn; what comes meanwhile stays."""
+        waiting = [(work, work.backlog) for work in self._ready.items.copy()]
+        while waiting:
+            left = []
+            for work, events in waiting:
+                if self._is_shutdown or not self._lifeline.alive or self._is_past(deadline):
                     return
-                performed = self._perform(work)
-                if self._failures:
+                if self._ready.take(work):  # else another spin has it
+                    self._perform(work)
                     self._raise_failure()
-                if (performed and once) or not self._lifeline.alive or leave():
-                    return
+                    if events > 1:
+                        left.append((work, events - 1))
+            waiting = left
+
+    def _is_past(self, deadline: int | None) -> bool:
+        return deadline is not None and deadline <= self._clock.now()
 
     def _parker(self) -> Parker:
         return Parker(self._readiness)
@@ -303,17 +324,6 @@ class Executor:
     def _refuse_after_shutdown(self, what: str) -> None:
         if self._is_shutdown:
             raise ShutdownException(f'cannot {what}: this executor was shut down; make a new one')
-
-    def _next(self) -> Work | None:
-        """The next ready work, timers and file descriptors looked at first; None where there is none."""
-        if self._agenda.heap:
-            self._agenda.ring_due(self._clock.now())
-        if self._readiness.watched:
-            self._readiness.poll()
-        try:
-            return self._ready.items.popleft()
-        except IndexError:
-            return None
 
     def _take(self, parker: Parker, leave: Callable[[], bool], deadline: int | None) -> Work | None:
         """The next ready work, after sleeping for it; None when `leave()`, at shutdown and at `deadline`.
@@ -326,7 +336,7 @@ class Executor:
             work = self._next()
             if work is not None:
                 return work
-            if leave() or (deadline is not None and deadline <= self._clock.now()):
+            if leave() or self._is_past(deadline):
                 return None
             self._sleep(parker, leave, deadline)
         return None
@@ -338,77 +348,6 @@ class Executor:
             deadline = due
         self._ready.park(parker, self._clock, deadline, lambda: self._is_shutdown or leave())
 
-    def _perform(self, work: Work) -> bool:
-        """Run one callback of `work`; False where its group is busy or its node has left."""
-        if work.home.queue is not self._ready:
-            work.home.post(work)
-            return False
-        group = work.group
-        token = None
-        if group is not None:
-            if not group.beginning_execution(work):
-                group.park(work)
-                return False
-            if group.exclusive:
-                token = HELD.set((group,))
-        try:
-            outcome = work.run()
-            if outcome is not None and (type(outcome) is CoroutineType or isinstance(outcome, Coroutine)):
-                self._start(outcome, work, group)
-                return True
-        except BaseException:
-            _end(work, group)
-            raise
-        finally:
-            if token is not None:
-                HELD.reset(token)
-        if group is not None:
-            group.ending_execution(work)
-        work.settle()
-        return True
-
-    def _start(self, coroutine: Coroutine[Any, Any, object], work: Work, group: CallbackGroup | None) -> None:
-        """Run a coroutine callback up to its first await, in the order of plain callbacks."""
-        from goalwire.execution.lane import Start
-
-        self._get_lanes().start(Start(coroutine, copy_context(), partial(_end, work, group)), group)
-
     def _perform_and_raise(self, work: Work) -> None:
         self._perform(work)
         self._raise_failure()
-
-    def _raise_failure(self) -> None:
-        """Raise what a coroutine callback, or a callback on another thread, has raised."""
-        if self._failures:
-            raise self._failures.popleft()
-
-    def _fail(self, error: BaseException) -> None:
-        self._failures.append(error)
-
-    def _get_lanes(self) -> Lanes:
-        if self._lanes is None:
-            from goalwire.execution.lane import Lanes
-
-            with self._lanes_lock:
-                if self._lanes is None:
-                    self._lanes = Lanes(self._make_lane, spread=self._spread_lanes)
-            if self._is_shutdown:
-                self._lanes.close()
-        return self._lanes
-
-    def _make_lane(self) -> Lane:
-        from goalwire.execution.lane import Lane
-
-        return Lane(self.home, self._readiness, self._clock, self._fail)
-
-    def _close_lanes(self) -> None:
-        if self._lanes is not None:
-            self._lanes.close()
-        self._readiness.close()
-
-
-def _end(work: Work, group: CallbackGroup | None) -> None:
-    """Note that a callback has ended."""
-    if group is not None:
-        group.ending_execution(work)
-    work.settle()

@@ -50,6 +50,10 @@ class Inbox(Work, Generic[E]):
     def __bool__(self) -> bool:
         return True
 
+    @property
+    def backlog(self) -> int:
+        return len(self._events)
+
     def deliver(self, event: E) -> bool:
         """Queue `event`; False where it was refused. Any thread; short, takes no lock.
 

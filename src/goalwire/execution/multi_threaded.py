@@ -12,6 +12,7 @@ from goalwire.execution.current import THREAD
 from goalwire.execution.executor import Executor, Timeout
 from goalwire.execution.outcomes import ExternalShutdownException
 from goalwire.execution.ready import ReadyQueue
+from goalwire.execution.remainder import Remainder
 from goalwire.execution.spinning import Stay, settled
 from goalwire.execution.waiting import Waiter
 
@@ -23,6 +24,9 @@ if TYPE_CHECKING:
 
 _FEWEST_THREADS = 8
 """The default on small machines: threads are made on demand, and those that block cost nothing."""
+
+_PATIENCE = 100_000_000
+"""ns without any callback's end after which a spin whose future is settled waits for no more of them."""
 
 
 class MultiThreadedExecutor(Executor):
@@ -53,6 +57,7 @@ class MultiThreadedExecutor(Executor):
         self._spins = 0
         self._spins_lock = threading.Lock()
         self._coordinators: list[Waiter] = []
+        self._remainders: list[Remainder] = []
         self._watcher: Waiter | None = None
 
     def spin(self) -> None:
@@ -75,7 +80,7 @@ class MultiThreadedExecutor(Executor):
     # -- the thread that spins
 
     def _run(self, until: Future[Any] | None, deadline: int | None, *, once: bool) -> None:
-        if until is not None and settled(until):
+        if self._is_done_already(until, once=once):
             return
         try:
             if self in THREAD.executors:
@@ -102,12 +107,33 @@ class MultiThreadedExecutor(Executor):
                     if self._is_shutdown or not self._lifeline.alive:
                         return
                     if until is not None and settled(until):
+                        self._await_remainder(waiter, deadline)
                         return
                     if not self._clock.wait(waiter, deadline):
                         return
             finally:
                 self._close()
                 self._coordinators.remove(waiter)
+
+    def _await_remainder(self, waiter: Waiter, deadline: int | None) -> None:
+        """Let the workers run what has come by now, but do not wait for callbacks that block."""
+        if not self._ready.items and not self._crew.busy:
+            return
+        remainder = Remainder(waiter.wake)
+        self._remainders.append(remainder)
+        try:
+            remainder.gather(self._ready.items.copy(), self._crew.busy.copy())
+            while not (remainder.over or self._is_shutdown or self._is_past(deadline)):
+                if not self._lifeline.alive:
+                    return
+                ended = remainder.ended
+                give_up = self._clock.now() + _PATIENCE
+                until = give_up if deadline is None else min(give_up, deadline)
+                if not self._clock.wait(waiter, until) and remainder.ended == ended:
+                    return
+                self._raise_failure()
+        finally:
+            self._remainders.remove(remainder)
 
     def _hand_over(self, until: Future[Any] | None, deadline: int | None) -> None:
         """Wait for one piece of ready work and give it to a worker."""
@@ -148,44 +174,56 @@ class MultiThreadedExecutor(Executor):
 
     def _serve(self) -> None:
         """What a worker does, until it is sent home."""
-        parker = self._parker()
+        parker, thread = self._parker(), threading.current_thread()
         with Stay(self, self._lifeline, parker, None):
-            while not self._leaves():
+            while not (self._retires() and self._leaves()):
                 work = self._bench.pop()
                 if work is None and self._spins:
                     work = self._next()
                 if work is not None:
-                    self._attend(work)
+                    self._attend(work, thread)
                 elif self._spins:
                     self._sleep_at_queue(parker)
                 else:
                     self._bench.park(parker, self._clock, None, self._is_wanted)
         self._pass_on()
 
-    def _leaves(self) -> bool:
-        """Whether the calling worker ends, which is then no longer counted."""
-        return self._retires() and (self._is_over() or self._crew.let_go())
-
     def _retires(self) -> bool:
         """Whether some worker is to end, this one perhaps."""
-        return self._is_over() or self._crew.overstaffed
+        crew = self._crew
+        return crew.dismissed or not self._lifeline.alive or len(crew) > crew.limit
 
-    def _is_over(self) -> bool:
-        return self._crew.dismissed or not self._lifeline.alive
+    def _leaves(self) -> bool:
+        """Whether the calling worker, of those that are to end, does so; it is then no longer counted."""
+        crew = self._crew
+        return crew.dismissed or not self._lifeline.alive or crew.let_go()
 
     def _is_wanted(self) -> bool:
         return bool(self._spins) or self._retires()
 
-    def _attend(self, work: Work) -> None:
-        self._keep_watch()
-        thread = threading.current_thread()
-        self._crew.busy.add(thread)
+    def _attend(self, work: Work, thread: threading.Thread) -> None:
+        busy = self._crew.busy
+        busy[thread] = work
+        if self._remainders:
+            self._tell_begun(thread, work)
+        performed = True
         try:
-            self._perform(work)
+            self._keep_watch()
+            performed = self._perform(work)
         except BaseException as error:  # it comes out of spin
             self._fail(error)
         finally:
-            self._crew.busy.discard(thread)
+            del busy[thread]
+            if self._remainders:
+                self._tell_ended(thread, work, performed=performed)
+
+    def _tell_begun(self, thread: threading.Thread, work: Work) -> None:
+        for remainder in tuple(self._remainders):
+            remainder.begun(thread, work)
+
+    def _tell_ended(self, thread: threading.Thread, work: Work, *, performed: bool) -> None:
+        for remainder in tuple(self._remainders):
+            remainder.has_ended(thread, work, performed=performed)
 
     def _keep_watch(self) -> None:
         """Before the calling thread turns to a callback: leave another one at the queue."""

@@ -42,6 +42,14 @@ class ReadyQueue:
         except IndexError:
             return None
 
+    def take(self, work: Work) -> bool:
+        """Take `work` out of turn; False where it is not here."""
+        try:
+            self.items.remove(work)
+        except ValueError:
+            return False
+        return True
+
     def wake_one(self) -> None:
         """Let one sleeper look again. Whoever leaves while there is work must call this."""
         try:

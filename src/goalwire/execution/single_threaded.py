@@ -37,7 +37,7 @@ class SingleThreadedExecutor(Executor):
         return self._driver == get_ident()
 
     def _run(self, until: Future[Any] | None, deadline: int | None, *, once: bool) -> None:
-        if until is not None and settled(until):
+        if self._is_done_already(until, once=once):
             return
         if self._driver == get_ident():
             self._run_nested(until, deadline, once=once)

@@ -21,6 +21,11 @@ class Work:
         self.home = home
         self.group = group
 
+    @property
+    def backlog(self) -> int:
+        """How many events wait here."""
+        return 1
+
     def run(self) -> object:
         """Take one event and run the user's callback for it.
 

@@ -1,0 +1,129 @@
+"""How an executor runs one piece of ready work, and what it keeps for that: the queue, timers, lanes."""
+
+from __future__ import annotations
+
+from _thread import allocate_lock
+from collections import deque
+from collections.abc import Coroutine
+from contextvars import copy_context
+from functools import partial
+from types import CoroutineType
+from typing import TYPE_CHECKING, Any
+
+from goalwire.execution.agenda import Agenda
+from goalwire.execution.current import HELD
+from goalwire.execution.home import Home
+from goalwire.execution.readiness import Readiness
+from goalwire.execution.ready import ReadyQueue
+
+if TYPE_CHECKING:
+    from goalwire.execution.callback_groups import CallbackGroup
+    from goalwire.execution.lane import Lane, Lanes
+    from goalwire.execution.lifeline import Lifeline
+    from goalwire.execution.work import Work
+
+
+class Engine:
+    """Finds ready work and runs it on the calling thread. Who calls and who sleeps is up to the executor."""
+
+    _spread_lanes = False
+
+    def __init__(self, lifeline: Lifeline) -> None:
+        self._lifeline = lifeline
+        self._clock = lifeline.clock
+        self._ready = ReadyQueue()
+        self._agenda = Agenda(self._look_again)
+        self._readiness = Readiness(self._look_again)
+        self._failures: deque[BaseException] = deque()
+        self._lanes: Lanes | None = None
+        self._lanes_lock = allocate_lock()
+        self._is_shutdown = False
+        self.home = Home()
+        """Where the executor's own tasks are posted."""
+        self.home.attach(self._ready, self._agenda)
+
+    def _look_again(self) -> None:
+        """Let whoever sleeps until the next timer find out that there is an earlier one, or a descriptor."""
+        self._ready.wake_one()
+
+    def _next(self) -> Work | None:
+        """The next ready work, timers and file descriptors looked at first; None where there is none."""
+        if self._agenda.heap:
+            self._agenda.ring_due(self._clock.now())
+        if self._readiness.watched:
+            self._readiness.poll()
+        try:
+            return self._ready.items.popleft()
+        except IndexError:
+            return None
+
+    def _perform(self, work: Work) -> bool:
+        """Run one callback of `work`; False where its group is busy or its node has left."""
+        if work.home.queue is not self._ready:
+            work.home.post(work)
+            return False
+        group = work.group
+        token = None
+        if group is not None:
+            if not group.beginning_execution(work):
+                group.park(work)
+                return False
+            if group.exclusive:
+                token = HELD.set((group,))
+        try:
+            outcome = work.run()
+            if outcome is not None and (type(outcome) is CoroutineType or isinstance(outcome, Coroutine)):
+                self._start(outcome, work, group)
+                return True
+        except BaseException:
+            _end(work, group)
+            raise
+        finally:
+            if token is not None:
+                HELD.reset(token)
+        if group is not None:
+            group.ending_execution(work)
+        work.settle()
+        return True
+
+    def _start(self, coroutine: Coroutine[Any, Any, object], work: Work, group: CallbackGroup | None) -> None:
+        """Run a coroutine callback up to its first await, in the order of plain callbacks."""
+        from goalwire.execution.lane import Start
+
+        self._get_lanes().start(Start(coroutine, copy_context(), partial(_end, work, group)), group)
+
+    def _raise_failure(self) -> None:
+        """Raise what a coroutine callback, or a callback on another thread, has raised."""
+        if self._failures:
+            raise self._failures.popleft()
+
+    def _fail(self, error: BaseException) -> None:
+        self._failures.append(error)
+
+    def _get_lanes(self) -> Lanes:
+        if self._lanes is None:
+            from goalwire.execution.lane import Lanes
+
+            with self._lanes_lock:
+                if self._lanes is None:
+                    self._lanes = Lanes(self._make_lane, spread=self._spread_lanes)
+            if self._is_shutdown:
+                self._lanes.close()
+        return self._lanes
+
+    def _make_lane(self) -> Lane:
+        from goalwire.execution.lane import Lane
+
+        return Lane(self.home, self._readiness, self._clock, self._fail)
+
+    def _close_lanes(self) -> None:
+        if self._lanes is not None:
+            self._lanes.close()
+        self._readiness.close()
+
+
+def _end(work: Work, group: CallbackGroup | None) -> None:
+    """Note that a callback has ended."""
+    if group is not None:
+        group.ending_execution(work)
+    work.settle()
