@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import signal
 import socket
 import time
 from collections.abc import Iterator
@@ -10,11 +11,12 @@ from collections.abc import Iterator
 import pytest
 import zenoh
 from helpers.processes import Program
-from helpers.wire import Side
+from helpers.wire import SeenGraph, Side
 
 from goalwire.errors import TransportError
 from goalwire.transport.contract import EndpointKind, SessionOptions
 from goalwire.transport.zenoh import TRANSPORT
+from goalwire.transport.zenoh.rendezvous import PORT_IS_TAKEN, Offer
 
 from .conftest import OpenSide
 
@@ -62,6 +64,41 @@ def test_it_answers_as_long_as_a_session_of_the_process_is_open(open_side: OpenS
     assert answers(port)
     two.session.close()
     assert not answers(port)
+
+
+def test_zenoh_still_says_that_a_port_is_taken_as_we_expect(world: dict[str, str], port: int) -> None:
+    """With another text, every second program of a machine would be turned away."""
+    with socket.socket() as other:
+        other.bind(('127.0.0.1', port))
+        other.listen()
+        with pytest.raises(zenoh.ZError, match=PORT_IS_TAKEN):
+            zenoh.open(router_config(f'tcp/127.0.0.1:{port}'))
+
+
+def test_a_configuration_that_zenoh_refuses_is_not_taken_for_a_taken_port(world: dict[str, str]) -> None:
+    with pytest.raises(TransportError, match='cannot be offered: Unicast not supported'):
+        Offer(1, router_config('nosuch/1'))
+
+
+def router_config(endpoint: str) -> zenoh.Config:
+    return zenoh.Config.from_json5(json.dumps({'mode': 'router', 'listen': {'endpoints': [endpoint]}}))
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not hasattr(signal, 'SIGSTOP'), reason='this system cannot stop a process')
+def test_a_frozen_rendezvous_holds_up_a_look_at_the_graph_for_two_seconds(world: dict[str, str]) -> None:
+    with Program(OPEN, 'frozen', env=world) as frozen:
+        frozen.expect('open')
+        session = TRANSPORT.open(SessionOptions(int(world['ROS_DOMAIN_ID'])))
+        frozen.send_signal(signal.SIGSTOP)
+        try:
+            start = time.monotonic()
+            session.watch_graph(SeenGraph())
+            took = time.monotonic() - start
+        finally:
+            frozen.send_signal(signal.SIGCONT)
+            session.close()
+    assert 1.5 < took < 4.0
 
 
 def test_closing_is_quick_for_whoever_waits_for_the_port(world: dict[str, str], open_side: OpenSide) -> None:

@@ -30,8 +30,12 @@ be waiting for the GIL to run a callback.
 """
 
 
-LOG_FILTER = 'error,zenoh::api::session=off'
-"""What zenoh writes without RUST_LOG: errors, but for those of a session that closes under traffic."""
+NOISY = ('zenoh::api::session', 'zenoh::net::routing::hat::peer::interests')
+"""Parts of zenoh that report as errors what is none: "Received Data for unknown key_expr" where a session
+comes or goes under traffic, and "Unknown interest" where an answer finds nobody waiting for it any more."""
+
+LOG_FILTER = ','.join(['error', *(f'{part}=off' for part in NOISY)])
+"""What zenoh writes without RUST_LOG: errors, but for the noise."""
 
 
 class Closable(Protocol):

@@ -16,6 +16,9 @@ from goalwire.transport.fork import in_child
 from goalwire.transport.zenoh.config import reason
 from goalwire.transport.zenoh.lifecycle import closes_at_exit
 
+PORT_IS_TAKEN = 'listener'
+"""How zenoh's error tells a port that cannot be bound from a configuration that it cannot use."""
+
 RETRY_S = 0.2
 """Between two attempts to take the port; a failed one costs 0.25 ms of CPU."""
 
@@ -41,7 +44,7 @@ class Offer:
         try:
             self._router = zenoh.open(self._config)
         except zenoh.ZError as error:
-            if 'listener' in str(error):
+            if PORT_IS_TAKEN in str(error):
                 return False
             raise TransportError(
                 f'the rendezvous on port {self._port} cannot be offered: {reason(error)}; '
