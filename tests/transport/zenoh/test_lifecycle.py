@@ -84,6 +84,32 @@ def test_a_program_may_end_while_a_daemon_thread_closes(world: dict[str, str]) -
         assert running.succeed() == 'bye'
 
 
+def test_a_program_may_end_while_daemon_threads_publish(world: dict[str, str]) -> None:
+    """They are inside zenoh when the interpreter ends, and find it closed."""
+    body = """
+    session = open_session()
+    node = session.node(NodeName('n'))
+    got = threading.Event()
+    node.subscription(endpoint(EndpointKind.SUBSCRIPTION, '/t'), lambda sample: got.set())
+    publisher = node.publisher(endpoint(EndpointKind.PUBLISHER, '/t'))
+
+    def flood():
+        try:
+            while True:
+                publisher.publish(b'x' * 100)
+        except ClosedError:
+            pass
+
+    for _ in range(2):
+        threading.Thread(target=flood, daemon=True).start()
+    assert got.wait(10)
+    print('bye', flush=True)
+    """
+    for _ in range(5):
+        with program(body, world) as running:
+            assert running.succeed() == 'bye'
+
+
 FLOOD = """
     session = open_session()
     node = session.node(NodeName(sys.argv[1]))

@@ -69,6 +69,7 @@ def test_it_answers_as_long_as_a_session_of_the_process_is_open(open_side: OpenS
 def test_zenoh_still_says_that_a_port_is_taken_as_we_expect(world: dict[str, str], port: int) -> None:
     """With another text, every second program of a machine would be turned away."""
     with socket.socket() as other:
+        other.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         other.bind(('127.0.0.1', port))
         other.listen()
         with pytest.raises(zenoh.ZError, match=PORT_IS_TAKEN):

@@ -9,6 +9,9 @@ from __future__ import annotations
 
 import atexit
 import os
+import sys
+import threading
+import time
 from typing import Protocol
 from weakref import WeakSet
 
@@ -36,6 +39,12 @@ comes or goes under traffic, and "Unknown interest" where an answer finds nobody
 
 LOG_FILTER = ','.join(['error', *(f'{part}=off' for part in NOISY)])
 """What zenoh writes without RUST_LOG: errors, but for the noise."""
+
+
+CALLERS_S = 1.0
+"""How long the end of a program waits for daemon threads to come out of zenoh."""
+
+_HERE = os.path.dirname(__file__)  # noqa: PTH120 - compared with file names, as text
 
 
 class Closable(Protocol):
@@ -79,6 +88,24 @@ def closes_at_exit(session: Closable) -> None:
 def _close_all() -> None:
     for session in list(_process.sessions):
         session.close()
+    _let_callers_out()
+
+
+def _let_callers_out() -> None:
+    """Give daemon threads that are inside a call of zenoh the time to come out: it fails now.
+
+    A thread that wants back into an ending interpreter is unwound, which aborts the process within Rust.
+    Nothing wakes us when they are out: a counter for that would burden every message.
+    """
+    deadline = time.monotonic() + CALLERS_S
+    while _has_callers() and time.monotonic() < deadline:
+        time.sleep(0.001)
+
+
+def _has_callers() -> bool:
+    ours = threading.get_ident()
+    frames = sys._current_frames().items()  # noqa: SLF001 - documented, for such purposes
+    return any(frame.f_code.co_filename.startswith(_HERE) for thread, frame in frames if thread != ours)
 
 
 def _leak_all() -> None:
