@@ -368,3 +368,11 @@ def test_waitables_are_listed(node: Node) -> None:
     node.remove_waitable(waitable)
     with pytest.raises(ValueError, match='not in list'):
         node.remove_waitable(waitable)
+
+
+def test_an_argument_that_has_no_effect_yet_is_not_swallowed(
+    make_node: MakeNode, capsys: pytest.CaptureFixture[str]
+) -> None:
+    node = make_node('n')
+    node.create_publisher(String, 'chatter', 10, event_callbacks=object())
+    assert "'event_callbacks' has no effect yet" in capsys.readouterr().err

@@ -94,6 +94,10 @@ class Node(NodeGraph, NodeParameters):
             allow_undeclared=allow_undeclared_parameters,
             declare_overrides=automatically_declare_parameters_from_overrides,
         )
+        self._warn_of_no_effect(
+            enable_logger_service=enable_logger_service,
+            use_sim_time=self.core.parameter_overrides().get('use_sim_time'),
+        )
 
     # -- what it is ----------------------------------------------------------------------------------------
 
@@ -167,6 +171,14 @@ class Node(NodeGraph, NodeParameters):
         """Return the fully-qualified name of a service, remapped unless `only_expand`; raises RCLError."""
         with _failure_to_resolve():
             return self.core.resolve(service, is_service=True, only_expand=only_expand)
+
+    def _warn_of_no_effect(self, **given: object) -> None:
+        """Tell of arguments that are accepted and do nothing yet, rather than swallow them."""
+        for name, value in given.items():
+            if value:
+                self._logger.warning(
+                    f"'{name}' has no effect yet: goalwire does not have that part of rclpy so far"
+                )
 
     def _check_alive(self) -> None:
         if self.core.destroyed:
@@ -254,9 +266,14 @@ class Node(NodeGraph, NodeParameters):
     ) -> Publisher[MsgT]:
         """Create a publisher; `qos_profile` is a profile or a history depth.
 
+        QoS events and overriding options have no effect yet, and a warning says so.
+
         Raises InvalidTopicNameException, and TypeError or RuntimeError for a bad type or profile.
         """
         self._check_alive()
+        self._warn_of_no_effect(
+            event_callbacks=event_callbacks, qos_overriding_options=qos_overriding_options
+        )
         profile = QoSProfile.of(qos_profile)
         publisher: Publisher[MsgT] = publisher_class(self.core, msg_type, topic, profile.to_core())
         publisher.qos_profile = profile
@@ -280,6 +297,9 @@ class Node(NodeGraph, NodeParameters):
         With `raw` the callback gets serialized bytes. Raises as create_publisher does.
         """
         self._check_alive()
+        self._warn_of_no_effect(
+            event_callbacks=event_callbacks, qos_overriding_options=qos_overriding_options
+        )
         profile = QoSProfile.of(qos_profile)
         group = callback_group or self._default_callback_group
         subscription = Subscription(self.core, msg_type, topic, callback, profile.to_core(), group, raw=raw)
