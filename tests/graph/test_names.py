@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from goalwire.graph.names import actions_among, is_hidden, without_hidden
+from goalwire.graph.names import actions_among, without_hidden
+from goalwire.protocol.names import is_hidden_name
 
 
 @pytest.mark.parametrize(
@@ -20,7 +21,7 @@ from goalwire.graph.names import actions_among, is_hidden, without_hidden
     ],
 )
 def test_a_token_that_starts_with_an_underscore_hides_the_name(name: str, hidden: bool) -> None:
-    assert is_hidden(name) is hidden
+    assert is_hidden_name(name) is hidden
 
 
 def test_hidden_names_are_left_out_of_a_list() -> None:

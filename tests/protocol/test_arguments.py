@@ -2,12 +2,12 @@ from __future__ import annotations
 
 import pytest
 
+from goalwire.logging.severity import LoggingSeverity
 from goalwire.protocol.arguments import (
     ArgumentError,
     Arguments,
     ParameterFile,
     ParameterOverride,
-    Severity,
     UnknownArguments,
     parse_arguments,
     remove_ros_args,
@@ -125,13 +125,13 @@ def test_unknown_ros_arguments_are_named_all_together() -> None:
 @pytest.mark.parametrize(
     ('text', 'level'),
     [
-        ('debug', ('', Severity.DEBUG)),
-        ('WaRn', ('', Severity.WARN)),
-        ('rcl.a:=fatal', ('rcl.a', Severity.FATAL)),
-        ('a b:=info', ('a b', Severity.INFO)),
+        ('debug', ('', LoggingSeverity.DEBUG)),
+        ('WaRn', ('', LoggingSeverity.WARN)),
+        ('rcl.a:=fatal', ('rcl.a', LoggingSeverity.FATAL)),
+        ('a b:=info', ('a b', LoggingSeverity.INFO)),
     ],
 )
-def test_a_log_level_is_for_all_loggers_or_for_one(text: str, level: tuple[str, Severity]) -> None:
+def test_a_log_level_is_for_all_loggers_or_for_one(text: str, level: tuple[str, LoggingSeverity]) -> None:
     assert ros('--log-level', text).log_levels == (level,)
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TypeAlias
 
+from goalwire.protocol.names.validation import is_hidden_name
+
 NamesAndTypes: TypeAlias = list[tuple[str, list[str]]]
 """Names in alphabetical order, each with its types in alphabetical order."""
 
@@ -13,14 +15,9 @@ _FEEDBACK_TYPE = '_FeedbackMessage'
 SEND_GOAL = '/_action/send_goal'
 
 
-def is_hidden(name: str) -> bool:
-    """Return whether ROS 2's tools leave a name out: one of its tokens starts with an underscore."""
-    return any(token.startswith('_') for token in name.split('/'))
-
-
 def without_hidden(names_and_types: NamesAndTypes) -> NamesAndTypes:
     """Return what ROS 2's tools show of a list."""
-    return [(name, types) for name, types in names_and_types if not is_hidden(name)]
+    return [(name, types) for name, types in names_and_types if not is_hidden_name(name)]
 
 
 def actions_among(topics: Iterable[tuple[str, list[str]]]) -> NamesAndTypes:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from enum import IntEnum
 from typing import TYPE_CHECKING
 
 from goalwire.errors import LocalError
+from goalwire.logging.severity import LoggingSeverity
 from goalwire.protocol.names.lexer import Lexeme, Lexer, RuleSyntaxError, node_prefix, refuse_wildcard
 from goalwire.protocol.names.remapping import RemapRule, parse_remap_rule
 from goalwire.protocol.names.validation import InvalidName, validate_enclave
@@ -28,17 +28,6 @@ class UnknownArguments(ArgumentError):
     def __init__(self, arguments: Sequence[str]) -> None:
         self.arguments = tuple(arguments)
         super().__init__(str(list(arguments)))
-
-
-class Severity(IntEnum):
-    """Log severities (rcutils/logging.h)."""
-
-    UNSET = 0
-    DEBUG = 10
-    INFO = 20
-    WARN = 30
-    ERROR = 40
-    FATAL = 50
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +57,7 @@ class Arguments:
     remaps: tuple[RemapRule, ...] = ()
     parameters: tuple[ParameterOverride | ParameterFile, ...] = ()
     """In the order given: a later one wins over an earlier."""
-    log_levels: tuple[tuple[str, Severity], ...] = ()
+    log_levels: tuple[tuple[str, LoggingSeverity], ...] = ()
     """Pairs of logger name and severity; the name '' is the default of all loggers."""
     enclave: str | None = None
     stdout_logs: bool = True
@@ -125,7 +114,7 @@ def parse_parameter_rule(text: str) -> ParameterOverride:
     return ParameterOverride(name, parse_parameter_value(lexer.rest()), node)
 
 
-def parse_log_level(text: str) -> tuple[str, Severity]:
+def parse_log_level(text: str) -> tuple[str, LoggingSeverity]:
     """Read `LEVEL` or `name:=LEVEL`; raises RuleSyntaxError with ROS 2's text."""
     name, separator, level = text.partition(':=')
     if not separator:
@@ -139,9 +128,9 @@ def parse_log_level(text: str) -> tuple[str, Severity]:
     return name, _severity(level)
 
 
-def _severity(text: str) -> Severity:
+def _severity(text: str) -> LoggingSeverity:
     try:
-        return Severity[text.upper()]
+        return LoggingSeverity[text.upper()]
     except KeyError:
         raise RuleSyntaxError('Argument does not use a valid severity level') from None
 
@@ -170,7 +159,7 @@ class _Parser:
 
     remaps: list[RemapRule] = field(default_factory=list)
     parameters: list[ParameterOverride | ParameterFile] = field(default_factory=list)
-    log_levels: list[tuple[str, Severity]] = field(default_factory=list)
+    log_levels: list[tuple[str, LoggingSeverity]] = field(default_factory=list)
     enclave: str | None = None
     switches: dict[str, bool] = field(default_factory=dict)
     log_config_file: str | None = None

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from enum import IntEnum
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar
 
@@ -13,7 +12,7 @@ from goalwire.entities.action_server import ActionServerCore
 from goalwire.entities.exceptions import NameValidationException, RCLError
 from goalwire.entities.goal_handle import ServerGoalHandle
 from goalwire.entities.type_support import action_support
-from goalwire.protocol.goals.table import GoalEvent as _GoalEvent
+from goalwire.protocol.goals.table import GoalEvent
 from rclpy.callback_groups import CallbackGroup
 from rclpy.constants import S_TO_NS
 from rclpy.qos import (
@@ -40,16 +39,6 @@ __all__ = [
 ActT = TypeVar('ActT')
 
 _FEEDBACK_QOS = QoSProfile(depth=10)
-
-
-class GoalEvent(IntEnum):
-    """What happens to a goal, numbered as in rclpy."""
-
-    EXECUTE = _GoalEvent.EXECUTE
-    CANCEL_GOAL = _GoalEvent.CANCEL_GOAL
-    SUCCEED = _GoalEvent.SUCCEED
-    ABORT = _GoalEvent.ABORT
-    CANCELED = _GoalEvent.CANCELED
 
 
 def default_handle_accepted_callback(goal_handle: ServerGoalHandle) -> None:
