@@ -48,7 +48,8 @@ class RequestServer:
         """How many requests found the queue full."""
         self.rejected = 0
         """How many requests could not be decoded."""
-        self._decode = decode or support.decode_request
+        self._support = support
+        self._decode = decode
         self._call = handle
         self.inbox: Inbox[Request] = Inbox(
             node.home, group, self._handle, depth=QUEUE_LIMIT, overflow='refuse'
@@ -92,7 +93,8 @@ class RequestServer:
             request.drop()
             return None
         try:
-            message = self._decode(request.sample.payload)
+            decode = self._decode or self._support.decode_request
+            message = decode(request.sample.payload)
         except RemoteError as error:
             self._reject(request, error)
             return None

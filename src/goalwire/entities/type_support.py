@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from typing import Any, Protocol, TypeVar
 
 from goalwire import interfaces
@@ -36,31 +36,75 @@ class ServiceType(Protocol[RequestT_co, ResponseT_co]):
         """The response class."""
 
 
-@dataclass(frozen=True, slots=True)
 class MessageSupport:
-    """A message class as the wire knows it."""
+    """A message class as the wire knows it. The codec is made when it is first needed."""
 
-    cls: type
-    type_name: str
-    type_hash: str
-    has_buffers: bool
-    encode: Callable[[object], bytes]
-    decode: Callable[[Payload], Any]
+    def __init__(self, type_name: str, type_hash: str, has_buffers: bool, find: Callable[[], type]) -> None:
+        self.type_name = type_name
+        self.type_hash = type_hash
+        self.has_buffers = has_buffers
+        self._find = find
+
+    @cached_property
+    def cls(self) -> type:
+        """The message class."""
+        return self._find()
+
+    @cached_property
+    def encode(self) -> Callable[[object], bytes]:
+        """Turn a message into CDR; raises EncodeError."""
+        return cdr.encoder(self.cls)
+
+    @cached_property
+    def decode(self) -> Callable[[Payload], Any]:
+        """Turn CDR into a message; raises DecodeError."""
+        return cdr.decoder(self.cls)
 
 
-@dataclass(frozen=True, slots=True)
 class ServiceSupport:
-    """A service class as the wire knows it."""
+    """A service class as the wire knows it. Classes and codecs are made when they are first needed."""
 
-    cls: type
-    type_name: str
-    type_hash: str
-    request: type
-    response: type
-    encode_request: Callable[[object], bytes]
-    decode_request: Callable[[Payload], Any]
-    encode_response: Callable[[object], bytes]
-    decode_response: Callable[[Payload], Any]
+    def __init__(self, type_name: str, type_hash: str, find: Callable[[], type]) -> None:
+        self.type_name = type_name
+        self.type_hash = type_hash
+        self._find = find
+
+    @cached_property
+    def cls(self) -> type:
+        """The service class."""
+        return self._find()
+
+    @cached_property
+    def request(self) -> type:
+        """The request class."""
+        found: type = self.cls.Request  # type: ignore[attr-defined]  # it is a service class
+        return found
+
+    @cached_property
+    def response(self) -> type:
+        """The response class."""
+        found: type = self.cls.Response  # type: ignore[attr-defined]
+        return found
+
+    @cached_property
+    def encode_request(self) -> Callable[[object], bytes]:
+        """Turn a request into CDR; raises EncodeError."""
+        return cdr.encoder(self.request)
+
+    @cached_property
+    def decode_request(self) -> Callable[[Payload], Any]:
+        """Turn CDR into a request; raises DecodeError."""
+        return cdr.decoder(self.request)
+
+    @cached_property
+    def encode_response(self) -> Callable[[object], bytes]:
+        """Turn a response into CDR; raises EncodeError."""
+        return cdr.encoder(self.response)
+
+    @cached_property
+    def decode_response(self) -> Callable[[Payload], Any]:
+        """Turn CDR into a response; raises DecodeError."""
+        return cdr.decoder(self.response)
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,12 +154,10 @@ def message_support(cls: type) -> MessageSupport:
 def _message_support(cls: type) -> MessageSupport:
     check_is_valid_msg_type(cls)
     return MessageSupport(
-        cls,
         interfaces.type_name(cls),
         interfaces.type_hash(cls),
         interfaces.has_buffer_fields(cls),
-        cdr.encoder(cls),
-        cdr.decoder(cls),
+        lambda: cls,
     )
 
 
@@ -127,19 +169,7 @@ def service_support(cls: type) -> ServiceSupport:
 @cache
 def _service_support(cls: type) -> ServiceSupport:
     check_is_valid_srv_type(cls)
-    request: type = cls.Request  # type: ignore[attr-defined]  # checked above
-    response: type = cls.Response  # type: ignore[attr-defined]
-    return ServiceSupport(
-        cls,
-        interfaces.type_name(cls),
-        interfaces.type_hash(cls),
-        request,
-        response,
-        cdr.encoder(request),
-        cdr.decoder(request),
-        cdr.encoder(response),
-        cdr.decoder(response),
-    )
+    return ServiceSupport(interfaces.type_name(cls), interfaces.type_hash(cls), lambda: cls)
 
 
 def action_support(cls: type) -> ActionSupport:
