@@ -47,11 +47,11 @@ RequestT = TypeVar('RequestT')
 ResponseT = TypeVar('ResponseT')
 EntityT = TypeVar('EntityT')
 
-__all__ = ['HIDDEN_NODE_PREFIX', 'Node', 'NodeNameNonExistentError']
+__all__ = ['HIDDEN_NODE_PREFIX', 'BaseNode', 'Node', 'NodeNameNonExistentError']
 
 
-class Node(NodeGraph, NodeParameters):
-    """A node of the ROS 2 graph."""
+class BaseNode(NodeGraph, NodeParameters):
+    """A node of the ROS 2 graph, whoever runs its callbacks: what Node and AsyncNode share."""
 
     PARAM_REL_TOL = 1e-6
 
@@ -77,7 +77,6 @@ class Node(NodeGraph, NodeParameters):
         self.core = NodeCore(
             self._context, node_name, namespace, cli_args=cli_args, use_global_arguments=use_global_arguments
         )
-        self._executor: ReferenceType[Executor] | None = None
         self._publishers: list[Publisher[Any]] = []
         self._subscriptions: list[Subscription[Any]] = []
         self._clients: list[Client[Any, Any]] = []
@@ -87,7 +86,7 @@ class Node(NodeGraph, NodeParameters):
         self._waitables: list[Any] = []
         self._rates: dict[Rate, Timer] = {}
         self._default_callback_group: CallbackGroup = MutuallyExclusiveCallbackGroup()
-        self._clock = ROSClock()
+        self._clock = self._make_clock()
         self._logger = get_logger(self.core.logger_name)
         self._init_parameters(
             parameter_overrides or [],
@@ -112,32 +111,9 @@ class Node(NodeGraph, NodeParameters):
         return self.core.home
 
     @property
-    def executor(self) -> Executor | None:
-        """The executor that runs this node's callbacks."""
-        return self._executor() if self._executor is not None else None
-
-    @executor.setter
-    def executor(self, new_executor: Executor | None) -> None:
-        current = self.executor
-        if current is new_executor:
-            return
-        if current is not None:
-            current.remove_node(self)
-        if new_executor is None:
-            self._executor = None
-        else:
-            new_executor.add_node(self)
-            self._executor = ref(new_executor)
-
-    @property
     def context(self) -> Context:
         """The context that the node lives in."""
         return self._context
-
-    @property
-    def default_callback_group(self) -> CallbackGroup:
-        """The exclusive group of every callback that names no group."""
-        return self._default_callback_group
 
     def get_name(self) -> str:
         """Return the name without its namespace; raises InvalidHandle once destroyed."""
@@ -162,6 +138,10 @@ class Node(NodeGraph, NodeParameters):
         """Return the node's logger, 'a.b.name'."""
         return self._logger
 
+    def _make_clock(self) -> ROSClock:
+        """Make the node's clock."""
+        return ROSClock()
+
     def resolve_topic_name(self, topic: str, *, only_expand: bool = False) -> str:
         """Return the fully-qualified name of a topic, remapped unless `only_expand`; raises RCLError."""
         with _failure_to_resolve():
@@ -185,7 +165,8 @@ class Node(NodeGraph, NodeParameters):
             raise InvalidHandle
 
     def __repr__(self) -> str:
-        return f'<rclpy.node.Node object at {id(self):#x}: {self.core.name.qualified}>'
+        cls = type(self)
+        return f'<{cls.__module__}.{cls.__qualname__} object at {id(self):#x}: {self.core.name.qualified}>'
 
     # -- what it owns --------------------------------------------------------------------------------------
 
@@ -250,6 +231,35 @@ class Node(NodeGraph, NodeParameters):
         return [
             TopicEndpointInfo.from_entity(entity) for entity in self.topic_endpoints(kind, topic, no_mangle)
         ]
+
+
+class Node(BaseNode):
+    """A node whose callbacks an executor runs."""
+
+    _executor: ReferenceType[Executor] | None = None
+
+    @property
+    def executor(self) -> Executor | None:
+        """The executor that runs this node's callbacks."""
+        return self._executor() if self._executor is not None else None
+
+    @executor.setter
+    def executor(self, new_executor: Executor | None) -> None:
+        current = self.executor
+        if current is new_executor:
+            return
+        if current is not None:
+            current.remove_node(self)
+        if new_executor is None:
+            self._executor = None
+        else:
+            new_executor.add_node(self)
+            self._executor = ref(new_executor)
+
+    @property
+    def default_callback_group(self) -> CallbackGroup:
+        """The exclusive group of every callback that names no group."""
+        return self._default_callback_group
 
     # -- what it makes -------------------------------------------------------------------------------------
 
