@@ -1,0 +1,5 @@
+"""rclpy.waitable: a source of callbacks of one's own."""
+
+from goalwire.execution.waitable import NumberOfEntities, Waitable
+
+__all__ = ['NumberOfEntities', 'Waitable']
