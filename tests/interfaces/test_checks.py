@@ -76,8 +76,21 @@ def test_a_wrong_value_is_refused_in_rosidls_words(cls: Any, field: str, value: 
     with pytest.raises(AssertionError) as caught:
         setattr(message, field, value)
     assert str(caught.value) == f"The '{field}' field must be {rest}"
-    with pytest.raises(AssertionError):
+
+
+@pytest.mark.parametrize(
+    ('field', 'value'),
+    [('text', None), ('point', None), ('fixed', [1, 2]), ('octets', b'ab'), ('few', [1, 2, 3, 4])],
+)
+def test_a_wrong_value_is_refused_by_the_constructor_too(cls: Any, field: str, value: object) -> None:
+    with pytest.raises(AssertionError, match=f"The '{field}' "):
         cls(check_fields=True, **{field: value})
+
+
+def test_the_constructor_makes_sequences_of_numbers_before_they_are_checked(cls: Any) -> None:
+    assert cls(check_fields=True, reals=[1]).reals == array('f', [1.0])
+    with pytest.raises(OverflowError):
+        cls(check_fields=True, ints=[2**31])
 
 
 @pytest.mark.parametrize(
@@ -111,7 +124,8 @@ def test_a_right_value_is_stored_as_it_is(cls: Any, field: str, value: object) -
 
 def test_arrays_of_the_right_kind_are_stored_and_not_copied(cls: Any) -> None:
     ints, fixed = array('i', [1]), np.zeros(3, np.int32)
-    message = cls(check_fields=True, ints=ints, fixed=fixed)
+    message = cls(check_fields=True, fixed=fixed)
+    message.ints = ints
     assert message.ints is ints
     assert message.fixed is fixed
 

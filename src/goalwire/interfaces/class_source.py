@@ -22,9 +22,15 @@ class _Slot:
     signature: str  # the keyword's default
     fresh: str  # an expression for a new default; '' where the signature's default is stored itself
     convert: str  # an expression that converts the given value `{}`
+    converts_first: bool = False  # rosidl's constructors make sequences of numbers before anything is checked
 
     def stored(self) -> str:
-        given = self.convert.format(self.name)
+        return self._given(self.convert.format(self.name))
+
+    def checked(self) -> str:
+        return self.stored() if self.converts_first else self._given(self.name)
+
+    def _given(self, given: str) -> str:
         return f'{self.fresh} if {self.name} is _UNSET else {given}' if self.fresh else given
 
 
@@ -84,7 +90,8 @@ def _slot(field: Field, names: dict[str, object]) -> _Slot:
     if type_.is_number and type_.is_sequence:
         code = TYPECODES[type_.base]
         initial = f', {default!r}' if default else ''
-        return _Slot(name, '_UNSET', f'_array({code!r}{initial})', f'_to_array({code!r}, {{}})')
+        convert = f'_to_array({code!r}, {{}})'
+        return _Slot(name, '_UNSET', f'_array({code!r}{initial})', convert, converts_first=True)
     if type_.is_number:
         names[f'_new_{name}'] = _array_default(field, default)
         return _Slot(name, '_UNSET', f'_new_{name}()', f'_to_ndarray(_dtype_{name}, {{}})')
@@ -104,12 +111,7 @@ def _constructor(slots: list[_Slot]) -> list[str]:
         '        _self._check_fields = check_fields',
         '        if check_fields:',
         '            _reject_unknown(_unknown)',
-        *(
-            f'            _self.{slot.name} = '
-            + (f'{slot.fresh} if {slot.name} is _UNSET else ' if slot.fresh else '')
-            + slot.name
-            for slot in slots
-        ),
+        *(f'            _self.{slot.name} = {slot.checked()}' for slot in slots),
         '            return',
         *(f'        _self._{slot.name} = {slot.stored()}' for slot in slots),
         '',
