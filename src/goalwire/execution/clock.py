@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Protocol
-from weakref import WeakSet
+from weakref import ReferenceType, ref
 
 from goalwire.errors import LocalError, NotInitializedException
 from goalwire.execution.jump import ClockChange, JumpHandle, JumpThreshold, TimeJump, TimeJumpDictionary
@@ -32,11 +32,13 @@ __all__ = [
 
 
 class JumpListener(Protocol):
-    """A timer: it is told of every change of its clock's time."""
+    """A timer or an alarm: it is told of every change of its clock's time, on the thread that makes it."""
 
-    def clock_jumped(self, change: ClockChange, remaining_ns: int | None) -> None: ...
+    def clock_jumped(self, change: ClockChange, remaining_ns: int | None) -> None:
+        """The time has changed; where its source was switched, `remaining_ns` is from before."""
 
-    def remaining_ns(self) -> int | None: ...
+    def remaining_ns(self) -> int | None:
+        """What is left until the next call."""
 
 
 class Clock:
@@ -87,6 +89,12 @@ class Clock:
         if self._clock_type is ClockType.UNINITIALIZED:
             raise LocalError('a clock of type UNINITIALIZED tells no time: choose another ClockType')
         return self.source.system_now()
+
+    def steady_time_of(self, time_ns: int) -> int:
+        """When this clock will show `time_ns`, in ns of the machine's steady time."""
+        if self._clock_type is ClockType.STEADY_TIME:
+            return time_ns
+        return self.source.now() + time_ns - self.now_ns()
 
     def create_jump_callback(
         self,
@@ -147,7 +155,7 @@ class ROSClock(Clock):
         self._override_ns = 0
         self._switches = 0
         self._sleepers: list[Waiter] = []
-        self._timers: WeakSet[JumpListener] = WeakSet()
+        self._listeners: dict[ReferenceType[JumpListener], None] = {}
 
     @property
     def ros_time_is_active(self) -> bool:
@@ -164,7 +172,7 @@ class ROSClock(Clock):
     def set_ros_time_override(self, time: Time) -> None:
         """Set the time that this clock shows while ROS time is active; post the timers that are due by then.
 
-        Raises TypeError for what is no Time.
+        Jump callbacks are called in here. Raises TypeError for what is no Time.
         """
         if not isinstance(time, Time):
             raise TypeError(f'Time must be specified as rclpy.time.Time. Received type: {type(time)}')
@@ -172,11 +180,33 @@ class ROSClock(Clock):
         if not self._active:
             self._override_ns = new
             return
-        self._change(ClockChange.ROS_TIME_NO_CHANGE, new - self._override_ns, new_override=new)
+        jump = TimeJump(ClockChange.ROS_TIME_NO_CHANGE, Duration(nanoseconds=new - self._override_ns))
+        told = self._tell_before(jump)
+        self._override_ns = new
+        try:
+            self._tell_after(jump, told)
+        finally:
+            self._spread(jump.clock_change)
 
-    def watch_timer(self, timer: JumpListener) -> None:
-        """Tell `timer`, held weakly, of every change."""
-        self._timers.add(timer)
+    def advance_quietly(self, time_ns: int) -> bool:
+        """Set the time as above, unless that would call a jump callback: False, and nothing is done."""
+        if self._active:
+            if self._jump_handles:
+                delta = Duration(nanoseconds=time_ns - self._override_ns)
+                if self._concerned(TimeJump(ClockChange.ROS_TIME_NO_CHANGE, delta)):
+                    return False
+            self._override_ns = time_ns
+            self._spread(ClockChange.ROS_TIME_NO_CHANGE)
+        else:
+            self._override_ns = time_ns
+        return True
+
+    def watch_jumps(self, listener: JumpListener) -> None:
+        """Tell `listener`, held weakly, of every change."""
+        self._listeners[ref(listener, self._forget)] = None
+
+    def _forget(self, listener: ReferenceType[JumpListener]) -> None:
+        self._listeners.pop(listener, None)
 
     def wait_until(
         self, target_ns: int, waiter: Waiter, lifeline: Lifeline, give_up: Callable[[], bool] = bool
@@ -196,28 +226,45 @@ class ROSClock(Clock):
         if enabled == self._active:
             return
         change = ClockChange.ROS_TIME_ACTIVATED if enabled else ClockChange.ROS_TIME_DEACTIVATED
-        self._change(change, 0, active=enabled)
+        jump = TimeJump(change, Duration())
+        told = self._tell_before(jump)
+        listeners = [(listener, listener.remaining_ns()) for listener in self._alive()]
+        self._active = enabled
+        self._switches += 1
+        try:
+            self._tell_after(jump, told)
+        finally:
+            for listener, remaining in listeners:
+                listener.clock_jumped(change, remaining)
+            self._wake_sleepers()
 
-    def _change(
-        self, change: ClockChange, delta: int, *, new_override: int | None = None, active: bool | None = None
-    ) -> None:
-        """Let the time jump, with everybody told before or after it."""
-        jump = TimeJump(change, Duration(nanoseconds=delta))
-        told = [handle for handle in tuple(self._jump_handles) if handle.threshold.met_by(jump)]
+    def _concerned(self, jump: TimeJump) -> list[JumpHandle]:
+        return [handle for handle in tuple(self._jump_handles) if handle.threshold.met_by(jump)]
+
+    def _tell_before(self, jump: TimeJump) -> list[JumpHandle]:
+        told = self._concerned(jump)
         for handle in told:
             if handle.pre_callback is not None:
                 handle.pre_callback()
-        timers = [(timer, timer.remaining_ns()) for timer in tuple(self._timers)]
-        if new_override is not None:
-            self._override_ns = new_override
-        if active is not None:
-            self._active = active
-            self._switches += 1
+        return told
+
+    @staticmethod
+    def _tell_after(jump: TimeJump, told: list[JumpHandle]) -> None:
         for handle in told:
             if handle.post_callback is not None:
                 handle.post_callback(jump)
-        for timer, remaining in timers:
-            timer.clock_jumped(change, remaining)
+
+    def _spread(self, change: ClockChange) -> None:
+        """Let whoever goes by this clock look at its new time."""
+        for listener in self._alive():
+            listener.clock_jumped(change, None)
+        self._wake_sleepers()
+
+    def _alive(self) -> list[JumpListener]:
+        found = (reference() for reference in tuple(self._listeners))
+        return [listener for listener in found if listener is not None]
+
+    def _wake_sleepers(self) -> None:
         for waiter in tuple(self._sleepers):
             waiter.wake()
 

@@ -20,6 +20,7 @@ class Rate:
         self._timer = timer
         self._context = context
         self._destroyed = False
+        self._ticks = 0
         self._sleepers: list[Waiter] = []
 
     def destroy(self) -> None:
@@ -35,29 +36,26 @@ class Rate:
         Raises RuntimeError when destroyed, ROSInterruptException when the context has ended.
         """
         self._check()
-        waiter = Waiter()
+        waiter, before = Waiter(), self._ticks
         self._sleepers.append(waiter)
         try:
-            while not self._tick(waiter):
+            while self._ticks == before:
+                self._wait_for_tick(waiter, before)
                 self._check()
         finally:
             self._sleepers.remove(waiter)
 
-    def _tick(self, waiter: Waiter) -> bool:
-        """Wait for the next tick; False where the clock has jumped and it is another one now."""
+    def _wait_for_tick(self, waiter: Waiter, before: int) -> None:
+        """Sleep to the next tick and count it, unless another sleeper has done that, or the clock jumped."""
         timer = self._timer
         target = timer.next_call_ns
 
         def moved() -> bool:
-            return self._destroyed or timer.next_call_ns != target
+            return self._destroyed or self._ticks != before or timer.next_call_ns != target
 
         reached = timer.clock.wait_until(target, waiter, self._context.lifeline, moved)
-        self._check()
-        if timer.next_call_ns != target:
-            return timer.next_call_ns > target  # another sleeper has counted this tick
-        if reached:
-            timer.advance()
-        return reached
+        if reached and self._ticks == before and timer.advance() is not None:
+            self._ticks += 1
 
     def _check(self) -> None:
         if self._destroyed:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from threading import Lock
 from typing import TYPE_CHECKING
 
 from goalwire.errors import InvalidHandle
-from goalwire.execution.agenda import Alarm
 from goalwire.execution.clock import ClockChange, ROSClock
+from goalwire.execution.clock_alarm import ClockAlarm
 from goalwire.execution.home import Home
 from goalwire.execution.rate import Rate
+from goalwire.execution.timer_info import TimerInfo, taking_info
 from goalwire.execution.work import Work
 
 if TYPE_CHECKING:
@@ -18,7 +20,7 @@ if TYPE_CHECKING:
     from goalwire.execution.clock import Clock
     from goalwire.execution.lifeline import ContextLike
 
-__all__ = ['Rate', 'Timer']
+__all__ = ['Rate', 'Timer', 'TimerInfo']
 
 _INT64 = range(-(2**63), 2**63)
 
@@ -27,25 +29,28 @@ class Timer(Work):
     """Calls `callback` every `timer_period_ns` on `clock`.
 
     Periods that were missed are made up for by one call, and the phase is kept, as in rcl. It is
-    an alarm in its node's executor; on an overridden ROS clock the setter of the time posts it.
+    an alarm in its node's executor; on an overridden ROS clock the setter of the time posts it. That may be
+    another thread than the one that calls: `_lock` keeps the two times together, over no foreign code.
     """
 
     __slots__ = (
         '_alarm',
+        '_callback',
         '_canceled',
         '_clock',
         '_destroyed',
         '_last_call',
+        '_lock',
         '_next_call',
         '_period',
         '_posted',
         '_taken',
-        'callback',
+        '_with_info',
     )
 
     def __init__(
         self,
-        callback: Callable[[], object] | None,
+        callback: Callable[..., object] | None,
         callback_group: CallbackGroup | None,
         timer_period_ns: int,
         clock: Clock,
@@ -54,25 +59,39 @@ class Timer(Work):
         autostart: bool = True,
         home: Home | None = None,
     ) -> None:
-        """Raises TypeError for a period beyond an int64. Without `home` no executor ever calls it."""
+        """Raises TypeError for a period beyond an int64. Without `home` no executor ever calls it.
+
+        `callback()` is called, or `callback(info)` where it asks for a TimerInfo.
+        """
         super().__init__(Home() if home is None else home, callback_group)
         if int(timer_period_ns) not in _INT64:
             raise TypeError(
                 f'a timer period of {timer_period_ns} ns does not fit into 64 bits: make it shorter'
             )
         self.callback = callback
-        self._clock = clock
+        self._clock: Clock = clock.handle  # what is no clock is refused here, with rclpy's words
         self._period = int(timer_period_ns)
+        self._lock = Lock()
         self._last_call = clock.now_ns()
         self._next_call = self._last_call + self._period
         self._canceled = not autostart
         self._destroyed = self._posted = self._taken = False
-        self._alarm = Alarm(self._post)
+        self._alarm = ClockAlarm(self.home, clock, self._post)
         if isinstance(clock, ROSClock):
-            clock.watch_timer(self)
+            clock.watch_jumps(self)
         self._schedule()
 
     # -- what rclpy offers
+
+    @property
+    def callback(self) -> Callable[..., object] | None:
+        """What is called; another one may be set at any time."""
+        return self._callback
+
+    @callback.setter
+    def callback(self, value: Callable[..., object] | None) -> None:
+        self._callback = value
+        self._with_info = taking_info(value)
 
     @property
     def callback_group(self) -> CallbackGroup | None:
@@ -116,13 +135,14 @@ class Timer(Work):
         """Switch it off, until `reset`."""
         self._check()
         self._canceled = True
-        self.home.drop_alarm(self._alarm)
+        self._alarm.drop()
 
     def reset(self) -> None:
         """Start anew: the next call is one period from now."""
         self._check()
-        self._next_call = self._clock.now_ns() + self._period
-        self._canceled = False
+        with self._lock:
+            self._next_call = self._clock.now_ns() + self._period
+            self._canceled = False
         self._schedule()
 
     def time_since_last_call(self) -> int:
@@ -138,7 +158,7 @@ class Timer(Work):
     def destroy(self) -> None:
         """End it. Idempotent."""
         self._destroyed = self._canceled = True
-        self.home.drop_alarm(self._alarm)
+        self._alarm.drop()
 
     # -- what the library builds on
 
@@ -150,30 +170,42 @@ class Timer(Work):
     def take_over(self) -> None:
         """Leave calling to somebody else, a Rate: no executor calls it from now on."""
         self._taken = True
-        self.home.drop_alarm(self._alarm)
+        self._alarm.drop()
 
-    def advance(self) -> None:
-        """Note a call, and find the next due time: in phase, and in the future."""
-        now = self._clock.now_ns()
-        period = max(self._period, 0)
-        self._last_call = now
-        self._next_call += period
-        if self._next_call <= now:
-            self._next_call = now if period == 0 else now + period - (now - self._next_call) % period
+    def advance(self) -> tuple[int, int] | None:
+        """Note a call and find the next due time, in phase and in the future; None where none is due yet.
+
+        Returns when the call was due and when it came.
+        """
+        with self._lock:
+            now, due = self._clock.now_ns(), self._next_call
+            if now < due:
+                return None
+            period = max(self._period, 0)
+            following = due + period
+            if following <= now:
+                following = now if period == 0 else now + period - (now - following) % period
+            self._last_call, self._next_call = now, following
+        return due, now
 
     def run(self) -> object:
         self._posted = False
         if self._canceled or self._taken:
             return None
-        if self._clock.now_ns() < self._next_call:
-            self._schedule()
-            return None
-        self.advance()
+        times = self.advance()
         self._schedule()  # before the callback: in a reentrant group it may overlap itself
-        return self.callback()  # type: ignore[misc]  # None is called as in rclpy: TypeError
+        if times is None:
+            return None
+        if self._with_info is not None:
+            return self._with_info(self._info(*times))
+        return self._callback()  # type: ignore[misc]  # None is called as in rclpy: TypeError
+
+    def _info(self, expected: int, actual: int) -> TimerInfo:
+        kind = self._clock.clock_type
+        return TimerInfo(expected_call_time=expected, actual_call_time=actual, clock_type=kind)
 
     def remaining_ns(self) -> int | None:
-        """What is left of the running period, noted before its clock jumps."""
+        """What is left of the running period, noted before the source of its clock's time is switched."""
         return None if self._canceled else self._next_call - self._clock.now_ns()
 
     def clock_jumped(self, change: ClockChange, remaining_ns: int | None) -> None:
@@ -182,31 +214,20 @@ class Timer(Work):
         Where the source was switched, the rest of the period is still to be waited for; a jump to before the
         last call starts a new period (rcl/timer.c's rules).
         """
-        now = self._clock.now_ns()
-        if change is not ClockChange.ROS_TIME_NO_CHANGE:
-            if now != 0 and remaining_ns is not None:
-                self._next_call = now + max(remaining_ns, 0)
-                self._last_call = self._next_call - self._period
-        elif now < self._last_call:
-            self._next_call = now + self._period
-            self._last_call = now
+        with self._lock:
+            now = self._clock.now_ns()
+            if change is not ClockChange.ROS_TIME_NO_CHANGE:
+                if now != 0 and remaining_ns is not None:
+                    self._next_call = now + max(remaining_ns, 0)
+                    self._last_call = self._next_call - self._period
+            elif now < self._last_call:
+                self._next_call = now + self._period
+                self._last_call = now
         self._schedule()
 
     def _schedule(self) -> None:
-        if self._canceled or self._taken:
-            return
-        clock = self._clock
-        if clock.overridden:
-            self.home.drop_alarm(self._alarm)
-            if clock.now_ns() >= self._next_call:
-                self._post()
-            return
-        source = clock.source
-        if clock.clock_type is clock.clock_type.STEADY_TIME:
-            due = self._next_call
-        else:
-            due = source.now() + self._next_call - clock.now_ns()
-        self.home.set_alarm(self._alarm, due)
+        if not (self._canceled or self._taken):
+            self._alarm.set(self._next_call)
 
     def _post(self) -> None:
         if not self._posted:
