@@ -311,6 +311,7 @@ def test_a_request_that_is_being_worked_on_is_refused_the_second_time(
 @pytest.mark.parametrize(
     ('payload', 'attachment', 'says'),
     [(b'x', None, 'there is none'), (b'x', b'short', '5 bytes'), (None, beside(1), 'no payload')],
+    ids=['no attachment', 'a short attachment', 'no payload'],
 )
 def test_a_request_that_breaks_the_rules_is_told_why(
     goalwire_side: Side,
