@@ -8,8 +8,11 @@ from __future__ import annotations
 
 from enum import IntEnum
 from functools import total_ordering
-from importlib import import_module
-from typing import Protocol, Self, overload
+from typing import TYPE_CHECKING, Protocol, Self, overload
+
+if TYPE_CHECKING:
+    from builtin_interfaces.msg import Duration as DurationMessage
+    from builtin_interfaces.msg import Time as TimeMessage
 
 S_TO_NS = 1_000_000_000
 _INT64_MIN, _INT64_MAX = -(2**63), 2**63 - 1
@@ -24,24 +27,11 @@ class ClockType(IntEnum):
     STEADY_TIME = 3
 
 
-class StampMessage(Protocol):
-    """What builtin_interfaces' Time and Duration both are: whole seconds, and nanoseconds in 0..999999999."""
-
-    sec: int
-    nanosec: int
-
-
 class DurationType(Protocol):
     """Whatever tells a span in nanoseconds."""
 
     @property
     def nanoseconds(self) -> int: ...
-
-
-def _message_class(name: str) -> type[StampMessage]:
-    """Return the class of a builtin_interfaces message, imported only when it is first wanted."""
-    found: type[StampMessage] = getattr(import_module('builtin_interfaces.msg'), name)
-    return found
 
 
 def _total(seconds: float | str, nanoseconds: float) -> int:
@@ -88,17 +78,20 @@ class Duration:
             return self._nanoseconds < other._nanoseconds
         return NotImplemented
 
-    def to_msg(self) -> StampMessage:
+    def to_msg(self) -> DurationMessage:
         """Return a builtin_interfaces/Duration; `sec` is rounded down, so `nanosec` is never negative."""
-        sec, nanosec = divmod(self._nanoseconds, S_TO_NS)
-        message = _message_class('Duration')()
-        message.sec, message.nanosec = sec, nanosec
+        from builtin_interfaces.msg import Duration as DurationMessage
+
+        message = DurationMessage()
+        message.sec, message.nanosec = divmod(self._nanoseconds, S_TO_NS)
         return message
 
     @classmethod
-    def from_msg(cls, msg: StampMessage) -> Self:
+    def from_msg(cls, msg: DurationMessage) -> Self:
         """Return the span a builtin_interfaces/Duration tells; raises TypeError for anything else."""
-        if not isinstance(msg, _message_class('Duration')):
+        from builtin_interfaces.msg import Duration as DurationMessage
+
+        if not isinstance(msg, DurationMessage):
             raise TypeError('Must pass a Duration object')
         return cls(seconds=msg.sec, nanoseconds=msg.nanosec)
 
@@ -193,15 +186,19 @@ class Time:
         if self._clock_type is not other._clock_type:
             raise TypeError(f"Can't {verb} times with different clock types")
 
-    def to_msg(self) -> StampMessage:
+    def to_msg(self) -> TimeMessage:
         """Return a builtin_interfaces/Time; the kind of clock is lost."""
-        message = _message_class('Time')()
+        from builtin_interfaces.msg import Time as TimeMessage
+
+        message = TimeMessage()
         message.sec, message.nanosec = self.seconds_nanoseconds()
         return message
 
     @classmethod
-    def from_msg(cls, msg: StampMessage, clock_type: ClockType = ClockType.ROS_TIME) -> Self:
+    def from_msg(cls, msg: TimeMessage, clock_type: ClockType = ClockType.ROS_TIME) -> Self:
         """Return the instant a builtin_interfaces/Time tells; raises TypeError for anything else."""
-        if not isinstance(msg, _message_class('Time')):
+        from builtin_interfaces.msg import Time as TimeMessage
+
+        if not isinstance(msg, TimeMessage):
             raise TypeError('Must pass a Time object')
         return cls(seconds=msg.sec, nanoseconds=msg.nanosec, clock_type=clock_type)
