@@ -11,6 +11,18 @@ from functools import cache
 from goalwire.entities.type_support import MessageSupport, ServiceSupport
 
 SERVICE_HASHES = {
+    'lifecycle_msgs/srv/ChangeState': (
+        'RIHS01_356fe34f0475a43acf54542013af4167b0e729f77ea22ffb045c6ad8e20668e5'
+    ),
+    'lifecycle_msgs/srv/GetAvailableStates': (
+        'RIHS01_00a07d79d2207d71e81a8cbc1880e5d924cc16d4688ea8e8e06e443dc8f8aa1d'
+    ),
+    'lifecycle_msgs/srv/GetAvailableTransitions': (
+        'RIHS01_59b7ecefce0982a8a844b9f2c4f14764c1c4543cc55e72924e2aa4adad83e9bc'
+    ),
+    'lifecycle_msgs/srv/GetState': (
+        'RIHS01_800a0a5aae599782b02932de0caf563f6dc4e7e94b794eadde075ba2cbef9795'
+    ),
     'rcl_interfaces/srv/DescribeParameters': (
         'RIHS01_845b484d71eb0673dae682f2e3ba3c4851a65a3dcfb97bddd82c5b57e91e4cff'
     ),
@@ -42,6 +54,10 @@ SERVICE_HASHES = {
 """REP-2016 hashes, as `goalwire.interfaces.type_hash` computes them."""
 
 MESSAGE_HASHES = {
+    'lifecycle_msgs/msg/TransitionEvent': (
+        'RIHS01_d5f8873a2f0146498f812d7885c7327ce27e463d36811d8792f35ee38c0d6c38',
+        False,
+    ),
     'rcl_interfaces/msg/Log': (
         'RIHS01_e28ce254ca8abc06abf92773b74602cdbf116ed34fbaf294fb9f81da9f318eac',
         False,

@@ -86,7 +86,7 @@ class BaseNode(NodeGraph, NodeParameters):
         self._waitables: list[Any] = []
         self._rates: dict[Rate, Timer] = {}
         self._default_callback_group: CallbackGroup = MutuallyExclusiveCallbackGroup()
-        self._clock = self._make_clock()
+        self._clock = self.core.clock = self._make_clock()
         self._logger = get_logger(self.core.logger_name)
         self._init_parameters(
             parameter_overrides or [],
@@ -140,7 +140,7 @@ class BaseNode(NodeGraph, NodeParameters):
 
     def _make_clock(self) -> ROSClock:
         """Make the node's clock."""
-        return ROSClock()
+        return self.core.clock
 
     def resolve_topic_name(self, topic: str, *, only_expand: bool = False) -> str:
         """Return the fully-qualified name of a topic, remapped unless `only_expand`; raises RCLError."""
@@ -358,7 +358,6 @@ class Node(BaseNode):
         service: Service[RequestT, ResponseT] = Service(
             self.core, support, srv_name, callback, qos_profile.to_core(), group
         )
-        service.srv_type = srv_type
         service.qos_profile = qos_profile
         service.callback_group = group
         group.add_entity(service)
@@ -386,7 +385,7 @@ class Node(BaseNode):
             callback,
             group,
             period_ns,
-            clock or self._clock,
+            self._clock if clock is None else clock,
             context=self._context,
             autostart=autostart,
             home=self.core.home,

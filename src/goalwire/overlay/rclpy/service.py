@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from types import TracebackType
 from typing import Generic, Self, TypeVar
 
@@ -19,9 +20,13 @@ ResponseT = TypeVar('ResponseT')
 class Service(ServiceCore, Generic[RequestT, ResponseT]):
     """Made by Node.create_service."""
 
-    srv_type: type[ServiceType[RequestT, ResponseT]]
     qos_profile: QoSProfile
     callback_group: CallbackGroup
+
+    @cached_property
+    def srv_type(self) -> type[ServiceType[RequestT, ResponseT]]:
+        """The service class; those of a node's standing services are made when first asked for."""
+        return self.support.cls
 
     @property
     def service_name(self) -> str:

@@ -1,0 +1,164 @@
+"""A managed node: performs its transitions, whoever asks for them, and tells of every step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from threading import Lock
+
+from goalwire.entities.exceptions import RCLError
+from goalwire.entities.managed_entity import ManagedEntity, call_each, checked
+from goalwire.entities.node import NodeCore
+from goalwire.entities.standard_types import standard_message
+from goalwire.errors import ClosedError, GoalwireError
+from goalwire.logging import get_logger
+from goalwire.protocol.lifecycle import (
+    SHUTDOWN,
+    LifecycleMachine,
+    LifecycleState,
+    Transition,
+    TransitionCallbackReturnType,
+)
+from goalwire.protocol.qos import DEFAULT
+from goalwire.transport.contract import Endpoint, EndpointKind, PublisherPort
+
+_NOT_REGISTERED = 'Failed to trigger lifecycle state machine transition: Transition is not registered.'
+
+
+class LifecycleCore:
+    """The life of one node, whose callbacks are those of `managed`; `now` gives its events' time in ns.
+
+    Transitions may be asked for on any thread; one at a time is under way. No lock is held over callbacks.
+    """
+
+    def __init__(self, node: NodeCore, managed: ManagedEntity, now: Callable[[], int]) -> None:
+        self.node = node
+        self.entities: list[ManagedEntity] = []
+        """What goes through the node's transitions with it, in the order in which it was added."""
+        self.machine = LifecycleMachine()
+        self._managed = managed
+        self._events = TransitionEvents(node, now)
+        self._lock = Lock()
+        self._logger = get_logger(node.logger_name)
+
+    def trigger(self, wanted: int | str) -> TransitionCallbackReturnType:
+        """Make the transition of this id or label, and return what its callback said.
+
+        Raises RCLError where there is none from the present state.
+        """
+        return self.perform(self.begin(wanted))
+
+    def trigger_shutdown(self) -> TransitionCallbackReturnType:
+        """Shut down from whichever state; raises RCLError during a transition, and once finalized."""
+        state = self.machine.state
+        if all(transition.label != SHUTDOWN for transition in self.machine.possible):
+            raise RCLError(f"Shutdown transtion not possible: the node is '{state.label}'")
+        return self.trigger(SHUTDOWN)
+
+    def begin(self, wanted: int | str) -> Transition:
+        """Start a transition that the caller then performs; raises RCLError where there is none from here."""
+        with self._lock:
+            state, possible = self.machine.state, self.machine.possible
+            transition = self.machine.begin(wanted)
+        if transition is None:
+            get_logger('rcl_lifecycle').warning(
+                f'No transition matching {wanted} found for current state {state.label}'
+            )
+            raise RCLError(f'{_NOT_REGISTERED} {_way_out(state, possible)}')
+        return transition
+
+    def perform(self, transition: Transition) -> TransitionCallbackReturnType:
+        """Run the callbacks of a transition that has begun, to its end; returns what the first one said."""
+        before = transition.start
+        outcomes = []
+        try:
+            self._events.publish(transition)
+            while transition.callback is not None:
+                outcomes.append(self._outcome_of(transition.callback, before))
+                transition = self.machine.end(outcomes[-1])
+                self._events.publish(transition)
+        finally:
+            self._leave()
+        return outcomes[0]
+
+    def _outcome_of(self, callback: str, before: LifecycleState) -> TransitionCallbackReturnType:
+        try:
+            outcome = getattr(self._managed, callback)(before)
+        except Exception as error:
+            import traceback
+
+            lines = ''.join(traceback.format_exception(error)).rstrip()
+            self._logger.error(f'Error raised in {callback}(): {error}\n{lines}')
+            return TransitionCallbackReturnType.ERROR
+        try:
+            return checked(outcome, f'{callback}()')
+        except TypeError as error:
+            self._logger.error(str(error))
+            return TransitionCallbackReturnType.ERROR
+
+    def _leave(self) -> None:
+        """Rest in any case: who stops the program in a callback leaves the node finalized."""
+        while not self.machine.state.is_primary:
+            self._events.publish(self.machine.end(TransitionCallbackReturnType.ERROR))
+
+    def add(self, entity: ManagedEntity) -> None:
+        """Let an entity go through the node's transitions, once; raises TypeError for what is none."""
+        if not isinstance(entity, ManagedEntity):
+            raise TypeError('Expected a rclpy.lifecycle.ManagedEntity instance.')
+        if not self.manages(entity):
+            self.entities.append(entity)
+
+    def manages(self, entity: ManagedEntity) -> bool:
+        """True for an entity that was added."""
+        return any(known is entity for known in self.entities)
+
+    def remove(self, entity: ManagedEntity) -> None:
+        """Forget an entity; harmless where it was not added."""
+        self.entities[:] = [known for known in self.entities if known is not entity]
+
+    def call_entities(self, callback: str, state: LifecycleState) -> TransitionCallbackReturnType:
+        """Call back the entities in turn, up to the first that does not say SUCCESS; raises TypeError."""
+        return call_each(list(self.entities), callback, state)
+
+
+class TransitionEvents:
+    """Tells the world of every step, on ~/transition_event."""
+
+    def __init__(self, node: NodeCore, now: Callable[[], int]) -> None:
+        self._now = now
+        self._logger = get_logger(node.logger_name)
+        self._support = standard_message('lifecycle_msgs/msg/TransitionEvent')
+        name = node.resolve('~/transition_event')
+        endpoint = Endpoint(
+            EndpointKind.PUBLISHER, name, self._support.type_name, self._support.type_hash, DEFAULT
+        )
+        self._port: PublisherPort = node.port.publisher(endpoint)
+        node.own(self)
+
+    def publish(self, transition: Transition) -> None:
+        """Tell of one step. Never raises: the transition counts, even where the wire has gone."""
+        from lifecycle_msgs.msg import State, TransitionEvent
+        from lifecycle_msgs.msg import Transition as TransitionMessage
+
+        event = TransitionEvent(
+            timestamp=self._now(),
+            transition=TransitionMessage(id=transition.id, label=transition.label),
+            start_state=State(id=transition.start.state_id, label=transition.start.label),
+            goal_state=State(id=transition.goal.state_id, label=transition.goal.label),
+        )
+        try:
+            self._port.publish(self._support.encode(event))
+        except ClosedError:
+            pass  # a node that is destroyed, or shut down, goes through its transitions in silence
+        except GoalwireError as error:
+            self._logger.error(f'The {transition.label} event was not published: {error}')
+
+    def destroy(self) -> None:
+        """Undeclare. Idempotent."""
+        self._port.close()
+
+
+def _way_out(state: LifecycleState, possible: list[Transition]) -> str:
+    if not state.is_primary:
+        return f"A transition is under way ('{state.label}'): wait for its end"
+    labels = ', '.join(f"'{transition.label}' ({transition.id})" for transition in possible)
+    return f"From '{state.label}' there are: {labels or 'none'}"

@@ -1,0 +1,148 @@
+"""rclpy.lifecycle.node: a node that is configured, activated and shut down from outside."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, TypeVar, cast
+
+from goalwire.entities.lifecycle import LifecycleCore
+from goalwire.entities.lifecycle_services import LifecycleServices
+from goalwire.entities.managed_entity import ManagedEntity
+from goalwire.protocol.lifecycle import (
+    ACTIVATE,
+    CLEANUP,
+    CONFIGURE,
+    DEACTIVATE,
+    LifecycleState,
+    TransitionCallbackReturnType,
+)
+from rclpy.lifecycle.managed_entity import TransitionCallbackReturn
+from rclpy.lifecycle.publisher import LifecyclePublisher
+from rclpy.node import Node
+from rclpy.qos import qos_profile_services_default
+from rclpy.service import Service
+
+if TYPE_CHECKING:
+    from goalwire.entities.type_support import ServiceSupport
+    from rclpy.callback_groups import CallbackGroup
+    from rclpy.qos import QoSProfile
+
+__all__ = ['LifecycleNode', 'LifecycleNodeMixin', 'LifecycleState', 'TransitionCallbackReturn']
+
+MsgT = TypeVar('MsgT')
+
+
+class LifecycleNodeMixin(ManagedEntity):
+    """Makes a Node a managed one: `class Mine(LifecycleNodeMixin, Node)`, both initialized, Node first.
+
+    The transition callbacks (on_configure and so on) call those of the managed entities in the order in which
+    these were added, up to the first that does not say SUCCESS. Override them; call super() to extend them.
+    """
+
+    def __init__(
+        self, *, enable_communication_interface: bool = True, callback_group: CallbackGroup | None = None
+    ) -> None:
+        """Without `enable_communication_interface` there are no services; events are published even so."""
+        node = self._as_node()
+        clock = node.get_clock()
+        self._lifecycle = LifecycleCore(node.core, self, lambda: clock.now().nanoseconds)
+        self._state_machine = self._lifecycle.machine  # programs read its current_state, for want of an API
+        if enable_communication_interface:
+            group = callback_group or node.default_callback_group
+            node._services += LifecycleServices(self._lifecycle).offer(_service_maker(node, group))  # noqa: SLF001
+
+    def _as_node(self) -> Node:
+        return cast('Node', self)
+
+    def trigger_configure(self) -> TransitionCallbackReturnType:
+        """Make the node inactive; as all triggers raises RCLError where that is no transition from here."""
+        return self._lifecycle.trigger(CONFIGURE)
+
+    def trigger_cleanup(self) -> TransitionCallbackReturnType:
+        """Make the inactive node unconfigured."""
+        return self._lifecycle.trigger(CLEANUP)
+
+    def trigger_shutdown(self) -> TransitionCallbackReturnType:
+        """Make the node finalized."""
+        return self._lifecycle.trigger_shutdown()
+
+    def trigger_activate(self) -> TransitionCallbackReturnType:
+        """Make the inactive node active."""
+        return self._lifecycle.trigger(ACTIVATE)
+
+    def trigger_deactivate(self) -> TransitionCallbackReturnType:
+        """Make the active node inactive."""
+        return self._lifecycle.trigger(DEACTIVATE)
+
+    def add_managed_entity(self, entity: ManagedEntity) -> None:
+        """Let an entity go through the node's transitions; raises TypeError for what is no ManagedEntity."""
+        self._lifecycle.add(entity)
+
+    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturnType:
+        """Call each entity's on_configure."""
+        return self._lifecycle.call_entities('on_configure', state)
+
+    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturnType:
+        """Call each entity's on_cleanup."""
+        return self._lifecycle.call_entities('on_cleanup', state)
+
+    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturnType:
+        """Call each entity's on_shutdown."""
+        return self._lifecycle.call_entities('on_shutdown', state)
+
+    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturnType:
+        """Call each entity's on_activate."""
+        return self._lifecycle.call_entities('on_activate', state)
+
+    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturnType:
+        """Call each entity's on_deactivate."""
+        return self._lifecycle.call_entities('on_deactivate', state)
+
+    def on_error(self, state: LifecycleState) -> TransitionCallbackReturnType:
+        """Call each entity's on_error."""
+        return self._lifecycle.call_entities('on_error', state)
+
+    def create_lifecycle_publisher(
+        self, msg_type: type[MsgT], topic: str, qos_profile: QoSProfile | int, **kwargs: Any
+    ) -> LifecyclePublisher[MsgT]:
+        """Create a publisher that publishes while the node is active; takes what create_publisher takes.
+
+        Raises as that does, and TypeError for `publisher_class`.
+        """
+        if 'publisher_class' in kwargs:
+            raise TypeError("create_publisher() got an unexpected keyword argument 'publisher_class'")
+        publisher = self._as_node().create_publisher(
+            msg_type, topic, qos_profile, publisher_class=LifecyclePublisher, **kwargs
+        )
+        assert isinstance(publisher, LifecyclePublisher)
+        self._lifecycle.add(publisher)
+        return publisher
+
+    def destroy_lifecycle_publisher(self, publisher: LifecyclePublisher[Any]) -> bool:
+        """Destroy a publisher of this node; False where it is not (any more)."""
+        self._lifecycle.remove(publisher)
+        return self._as_node().destroy_publisher(publisher)
+
+
+class LifecycleNode(LifecycleNodeMixin, Node):
+    """A managed node. Takes what Node takes, and `enable_communication_interface`."""
+
+    def __init__(self, node_name: str, *, enable_communication_interface: bool = True, **kwargs: Any) -> None:
+        """Raises as Node does."""
+        Node.__init__(self, node_name, **kwargs)
+        LifecycleNodeMixin.__init__(self, enable_communication_interface=enable_communication_interface)
+
+
+def _service_maker(
+    node: Node, group: CallbackGroup
+) -> Callable[[ServiceSupport, str, Callable[..., object]], Service[Any, Any]]:
+    qos = qos_profile_services_default
+
+    def make(support: ServiceSupport, name: str, callback: Callable[..., object]) -> Service[Any, Any]:
+        service: Service[Any, Any] = Service(node.core, support, name, callback, qos.to_core(), group)
+        service.qos_profile = qos
+        service.callback_group = group
+        group.add_entity(service)
+        return service
+
+    return make

@@ -1,0 +1,22 @@
+"""rclpy.lifecycle.publisher: a publisher that is silent unless its node is active."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from goalwire.entities.managed_entity import SimpleManagedEntity
+from goalwire.entities.publisher import MsgT
+from rclpy.publisher import Publisher
+
+
+class LifecyclePublisher(SimpleManagedEntity, Publisher[MsgT]):
+    """Made by LifecycleNode.create_lifecycle_publisher."""
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        SimpleManagedEntity.__init__(self)
+        Publisher.__init__(self, *args, **kwargs)
+
+    @SimpleManagedEntity.when_enabled
+    def publish(self, msg: MsgT | bytes) -> None:
+        """Publish while the node is active; otherwise do nothing. Raises as Publisher.publish does."""
+        Publisher.publish(self, msg)
