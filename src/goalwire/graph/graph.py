@@ -9,16 +9,16 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from threading import Lock
 from typing import TypeAlias
 
+from goalwire.graph.counterparts import CounterpartWatch, CounterpartWatchers
 from goalwire.graph.mismatch import Mismatch, find_mismatches, opposite
 from goalwire.graph.names import NamesAndTypes, actions_among
 from goalwire.graph.watch import Watch, Watchers
 from goalwire.protocol.names.actions import ActionNames
-from goalwire.protocol.qos import INFINITE_NS, QoS
-from goalwire.protocol.qos_compatibility import QoSCompatibility, check_compatible
+from goalwire.protocol.qos_compatibility import incompatible_policy
 from goalwire.transport.contract import Endpoint, EndpointKind, GraphEntity, GraphListener
 
 _NodeKey: TypeAlias = tuple[str, int]
@@ -49,6 +49,7 @@ class Graph(GraphListener):
         }
         self._mismatches: dict[tuple[object, ...], Mismatch] = {}
         self._change_watchers: Watchers[[]] = Watchers()
+        self._counterparts = CounterpartWatchers()
         self._mismatch_watchers: Watchers[[Mismatch]] = Watchers()
 
     # -- what the transport tells --------------------------------------------------------------------------
@@ -64,6 +65,7 @@ class Graph(GraphListener):
             if changed and entity.kind is not EndpointKind.NODE:
                 found = self._new_mismatches(entity)
         if changed:
+            self._counterparts.tell()
             self._change_watchers.tell()
         for mismatch in found:
             self._mismatch_watchers.tell(mismatch)
@@ -76,6 +78,7 @@ class Graph(GraphListener):
             else:
                 changed = self._remove_endpoint(entity)
         if changed:
+            self._counterparts.tell()
             self._change_watchers.tell()
 
     def on_change(self, callback: Callable[[], object]) -> Watch[[]]:
@@ -88,6 +91,20 @@ class Graph(GraphListener):
     def on_mismatch(self, callback: Callable[[Mismatch], object]) -> Watch[[Mismatch]]:
         """Call `callback` with each mismatch found from now on; `mismatches` has the earlier ones."""
         return self._mismatch_watchers.add(callback)
+
+    def watch_counterparts(
+        self, kind: EndpointKind, name: str, callback: Callable[[GraphEntity, bool], object]
+    ) -> CounterpartWatch:
+        """Call `callback(endpoint, is_there)` for each counterpart of an endpoint of that kind and name.
+
+        Those that are there come first; each change comes once and in order, on the thread that brought it.
+        Types and QoS are up to the callback.
+        """
+        with self._lock:
+            there = self._endpoints[opposite(kind)].get(name, {})
+            watch = self._counterparts.add(opposite(kind), name, callback, there.values())
+        self._counterparts.tell()
+        return watch
 
     def mismatches(self) -> list[Mismatch]:
         """Return every mismatch found so far, each once, also where a side has gone."""
@@ -204,6 +221,7 @@ class Graph(GraphListener):
         if entity.gid in endpoints:
             return False
         endpoints[entity.gid] = self._endpoints[entity.kind][entity.name][entity.gid] = entity
+        self._counterparts.note(entity, is_there=True)
         return True
 
     def _remove_node(self, entity: GraphEntity) -> bool:
@@ -226,6 +244,7 @@ class Graph(GraphListener):
         return True
 
     def _forget_endpoint(self, entity: GraphEntity) -> None:
+        self._counterparts.note(entity, is_there=False)
         by_name = self._endpoints[entity.kind]
         del by_name[entity.name][entity.gid]
         if not by_name[entity.name]:
@@ -255,19 +274,10 @@ class Graph(GraphListener):
 def _agree(one: Endpoint | GraphEntity, other: GraphEntity) -> bool:
     """Return whether the QoS of two topic endpoints go together; that of services is never asked."""
     if one.kind is EndpointKind.PUBLISHER:
-        return _is_enough(one.qos, other.qos)
+        return incompatible_policy(one.qos, other.qos) is None
     if one.kind is EndpointKind.SUBSCRIPTION:
-        return _is_enough(other.qos, one.qos)
+        return incompatible_policy(other.qos, one.qos) is None
     return True
-
-
-def _is_enough(offered: QoS, requested: QoS) -> bool:
-    return check_compatible(_stated(offered), _stated(requested))[0] is not QoSCompatibility.ERROR
-
-
-def _stated(qos: QoS) -> QoS:
-    """Return a QoS as it comes back from a wire: there, durations nobody asked for read as infinite."""
-    return replace(qos, deadline_ns=qos.deadline_ns or INFINITE_NS, lease_ns=qos.lease_ns or INFINITE_NS)
 
 
 def _sorted(endpoints: Iterable[GraphEntity]) -> NamesAndTypes:

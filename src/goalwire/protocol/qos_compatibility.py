@@ -7,14 +7,16 @@ ROS 2's own, "durabilty" included.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from operator import attrgetter
 
 from goalwire.protocol.qos import (
+    INFINITE_NS,
     UNSPECIFIED_NS,
     DurabilityPolicy,
     LivelinessPolicy,
+    PolicyKind,
     QoS,
     QoSPolicyEnum,
     ReliabilityPolicy,
@@ -37,6 +39,7 @@ class _OrderedPolicy:
     """A policy where an endpoint offers or asks for less (`weak`) or more (`strong`), and what to say."""
 
     attribute: str
+    kind: PolicyKind
     weak: QoSPolicyEnum
     strong: QoSPolicyEnum
     offers_too_little: str
@@ -48,6 +51,7 @@ class _OrderedPolicy:
 _POLICIES = (
     _OrderedPolicy(
         'reliability',
+        PolicyKind.RMW_QOS_POLICY_RELIABILITY,
         ReliabilityPolicy.BEST_EFFORT,
         ReliabilityPolicy.RELIABLE,
         'Best effort publisher and reliable subscription',
@@ -57,6 +61,7 @@ _POLICIES = (
     ),
     _OrderedPolicy(
         'durability',
+        PolicyKind.RMW_QOS_POLICY_DURABILITY,
         DurabilityPolicy.VOLATILE,
         DurabilityPolicy.TRANSIENT_LOCAL,
         'Volatile publisher and transient local subscription',
@@ -66,6 +71,7 @@ _POLICIES = (
     ),
     _OrderedPolicy(
         'liveliness',
+        PolicyKind.RMW_QOS_POLICY_LIVELINESS,
         LivelinessPolicy.AUTOMATIC,
         LivelinessPolicy.MANUAL_BY_TOPIC,
         "Publisher's liveliness is automatic and subscription's is manual by topic",
@@ -80,31 +86,54 @@ def check_compatible(publisher: QoS, subscription: QoS) -> tuple[QoSCompatibilit
     """Return the verdict and ROS 2's reasons, each ending in ';'. Warnings are given only without errors."""
     errors = list(_errors(publisher, subscription))
     if errors:
-        return QoSCompatibility.ERROR, ''.join(f'ERROR: {reason};' for reason in errors)
+        return QoSCompatibility.ERROR, ''.join(f'ERROR: {reason};' for _, reason in errors)
     warnings = list(_warnings(publisher, subscription))
     if warnings:
         return QoSCompatibility.WARNING, ''.join(f'WARNING: {reason};' for reason in warnings)
     return QoSCompatibility.OK, ''
 
 
-def _errors(publisher: QoS, subscription: QoS) -> Iterator[str]:
+def incompatible_policy(publisher: QoS, subscription: QoS) -> PolicyKind | None:
+    """Return the policy for which two endpoints do not go together under DDS, None where they do.
+
+    Of several it is the one that DDS numbers highest, as its implementations report it. What nobody asked for
+    counts as what it becomes on a wire: reliable, volatile, automatic, and durations without end.
+    """
+    return max((kind for kind, _ in _errors(_stated(publisher), _stated(subscription))), default=None)
+
+
+def _stated(qos: QoS) -> QoS:
+    return replace(
+        qos,
+        reliability=qos.reliability or ReliabilityPolicy.RELIABLE,
+        durability=qos.durability or DurabilityPolicy.VOLATILE,
+        liveliness=qos.liveliness or LivelinessPolicy.AUTOMATIC,
+        deadline_ns=qos.deadline_ns or INFINITE_NS,
+        lease_ns=qos.lease_ns or INFINITE_NS,
+    )
+
+
+def _errors(publisher: QoS, subscription: QoS) -> Iterator[tuple[PolicyKind, str]]:
+    deadline, lease = PolicyKind.RMW_QOS_POLICY_DEADLINE, PolicyKind.RMW_QOS_POLICY_LIVELINESS
     reliability, durability, liveliness = _POLICIES
     yield from _too_little(reliability, publisher, subscription)
     yield from _too_little(durability, publisher, subscription)
     if publisher.deadline_ns == UNSPECIFIED_NS != subscription.deadline_ns:
-        yield 'Subscription has a deadline, but publisher does not'
+        yield deadline, 'Subscription has a deadline, but publisher does not'
     elif UNSPECIFIED_NS != subscription.deadline_ns < publisher.deadline_ns:
-        yield 'Subscription deadline is less than publisher deadline'
+        yield deadline, 'Subscription deadline is less than publisher deadline'
     yield from _too_little(liveliness, publisher, subscription)
     if publisher.lease_ns == UNSPECIFIED_NS != subscription.lease_ns:
-        yield 'Subscription has a liveliness lease duration, but publisher does not'
+        yield lease, 'Subscription has a liveliness lease duration, but publisher does not'
     elif UNSPECIFIED_NS != subscription.lease_ns < publisher.lease_ns:
-        yield 'Subscription liveliness lease duration is less than publisher'
+        yield lease, 'Subscription liveliness lease duration is less than publisher'
 
 
-def _too_little(policy: _OrderedPolicy, publisher: QoS, subscription: QoS) -> Iterator[str]:
+def _too_little(
+    policy: _OrderedPolicy, publisher: QoS, subscription: QoS
+) -> Iterator[tuple[PolicyKind, str]]:
     if _value(policy, publisher) == policy.weak and _value(policy, subscription) == policy.strong:
-        yield policy.offers_too_little
+        yield policy.kind, policy.offers_too_little
 
 
 def _warnings(publisher: QoS, subscription: QoS) -> Iterator[str]:
