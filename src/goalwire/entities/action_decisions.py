@@ -83,8 +83,7 @@ class Decisions:
         handle = ServerGoalHandle(server, goal_id, goal)
         if accepted:
             self._handles[goal_id] = handle
-        stamp_ns = server.node.context.lifeline.clock.system_now()
-        if not server.react(server.reactor.on_goal_decision, goal_id, accepted, stamp_ns):
+        if not server.react(server.reactor.on_goal_decision, goal_id, accepted, server.now()):
             self.forget(goal_id)
             return None
         return server.callbacks.accepted(handle)

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from threading import Lock
 from typing import Any
 
@@ -23,8 +24,10 @@ from goalwire.entities.goal_handle import ServerGoalHandle
 from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import ActionSupport
 from goalwire.errors import ClosedError, TransportError
-from goalwire.execution.agenda import Alarm
 from goalwire.execution.callback_groups import CallbackGroup
+from goalwire.execution.inbox import Inbox
+from goalwire.execution.clock_alarm import ClockAlarm
+from goalwire.execution.work import Work
 from goalwire.logging import RcutilsLogger, get_logger
 from goalwire.protocol.goals import effects as effect
 from goalwire.protocol.goals import wire
@@ -60,7 +63,8 @@ class ActionServerCore:
         self._lock = Lock()
         self._outbox: deque[effect.ServerEffect[Request, bytes]] = deque()
         self._performing = Lock()
-        self._alarm = Alarm(self._on_time)
+        self._alarm = ClockAlarm(node.home, node.clock, partial(node.home.post, Expiry(self)))
+        self._alarm.follow()
         self._destroyed = False
         self._feedback_class = support.cls.Feedback  # type: ignore[attr-defined]
         self._decode_goal = cdr.decoder(support.cls.Goal)  # type: ignore[attr-defined]
@@ -122,17 +126,19 @@ class ActionServerCore:
             case effect.ReplyResult(request, status, result):
                 request.reply(wire.with_status(result or self._results.default(), status))
             case effect.WakeAt(time_ns):
-                self.node.home.set_alarm(self._alarm, time_ns)
+                self._alarm.set(time_ns)
             case effect.AssumedAborted(goal_id):
                 ints = list(goal_id)
                 self.logger.warning(f'Goal state not set, assuming aborted. Goal ID: {ints}')
 
     def now(self) -> int:
-        """Steady time in ns."""
-        return self.node.context.lifeline.clock.now()
+        """The time of the node's clock in ns, as rcl's action servers take it."""
+        return self.node.clock.now_ns()
 
-    def _on_time(self) -> None:
-        self.react(self.reactor.on_time, self.now())
+    def expire(self) -> None:
+        """Forget the results whose time is over."""
+        if not self._destroyed:
+            self.react(self.reactor.on_time, self.now())
 
     def _on_result(self, request: Request, goal_id: GoalId) -> None:
         self.react(self.reactor.on_result_request, goal_id, request, self.now())
@@ -175,6 +181,10 @@ class ActionServerCore:
         self.react(self.reactor.on_result, handle.goal_id_bytes, self._results.encode(result), self.now())
         self._decisions.forget(handle.goal_id_bytes)
 
+    def inboxes(self) -> list[Inbox[Any]]:
+        """Where requests wait for the executor."""
+        return [server.inbox for server in self._endpoints.servers]
+
     # -- the end -------------------------------------------------------------------------------------------
 
     @property
@@ -188,11 +198,22 @@ class ActionServerCore:
             return
         self._destroyed = True
         self.node.disown(self)
-        self.node.home.drop_alarm(self._alarm)
+        self._alarm.drop()
         self._endpoints.take_result_requests()
         self.react(self.reactor.on_close)
         self._endpoints.close()
         self._decisions.forget_all()
+
+
+class Expiry(Work):
+    """Results are due to be forgotten: on the executor's thread, since that is published."""
+
+    def __init__(self, server: ActionServerCore) -> None:
+        super().__init__(server.node.home, None)
+        self._server = server
+
+    def run(self) -> None:
+        self._server.expire()
 
 
 @contextmanager

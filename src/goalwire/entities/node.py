@@ -14,6 +14,7 @@ from goalwire.entities.names import (
     remapped_name,
     resolved_action,
 )
+from goalwire.execution.clock import ROSClock
 from goalwire.execution.home import Home
 from goalwire.protocol.arguments import Arguments
 from goalwire.protocol.names import RemapRules
@@ -51,6 +52,8 @@ class NodeCore:
         self.remaps = RemapRules((*own.remaps, *process.remaps))
         self.name: NodeName = node_names(name, namespace, self.remaps, own.enclave or process.enclave or '/')
         self.home = Home()
+        self.clock = ROSClock(source=context.lifeline.clock)
+        """What stamps and waits for this node: system time, or /clock under `use_sim_time`."""
         self._port: NodePort | None = context.session.node(self.name)
         self._owned: dict[int, Owned] = {}
 

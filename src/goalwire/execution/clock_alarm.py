@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 
 
 class ClockAlarm:
-    """Rings when `clock` shows the due time: on the executor's thread, or on that of whoever sets the time.
+    """Rings once when `clock` shows the due time: on an executor's thread, or on the one that sets the time.
 
-    `ring` must be short and call no user code. It may be called again for one due time.
+    `ring` must be short and call no user code.
     """
 
     __slots__ = ('__weakref__', '_alarm', '_clock', '_home', '_ring', 'due')
@@ -26,7 +26,7 @@ class ClockAlarm:
         self._home = home
         self._clock = clock
         self._ring = ring
-        self._alarm = Alarm(ring)
+        self._alarm = Alarm(self._go_off)
         self.due: int | None = None
         """In ns of the clock; None while it is off."""
 
@@ -44,7 +44,11 @@ class ClockAlarm:
             return
         home.drop_alarm(self._alarm)
         if clock.now_ns() >= due_ns:
-            self._ring()
+            self._go_off()
+
+    def _go_off(self) -> None:
+        self.due = None
+        self._ring()
 
     def drop(self) -> None:
         """Ring no more."""

@@ -9,14 +9,14 @@ Whoever drives it calls one method at a time (under a lock of its own), appends 
 performs them from there in order, one thread at a time and outside the lock. Then a status array is published
 before the reply that relies on it, and transitions that come together share one array.
 
-`now` is a steady time, `stamp_ns` a ROS time, both in nanoseconds. Events about goals that are no longer
-retained do nothing, since a user's goal handle may outlive the goal.
+`now` and `stamp_ns` are times of the node's clock in nanoseconds, which may jump. Events about goals that are
+no longer retained do nothing, since a user's goal handle may outlive the goal.
 """
 
 from __future__ import annotations
 
-from collections import deque
 from dataclasses import dataclass, field
+from heapq import heappop, heappush
 from typing import TYPE_CHECKING, Generic
 
 from goalwire.protocol.goals.cancel import Cancellation, choose
@@ -80,7 +80,8 @@ class GoalServer(Generic[RequestT, ResultT]):
         self._goals: dict[GoalId, _Goal[RequestT, ResultT]] = {}
         self._cancellations: dict[int, Cancellation[RequestT]] = {}
         self._next_cancellation = 0
-        self._expiring: deque[tuple[int, GoalId]] = deque()
+        self._expiring: list[tuple[int, GoalId]] = []
+        """A heap: simulated time may go back, so the oldest result need not be the first to go."""
         self._statuses = StatusArray()
         self._closed = False
 
@@ -295,15 +296,15 @@ class GoalServer(Generic[RequestT, ResultT]):
         if self._result_timeout_ns == 0:
             self._forget(goal_id)
         elif self._result_timeout_ns > 0:
-            self._expiring.append((now + self._result_timeout_ns, goal_id))
-            if len(self._expiring) == 1:
-                effects.append(WakeAt(self._expiring[0][0]))
+            expiry = (now + self._result_timeout_ns, goal_id)
+            heappush(self._expiring, expiry)
+            if self._expiring[0] is expiry:
+                effects.append(WakeAt(expiry[0]))
         return effects
 
     def _expire(self, now: int) -> None:
-        # One timeout for all and a time that never goes back: the oldest stands first.
         while self._expiring and self._expiring[0][0] <= now:
-            self._forget(self._expiring.popleft()[1])
+            self._forget(heappop(self._expiring)[1])
 
     def _forget(self, goal_id: GoalId) -> None:
         del self._goals[goal_id]
