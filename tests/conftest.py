@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from typing import TypeAlias
 
 import pytest
-from helpers.isolation import claim_slot, isolated_env
+from helpers.isolation import claim_slot, isolated_env, log_directory
 from helpers.leaks import Inventory
 
 from goalwire.transport import registry
@@ -17,6 +17,8 @@ from goalwire.transport.contract import Session, SessionOptions
 TRANSPORTS = ['goalwire_memory', 'rmw_zenoh_cpp']
 
 OpenSession: TypeAlias = Callable[[], Session]
+
+os.environ['ROS_LOG_DIR'] = str(log_directory())  # never the home of who runs the tests
 
 
 @pytest.fixture(autouse=True)

@@ -70,7 +70,8 @@ def fresh_domain() -> int:
 
 
 @cache
-def _log_directory() -> Path:
+def log_directory() -> Path:
+    """Return where the processes of this test run put their log files; it goes with the run."""
     directory = Path(tempfile.mkdtemp(prefix='goalwire-tests-'))
     atexit.register(shutil.rmtree, directory, ignore_errors=True)
     return directory
@@ -83,5 +84,5 @@ def isolated_env(transport: str, log_dir: Path | None = None) -> dict[str, str]:
         'RMW_IMPLEMENTATION': transport,
         'ROS_DOMAIN_ID': str(fresh_domain()),
         'GOALWIRE_ROUTER_PORT': str(free_port()),
-        'ROS_LOG_DIR': str(log_dir or _log_directory()),
+        'ROS_LOG_DIR': str(log_dir or log_directory()),
     }

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import pytest
 
 from goalwire import logging
-from goalwire.logging import LogRecord
+from goalwire.logging import LogRecord, configuration
 
 RCUTILS = (
     'RCUTILS_COLORIZED_OUTPUT',
@@ -23,6 +23,8 @@ def fresh_logging(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
         monkeypatch.delenv(name, raising=False)
     logging.shutdown()
     yield
+    while configuration.users():
+        configuration.release()
     logging.shutdown()
 
 

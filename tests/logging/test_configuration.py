@@ -15,6 +15,23 @@ def test_configure_sets_levels_by_name() -> None:
     assert get_logger_effective_level('q.child') is Severity.ERROR
 
 
+def test_the_first_user_decides_until_the_last_one_leaves() -> None:
+    logging.configure([('', 10)], to_console=True)
+    logging.configure([('', 40)], to_console=True)
+    assert get_logger_effective_level('a') is Severity.DEBUG
+    logging.release()
+    logging.release()
+    logging.configure([('', 40)], to_console=True)
+    assert get_logger_effective_level('a') is Severity.ERROR
+
+
+def test_the_console_prints_again_once_the_last_user_has_left(capsys: pytest.CaptureFixture[str]) -> None:
+    logging.configure([], to_console=False)
+    logging.release()
+    get_logger('a').info('x')
+    assert capsys.readouterr().err.endswith('[a]: x\n')
+
+
 def test_the_environment_is_read_once(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

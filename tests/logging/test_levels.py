@@ -73,3 +73,9 @@ def test_a_level_holds_while_other_threads_ask() -> None:
         for thread in threads:
             thread.join()
     assert seen <= {Severity.INFO, Severity.ERROR, Severity.DEBUG}
+
+
+def test_the_root_has_a_level_of_its_own() -> None:
+    assert get_logger_level('') is Severity.INFO
+    set_logger_level('', Severity.ERROR)
+    assert get_logger_level('') is Severity.ERROR

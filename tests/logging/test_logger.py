@@ -179,3 +179,15 @@ def test_once_holds_among_threads(records: list[LogRecord]) -> None:
     for thread in threads:
         thread.join()
     assert len(records) == 1
+
+
+def test_a_childs_records_name_the_logger_that_it_descends_from(records: list[LogRecord]) -> None:
+    logger = get_logger('a')
+    logger.info('x')
+    logger.get_child('b').get_child('c').info('x')
+    logger.info('x', name='other')
+    assert [(record.name, record.origin) for record in records] == [
+        ('a', 'a'),
+        ('a.b.c', 'a'),
+        ('other', 'other'),
+    ]

@@ -13,6 +13,7 @@ from types import MethodType
 from typing import Self
 from weakref import WeakMethod
 
+from goalwire import logging
 from goalwire.entities.arguments import process_arguments
 from goalwire.entities.exceptions import NotInitializedException, RCLError
 from goalwire.entities.local_servers import LocalServers
@@ -39,6 +40,7 @@ class Context:
         self._graph: Graph | None = None
         self._callbacks: list[Callable[[], ShutdownCallback | None]] = []
         self._shut_down = False
+        self._logs = False
         self.local_servers = LocalServers()
         """The request servers of this context's nodes: blocking calls ask whether one of them must answer."""
 
@@ -61,12 +63,24 @@ class Context:
             if domain_id is not None and domain_id < 0:
                 raise RuntimeError(f'Domain id ({domain_id}) should not be lower than zero.')
             self.arguments = process_arguments(sys.argv if args is None else args)
+            if self.arguments.log_config_file is not None and initialize_logging:
+                raise RCLError(
+                    f"failed to configure logging: '{self.arguments.log_config_file}' cannot be used, the "
+                    "logging backend has no configuration files; leave '--log-config-file' out"
+                )
             self._domain_id = _domain_from_environment() if domain_id is None else domain_id
         if initialize_logging:
-            from goalwire.logging import configure
-
-            configure(self.arguments.log_levels, to_console=self.arguments.stdout_logs)
+            self._configure_logging()
         signals.register(self.lifeline)
+
+    def _configure_logging(self) -> None:
+        logging.configure(
+            self.arguments.log_levels,
+            to_console=self.arguments.stdout_logs,
+            to_file=self.arguments.external_lib_logs,
+            file_prefix=self.arguments.log_file_name,
+        )
+        self._logs = True
 
     def ok(self) -> bool:
         """True between init() and the end, whoever ends it."""
@@ -103,6 +117,8 @@ class Context:
                 session, self._session = self._session, None
             if session is not None:
                 session.close()
+            if self._logs:
+                logging.release()
 
     def on_shutdown(self, callback: ShutdownCallback) -> None:
         """Call `callback` at the end (at once where it has come). Methods are held weakly, as in rclpy."""
@@ -179,9 +195,7 @@ class Context:
 
 def _report(mismatch: Mismatch) -> None:
     """Silence is a bug: say once what keeps two peers apart."""
-    from goalwire.logging import get_logger
-
-    get_logger('goalwire').warning(str(mismatch))
+    logging.get_logger('goalwire').warning(str(mismatch))
 
 
 def _domain_from_environment() -> int:

@@ -10,6 +10,7 @@ from goalwire.logging.configuration import (
     configure,
     get_logging_directory,
     initialize,
+    release,
     shutdown,
 )
 from goalwire.logging.dispatch import Sink, SinkHandle, add_sink
@@ -34,6 +35,7 @@ __all__ = [
     'get_logging_directory',
     'get_logging_severity_from_string',
     'initialize',
+    'release',
     'set_logger_level',
     'shutdown',
 ]

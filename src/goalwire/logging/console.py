@@ -47,7 +47,7 @@ class Console:
         colours: bool | None = None,
     ) -> None:
         """`colours` None means: where the stream is a terminal."""
-        self._format = formatter
+        self.format = formatter
         self._to_stdout = to_stdout
         self._flush = flush
         self._colours = colours
@@ -71,7 +71,7 @@ class Console:
         if stream is None:  # pythonw, daemons
             return
         try:
-            line = self._format(record)
+            line = self.format(record)
             if self._wants_colours(stream):
                 line = f'{_COLOURS.get(record.severity, _NO_COLOUR)}{line}{_NO_COLOUR}'
             with _writing:

@@ -31,8 +31,8 @@ def set_logger_level(name: str, level: int, detailed_error: bool = False) -> Non
 
 
 def get_logger_level(name: str) -> LoggingSeverity:
-    """Return the level set for exactly this logger, UNSET where there is none."""
-    return _levels.get(name, LoggingSeverity.UNSET)
+    """Return the level set for exactly this logger, UNSET where there is none; the root always has one."""
+    return _levels.get(name, LoggingSeverity.UNSET if name else _DEFAULT)
 
 
 def get_logger_effective_level(name: str) -> LoggingSeverity:

@@ -46,13 +46,17 @@ class RcutilsLogger:
     def __init__(self, name: str = '') -> None:
         self.name = name
         self.contexts: dict[CallerId, Context] = {}
+        self.origin = name
+        """The logger at the end of the line of get_child() calls that made this one."""
         self._lock = threading.RLock()
 
     def get_child(self, name: str) -> RcutilsLogger:
         """Return the logger `<this name>.<name>`; raises ValueError for an empty name."""
         if not name:
             raise LoggerNameError('Child logger name must not be empty.')
-        return get_logger(f'{self.name}.{name}' if self.name else name)
+        child = get_logger(f'{self.name}.{name}' if self.name else name)
+        child.origin = self.origin or child.name
+        return child
 
     def set_level(self, level: int) -> None:
         """Let pass what is at least so grave, here and below; raises ValueError for no severity."""
@@ -117,6 +121,7 @@ class RcutilsLogger:
                 caller.function_name,
                 caller.file_path,
                 caller.line_number,
+                self.origin if name == self.name else name,
             )
         )
         return True

@@ -17,3 +17,5 @@ class LogRecord(NamedTuple):
     function: str
     file: str
     line: int
+    origin: str = ''
+    """The logger that this one descends from by get_child: the node's, which has a way to /rosout."""
