@@ -19,6 +19,7 @@ from goalwire.protocol.lifecycle import (
 from rclpy.lifecycle.managed_entity import TransitionCallbackReturn
 from rclpy.lifecycle.publisher import LifecyclePublisher
 from rclpy.node import Node
+from rclpy.publisher import Publisher
 from rclpy.qos import qos_profile_services_default
 from rclpy.service import Service
 
@@ -131,6 +132,12 @@ class LifecycleNode(LifecycleNodeMixin, Node):
         """Raises as Node does."""
         Node.__init__(self, node_name, **kwargs)
         LifecycleNodeMixin.__init__(self, enable_communication_interface=enable_communication_interface)
+
+    def destroy_publisher(self, publisher: Publisher[Any]) -> bool:
+        """Destroy a publisher of this node, a managed one too; False where it is not (any more)."""
+        if isinstance(publisher, LifecyclePublisher):
+            self._lifecycle.remove(publisher)
+        return Node.destroy_publisher(self, publisher)
 
 
 def _service_maker(
