@@ -262,7 +262,7 @@ class Graph(GraphListener):
         counterparts = self._endpoints[opposite(entity.kind)].get(entity.name, {})
         fellows = self._endpoints[entity.kind][entity.name]
         found = []
-        others = [fellow for gid, fellow in fellows.items() if gid != entity.gid]
+        others = (fellow for gid, fellow in fellows.items() if gid != entity.gid)
         for mismatch in find_mismatches(entity, counterparts.values(), others):
             ours = self._session is None or mismatch.concerns(self._session)
             if ours and mismatch.key not in self._mismatches:
