@@ -1,5 +1,5 @@
 """rclpy.timer: callbacks at a rhythm, and sleeping at one."""
 
-from goalwire.execution.timer import Rate, Timer
+from goalwire.execution.timer import Rate, Timer, TimerInfo
 
-__all__ = ['Rate', 'Timer']
+__all__ = ['Rate', 'Timer', 'TimerInfo']

@@ -1,0 +1,32 @@
+"""rclpy.wait_for_message: one message of a topic, waited for on the spot."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal, TypeVar
+
+from goalwire.entities import wait_for_message as entity
+from rclpy.qos import QoSProfile
+
+if TYPE_CHECKING:
+    from rclpy.node import BaseNode
+
+__all__ = ['wait_for_message']
+
+MsgT = TypeVar('MsgT')
+
+
+def wait_for_message(
+    msg_type: type[MsgT],
+    node: BaseNode,
+    topic: str,
+    *,
+    qos_profile: QoSProfile | int = 1,
+    time_to_wait: float = -1,
+) -> tuple[Literal[True], MsgT] | tuple[Literal[False], None]:
+    """Block until a message comes: (True, message); (False, None) after `time_to_wait` s or at shutdown.
+
+    A negative time is no limit. The node need not spin. Raises as Node.create_subscription does.
+    """
+    profile = QoSProfile.of(qos_profile)
+    message = entity.wait_for_message(node.core, msg_type, topic, profile.to_core(), time_to_wait)
+    return (False, None) if message is None else (True, message)
