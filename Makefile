@@ -10,10 +10,10 @@ demo: $(VENV)/.run
 	RMW_IMPLEMENTATION=$(RMW) $(BIN)/humanoid demo
 
 test: $(VENV)/.dev
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n auto
 
 quick: $(VENV)/.dev
-	$(BIN)/python -m pytest -m 'not slow'
+	$(BIN)/python -m pytest -n auto -m 'not slow'
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .
