@@ -4,8 +4,10 @@ GoalwireError
 ├── LocalError            the caller's mistake: fix the program
 │   ├── NotInitializedException  rclpy.init() was not called
 │   ├── ROSInterruptException    a sleep was ended by shutdown
+│   ├── TimeSourceChangedError   … by a switch between system and simulated time
 │   ├── ClosedError       the context, node or endpoint is no longer open
 │   │   └── InvalidHandle  the same, as rclpy's programs catch it
+│   │       └── DestroyedError   … and as AsyncNode's do (also a RuntimeError)
 │   ├── ForkedError       a context opened before fork() is used in the child
 │   ├── InterfaceError    a .msg, .srv or .action cannot be used (also an ImportError)
 │   │   ├── InterfaceSyntaxError   its text breaks the grammar
@@ -42,6 +44,10 @@ class InvalidHandle(ClosedError):
         super().__init__(message)
 
 
+class DestroyedError(InvalidHandle, RuntimeError):
+    """A destroyed entity was used, where newer parts of rclpy raise RuntimeError."""
+
+
 class NotInitializedException(LocalError):
     """rclpy.init() has not been called (rclpy.exceptions)."""
 
@@ -55,6 +61,13 @@ class ROSInterruptException(LocalError):
 
     def __init__(self) -> None:
         super().__init__('rclpy.shutdown() has been called')
+
+
+class TimeSourceChangedError(LocalError):
+    """A sleep was ended by a switch between system and simulated time (rclpy.exceptions)."""
+
+    def __init__(self) -> None:
+        super().__init__('simulated time was switched on or off during the sleep: how long is left is unknown')
 
 
 class ForkedError(LocalError):

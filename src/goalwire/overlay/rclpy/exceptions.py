@@ -18,6 +18,7 @@ from goalwire.entities.exceptions import (
     ParameterUninitializedException,
     ROSInterruptException,
 )
+from goalwire.errors import TimeSourceChangedError
 
 __all__ = [
     'InvalidHandle',
@@ -36,4 +37,5 @@ __all__ = [
     'ParameterNotDeclaredException',
     'ParameterUninitializedException',
     'ROSInterruptException',
+    'TimeSourceChangedError',
 ]
