@@ -36,6 +36,7 @@ __all__ = [
     'ROSInterruptException',
     'ShutDownError',
     'UnknownROSArgsError',
+    'UnsupportedEventTypeError',
 ]
 
 
@@ -56,6 +57,16 @@ class RCLInvalidROSArgsError(RCLError):
 
 class UnknownROSArgsError(RCLError):
     """Arguments after --ros-args that ROS 2 does not know."""
+
+
+class UnsupportedEventTypeError(RCLError):
+    """An event that the wire in use cannot tell (rclpy.event_handler)."""
+
+    def __init__(self, event: str, topic: str, wire: str) -> None:
+        super().__init__(
+            f"Failed to initialize event: {event} is not supported by {wire} (topic '{topic}'): "
+            f'leave this callback out on this wire'
+        )
 
 
 class NodeNameNonExistentError(RCLError):

@@ -146,6 +146,27 @@ STATUS: dict[EventType, type[EventStatus]] = {
 """The record of each kind of event; without arguments it says that nothing has happened yet."""
 
 
+def incompatible_qos_warning(event: EventType, topic: str, policy: PolicyKind, *, wire: str | None) -> str:
+    """Return ROS 2's words for an endpoint whose QoS does not go together with ours.
+
+    `wire` names one that delivers all the same: then they would not be true alone.
+    """
+    if isinstance(event, PublisherEvent):
+        found = f"New subscription discovered on topic '{topic}', requesting incompatible QoS. "
+        consequence = 'No messages will be sent to it. '
+    else:
+        found = f"New publisher discovered on topic '{topic}', offering incompatible QoS. "
+        consequence = 'No messages will be received from it. '
+    reason = f'Last incompatible policy: {policy.name.removeprefix("RMW_QOS_POLICY_")}'
+    note = '' if wire is None else f' (that is so on DDS; {wire} delivers them all the same)'
+    return f'{found}{consequence}{reason}{note}'
+
+
+def incompatible_type_warning(topic: str) -> str:
+    """Return ROS 2's words, the same on both sides, for an endpoint of another type."""
+    return f"Incompatible type on topic '{topic}', no messages will be sent to it."
+
+
 class SequenceGaps:
     """Counts the messages that are missing in what publishers number from 1 on without a gap.
 

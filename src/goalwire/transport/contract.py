@@ -12,9 +12,12 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
-from typing import NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from goalwire.protocol.qos import DEFAULT, QoS
+
+if TYPE_CHECKING:
+    from goalwire.protocol.qos_events import EventStatus, EventType
 
 Payload: TypeAlias = bytes | bytearray | memoryview
 
@@ -58,8 +61,9 @@ class Endpoint:
     """True where the type holds an unbounded sequence of primitives (zenoh-wire A.9)."""
     ignore_local: bool = False
     """True for a subscription that wants nothing from its own session."""
-    waits_for_room: bool = False
-    """True for a publisher that waits where the wire is full, however small its history: feedback."""
+    waits_for_room: bool | None = None
+    """Whether a reliable publisher waits where the wire is full. None: where its history should reach all.
+    Feedback waits, however small its history; log lines and service events never do."""
 
 
 class Sample(NamedTuple):
@@ -126,6 +130,18 @@ class Port(ABC):
     def close(self) -> None:
         """Undeclare. Idempotent; nothing is delivered once it has returned, save what was under way."""
 
+    def watch_event(
+        self,
+        event: EventType,  # noqa: ARG002
+        changed: Callable[[EventStatus], None],  # noqa: ARG002
+    ) -> bool:
+        """Tell `changed` of an event that this wire finds out itself, with the totals, each time they change.
+
+        Called at most once for each event, before the first of which nothing need be counted; `changed` is as
+        short as a `deliver`. False, as here, where the wire does not know: the caller looks elsewhere.
+        """
+        return False
+
 
 class PublisherPort(Port):
     """A declared publisher."""
@@ -178,6 +194,8 @@ class Session(ABC):
 
     id: str
     """What the graph shows as the `session` of this session's own nodes and endpoints."""
+    enforces_qos = False
+    """True where endpoints whose QoS do not go together exchange nothing (DDS); else QoS prevents nothing."""
 
     @abstractmethod
     def node(self, name: NodeName) -> NodePort:

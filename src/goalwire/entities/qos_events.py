@@ -1,0 +1,260 @@
+"""The events of a publisher or subscription: where they come from, and how they reach a callback.
+
+What a wire tells itself is taken from its port (`Port.watch_event`). Otherwise the graph tells who matches
+and who cannot, and the messages' numbers tell what was lost. What neither can tell is refused, as rmw_zenoh
+refuses deadlines and liveliness: a callback that never comes would be worse.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from threading import Lock
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from goalwire.entities.exceptions import InvalidHandle, UnsupportedEventTypeError
+from goalwire.execution.work import Work
+from goalwire.protocol.qos_compatibility import incompatible_policy
+from goalwire.protocol.qos_events import (
+    STATUS,
+    EventStatus,
+    EventType,
+    PublisherEvent,
+    SequenceGaps,
+    SubscriptionEvent,
+)
+from goalwire.transport import registry
+from goalwire.transport.contract import EndpointKind
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from goalwire.entities.node import NodeCore
+    from goalwire.execution.callback_groups import CallbackGroup
+    from goalwire.graph.counterparts import CounterpartWatch
+    from goalwire.protocol.qos import PolicyKind
+    from goalwire.transport.contract import Endpoint, GraphEntity, Port, Sample
+
+
+class _FromGraph(NamedTuple):
+    """What the graph tells an endpoint."""
+
+    matched: EventType
+    incompatible_qos: EventType
+    incompatible_type: EventType
+
+
+_FROM_GRAPH = {
+    EndpointKind.PUBLISHER: _FromGraph(
+        PublisherEvent.RCL_PUBLISHER_MATCHED,
+        PublisherEvent.RCL_PUBLISHER_OFFERED_INCOMPATIBLE_QOS,
+        PublisherEvent.RCL_PUBLISHER_INCOMPATIBLE_TYPE,
+    ),
+    EndpointKind.SUBSCRIPTION: _FromGraph(
+        SubscriptionEvent.RCL_SUBSCRIPTION_MATCHED,
+        SubscriptionEvent.RCL_SUBSCRIPTION_REQUESTED_INCOMPATIBLE_QOS,
+        SubscriptionEvent.RCL_SUBSCRIPTION_INCOMPATIBLE_TYPE,
+    ),
+}
+
+
+class EndpointEvents:
+    """Counts what happens to one endpoint, each event from its first reader on, and tells the readers."""
+
+    def __init__(self, node: NodeCore, endpoint: Endpoint, port: Port) -> None:
+        self.node = node
+        self.endpoint = endpoint
+        self.delivers_all_the_same = not node.context.session.enforces_qos
+        """True where messages flow although the QoS do not go together."""
+        self._port = port
+        self._lock = Lock()
+        self._status: dict[EventType, EventStatus] = {}
+        self._started: set[EventType] = set()
+        self._readers: tuple[EventReader, ...] = ()
+        self._matched: set[bytes] = set()
+        self._watch: CounterpartWatch | None = None
+        self._watches_graph = False
+        self._gaps: SequenceGaps | None = None
+        self._closed = False
+
+    def reader(
+        self, event: EventType, group: CallbackGroup | None, callback: Callable[[Any], object]
+    ) -> EventReader:
+        """Have `callback` called with each change of an event, by the node's executor.
+
+        Raises UnsupportedEventTypeError where this wire cannot tell, TypeError for an event of the other kind
+        of endpoint, InvalidHandle once the endpoint is destroyed.
+        """
+        if self._closed:
+            raise InvalidHandle
+        reader = EventReader(self, event, group, callback)
+        with self._lock:
+            self._readers += (reader,)
+        try:
+            self._start(event)
+        except BaseException:
+            self.forget(reader)
+            raise
+        if reader.events:
+            reader.notify()  # it has happened already
+        return reader
+
+    def forget(self, reader: EventReader) -> None:
+        """Tell a reader no more."""
+        with self._lock:
+            self._readers = tuple(each for each in self._readers if each is not reader)
+
+    def status(self, event: EventType) -> EventStatus:
+        """Return the totals of an event."""
+        status = self._status.get(event)
+        return STATUS[event]() if status is None else status
+
+    def close(self) -> None:
+        """End with the endpoint. Idempotent."""
+        self._closed = True
+        if self._watch is not None:
+            self._watch.close()
+        for reader in self._readers:
+            reader.close()
+
+    def _start(self, event: EventType) -> None:
+        """See to it that an event is counted."""
+        kind = self.endpoint.kind
+        known = PublisherEvent if kind is EndpointKind.PUBLISHER else SubscriptionEvent
+        if not isinstance(event, known):
+            choice = ', '.join(each.name for each in known)
+            raise TypeError(f'a {kind.value} has no event {event!r}: choose one of {choice}')
+        with self._lock:
+            if event in self._started:
+                return
+            self._started.add(event)
+        if self._port.watch_event(event, partial(self._set, event)):
+            return
+        if event is SubscriptionEvent.RCL_SUBSCRIPTION_MESSAGE_LOST:
+            self._gaps = SequenceGaps()
+        elif event not in _FROM_GRAPH[kind]:
+            self._started.discard(event)
+            raise UnsupportedEventTypeError(event.name, self.endpoint.name, registry.selected_identifier())
+        self._watch_graph()
+
+    # -- from the wire and the messages --------------------------------------------------------------------
+
+    def _set(self, event: EventType, status: EventStatus) -> None:
+        with self._lock:
+            self._status[event] = status
+        self._notify(event)
+
+    def note_arrival(self, sample: Sample) -> None:
+        """Count the messages before this one that never came; on the transport's thread."""
+        if self._gaps is None:
+            return
+        with self._lock:
+            missed = self._gaps.missed_before(sample.gid, sample.sequence)
+        if missed:
+            self._add(SubscriptionEvent.RCL_SUBSCRIPTION_MESSAGE_LOST, total_count=missed)
+
+    # -- from the graph ------------------------------------------------------------------------------------
+
+    def _watch_graph(self) -> None:
+        with self._lock:
+            first, self._watches_graph = not self._watches_graph, True
+        if first:  # outside the lock: those who are there are told of at once
+            own = self.endpoint
+            self._watch = self.node.graph.watch_counterparts(own.kind, own.name, self._on_counterpart)
+
+    def _on_counterpart(self, peer: GraphEntity, is_there: bool) -> None:
+        if is_there:
+            self._meet(peer)
+            return
+        if self._gaps is not None:
+            with self._lock:
+                self._gaps.forget(peer.gid)
+        if peer.gid in self._matched:
+            self._matched.discard(peer.gid)
+            self._add(_FROM_GRAPH[self.endpoint.kind].matched, current_count=-1)
+
+    def _meet(self, peer: GraphEntity) -> None:
+        own = self.endpoint
+        events = _FROM_GRAPH[own.kind]
+        if (peer.type_name, peer.type_hash) != (own.type_name, own.type_hash):
+            self._add(events.incompatible_type, total_count=1)
+            return
+        offers, asks = (own, peer) if own.kind is EndpointKind.PUBLISHER else (peer, own)
+        policy = incompatible_policy(offers.qos, asks.qos)
+        if policy is not None:
+            self._add(events.incompatible_qos, policy, total_count=1)
+        if policy is None or self.delivers_all_the_same:
+            self._matched.add(peer.gid)
+            self._add(events.matched, total_count=1, current_count=1)
+
+    def _add(self, event: EventType, policy: PolicyKind | None = None, **counts: int) -> None:
+        with self._lock:
+            status: Any = self.status(event)
+            changed: dict[str, int] = {
+                name: getattr(status, name) + number for name, number in counts.items()
+            }
+            if policy is not None:
+                changed['last_policy_kind'] = policy
+            self._status[event] = status._replace(**changed)
+        self._notify(event)
+
+    def _notify(self, event: EventType) -> None:
+        for reader in self._readers:
+            if reader.event is event:
+                reader.notify()
+
+
+class EventReader(Work):
+    """One callback and what it has seen of an event. Changes that come before it runs are one call."""
+
+    __slots__ = ('_posted', '_seen', '_source', 'callback', 'closed', 'event', 'watchers')
+
+    counts_up = False
+
+    def __init__(
+        self,
+        source: EndpointEvents,
+        event: EventType,
+        group: CallbackGroup | None,
+        callback: Callable[[Any], object],
+    ) -> None:
+        super().__init__(source.node.home, group)
+        self.event = event
+        self.callback = callback
+        self.closed = False
+        self.watchers: Sequence[Callable[[], None]] = ()
+        self._source = source
+        self._posted = False
+        self._seen: EventStatus = STATUS[event]()
+
+    @property
+    def events(self) -> int:
+        """1 where there is something to take, else 0; see wait_set.Waited."""
+        return int(not self.closed and self._source.status(self.event) != self._seen)
+
+    def notify(self) -> None:
+        """Let the executor call back. Any thread."""
+        if not self._posted and not self.closed:
+            self._posted = True
+            self.home.post(self)
+        for wake in self.watchers:
+            wake()
+
+    def take(self) -> EventStatus | None:
+        """Return the record with the changes since it was last taken; None where there are none."""
+        if not self.events:
+            return None
+        status: Any = self._source.status(self.event)
+        changes: EventStatus = status.changed_since(self._seen)
+        self._seen = status
+        return changes
+
+    def run(self) -> object:
+        self._posted = False
+        changes = self.take()
+        return None if changes is None else self.callback(changes)
+
+    def close(self) -> None:
+        """Call back no more. Idempotent."""
+        self.closed = True
+        self._source.forget(self)
