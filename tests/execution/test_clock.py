@@ -186,3 +186,55 @@ def test_a_sleep_is_given_up_when_the_source_of_time_is_switched(context: SmallC
     clock._set_ros_time_is_active(False)
     assert soon(ended)
     assert result == [False]
+
+
+def test_a_sleep_outlasts_a_jump_back(context: SmallContext) -> None:
+    clock = active(10)
+    ended, result = _sleep_in_thread(clock, ros(12), context)
+    clock.set_ros_time_override(ros(5))
+    clock.set_ros_time_override(ros(11))
+    assert not ended.wait(0.03)
+    clock.set_ros_time_override(ros(12))
+    assert soon(ended)
+    assert result == [True]
+
+
+def test_time_advances_quietly_unless_somebody_is_to_be_told() -> None:
+    clock = active(1)
+    jumps: list[int] = []
+    threshold = JumpThreshold(min_forward=None, min_backward=Duration(seconds=-1))
+    handle = clock.create_jump_callback(
+        threshold, post_callback=lambda jump: jumps.append(jump.delta.nanoseconds)
+    )
+    assert clock.advance_quietly(5 * 10**9)
+    assert not clock.advance_quietly(3 * 10**9)
+    assert clock.now() == ros(5), 'refused: nothing is done'
+    handle.unregister()
+    assert clock.advance_quietly(3 * 10**9)
+    assert clock.now() == ros(3)
+    assert jumps == []
+
+
+def test_a_failing_jump_callback_does_not_keep_the_time_from_others(context: SmallContext) -> None:
+    clock = active(1)
+
+    def fails(_: TimeJump) -> None:
+        raise ValueError('boom')
+
+    threshold = JumpThreshold(min_forward=Duration(seconds=1), min_backward=None)
+    clock.create_jump_callback(threshold, post_callback=fails)
+    ended, result = _sleep_in_thread(clock, ros(2), context)
+    with pytest.raises(ValueError, match='boom'):
+        clock.set_ros_time_override(ros(3))
+    assert soon(ended)
+    assert result == [True]
+    with pytest.raises(ValueError, match='boom'):
+        clock._set_ros_time_is_active(False)
+    assert not clock.ros_time_is_active
+
+
+def test_the_steady_time_of_a_clocks_time() -> None:
+    assert Clock(clock_type=STEADY_TIME).steady_time_of(5) == 5
+    system = Clock()
+    ahead = system.steady_time_of(system.now_ns() + 10**9) - STEADY.now()
+    assert 0.9e9 < ahead <= 1.01e9

@@ -426,3 +426,34 @@ def test_a_rate_on_sim_time_wakes_with_the_clock(context: SmallContext) -> None:
     clock.set_ros_time_override(Time(seconds=1, clock_type=ClockType.ROS_TIME))
     assert soon(slept)
     thread.join()
+
+
+def test_a_rate_goes_on_when_its_clock_is_switched_and_jumps_back(context: SmallContext) -> None:
+    clock = ROSClock()
+    ticks = rate(context, 0.001, clock)
+    count = threading.Semaphore(0)
+
+    def sleep() -> None:
+        for _ in range(2):
+            ticks.sleep()
+            count.release()
+
+    thread = threading.Thread(target=sleep)
+    thread.start()
+    while not clock._sleepers:
+        assert not count.acquire(timeout=0.001)
+    clock.set_ros_time_override(Time(seconds=5000, clock_type=ClockType.ROS_TIME))
+    clock._set_ros_time_is_active(True)
+    assert not count.acquire(timeout=0.03), 'being switched is no tick'
+    clock.set_ros_time_override(Time(seconds=100, clock_type=ClockType.ROS_TIME))
+    clock.set_ros_time_override(Time(seconds=1099, clock_type=ClockType.ROS_TIME))
+    assert not count.acquire(timeout=0.03), 'a jump back begins a new period'
+    for seconds in (1100, 2100):
+        clock.set_ros_time_override(Time(seconds=seconds, clock_type=ClockType.ROS_TIME))
+        assert count.acquire(timeout=PATIENCE)
+    thread.join()
+
+
+def test_what_is_no_clock_is_refused() -> None:
+    with pytest.raises(AttributeError, match="'int' object has no attribute 'handle'"):
+        Timer(None, None, 10**9, 1)  # type: ignore[arg-type]
