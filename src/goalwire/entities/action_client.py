@@ -346,6 +346,11 @@ class ActionClientCore:
         """Block until there is a server (True) or the time is over (False); None waits without limit."""
         return wait_for_graph(self.node.context, self.server_is_there, timeout_sec)
 
+    def inboxes(self) -> list[Inbox[Any]]:
+        """Where statuses and the feedback of each goal wait for the executor."""
+        goals = (*self._goals.copy().values(), *self._ended.copy().values())
+        return [self._statuses, *(goal.feedback for goal in goals if goal.feedback is not None)]
+
     @property
     def destroyed(self) -> bool:
         """True once destroyed."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from goalwire.entities.exceptions import InvalidHandle, ShutDownError
@@ -50,6 +51,7 @@ class ResponseFuture(Future[Any]):
             client.pending.pop(sample.sequence, None)
             if self.pending():
                 self.set_raw(sample.payload)
+            client.count_response()
 
     def on_end(self, reason: str) -> None:
         """No reply can come any more."""
@@ -79,6 +81,8 @@ class ResponseFuture(Future[Any]):
 class ClientCore:
     """Calls one service. `pending` maps the sequence numbers of unanswered requests to their futures."""
 
+    counts_up = True
+
     def __init__(
         self, node: NodeCore, support: ServiceSupport, name: str, qos: QoS, group: CallbackGroup | None = None
     ) -> None:
@@ -88,6 +92,9 @@ class ClientCore:
         self.qos = qos
         self.callback_group = group
         self.pending: dict[int, ResponseFuture] = {}
+        self.events = 0
+        """How many responses have come; see wait_set.Waited."""
+        self.watchers: Sequence[Callable[[], None]] = ()
         self.unanswered = 0
         """How many requests no server answered: there was none, it went away, or it gave them up."""
         self._reported: set[str] = set()
@@ -141,6 +148,12 @@ class ClientCore:
             if not future.done():
                 future.forget()
         return future.result()
+
+    def count_response(self) -> None:
+        """Tell the waitables that wait for responses."""
+        self.events += 1
+        for wake in self.watchers:
+            wake()
 
     def server_is_there(self) -> bool:
         """True while the graph shows a server of this name and type; raises InvalidHandle once destroyed."""

@@ -92,17 +92,31 @@ class RequestServer:
         if self._destroyed:  # it slipped in while that was under way
             request.drop()
             return None
-        try:
-            decode = self._decode or self._support.decode_request
-            message = decode(request.sample.payload)
-        except RemoteError as error:
-            self._reject(request, error)
+        decoded = self._decoded(request)
+        if decoded is None:
             return None
         try:
-            return self._call(request, message)
+            return self._call(request, decoded[0])
         except BaseException as error:
             request.drop(why_unanswered(error))
             raise
+
+    def take(self) -> tuple[Any, Request] | None:
+        """Take the oldest request that waits, decoded, past the executor; None where there is none."""
+        while (request := self.inbox.take()) is not None:
+            decoded = self._decoded(request)
+            if decoded is not None:
+                return decoded[0], request
+        return None
+
+    def _decoded(self, request: Request) -> tuple[Any] | None:
+        """The message of a request, if it has one: anything may be a message. None where it is rejected."""
+        try:
+            decode = self._decode or self._support.decode_request
+            return (decode(request.sample.payload),)
+        except RemoteError as error:
+            self._reject(request, error)
+            return None
 
     def _reject(self, request: Request, error: RemoteError) -> None:
         self.rejected += 1

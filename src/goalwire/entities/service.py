@@ -11,6 +11,7 @@ from goalwire.entities.node import NodeCore
 from goalwire.entities.request_server import RequestServer, why_unanswered
 from goalwire.entities.type_support import ServiceSupport
 from goalwire.execution.callback_groups import CallbackGroup
+from goalwire.execution.inbox import Inbox
 from goalwire.protocol.qos import QoS
 from goalwire.transport.contract import Request
 
@@ -61,6 +62,20 @@ class ServiceCore:
                 f'return the {self.support.response.__name__} that it was given'
             )
         request.reply(self.support.encode_response(response))
+
+    @property
+    def inbox(self) -> Inbox[Request]:
+        """The requests that wait."""
+        return self._server.inbox
+
+    def take(self) -> tuple[Any, Request] | None:
+        """Take the oldest request that waits, past the callback, with what to `answer`; else None.
+
+        Raises InvalidHandle once destroyed.
+        """
+        if self._server.destroyed:
+            raise InvalidHandle
+        return self._server.take()
 
     @property
     def destroyed(self) -> bool:

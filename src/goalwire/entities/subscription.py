@@ -89,6 +89,20 @@ class SubscriptionCore(Generic[MsgT]):
             return self._callback(message, _info(sample))
         return self._callback(message)
 
+    def take(self) -> tuple[Any, MessageInfo] | None:
+        """Take the oldest message that waits, past the callback; None where there is none.
+
+        Raises InvalidHandle once destroyed.
+        """
+        if self._port is None:
+            raise InvalidHandle
+        while (sample := self.inbox.take()) is not None:
+            try:
+                return self._decode(sample.payload), _info(sample)
+            except RemoteError as error:
+                self._reject(error)
+        return None
+
     def _reject(self, error: RemoteError) -> None:
         self.rejected += 1
         if self.rejected == 1:

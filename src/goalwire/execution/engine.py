@@ -47,11 +47,13 @@ class Engine:
         self._ready.wake_one()
 
     def _next(self) -> Work | None:
-        """The next ready work, timers and file descriptors looked at first; None where there is none."""
+        """The next ready work, or None; timers, file descriptors and waitables are looked at first."""
         if self._agenda.heap:
             self._agenda.ring_due(self._clock.now())
         if self._readiness.watched:
             self._readiness.poll()
+        if self._ready.lookouts:
+            self._ready.look_out()
         try:
             return self._ready.items.popleft()
         except IndexError:
@@ -76,7 +78,7 @@ class Engine:
                 self._start(outcome, work, group)
                 return True
         except BaseException:
-            _end(work, group)
+            end_of_callback(work, group)
             raise
         finally:
             if token is not None:
@@ -90,7 +92,8 @@ class Engine:
         """Run a coroutine callback up to its first await, in the order of plain callbacks."""
         from goalwire.execution.lane import Start
 
-        self._get_lanes().start(Start(coroutine, copy_context(), partial(_end, work, group)), group)
+        ended = partial(end_of_callback, work, group)
+        self._get_lanes().start(Start(coroutine, copy_context(), ended), group)
 
     def _raise_failure(self) -> None:
         """Raise what a coroutine callback, or a callback on another thread, has raised."""
@@ -122,7 +125,7 @@ class Engine:
         self._readiness.close()
 
 
-def _end(work: Work, group: CallbackGroup | None) -> None:
+def end_of_callback(work: Work, group: CallbackGroup | None) -> None:
     """Note that a callback has ended."""
     if group is not None:
         group.ending_execution(work)

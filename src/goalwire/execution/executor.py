@@ -152,8 +152,8 @@ class Executor(Engine):
         return group is None or group.can_execute(entity)
 
     def wake(self) -> None:
-        """Let a spinning thread look at what there is. Any thread."""
-        self._ready.wake_one()
+        """Let a spinning thread look at what there is, and ask the waitables. Any thread."""
+        self._ready.stir()
 
     # -- spinning
 

@@ -184,6 +184,10 @@ class Future(Generic[T]):
         except ValueError:
             return  # it was called, or is about to be
 
+    def set_home(self, home: Home) -> None:
+        """Let the done callbacks run where `home` is; those that wait for completion, too."""
+        self._home = home
+
     def wait(
         self,
         deadline: int | None = None,

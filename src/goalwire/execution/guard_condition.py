@@ -9,7 +9,7 @@ from goalwire.execution.home import Home
 from goalwire.execution.work import Work
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from goalwire.execution.callback_groups import CallbackGroup
     from goalwire.execution.lifeline import ContextLike
@@ -18,7 +18,9 @@ if TYPE_CHECKING:
 class GuardCondition(Work):
     """Triggers that come before the callback has run count as one."""
 
-    __slots__ = ('_destroyed', '_posted', 'callback')
+    __slots__ = ('_destroyed', '_posted', 'callback', 'events', 'watchers')
+
+    counts_up = True
 
     def __init__(
         self,
@@ -31,6 +33,9 @@ class GuardCondition(Work):
         super().__init__(Home() if home is None else home, callback_group)
         self.callback = callback
         self._posted = self._destroyed = False
+        self.events = 0
+        """How often it was triggered; those that come at once may count as one. See wait_set.Waited."""
+        self.watchers: Sequence[Callable[[], None]] = ()
 
     @property
     def callback_group(self) -> CallbackGroup | None:
@@ -48,9 +53,12 @@ class GuardCondition(Work):
         """Have the callback called soon. Any thread, signal handlers too. InvalidHandle once destroyed."""
         if self._destroyed:
             raise InvalidHandle
+        self.events += 1
         if not self._posted:
             self._posted = True
             self.home.post(self)
+        for wake in self.watchers:
+            wake()
 
     def destroy(self) -> None:
         """End it. Idempotent."""

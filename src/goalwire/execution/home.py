@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from goalwire.execution.agenda import Agenda, Alarm
+    from goalwire.execution.lookout import Lookout
     from goalwire.execution.ready import ReadyQueue
     from goalwire.execution.work import Work
 
@@ -18,13 +19,14 @@ class Home:
     adds and removes the node with every call.
     """
 
-    __slots__ = ('__weakref__', '_alarms', '_backlog', 'agenda', 'queue')
+    __slots__ = ('__weakref__', '_alarms', '_backlog', '_lookouts', 'agenda', 'queue')
 
     def __init__(self) -> None:
         self.queue: ReadyQueue | None = None
         self.agenda: Agenda | None = None
         self._backlog: deque[Work] = deque()
         self._alarms: set[Alarm] = set()
+        self._lookouts: dict[Lookout, None] = {}
 
     @property
     def attached(self) -> bool:
@@ -49,6 +51,8 @@ class Home:
         self.agenda = agenda
         self.queue = queue
         self._flush()
+        for lookout in tuple(self._lookouts):
+            queue.add_lookout(lookout)
         for alarm in tuple(self._alarms):
             due = alarm.due  # read once: another thread may ring it
             if due is not None and alarm.agenda is not agenda:
@@ -60,6 +64,8 @@ class Home:
         if queue is None:
             return
         self.queue = self.agenda = None
+        for lookout in tuple(self._lookouts):
+            queue.drop_lookout(lookout)
         if queue.items:
             self._move_out(queue)
 
@@ -81,6 +87,24 @@ class Home:
         while (agenda := alarm.agenda) is not None:  # it may be moving
             agenda.forget(alarm)
         alarm.due = None
+
+    def add_lookout(self, lookout: Lookout) -> None:
+        """Let `lookout` be asked for work, by whichever executor the node is in."""
+        self._lookouts[lookout] = None
+        while (queue := self.queue) is not None:
+            queue.add_lookout(lookout)
+            if self.queue is queue:
+                return
+            queue.drop_lookout(lookout)  # the node has moved in between
+
+    def drop_lookout(self, waitable: object) -> None:
+        """Ask `waitable` no more; nothing where it is not asked."""
+        for lookout in tuple(self._lookouts):
+            if lookout.waitable is waitable:
+                del self._lookouts[lookout]
+                if self.queue is not None:
+                    self.queue.drop_lookout(lookout)
+                lookout.close()
 
     def _flush(self) -> None:
         while self._backlog:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Generic, Literal, TypeVar
 from goalwire.execution.work import Work
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from goalwire.execution.callback_groups import CallbackGroup
     from goalwire.execution.home import Home
@@ -23,7 +23,19 @@ class Inbox(Work, Generic[E]):
     counts both. However many events wait, the inbox is in the executor's queue once.
     """
 
-    __slots__ = ('_alone', '_events', '_handle', '_posted', '_refuse_at', 'closed', 'depth', 'dropped')
+    __slots__ = (
+        '_alone',
+        '_events',
+        '_handle',
+        '_posted',
+        '_refuse_at',
+        'closed',
+        'depth',
+        'dropped',
+        'watchers',
+    )
+
+    counts_up = False
 
     def __init__(
         self,
@@ -38,6 +50,7 @@ class Inbox(Work, Generic[E]):
         self.depth = depth
         self.dropped = 0
         self.closed = False
+        self.watchers: Sequence[Callable[[], None]] = ()
         self._handle = handle
         self._events: deque[E] = deque(maxlen=depth if overflow == 'oldest' else None)
         self._refuse_at = depth if overflow == 'refuse' else None
@@ -52,6 +65,11 @@ class Inbox(Work, Generic[E]):
 
     @property
     def backlog(self) -> int:
+        return len(self._events)
+
+    @property
+    def events(self) -> int:
+        """How many events wait; see wait_set.Waited."""
         return len(self._events)
 
     def deliver(self, event: E) -> bool:
@@ -70,7 +88,17 @@ class Inbox(Work, Generic[E]):
         if not self._posted:
             self._posted = True
             self.home.post(self)
+        if self.watchers:
+            self._tell()
         return True
+
+    def _tell(self) -> None:
+        for wake in self.watchers:
+            wake()
+
+    def handle(self, event: E) -> object:
+        """Run the callback for `event`, which was taken; as `run` does."""
+        return self._handle(event)
 
     def take(self) -> E | None:
         """Take the oldest event out, past the callback; None where there is none."""

@@ -253,7 +253,7 @@ class MultiThreadedExecutor(Executor):
 
     def _pass_on(self) -> None:
         """A wake-up that this worker does not follow goes to the next sleeper."""
-        if self._ready.items:
+        if self._ready.restless:
             self._ready.wake_one()
 
     def _look_again(self) -> None:

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections import deque
 from contextlib import suppress
 from typing import TYPE_CHECKING
+from weakref import ReferenceType, ref
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from goalwire.execution.home import Home
+    from goalwire.execution.lookout import Lookout
     from goalwire.execution.steady import SteadyClock
     from goalwire.execution.waiting import Waiter
     from goalwire.execution.work import Work
@@ -23,11 +25,14 @@ class ReadyQueue:
     that went to sleep last is woken first: its caches are warm, and the others sleep on.
     """
 
-    __slots__ = ('_wakers', 'items')
+    __slots__ = ('_stirred', '_wakers', 'items', 'lookouts')
 
     def __init__(self) -> None:
         self.items: deque[Work] = deque()
+        self.lookouts: dict[ReferenceType[Lookout], None] = {}
+        """Who is to be asked for work before any is taken; they belong to their nodes."""
         self._wakers: list[Callable[[], None]] = []
+        self._stirred = False
 
     def post(self, work: Work) -> None:
         """Append `work` and wake one sleeper, if any: the poster's last act. Any thread."""
@@ -50,6 +55,36 @@ class ReadyQueue:
             return False
         return True
 
+    def stir(self) -> None:
+        """Let the lookouts be asked once more: by a sleeper, or by who is about to sleep. Any thread."""
+        self._stirred = True
+        self.wake_one()
+
+    def add_lookout(self, lookout: Lookout) -> None:
+        """Ask `lookout` from now on. Adding twice is harmless."""
+        self.lookouts[ref(lookout, self._forget)] = None
+        self.stir()
+
+    def drop_lookout(self, lookout: Lookout) -> None:
+        """Ask `lookout` no more; nothing where it is not asked."""
+        self._forget(ref(lookout))
+
+    def _forget(self, reference: ReferenceType[Lookout]) -> None:
+        self.lookouts.pop(reference, None)
+
+    def look_out(self) -> None:
+        """Ask the lookouts; those with work post it here."""
+        self._stirred = False
+        for reference in tuple(self.lookouts):
+            lookout = reference()
+            if lookout is not None:
+                lookout.look()
+
+    @property
+    def restless(self) -> bool:
+        """Whether there is something to do before anybody sleeps."""
+        return bool(self.items) or (self._stirred and bool(self.lookouts))
+
     def wake_one(self) -> None:
         """Let one sleeper look again. Whoever leaves while there is work must call this."""
         try:
@@ -62,6 +97,17 @@ class ReadyQueue:
         """Let all sleepers look again."""
         while self._wakers:
             self.wake_one()
+
+    def listen(self, waker: Callable[[], None]) -> None:
+        """Call `waker` once when there may be work, at once where there is: how a loop sleeps here."""
+        self._wakers.append(waker)
+        if self.restless:
+            self.wake_one()
+
+    def unlisten(self, waker: Callable[[], None]) -> None:
+        """Take a waker back, if it has not been called."""
+        with suppress(ValueError):
+            self._wakers.remove(waker)
 
     @property
     def sleepers(self) -> int:
@@ -87,7 +133,7 @@ class ReadyQueue:
                 self._wakers.insert(0, wake)
             else:
                 self._wakers.append(wake)
-            if not self.items and not leave():
+            if not self.restless and not leave():
                 clock.wait(waiter, deadline)
         finally:
             # Where a poster took it: its wake-up ends this wait, or makes the next one look once more.

@@ -14,7 +14,7 @@ from goalwire.execution.timer_info import TimerInfo, taking_info
 from goalwire.execution.work import Work
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from goalwire.execution.callback_groups import CallbackGroup
     from goalwire.execution.clock import Clock
@@ -46,7 +46,10 @@ class Timer(Work):
         '_posted',
         '_taken',
         '_with_info',
+        'watchers',
     )
+
+    counts_up = False
 
     def __init__(
         self,
@@ -72,6 +75,7 @@ class Timer(Work):
         self._clock: Clock = clock.handle  # what is no clock is refused here, with rclpy's words
         self._period = int(timer_period_ns)
         self._lock = Lock()
+        self.watchers: Sequence[Callable[[], None]] = ()
         self._last_call = clock.now_ns()
         self._next_call = self._last_call + self._period
         self._canceled = not autostart
@@ -167,6 +171,17 @@ class Timer(Work):
         """When the next call is due, on its clock."""
         return self._next_call
 
+    @property
+    def events(self) -> int:
+        """1 when a call is due, else 0; see wait_set.Waited."""
+        return int(self.is_ready())
+
+    def call_timer(self) -> None:
+        """Note a call that a waitable has made. Raises InvalidHandle once destroyed."""
+        self._check()
+        self.advance()
+        self._schedule()
+
     def take_over(self) -> None:
         """Leave calling to somebody else, a Rate: no executor calls it from now on."""
         self._taken = True
@@ -228,6 +243,8 @@ class Timer(Work):
     def _schedule(self) -> None:
         if not (self._canceled or self._taken):
             self._alarm.set(self._next_call)
+        for wake in self.watchers:
+            wake()
 
     def _post(self) -> None:
         if not self._posted:

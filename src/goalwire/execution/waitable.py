@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Coroutine
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 if TYPE_CHECKING:
@@ -9,6 +10,7 @@ if TYPE_CHECKING:
 
     from goalwire.execution.callback_groups import CallbackGroup
     from goalwire.execution.future import Future
+    from goalwire.execution.inbox import Inbox
     from goalwire.execution.wait_set import WaitSet
 
 T = TypeVar('T')
@@ -125,3 +127,31 @@ class SelfDriven(Waitable[T]):
     def destroy(self) -> None:
         """Release what it holds. Idempotent."""
         raise NotImplementedError
+
+
+class InboxWaitable(SelfDriven['tuple[Inbox[Any], Any] | None']):
+    """Something with several inboxes. Its methods do by hand, one by one, what executors do by themselves."""
+
+    def inboxes(self) -> list[Inbox[Any]]:
+        """Where its events wait."""
+        raise NotImplementedError
+
+    def is_ready(self, wait_set: WaitSet) -> bool:  # noqa: ARG002
+        """Whether an event waits."""
+        return any(inbox.events for inbox in self.inboxes())
+
+    def take_data(self) -> tuple[Inbox[Any], Any] | None:
+        """Take one event, so that no executor will; None where there is none."""
+        for inbox in self.inboxes():
+            event = inbox.take()
+            if event is not None:
+                return inbox, event
+        return None
+
+    async def execute(self, taken_data: tuple[Inbox[Any], Any] | None) -> None:
+        """Run the callback for an event that was taken."""
+        if taken_data is not None:
+            inbox, event = taken_data
+            outcome = inbox.handle(event)
+            if isinstance(outcome, Coroutine):
+                await outcome

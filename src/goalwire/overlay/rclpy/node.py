@@ -18,6 +18,7 @@ from goalwire.entities.node_graph import NodeGraph
 from goalwire.entities.node_parameters import NodeParameters
 from goalwire.entities.type_support import ServiceType, service_support
 from goalwire.execution.home import Home
+from goalwire.execution.waitable import SelfDriven, Waitable
 from goalwire.transport.contract import EndpointKind
 from rclpy.callback_groups import CallbackGroup, MutuallyExclusiveCallbackGroup
 from rclpy.client import Client
@@ -83,11 +84,13 @@ class BaseNode(NodeGraph, NodeParameters):
         self._services: list[Service[Any, Any]] = []
         self._timers: list[Timer] = []
         self._guards: list[GuardCondition] = []
-        self._waitables: list[Any] = []
+        self._waitables: list[Waitable[Any]] = []
         self._rates: dict[Rate, Timer] = {}
         self._default_callback_group: CallbackGroup = MutuallyExclusiveCallbackGroup()
         self._clock = self.core.clock = self._make_clock()
         self._logger = get_logger(self.core.logger_name)
+        if enable_rosout and self._context.arguments.rosout_logs:
+            self._context.rosout.join(self.core)
         self._init_parameters(
             parameter_overrides or [],
             allow_undeclared=allow_undeclared_parameters,
@@ -201,17 +204,22 @@ class BaseNode(NodeGraph, NodeParameters):
         yield from self._guards
 
     @property
-    def waitables(self) -> Iterator[Any]:
+    def waitables(self) -> Iterator[Waitable[Any]]:
         """The action servers and clients, and other waitables, of this node."""
         yield from self._waitables
 
-    def add_waitable(self, waitable: object) -> None:
-        """List a waitable among the node's own."""
+    def add_waitable(self, waitable: Waitable[Any]) -> None:
+        """Let the node's executor run `waitable`, too."""
         self._waitables.append(waitable)
+        if not isinstance(waitable, SelfDriven):
+            from goalwire.execution.lookout import Lookout
 
-    def remove_waitable(self, waitable: object) -> None:
+            self.home.add_lookout(Lookout(self.home, waitable))
+
+    def remove_waitable(self, waitable: Waitable[Any]) -> None:
         """Forget a waitable; raises ValueError where it is not the node's."""
         self._waitables.remove(waitable)
+        self.home.drop_lookout(waitable)
 
     def get_publishers_info_by_topic(
         self, topic_name: str, no_mangle: bool = False
@@ -455,7 +463,10 @@ class Node(BaseNode):
         """Destroy everything the node made, then the node. Idempotent."""
         self.executor = None
         for waitable in reversed(list(self._waitables)):
-            waitable.destroy()
+            if isinstance(waitable, SelfDriven):
+                waitable.destroy()
+            else:  # the program's own
+                self.remove_waitable(waitable)
         for rate in list(self._rates):
             self.destroy_rate(rate)
         self.core.destroy()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 from goalwire.entities.exceptions import InvalidHandle
 from goalwire.entities.subscription import MessageInfo, MsgT, SubscriptionCore
@@ -44,6 +44,13 @@ class Subscription(SubscriptionCore[MsgT]):
     def handle(self) -> Self:
         """The subscription itself: there is no C handle behind it."""
         return self
+
+    def take_message(self, msg_type: type[MsgT], raw: bool) -> tuple[Any, MessageInfo] | None:
+        """Take a message, as rclpy's handle offers it to waitables; None where there is none.
+
+        It is one of this subscription's type, or serialized where that is `raw`.
+        """
+        return self.take()
 
     def __enter__(self) -> Self:
         return self

@@ -11,6 +11,7 @@ from goalwire.entities.action_endpoints import ActionQoS
 from goalwire.entities.client_goal import ClientGoalHandle
 from goalwire.entities.exceptions import NameValidationException
 from goalwire.entities.type_support import action_support
+from goalwire.execution.waitable import InboxWaitable
 from rclpy.callback_groups import CallbackGroup
 from rclpy.qos import (
     QoSProfile,
@@ -18,8 +19,10 @@ from rclpy.qos import (
     qos_profile_services_default,
 )
 from rclpy.task import Future
+from rclpy.waitable import NumberOfEntities
 
 if TYPE_CHECKING:
+    from goalwire.execution.wait_set import WaitSet
     from rclpy.node import Node
 
 __all__ = ['ActionClient', 'ClientGoalHandle']
@@ -29,7 +32,7 @@ ActT = TypeVar('ActT')
 _FEEDBACK_QOS = QoSProfile(depth=10)
 
 
-class ActionClient(ActionClientCore, Generic[ActT]):
+class ActionClient(ActionClientCore, InboxWaitable, Generic[ActT]):
     """Calls one action."""
 
     def __init__(
@@ -55,17 +58,25 @@ class ActionClient(ActionClientCore, Generic[ActT]):
         )
         group = callback_group or node.default_callback_group
         support = action_support(action_type)
+        InboxWaitable.__init__(self, group)
         try:
-            super().__init__(node.core, support, action_name, group, qos)
+            ActionClientCore.__init__(self, node.core, support, action_name, group, qos)
         except NameValidationException as error:
             raise ValueError(
                 f"Failed to create action client due to invalid topic name '{action_name}' : {error}"
             ) from None
         self._node = node
         self._action_type = action_type
-        self.callback_group = group
-        group.add_entity(self)
         node.add_waitable(self)
+
+    def get_num_entities(self) -> NumberOfEntities:
+        """Three clients, and subscriptions to feedback and status."""
+        return NumberOfEntities(num_subs=2, num_clients=3)
+
+    def add_to_wait_set(self, wait_set: WaitSet) -> None:
+        """Have `wait_set` watch for statuses and feedback; replies need no executor."""
+        for inbox in self.inboxes():
+            wait_set.add_subscription(inbox)
 
     def send_goal_async(
         self,
@@ -96,12 +107,12 @@ class ActionClient(ActionClientCore, Generic[ActT]):
         """Undeclare; futures that are pending stay so. Idempotent."""
         if not self.destroyed:
             self._node.remove_waitable(self)
-        super().destroy()
+        ActionClientCore.destroy(self)
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(
-        self, exc_type: type[BaseException] | None, exc: BaseException | None, traceback: TracebackType | None
+        self, t: type[BaseException] | None, v: BaseException | None, tb: TracebackType | None
     ) -> None:
         self.destroy()

@@ -12,6 +12,7 @@ from goalwire.entities.action_server import ActionServerCore
 from goalwire.entities.exceptions import NameValidationException, RCLError
 from goalwire.entities.goal_handle import ServerGoalHandle
 from goalwire.entities.type_support import action_support
+from goalwire.execution.waitable import InboxWaitable
 from goalwire.protocol.goals.table import GoalEvent
 from rclpy.callback_groups import CallbackGroup
 from rclpy.constants import S_TO_NS
@@ -20,8 +21,10 @@ from rclpy.qos import (
     qos_profile_action_status_default,
     qos_profile_services_default,
 )
+from rclpy.waitable import NumberOfEntities
 
 if TYPE_CHECKING:
+    from goalwire.execution.wait_set import WaitSet
     from rclpy.node import Node
 
 __all__ = [
@@ -56,7 +59,7 @@ def default_cancel_callback(cancel_request: object) -> CancelResponse:
     return CancelResponse.REJECT
 
 
-class ActionServer(ActionServerCore, Generic[ActT]):
+class ActionServer(ActionServerCore, InboxWaitable, Generic[ActT]):
     """Serves one action."""
 
     def __init__(
@@ -95,9 +98,10 @@ class ActionServer(ActionServerCore, Generic[ActT]):
         )
         group = callback_group or node.default_callback_group
         support = action_support(action_type)
+        InboxWaitable.__init__(self, group)
         try:
-            super().__init__(
-                node.core, support, action_name, callbacks, group, qos, _nanoseconds(result_timeout)
+            ActionServerCore.__init__(
+                self, node.core, support, action_name, callbacks, group, qos, _nanoseconds(result_timeout)
             )
         except NameValidationException as error:
             raise ValueError(
@@ -105,9 +109,16 @@ class ActionServer(ActionServerCore, Generic[ActT]):
             ) from None
         self._node = node
         self._action_type = action_type
-        self.callback_group = group
-        group.add_entity(self)
         node.add_waitable(self)
+
+    def get_num_entities(self) -> NumberOfEntities:
+        """Three services, and the timer that lets results expire."""
+        return NumberOfEntities(num_timers=1, num_services=3)
+
+    def add_to_wait_set(self, wait_set: WaitSet) -> None:
+        """Have `wait_set` watch for requests."""
+        for inbox in self.inboxes():
+            wait_set.add_service(inbox)
 
     @property
     def action_type(self) -> type[ActT]:
@@ -146,13 +157,13 @@ class ActionServer(ActionServerCore, Generic[ActT]):
         """Answer every open request, abort what runs, undeclare. Idempotent."""
         if not self.destroyed:
             self._node.remove_waitable(self)
-        super().destroy()
+        ActionServerCore.destroy(self)
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(
-        self, exc_type: type[BaseException] | None, exc: BaseException | None, traceback: TracebackType | None
+        self, t: type[BaseException] | None, v: BaseException | None, tb: TracebackType | None
     ) -> None:
         self.destroy()
 
