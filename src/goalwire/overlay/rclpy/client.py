@@ -15,26 +15,11 @@ RequestT = TypeVar('RequestT')
 ResponseT = TypeVar('ResponseT')
 
 
-class Client(ClientCore, Generic[RequestT, ResponseT]):
-    """Made by Node.create_client."""
+class BaseClient(ClientCore, Generic[RequestT, ResponseT]):
+    """What Client and AsyncClient share."""
 
     srv_type: type[ServiceType[RequestT, ResponseT]]
     qos_profile: QoSProfile
-
-    if TYPE_CHECKING:  # what ClientCore does, with the types of this service
-
-        def call(self, request: RequestT, timeout_sec: float | None = None) -> ResponseT | None: ...
-
-        def call_async(self, request: RequestT) -> Future[ResponseT]: ...
-
-    def get_pending_request(self, sequence_number: int) -> Future[ResponseT]:
-        """Return the future of an unanswered request; raises KeyError."""
-        return self.pending[sequence_number]
-
-    def remove_pending_request(self, future: Future[Any]) -> None:
-        """Wait for a response no longer; its future stays pending."""
-        if isinstance(future, ResponseFuture):
-            future.forget()
 
     def service_is_ready(self) -> bool:
         """True while there is a server of this name and type."""
@@ -64,3 +49,22 @@ class Client(ClientCore, Generic[RequestT, ResponseT]):
         self, exc_type: type[BaseException] | None, exc: BaseException | None, traceback: TracebackType | None
     ) -> None:
         self.destroy()
+
+
+class Client(BaseClient[RequestT, ResponseT]):
+    """Made by Node.create_client."""
+
+    if TYPE_CHECKING:  # what ClientCore does, with the types of this service
+
+        def call(self, request: RequestT, timeout_sec: float | None = None) -> ResponseT | None: ...
+
+        def call_async(self, request: RequestT) -> Future[ResponseT]: ...
+
+    def get_pending_request(self, sequence_number: int) -> Future[ResponseT]:
+        """Return the future of an unanswered request; raises KeyError."""
+        return self.pending[sequence_number]
+
+    def remove_pending_request(self, future: Future[Any]) -> None:
+        """Wait for a response no longer; its future stays pending."""
+        if isinstance(future, ResponseFuture):
+            future.forget()
