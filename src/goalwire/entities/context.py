@@ -17,6 +17,7 @@ from goalwire import logging
 from goalwire.entities.arguments import process_arguments
 from goalwire.entities.exceptions import NotInitializedException, RCLError
 from goalwire.entities.local_servers import LocalServers
+from goalwire.entities.rosout import Rosout
 from goalwire.execution import signals
 from goalwire.execution.lifeline import Lifeline
 from goalwire.graph.graph import Graph
@@ -43,6 +44,7 @@ class Context:
         self._logs = False
         self.local_servers = LocalServers()
         """The request servers of this context's nodes: blocking calls ask whether one of them must answer."""
+        self.rosout = Rosout()
 
     # -- from init to shutdown ----------------------------------------------------------------------------
 
@@ -82,6 +84,11 @@ class Context:
         )
         self._logs = True
 
+    @property
+    def initialized(self) -> bool:
+        """True from init() on, after the end too."""
+        return self._domain_id is not None
+
     def ok(self) -> bool:
         """True between init() and the end, whoever ends it."""
         return self._domain_id is not None and self.lifeline.alive
@@ -113,6 +120,7 @@ class Context:
             self._run_shutdown_callbacks()
         finally:
             signals.unregister(self.lifeline)
+            self.rosout.close()
             with self._lock:
                 session, self._session = self._session, None
             if session is not None:

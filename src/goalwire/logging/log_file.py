@@ -1,4 +1,4 @@
-"""The process's log file `<directory>/<executable>_<pid>_<ms>.log` (rcl_logging_spdlog), made at its first line.
+"""The log file of a process, `<directory>/<executable>_<pid>_<ms>.log` as rcl_logging_spdlog names it.
 
 Each line is one write to a file opened for appending: so lines stay whole whichever threads log, and none is
 lost however the process ends. ROS 2 keeps up to 5 s of lines below ERROR in memory.

@@ -27,7 +27,10 @@ def declare(session: zenoh.Session, key: str, endpoint: Endpoint) -> zenoh.Publi
     thousand goals at once).
     """
     qos = endpoint.qos
-    may_block = qos.is_reliable and (qos.keeps_all or qos.is_transient_local or endpoint.waits_for_room)
+    waits = endpoint.waits_for_room
+    if waits is None:
+        waits = qos.keeps_all or qos.is_transient_local
+    may_block = qos.is_reliable and waits
     congestion = zenoh.CongestionControl.BLOCK if may_block else zenoh.CongestionControl.DROP
     reliability = zenoh.Reliability.RELIABLE if qos.is_reliable else zenoh.Reliability.BEST_EFFORT
     if not qos.is_transient_local:  # on the wire the same as an advanced publisher without its features

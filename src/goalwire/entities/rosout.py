@@ -1,0 +1,141 @@
+"""/rosout: what nodes log, for whoever listens (rcl's logging_rosout).
+
+A record goes out through the node whose logger has its name, or from whose logger its own descends. Nodes of
+equal logger name share one publisher, which passes on to the next of them when its node goes. It never waits
+for room on the wire: log lines come from any thread, those of the transport too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from struct import Struct
+from threading import Lock
+from typing import TYPE_CHECKING
+
+from goalwire.entities.standard_types import standard_message
+from goalwire.errors import ClosedError, ForkedError
+from goalwire.logging import LogRecord, SinkHandle, add_sink, get_logger
+from goalwire.protocol.qos import ROSOUT, QoS
+from goalwire.transport.contract import Endpoint, EndpointKind, PublisherPort
+
+if TYPE_CHECKING:
+    from goalwire.entities.node import NodeCore
+
+TOPIC = '/rosout'
+LOG = 'rcl_interfaces/msg/Log'
+
+_HEAD = Struct('<4siIB')
+"""The header of little-endian CDR, then stamp and level."""
+_NUMBER = Struct('<I')
+
+
+class Rosout:
+    """The ways to /rosout of one context's nodes."""
+
+    def __init__(self) -> None:
+        self._lock = Lock()
+        self._outlets: dict[str, list[_Outlet]] = {}
+        """By logger name; the first one of each has the publisher."""
+        self._ways: dict[str, Callable[[bytes], None]] = {}
+        self._sink: SinkHandle | None = None
+
+    def join(self, node: NodeCore, qos: QoS = ROSOUT) -> None:
+        """Publish what `node` logs, until it is destroyed."""
+        outlet = _Outlet(self, node, qos)
+        with self._lock:
+            fellows = self._outlets.setdefault(outlet.name, [])
+            fellows.append(outlet)
+            if self._sink is None:
+                self._sink = add_sink(self._take)
+        node.own(outlet)
+        if fellows[0] is outlet:
+            self._ways[outlet.name] = outlet.open()
+        else:
+            get_logger('rcl.logging_rosout').warning(
+                f"Publisher already registered for node name: '{outlet.name}'. If this is due to multiple nodes "
+                f"with the same name then all logs for the logger named '{outlet.name}' will go out over the "
+                'existing publisher.'
+            )
+
+    def leave(self, outlet: _Outlet) -> None:
+        """Forget a node; the next of its logger's name takes over."""
+        name = outlet.name
+        with self._lock:
+            fellows = self._outlets.get(name, [])
+            if outlet not in fellows:
+                return
+            was_first = fellows[0] is outlet
+            fellows.remove(outlet)
+            heir = fellows[0] if was_first and fellows else None
+            if not fellows:
+                del self._outlets[name]
+        if heir is not None:
+            self._ways[name] = heir.open()
+        elif was_first:
+            self._ways.pop(name, None)
+
+    def close(self) -> None:
+        """Publish nothing more: the context ends. Idempotent."""
+        with self._lock:
+            sink, self._sink = self._sink, None
+            self._outlets.clear()
+        self._ways.clear()
+        if sink is not None:
+            sink.close()
+
+    def _take(self, record: LogRecord) -> None:
+        publish = self._ways.get(record.name) or self._ways.get(record.origin)
+        if publish is None:
+            return
+        try:
+            publish(encode_log(record))
+        except (ClosedError, ForkedError):
+            return  # the line came too late, or from a child process: others have it
+
+
+class _Outlet:
+    """One node's claim to publish what is logged under `name`."""
+
+    def __init__(self, hub: Rosout, node: NodeCore, qos: QoS) -> None:
+        self.name = node.logger_name
+        self._hub = hub
+        self._node = node
+        self._qos = qos
+        self._port: PublisherPort | None = None
+
+    def open(self) -> Callable[[bytes], None]:
+        """Declare the publisher and return what sends its messages."""
+        support = standard_message(LOG)
+        endpoint = Endpoint(
+            EndpointKind.PUBLISHER,
+            self._node.resolve(TOPIC),
+            LOG,
+            support.type_hash,
+            self._qos,
+            support.has_buffers,
+            waits_for_room=False,
+        )
+        self._port = self._node.port.publisher(endpoint)
+        return self._port.publish
+
+    def destroy(self) -> None:
+        """Undeclare. Idempotent."""
+        self._node.disown(self)
+        self._hub.leave(self)
+        port, self._port = self._port, None
+        if port is not None:
+            port.close()
+
+
+def encode_log(record: LogRecord) -> bytes:
+    """Return a record as a serialized rcl_interfaces/msg/Log.
+
+    By hand, since making the class takes a hundred times as long as the first line of most programs may.
+    What a ROS string cannot hold is spelt out: a line is never lost.
+    """
+    seconds, nanoseconds = divmod(record.stamp_ns, 1_000_000_000)
+    data = bytearray(_HEAD.pack(b'\0\1\0\0', seconds, nanoseconds, record.severity))
+    for text in (record.name, record.message, record.file, record.function):
+        encoded = text.encode(errors='backslashreplace').replace(b'\0', b'\\x00') + b'\0'
+        data += b'\0' * (-len(data) & 3) + _NUMBER.pack(len(encoded)) + encoded
+    return bytes(data + b'\0' * (-len(data) & 3) + _NUMBER.pack(record.line))
