@@ -21,6 +21,7 @@ __all__ = [
     'InvalidParameterException',
     'InvalidParameterTypeException',
     'InvalidParameterValueException',
+    'InvalidQosOverridesError',
     'InvalidServiceNameException',
     'InvalidTopicNameException',
     'NameValidationException',
@@ -29,12 +30,14 @@ __all__ = [
     'NotInitializedException',
     'ParameterAlreadyDeclaredException',
     'ParameterException',
+    'ParameterImmutableException',
     'ParameterNotDeclaredException',
     'ParameterUninitializedException',
     'RCLError',
     'RCLInvalidROSArgsError',
     'ROSInterruptException',
     'ShutDownError',
+    'TopicExpansionError',
     'UnknownROSArgsError',
     'UnsupportedEventTypeError',
 ]
@@ -59,6 +62,10 @@ class UnknownROSArgsError(RCLError):
     """Arguments after --ros-args that ROS 2 does not know."""
 
 
+class InvalidQosOverridesError(LocalError):
+    """A program refuses the QoS that its parameters make (rclpy.qos_overriding_options)."""
+
+
 class UnsupportedEventTypeError(RCLError):
     """An event that the wire in use cannot tell (rclpy.event_handler)."""
 
@@ -80,10 +87,19 @@ class NoTypeSupportImportedException(LocalError):
         super().__init__('no type_support imported')
 
 
+class TopicExpansionError(LocalError, ValueError):
+    """A topic name, node name or namespace from which no full name can be made."""
+
+    def __init__(self, kind: str, name: str, reason: str) -> None:
+        super().__init__(f"{'node namespace' if kind == 'namespace' else kind} '{name}' is invalid: {reason}")
+        self.reason = reason
+
+
 class NameValidationException(LocalError):
-    """A name that ROS 2 forbids; the text points at the character."""
+    """A name that ROS 2 forbids for that `reason`; the text points at the character."""
 
     def __init__(self, name_type: str, name: str, error_msg: str, invalid_index: int) -> None:
+        self.reason = error_msg
         pointer = ' ' * invalid_index
         super().__init__(f"Invalid {name_type}: {error_msg}:\n  '{name}'\n   {pointer}^")
 
@@ -148,10 +164,9 @@ class InvalidParameterTypeException(ParameterException):
     """A value of another type than the parameter has."""
 
     def __init__(self, desired_parameter: Parameter, expected_type: str) -> None:
-        found = type(desired_parameter.value).__name__
-        name = desired_parameter.name
+        value, name = desired_parameter.value, desired_parameter.name
         super().__init__(
-            f"Trying to set parameter '{name}' to '{found}' of type '{desired_parameter.type_.name}', "
+            f"Trying to set parameter '{name}' to '{value}' of type '{desired_parameter.type_.name}', "
             f"expecting type '{expected_type}'",
             name,
         )
@@ -162,6 +177,13 @@ class InvalidParameterValueException(ParameterException):
 
     def __init__(self, parameter: str, value: object, reason: str) -> None:
         super().__init__(f'Invalid parameter value ({value}) for parameter. Reason: {reason}', parameter)
+
+
+class ParameterImmutableException(ParameterException):
+    """A read-only parameter that was to be changed."""
+
+    def __init__(self, parameter_name: str) -> None:
+        super().__init__('Attempted to modify read-only parameter', parameter_name)
 
 
 class ParameterUninitializedException(ParameterException):

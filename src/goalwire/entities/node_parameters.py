@@ -1,92 +1,129 @@
-"""The parameters of a node: declared, overridden by arguments, read and set."""
+"""The parameters of a node: declared, overridden by arguments, read and set, with rclpy's exceptions."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from goalwire.entities.exceptions import (
-    InvalidParameterException,
+    InvalidHandle,
     InvalidParameterTypeException,
+    InvalidParameterValueException,
     ParameterAlreadyDeclaredException,
+    ParameterImmutableException,
     ParameterNotDeclaredException,
     ParameterUninitializedException,
 )
-from goalwire.protocol.parameters import Parameter, ParameterTable, ParameterValue, Type
+from goalwire.entities.parameter_declaration import Described, declarations, described
+from goalwire.protocol.parameters import (
+    RELATIVE_TOLERANCE,
+    SEPARATOR,
+    Descriptor,
+    Outcome,
+    Parameter,
+    ParameterTable,
+    ParameterValue,
+    SetCallbacks,
+    Type,
+    WrongType,
+)
+from goalwire.protocol.parameters.callbacks import NOTHING_LEFT, After, Before, On
+from goalwire.protocol.parameters.listing import list_names
+from goalwire.protocol.parameters.messages import descriptor_message, result_message, value_of
 
 if TYPE_CHECKING:
+    from rcl_interfaces.msg import (
+        ListParametersResult,
+        ParameterDescriptor,
+        SetParametersResult,
+    )
+    from rcl_interfaces.msg import ParameterValue as ParameterValueMessage
+
     from goalwire.entities.node import NodeCore
+    from goalwire.entities.parameter_events import ParameterEvents
 
 
 class NodeParameters:
     """Mixed into Node. The values live in a ParameterTable; what callers see is rclpy's."""
 
-    core: NodeCore
+    PARAM_REL_TOL = RELATIVE_TOLERANCE
 
-    def _init_parameters(
-        self, overrides: Iterable[Parameter], *, allow_undeclared: bool, declare_overrides: bool
-    ) -> None:
+    core: NodeCore
+    _parameter_events: ParameterEvents | None = None
+
+    def _init_parameters(self, overrides: Iterable[Parameter], *, allow_undeclared: bool) -> None:
         values: dict[str, ParameterValue] = dict(self.core.parameter_overrides())
         values.update({parameter.name: parameter.value for parameter in overrides})
         self._parameters = ParameterTable(values, allow_undeclared=allow_undeclared)
-        if declare_overrides:
-            for name, value in values.items():
-                self.declare_parameter(name, value, ignore_override=True)
+        self._set_callbacks = SetCallbacks()
+
+    def _declare_overrides(self) -> None:
+        values = self._parameters.overrides.items()
+        self.declare_parameters('', [(name, value, Descriptor()) for name, value in values])
+
+    # -- declaring -----------------------------------------------------------------------------------------
 
     def declare_parameter(
-        self, name: str, value: Any = None, descriptor: Any = None, ignore_override: bool = False
+        self,
+        name: str,
+        value: Any = None,
+        descriptor: Described | None = None,
+        ignore_override: bool = False,
     ) -> Parameter:
         """Declare a parameter with a default value (or, without one, a Type) and return it.
 
-        An override from `--ros-args -p` wins over the default. Raises ParameterAlreadyDeclaredException,
-        InvalidParameterException, InvalidParameterTypeException.
+        An override, from arguments or files, wins over the default. Raises ParameterAlreadyDeclaredException,
+        InvalidParameterException, InvalidParameterTypeException, InvalidParameterValueException, TypeError,
+        ValueError.
         """
-        _check_name(name)
-        if not name:
-            raise InvalidParameterException(name)
-        if name in self._parameters:
-            raise ParameterAlreadyDeclaredException([name])
-        dynamic = bool(descriptor is not None and descriptor.dynamic_typing)
-        default = Parameter(name, Type.NOT_SET) if isinstance(value, Type) else Parameter(name, value=value)
-        expected = value if isinstance(value, Type) else default.type_
-        override = self._parameters.overrides.get(name)
-        if override is not None and not ignore_override and expected is not Type.NOT_SET and not dynamic:
-            wanted = Parameter(name, value=override)
-            if wanted.type_ is not expected:
-                raise InvalidParameterTypeException(wanted, expected.name)
-        self._parameters.declare(name, default, expected, ignore_override=ignore_override, dynamic=dynamic)
-        found = self._parameters.get(name)
-        assert found is not None
-        return found
+        alone = value is None and descriptor is None
+        given = (name,) if alone else (name, value, descriptor)
+        return self._declare('', [given], ignore_override)[0]
 
     def declare_parameters(
         self, namespace: str, parameters: Sequence[tuple[Any, ...]], ignore_override: bool = False
     ) -> list[Parameter]:
-        """Declare several, each `(name[, value[, descriptor]])`, under a namespace (may be '')."""
-        prefix = f'{namespace}.' if namespace else ''
-        return [
-            self.declare_parameter(_below(prefix, name), *_value_and_descriptor(rest), ignore_override)
-            for name, *rest in parameters
-        ]
+        """Declare several, each `(name[, value[, descriptor]])`, under a namespace (may be '').
+
+        Raises as declare_parameter does; those before the one that is refused stay declared.
+        """
+        return self._declare(namespace, parameters, ignore_override)
+
+    def _declare(self, namespace: str, given: Sequence[Sequence[Any]], ignore: bool) -> list[Parameter]:
+        declared = declarations(namespace, given, {} if ignore else self._parameters.overrides)
+        known = [parameter.name for parameter, _ in declared if parameter.name in self._parameters]
+        if known:
+            raise ParameterAlreadyDeclaredException(known)
+        for parameter, descriptor in declared:
+            outcome = descriptor.judge(parameter)
+            if outcome.successful:
+                outcome = self._change([parameter], {parameter.name: descriptor})
+            if isinstance(outcome, WrongType):
+                raise InvalidParameterTypeException(parameter, descriptor.type.name)
+            if not outcome.successful:
+                raise InvalidParameterValueException(parameter.name, parameter.value, outcome.reason)
+        return [parameter for parameter, _ in declared]
 
     def undeclare_parameter(self, name: str) -> None:
-        """Forget a parameter; raises ParameterNotDeclaredException."""
+        """Forget a parameter; raises ParameterNotDeclaredException, ParameterImmutableException."""
         if name not in self._parameters:
             raise ParameterNotDeclaredException(name)
+        self._refuse_read_only(name)
         self._parameters.undeclare(name)
 
     def has_parameter(self, name: str) -> bool:
         """True where the parameter is declared."""
         return name in self._parameters
 
+    # -- reading -------------------------------------------------------------------------------------------
+
     def get_parameter(self, name: str) -> Parameter:
         """Return a parameter; raises ParameterNotDeclaredException or ParameterUninitializedException."""
         found = self._parameters.get(name)
         if found is None:
-            if self._parameters.allow_undeclared:
-                return Parameter(name)
-            raise ParameterNotDeclaredException(name)
-        if found.type_ is Type.NOT_SET and self._parameters.is_static(name):
+            self._refuse_undeclared(name)
+            return Parameter(name)
+        if self._parameters.is_uninitialized(found):
             raise ParameterUninitializedException(name)
         return found
 
@@ -103,50 +140,175 @@ class NodeParameters:
 
     def get_parameters_by_prefix(self, prefix: str) -> dict[str, Parameter]:
         """Return the parameters below a prefix, by the rest of their names."""
-        start = f'{prefix}.' if prefix else ''
-        table = self._parameters
+        start = f'{prefix}{SEPARATOR}' if prefix else ''
         return {
-            name[len(start) :]: self.get_parameter(name) for name in table.names() if name.startswith(start)
+            parameter.name[len(start) :]: parameter
+            for parameter in self._parameters
+            if parameter.name.startswith(start)
         }
 
-    def set_parameters(self, parameter_list: Sequence[Parameter]) -> list[Any]:
+    def get_parameter_type(self, name: str) -> int | Type:
+        """Return the number of a parameter's type (rcl_interfaces/msg/ParameterType).
+
+        Type.NOT_SET for one that is allowed to be undeclared. Raises ParameterNotDeclaredException.
+        """
+        found = self._parameters.get(name)
+        if found is not None:
+            return found.type_.value
+        self._refuse_undeclared(name)
+        return Type.NOT_SET
+
+    def get_parameter_types(self, names: Sequence[str]) -> list[int | Type]:
+        """Return the types of several; raises as get_parameter_type does."""
+        return [self.get_parameter_type(name) for name in names]
+
+    def describe_parameter(self, name: str) -> ParameterDescriptor:
+        """Return a parameter's descriptor, an empty one for one that is allowed to be undeclared.
+
+        Raises ParameterNotDeclaredException.
+        """
+        descriptor = self._parameters.descriptor(name)
+        if descriptor is None:
+            self._refuse_undeclared(name)
+            descriptor = Descriptor()
+        return descriptor_message(descriptor)
+
+    def describe_parameters(self, names: Sequence[str]) -> list[ParameterDescriptor]:
+        """Return the descriptors of several; raises as describe_parameter does."""
+        return [self.describe_parameter(name) for name in names]
+
+    def list_parameters(self, prefixes: list[str], depth: int) -> ListParametersResult:
+        """Return the names at or below the prefixes (all for none), `depth` parts deep at most (0: any).
+
+        Raises TypeError, ValueError.
+        """
+        from rcl_interfaces.msg import ListParametersResult
+
+        names, heads = list_names(self._parameters.names(), prefixes, depth)
+        return ListParametersResult(names=names, prefixes=heads)
+
+    # -- setting -------------------------------------------------------------------------------------------
+
+    def set_parameters(self, parameter_list: Sequence[Parameter]) -> list[SetParametersResult]:
         """Set each parameter on its own; returns one rcl_interfaces/msg/SetParametersResult for each.
 
-        Raises ParameterNotDeclaredException, TypeError for what is no Parameter.
+        A parameter without a value undeclares a dynamically typed one. Raises ParameterNotDeclaredException,
+        TypeError for what is no Parameter.
         """
-        from rcl_interfaces.msg import SetParametersResult
+        return [self.set_parameters_atomically([parameter]) for parameter in parameter_list]
 
-        results = []
-        for parameter in parameter_list:
-            _check_parameter(parameter)
-            if parameter.name not in self._parameters and not self._parameters.allow_undeclared:
-                raise ParameterNotDeclaredException([parameter.name])
-            refusal = self._parameters.refusal(parameter)
-            if not refusal:
-                self._parameters.set(parameter)
-            results.append(SetParametersResult(successful=not refusal, reason=refusal))
-        return results
+    def set_parameters_atomically(self, parameter_list: Sequence[Parameter]) -> SetParametersResult:
+        """Set all parameters or none; raises as set_parameters does."""
+        return result_message(self._set(list(parameter_list)))
+
+    def _set(self, parameters: list[Parameter]) -> Outcome:
+        _check_parameters(parameters)
+        if self._set_callbacks.before:
+            parameters = self._set_callbacks.prepare(parameters)
+            _check_parameters(parameters)
+            if not parameters:
+                return NOTHING_LEFT
+        undeclared = [parameter.name for parameter in parameters if parameter.name not in self._parameters]
+        if undeclared and not self._parameters.allow_undeclared:
+            raise ParameterNotDeclaredException(undeclared)
+        outcome = self._parameters.judge(parameters)
+        return self._change(parameters) if outcome.successful else outcome
+
+    def _change(
+        self, parameters: list[Parameter], declared: Mapping[str, Descriptor] | None = None
+    ) -> Outcome:
+        """Ask the callbacks, store, tell the world and the callbacks."""
+        outcome = self._set_callbacks.judge(parameters)
+        if not outcome.successful:
+            return outcome
+        if self.core.destroyed:
+            raise InvalidHandle
+        changes = self._parameters.store(parameters, declared)
+        if self._parameter_events is not None:
+            self._parameter_events.publish(changes)
+        self._set_callbacks.tell(parameters)
+        return outcome
+
+    def set_descriptor(
+        self,
+        name: str,
+        descriptor: Described,
+        alternative_value: ParameterValueMessage | None = None,
+    ) -> ParameterValueMessage:
+        """Give a parameter another descriptor, and the alternative value where its own does not suit it.
+
+        Returns its value. Neither callbacks nor /parameter_events learn of it. Raises
+        ParameterNotDeclaredException, ParameterImmutableException, ParameterUninitializedException,
+        InvalidParameterValueException.
+        """
+        parameter = self.get_parameter(name)
+        if name in self._parameters:
+            self._refuse_read_only(name)
+            wanted = described(descriptor)
+            parameter = _suiting(wanted, parameter, alternative_value)
+            self._parameters.describe(wanted, parameter)
+        return parameter.get_parameter_value()
+
+    # -- callbacks -----------------------------------------------------------------------------------------
+
+    def add_pre_set_parameters_callback(self, callback: Before) -> None:
+        """Call `callback(parameters)` before a set; what it returns is set instead. Raises TypeError."""
+        _add(callback, self._set_callbacks.before)
+
+    def add_on_set_parameters_callback(self, callback: On) -> None:
+        """Ask `callback(parameters)` for a SetParametersResult before they change. Raises TypeError."""
+        _add(callback, self._set_callbacks.on)
+
+    def add_post_set_parameters_callback(self, callback: After) -> None:
+        """Call `callback(parameters)` after a set that changed them. Raises TypeError."""
+        _add(callback, self._set_callbacks.after)
+
+    def remove_pre_set_parameters_callback(self, callback: Before) -> None:
+        """Forget a callback; raises ValueError where it was not added."""
+        self._set_callbacks.before.remove(callback)
+
+    def remove_on_set_parameters_callback(self, callback: On) -> None:
+        """Forget a callback; raises ValueError where it was not added."""
+        self._set_callbacks.on.remove(callback)
+
+    def remove_post_set_parameters_callback(self, callback: After) -> None:
+        """Forget a callback; raises ValueError where it was not added."""
+        self._set_callbacks.after.remove(callback)
+
+    def _refuse_undeclared(self, name: str) -> None:
+        if not self._parameters.allow_undeclared:
+            raise ParameterNotDeclaredException(name)
+
+    def _refuse_read_only(self, name: str) -> None:
+        descriptor = self._parameters.descriptor(name)
+        if descriptor is not None and descriptor.read_only:
+            raise ParameterImmutableException(name)
 
 
-def _check_name(name: object) -> None:
-    if not isinstance(name, str):
-        raise TypeError(f'First element {name} at index 0 in parameters list is not a str.')
+def _check_parameters(parameters: list[Parameter]) -> None:
+    for parameter in parameters:
+        if not isinstance(parameter, Parameter):
+            raise TypeError(f"parameter must be instance of type '{Parameter!r}', got {parameter!r}")
 
 
-def _check_parameter(parameter: object) -> None:
-    if not isinstance(parameter, Parameter):
-        raise TypeError(f"parameter must be instance of type '{Parameter!r}'")
+def _suiting(
+    descriptor: Descriptor, parameter: Parameter, alternative: ParameterValueMessage | None
+) -> Parameter:
+    """Return the parameter, or one with the alternative value; raises InvalidParameterValueException."""
+    outcome = descriptor.judge(parameter)
+    if not outcome.successful and alternative is not None:
+        type_ = Type(alternative.type)
+        parameter = Parameter(parameter.name, type_, value_of(alternative))
+        outcome = descriptor.judge(parameter)
+    if not outcome.successful:
+        raise InvalidParameterValueException(parameter.name, parameter.value, outcome.reason)
+    return parameter
 
 
-def _below(prefix: str, name: Any) -> str:
-    _check_name(name)
-    return f'{prefix}{name}'
+_Callback = TypeVar('_Callback', Before, On, After)
 
 
-def _value_and_descriptor(rest: Sequence[Any]) -> tuple[Any, Any]:
-    if len(rest) > 2:
-        raise TypeError(
-            f'Invalid parameter tuple length; expecting a name and at most two more, got {rest!r}'
-        )
-    value, descriptor = (*rest, None, None)[:2]
-    return value, descriptor
+def _add(callback: _Callback, callbacks: list[_Callback]) -> None:
+    if not callable(callback):
+        raise TypeError(f'Callback must be callable, got {type(callback)}')
+    callbacks.insert(0, callback)

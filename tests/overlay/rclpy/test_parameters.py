@@ -151,7 +151,7 @@ def test_a_parameter_without_a_value_is_not_initialised(node: Node) -> None:
 
 
 def test_several_at_once(node: Node) -> None:
-    declared = node.declare_parameters('ns', [('a', 1), ('b', 2.0), ('c',)])
+    declared = node.declare_parameters('ns', [('a', 1), ('b', 2.0), ('c', 'x')])
     assert [parameter.name for parameter in declared] == ['ns.a', 'ns.b', 'ns.c']
     assert [parameter.value for parameter in node.get_parameters(['ns.a', 'ns.b'])] == [1, 2.0]
     assert set(node.get_parameters_by_prefix('ns')) == {'a', 'b', 'c'}

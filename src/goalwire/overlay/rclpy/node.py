@@ -54,8 +54,6 @@ __all__ = ['HIDDEN_NODE_PREFIX', 'BaseNode', 'Node', 'NodeNameNonExistentError']
 class BaseNode(NodeGraph, NodeParameters):
     """A node of the ROS 2 graph, whoever runs its callbacks: what Node and AsyncNode share."""
 
-    PARAM_REL_TOL = 1e-6
-
     def __init__(
         self,
         node_name: str,
@@ -91,11 +89,9 @@ class BaseNode(NodeGraph, NodeParameters):
         self._logger = get_logger(self.core.logger_name)
         if enable_rosout and self._context.arguments.rosout_logs:
             self._context.rosout.join(self.core)
-        self._init_parameters(
-            parameter_overrides or [],
-            allow_undeclared=allow_undeclared_parameters,
-            declare_overrides=automatically_declare_parameters_from_overrides,
-        )
+        self._init_parameters(parameter_overrides or [], allow_undeclared=allow_undeclared_parameters)
+        if automatically_declare_parameters_from_overrides:
+            self._declare_overrides()
         self._warn_of_no_effect(
             enable_logger_service=enable_logger_service,
             use_sim_time=self.core.parameter_overrides().get('use_sim_time'),

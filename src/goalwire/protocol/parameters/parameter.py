@@ -1,10 +1,14 @@
-"""Parameters: typed values under a name, and how they change (rcl_interfaces/msg/ParameterType)."""
+"""A parameter: a name, a type and a value (rcl_interfaces/msg/ParameterType)."""
 
 from __future__ import annotations
 
 from array import array
 from enum import Enum
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
+
+if TYPE_CHECKING:
+    from rcl_interfaces.msg import Parameter as ParameterMessage
+    from rcl_interfaces.msg import ParameterValue as ParameterValueMessage
 
 ParameterScalar: TypeAlias = bool | int | float | str
 ParameterValue: TypeAlias = (
@@ -39,14 +43,14 @@ class Type(Enum):
                 if all(_is(element, kind) for element in value):
                     return sequence
             raise TypeError(f"The given value is not a list of one of the allowed types '{value}'.")
-        raise TypeError(f"The given value is not one of the allowed types '{value!r}'.")
+        raise TypeError(f"The given value is not one of the allowed types '{value}'.")
 
     def check(self, value: object) -> bool:
         """True where `value` may be a parameter of this type."""
         if isinstance(value, (list, tuple, array)) and not value:
             return self in _SEQUENCES
         try:
-            return Type.from_parameter_value(value) is self
+            return Type.from_parameter_value(value) is self and _fits(value)
         except TypeError:
             return False
 
@@ -65,6 +69,41 @@ _SEQUENCES = frozenset(sequence for _, _, sequence in _KINDS)
 def _is(value: object, kind: type) -> bool:
     return isinstance(value, kind) and not (kind is int and isinstance(value, bool))
 
+
+def _fits(value: object) -> bool:
+    """True where the wire can carry the value: numbers are int64, byte arrays hold single bytes."""
+    if isinstance(value, (list, tuple, array)):
+        return all(_fits(element) for element in value)
+    if isinstance(value, bytes):
+        return len(value) == 1
+    return not isinstance(value, int) or value in _INT64
+
+
+FIELDS = {
+    Type.BOOL: 'bool_value',
+    Type.INTEGER: 'integer_value',
+    Type.DOUBLE: 'double_value',
+    Type.STRING: 'string_value',
+    Type.BYTE_ARRAY: 'byte_array_value',
+    Type.BOOL_ARRAY: 'bool_array_value',
+    Type.INTEGER_ARRAY: 'integer_array_value',
+    Type.DOUBLE_ARRAY: 'double_array_value',
+    Type.STRING_ARRAY: 'string_array_value',
+}
+"""The field of rcl_interfaces/msg/ParameterValue that holds a value of each type."""
+
+
+def value_message(type_: Type, value: ParameterValue) -> ParameterValueMessage:
+    """Return an rcl_interfaces/msg/ParameterValue."""
+    from rcl_interfaces.msg import ParameterValue as ParameterValueMessage
+
+    message = ParameterValueMessage(type=type_.value)
+    if type_ in FIELDS:
+        setattr(message, FIELDS[type_], value)
+    return message
+
+
+_INT64 = range(-(2**63), 2**63)
 
 _Type: TypeAlias = Type  # inside Parameter the name is an attribute
 
@@ -101,71 +140,22 @@ class Parameter:
         """Its value, None where it has none."""
         return self._value
 
+    @classmethod
+    def from_parameter_msg(cls, param_msg: ParameterMessage) -> Parameter:
+        """Make one of an rcl_interfaces/msg/Parameter; raises ValueError for a type that there is not."""
+        value = param_msg.value
+        type_ = Type(value.type)
+        return cls(param_msg.name, type_, getattr(value, FIELDS[type_]) if type_ in FIELDS else None)
+
+    def to_parameter_msg(self) -> ParameterMessage:
+        """Return it as an rcl_interfaces/msg/Parameter."""
+        from rcl_interfaces.msg import Parameter as ParameterMessage
+
+        return ParameterMessage(name=self._name, value=self.get_parameter_value())
+
+    def get_parameter_value(self) -> ParameterValueMessage:
+        """Return its value as an rcl_interfaces/msg/ParameterValue."""
+        return value_message(self._type, self._value)
+
     def __repr__(self) -> str:
         return f'Parameter(name={self._name!r}, type_={self._type}, value={self._value!r})'
-
-
-class ParameterTable:
-    """The declared parameters of one node, and the overrides that wait for their declaration."""
-
-    def __init__(self, overrides: dict[str, ParameterValue], *, allow_undeclared: bool = False) -> None:
-        self.allow_undeclared = allow_undeclared
-        self.overrides = overrides
-        self._declared: dict[str, Parameter] = {}
-        self._types: dict[str, Type] = {}
-        self._dynamic: set[str] = set()
-
-    def __contains__(self, name: str) -> bool:
-        return name in self._declared
-
-    def names(self) -> list[str]:
-        """Return the declared names, in order of declaration."""
-        return list(self._declared)
-
-    def get(self, name: str) -> Parameter | None:
-        """Return a declared parameter, or None."""
-        return self._declared.get(name)
-
-    def declare(
-        self,
-        name: str,
-        default: Parameter,
-        expected: Type,
-        *,
-        ignore_override: bool = False,
-        dynamic: bool = False,
-    ) -> None:
-        """Declare; an override wins over the default. `expected` is the type it keeps, unless dynamic."""
-        value = default
-        if not ignore_override and name in self.overrides:
-            value = Parameter(name, value=self.overrides[name])
-        self._declared[name] = value
-        self._types[name] = value.type_ if expected is Type.NOT_SET else expected
-        if dynamic:
-            self._dynamic.add(name)
-
-    def is_static(self, name: str) -> bool:
-        """True where the parameter keeps the type it was declared with."""
-        return self._types.get(name, Type.NOT_SET) is not Type.NOT_SET and name not in self._dynamic
-
-    def refusal(self, parameter: Parameter) -> str:
-        """Return '' where the parameter may be set now, else ROS 2's reason why not."""
-        expected = self._types.get(parameter.name)
-        if expected is None:
-            if self.allow_undeclared:
-                return ''
-            return f'Invalid access to undeclared parameter(s): {parameter.name}'
-        if parameter.name in self._dynamic or expected is Type.NOT_SET or parameter.type_ is expected:
-            return ''
-        return f"Wrong parameter type, expected '{expected}' got '{parameter.type_}'"
-
-    def set(self, parameter: Parameter) -> None:
-        """Store a parameter that `refusal` has let pass."""
-        self._declared[parameter.name] = parameter
-        self._types.setdefault(parameter.name, parameter.type_)
-
-    def undeclare(self, name: str) -> None:
-        """Forget a declared parameter."""
-        del self._declared[name]
-        self._types.pop(name, None)
-        self._dynamic.discard(name)

@@ -1,0 +1,95 @@
+"""What a program says when it declares parameters: `(name[, value or type[, descriptor]])`, as in rclpy."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+from goalwire.entities.exceptions import InvalidParameterException
+from goalwire.protocol.parameters import SEPARATOR, Descriptor, Parameter, ParameterValue, Type
+from goalwire.protocol.parameters.messages import descriptor_of
+
+if TYPE_CHECKING:
+    from rcl_interfaces.msg import ParameterDescriptor
+
+Described: TypeAlias = 'Descriptor | ParameterDescriptor'
+"""A descriptor: rcl_interfaces' message, or our own, which costs nothing."""
+
+_NO_TYPE = (
+    "when declaring parameter named '{}', declaring a parameter only providing its name is deprecated. "
+    'Give a default value, a type (Parameter.Type.…), or a descriptor with dynamic_typing=True as well'
+)
+
+
+def declarations(
+    namespace: str, given: Sequence[Sequence[Any]], overrides: Mapping[str, ParameterValue]
+) -> list[tuple[Parameter, Descriptor]]:
+    """Return the parameters, with the values that overrides give to them, and their descriptors.
+
+    Raises TypeError, ValueError, InvalidParameterException; warns of a name that comes alone.
+    """
+    prefix = f'{namespace}{SEPARATOR}' if namespace else ''
+    declared = []
+    for index, one in enumerate(given):  # no comprehension: the warning counts frames
+        declared.append(_declaration(prefix, index, one, overrides))
+    return declared
+
+
+def described(descriptor: Described) -> Descriptor:
+    """Return a descriptor as our own; raises AttributeError for what is none, as rclpy does."""
+    if isinstance(descriptor, Descriptor):
+        return descriptor
+    return descriptor_of(descriptor)
+
+
+def _declaration(
+    prefix: str, index: int, given: Sequence[Any], overrides: Mapping[str, ParameterValue]
+) -> tuple[Parameter, Descriptor]:
+    where = f'at index {index} in parameters list'
+    if not 1 <= len(given) <= 3:
+        raise TypeError(f'Invalid parameter tuple length {where}: {given}; expecting length between 1 and 3')
+    name, value, descriptor = (*given, None, None)[:3]
+    if not isinstance(name, str):
+        raise TypeError(f'First element {name} {where} is not a str.')
+    wanted = Descriptor() if descriptor is None else _checked(descriptor, where)
+    if len(given) == 1:
+        warnings.warn(_NO_TYPE.format(name), UserWarning, stacklevel=5)
+        wanted = replace(wanted, dynamic_typing=True)
+    full_name = f'{prefix}{name}'
+    if not full_name:
+        raise InvalidParameterException(full_name)
+    wanted = replace(wanted, name=full_name, type=_type(full_name, value, wanted))
+    default = None if isinstance(value, Type) else value
+    return Parameter(full_name, value=overrides.get(full_name, default)), wanted
+
+
+def _checked(descriptor: Described, where: str) -> Descriptor:
+    if not isinstance(descriptor, Descriptor):
+        from rcl_interfaces.msg import ParameterDescriptor
+
+        if not isinstance(descriptor, ParameterDescriptor):
+            raise TypeError(f'Third element {descriptor} {where} is not a ParameterDescriptor.')
+    return described(descriptor)
+
+
+def _type(name: str, value: object, descriptor: Descriptor) -> Type:
+    """Return the type that the parameter keeps."""
+    if isinstance(value, Type):
+        if value is Type.NOT_SET:
+            raise ValueError(f'Cannot declare parameter {{{name}}} as statically typed of type NOT_SET')
+        if descriptor.dynamic_typing:
+            raise ValueError(
+                f'When declaring parameter {{{name}}} passing a descriptor with `dynamic_typing=True` '
+                'is not allowed when the parameter type is provided'
+            )
+        return value
+    if descriptor.dynamic_typing:
+        return Type.NOT_SET  # the value's, whatever it will be
+    if value is None:
+        raise ValueError(
+            'Cannot declare a statically typed parameter with default value of type PARAMETER_NOT_SET: '
+            f"'{name}' has neither a value nor a type"
+        )
+    return Type.from_parameter_value(value)
