@@ -401,7 +401,8 @@ def test_wait_for_ready_callbacks_hands_out_one_piece_of_work(
     single.add_node(node)
     ran: list[int] = []
     GuardCondition(lambda: ran.append(1), None, home=node.home).trigger()
-    handler, _, _ = single.wait_for_ready_callbacks(timeout_sec=0)
+    handler, _, found = single.wait_for_ready_callbacks(timeout_sec=0)
+    assert found is node
     assert ran == []
     handler()
     assert ran == [1]

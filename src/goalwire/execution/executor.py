@@ -187,10 +187,11 @@ class Executor(Engine):
         timeout_sec: Timeout = None,
         nodes: list[Any] | None = None,  # noqa: ARG002
         condition: Callable[[], bool] = bool,
-    ) -> tuple[Task[None], Work, None]:
-        """Wait for one piece of ready work and return a task that runs it, for executors written by users.
+    ) -> tuple[Task[None], Work, Any]:
+        """Wait for one piece of ready work, for executors written by users.
 
-        Raises TimeoutException, ShutdownException, ExternalShutdownException, ConditionReachedException.
+        Returns a task that runs it, the work, and its node (None for what is the executor's own). Raises
+        TimeoutException, ShutdownException, ExternalShutdownException, ConditionReachedException.
         """
         deadline = self._deadline(timeout_sec)
         parker = self._parker()
@@ -199,7 +200,8 @@ class Executor(Engine):
             while True:
                 work = self._take(parker, condition, deadline)
                 if work is not None:
-                    return Task(partial(self._perform_and_raise, work)), work, None
+                    node = next((node for node in self.get_nodes() if node.home is work.home), None)
+                    return Task(partial(self._perform_and_raise, work)), work, node
                 if self._is_shutdown:
                     raise ShutdownException
                 if condition():
