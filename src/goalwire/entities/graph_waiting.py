@@ -32,3 +32,24 @@ def wait_for_graph(context: Context, predicate: Callable[[], bool], timeout_sec:
     finally:
         end.close()
         changes.close()
+
+
+async def graph_shows(context: Context, predicate: Callable[[], bool]) -> bool:
+    """Wait, in a coroutine under any asyncio loop, until `predicate()` holds (True) or the context ends."""
+    from goalwire.execution.asyncio_waiting import AsyncWaiter
+
+    if predicate():
+        return True
+    lifeline = context.lifeline
+    waiter = AsyncWaiter()
+    changes = context.graph.on_change(waiter.wake)
+    end = lifeline.watch(waiter.wake)
+    try:
+        while lifeline.alive:
+            if predicate():
+                return True
+            await waiter.wait()
+        return False
+    finally:
+        end.close()
+        changes.close()

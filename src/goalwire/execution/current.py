@@ -4,24 +4,36 @@ from __future__ import annotations
 
 from contextvars import ContextVar
 from threading import local
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
     from goalwire.execution.callback_groups import CallbackGroup
-    from goalwire.execution.executor import Executor
+    from goalwire.execution.home import Home
 
 HELD: ContextVar[tuple[CallbackGroup, ...]] = ContextVar('goalwire_held_groups', default=())
 """The exclusive groups that the running callback holds. asyncio hands it on to the tasks and threads that a
 coroutine callback starts and may wait for."""
 
 
+class Driven(Protocol):
+    """What a thread drives: an executor, or an asyncio loop's share in a node."""
+
+    home: Home
+
+    def thread_waits_alone(self) -> bool:
+        """Whether nothing of it runs while the calling thread blocks."""
+
+    def lend_thread(self, count: int) -> None:
+        """Make up for `count` threads that block in a call of ours; negative: they are back."""
+
+
 class _Thread(local):
     def __init__(self) -> None:
-        self.executors: list[Executor] = []
+        self.executors: list[Driven] = []
 
 
 THREAD = _Thread()
-"""The executors that this thread drives, the innermost one last."""
+"""What this thread drives, the innermost one last."""
 
 
 def current_group() -> CallbackGroup | None:
@@ -30,7 +42,7 @@ def current_group() -> CallbackGroup | None:
     return held[-1] if held else None
 
 
-def current_executor() -> Executor | None:
-    """The executor that runs the current callback on this thread, or None outside callbacks."""
+def current_executor() -> Driven | None:
+    """What runs the current callback on this thread, or None outside callbacks."""
     executors = THREAD.executors
     return executors[-1] if executors else None

@@ -1,0 +1,95 @@
+"""A clock that coroutines can sleep by."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING
+
+from goalwire.errors import DestroyedError, ROSInterruptException, TimeSourceChangedError
+from goalwire.execution.asyncio_waiting import AsyncWaiter
+from goalwire.execution.clock import Clock, ROSClock
+from goalwire.execution.lifeline import Lifeline
+from goalwire.execution.steady import STEADY, SteadyClock
+from goalwire.protocol.time import S_TO_NS, ClockType
+
+if TYPE_CHECKING:
+    from typing import Self
+
+
+class AsyncClock(ROSClock):
+    """A clock of any type; one of ROS time follows the simulated time while that is active."""
+
+    def __new__(
+        cls,
+        *,
+        clock_type: ClockType = ClockType.SYSTEM_TIME,
+        source: SteadyClock = STEADY,  # noqa: ARG004
+        lifeline: Lifeline | None = None,  # noqa: ARG004
+    ) -> Self:
+        """Raises TypeError for what is no ClockType."""
+        if not isinstance(clock_type, ClockType):
+            raise TypeError('Clock type must be a ClockType enum')
+        return object.__new__(cls)
+
+    def __init__(
+        self,
+        *,
+        clock_type: ClockType = ClockType.SYSTEM_TIME,
+        source: SteadyClock = STEADY,
+        lifeline: Lifeline | None = None,
+    ) -> None:
+        """The end of `lifeline` ends every sleep."""
+        super().__init__(source=source, clock_type=clock_type)
+        self._lifeline = lifeline or Lifeline(source)
+        self._closed = False
+        self._dozing: dict[AsyncWaiter, None] = {}
+
+    def now_ns(self) -> int:
+        return super().now_ns() if self._clock_type is ClockType.ROS_TIME else Clock.now_ns(self)
+
+    def close(self) -> None:
+        """Cancel every sleep. Idempotent."""
+        self._closed = True
+        self._wake_sleepers()
+
+    async def sleep(self, duration_sec: float) -> None:
+        """Sleep for a time of this clock. With 0 or less only the loop's other tasks have their turn.
+
+        Raises CancelledError where the node is destroyed meanwhile and DestroyedError where it was before,
+        TimeSourceChangedError when simulated time is switched on or off, ROSInterruptException at shutdown.
+        """
+        if self._closed:
+            raise DestroyedError("cannot sleep: the clock's node was destroyed")
+        duration = int(duration_sec * S_TO_NS)
+        if duration <= 0:
+            await asyncio.sleep(0)
+            return
+        waiter = AsyncWaiter()
+        watch = self._lifeline.watch(waiter.wake)
+        self._dozing[waiter] = None
+        try:
+            await self._doze_for(duration, waiter)
+        finally:
+            del self._dozing[waiter]
+            watch.close()
+
+    async def _doze_for(self, duration: int, waiter: AsyncWaiter) -> None:
+        simulated, switches = self.overridden, self._switches
+        now = self.now_ns if simulated else self.source.now
+        target = now() + duration
+        while True:
+            if self._closed:
+                raise asyncio.CancelledError('the node was destroyed')
+            if self._switches != switches:
+                raise TimeSourceChangedError
+            missing = target - now()
+            if missing <= 0:
+                return
+            if not self._lifeline.alive:
+                raise ROSInterruptException
+            await waiter.wait(None if simulated else missing)
+
+    def _wake_sleepers(self) -> None:
+        super()._wake_sleepers()
+        for waiter in tuple(self._dozing):
+            waiter.wake()

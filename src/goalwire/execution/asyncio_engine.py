@@ -1,0 +1,140 @@
+"""An engine that a running asyncio loop drives: the loop takes the place of a thread that spins."""
+
+from __future__ import annotations
+
+import asyncio
+from contextlib import suppress
+from contextvars import copy_context
+from typing import TYPE_CHECKING, Any
+
+from goalwire.execution.asyncio_waiting import delay_s
+from goalwire.execution.current import THREAD
+from goalwire.execution.engine import Engine, end_of_callback
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Coroutine
+
+    from goalwire.execution.asyncio_runs import Runs
+    from goalwire.execution.callback_groups import CallbackGroup
+    from goalwire.execution.home import Home
+    from goalwire.execution.lifeline import Lifeline
+    from goalwire.execution.work import Work
+
+
+class LoopEngine(Engine):
+    """Runs what `home` is posted, on the loop's thread: plain callbacks in line, coroutines as tasks.
+
+    Whoever posts while nothing is under way asks the loop for a turn, with one wake-up for a whole burst; the
+    turn runs what is there by then, and the loop's other callbacks have theirs in between. A callback that
+    raises ends this: the error is raised by `tasks`, which cancels what runs in them.
+    """
+
+    def __init__(
+        self, home: Home, lifeline: Lifeline, tasks: asyncio.TaskGroup, runs: Runs, ended: Callable[[], None]
+    ) -> None:
+        """`ended` is called, on the loop's thread, when the lifeline ends."""
+        super().__init__(lifeline)
+        self._node_home = home
+        self._tasks = tasks
+        self._runs = runs
+        self._ended = ended
+        self._loop = asyncio.get_running_loop()
+        self._context = copy_context()
+        self._timer: asyncio.TimerHandle | None = None
+        self._timer_due: int | None = None
+        self._watch = lifeline.watch(self.ask)
+
+    def open(self) -> None:
+        """Begin. From now on a call that blocks the loop's thread, on something of this node, is refused."""
+        THREAD.executors.append(self)
+        self._node_home.attach(self._ready, self._agenda)
+        self._listen()
+
+    def close(self) -> None:
+        """Run no more callbacks; what waits goes back to the node. Idempotent; the loop's thread alone."""
+        if self._is_shutdown:
+            return
+        self._is_shutdown = True
+        self._watch.close()
+        self._ready.unlisten(self.ask)
+        self._set_timer(None)
+        THREAD.executors.remove(self)
+        self._node_home.detach()
+        self._close_lanes()
+
+    def ask(self) -> None:
+        """Ask the loop for a turn. Any thread, signal handlers too."""
+        # Not call_soon, even on the loop's own thread: a signal handler may run while the loop sleeps.
+        with suppress(RuntimeError):  # the loop is closed
+            self._loop.call_soon_threadsafe(self._turn, context=self._context)
+
+    def thread_waits_alone(self) -> bool:
+        """True: nothing runs here while the loop's thread blocks."""
+        return True
+
+    def lend_thread(self, count: int) -> None:
+        """There is no other thread that could make up for it."""
+
+    def _turn(self) -> None:
+        if self._is_shutdown:
+            return
+        self._ready.unlisten(self.ask)
+        if not self._lifeline.alive:
+            self._ended()
+            return
+        try:
+            self._run_what_is_there()
+        except (KeyboardInterrupt, SystemExit):
+            self.close()
+            raise
+        except BaseException as error:
+            self.close()
+            self._tasks.create_task(_raise(error))
+            return
+        if not self._is_shutdown:  # a callback may have ended this
+            self._listen()
+
+    def _run_what_is_there(self) -> None:
+        for _ in range(len(self._ready.items) + 1):  # one more for an alarm
+            work = self._next()
+            if work is None:
+                return
+            self._perform(work)
+            if self._is_shutdown or not self._lifeline.alive:
+                return
+
+    def _listen(self) -> None:
+        """Be asked when there is work, then look at the alarms: one that was set in between asks, too."""
+        self._ready.listen(self.ask)
+        self._set_timer(self._agenda.next_due())
+
+    def _set_timer(self, due: int | None) -> None:
+        if self._timer is not None:
+            if self._timer_due == due:
+                return
+            self._timer.cancel()
+            self._timer = None
+        self._timer_due = due
+        if due is not None:
+            delay = delay_s(due - self._clock.now())
+            self._timer = self._loop.call_later(delay, self._ring, context=self._context)
+
+    def _ring(self) -> None:
+        self._timer = None
+        self._turn()
+
+    def _start(self, coroutine: Coroutine[Any, Any, object], work: Work, group: CallbackGroup | None) -> None:
+        task = self._tasks.create_task(coroutine)
+        self._runs.add(task, work)
+
+        def over(task: asyncio.Task[Any]) -> None:
+            self._runs.discard(task)
+            if not task.cancelled() and task.exception() is not None:
+                self.close()
+            end_of_callback(work, group)
+
+        task.add_done_callback(over)
+
+
+async def _raise(error: BaseException) -> None:
+    raise error

@@ -1,0 +1,70 @@
+"""A block in which the running asyncio loop runs a node's callbacks: the ground of every asyncio front."""
+
+from __future__ import annotations
+
+import asyncio
+from contextlib import suppress
+from typing import TYPE_CHECKING, Self
+
+from goalwire.execution.asyncio_engine import LoopEngine
+from goalwire.execution.asyncio_runs import Runs
+
+if TYPE_CHECKING:
+    from types import TracebackType
+
+    from goalwire.execution.home import Home
+    from goalwire.execution.lifeline import Lifeline
+
+
+class LoopHost:
+    """`async with` it, once. Errors of callbacks behave as those of tasks in an asyncio.TaskGroup.
+
+    An error cancels the body and the other callbacks, and leaves the block in an ExceptionGroup. Leaving the
+    block cancels the callbacks that run and waits until they have cleaned up.
+    """
+
+    def __init__(self, home: Home, lifeline: Lifeline) -> None:
+        self.runs = Runs()
+        """The coroutine callbacks under way."""
+        self._home = home
+        self._lifeline = lifeline
+        self._tasks: asyncio.TaskGroup | None = None
+        self._engine: LoopEngine | None = None
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._over = asyncio.Event()
+
+    @property
+    def running(self) -> bool:
+        """Whether the block has been entered and not left."""
+        return self._tasks is not None
+
+    async def __aenter__(self) -> Self:
+        self._loop = asyncio.get_running_loop()
+        self._tasks = await asyncio.TaskGroup().__aenter__()
+        self._engine = LoopEngine(self._home, self._lifeline, self._tasks, self.runs, self._over.set)
+        self._engine.open()
+        return self
+
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        assert self._tasks is not None
+        assert self._engine is not None
+        try:
+            self._engine.close()
+            self.runs.cancel_all()
+            await self._tasks.__aexit__(kind, error, trace)
+        finally:
+            self._tasks = self._engine = None
+
+    async def wait(self) -> None:
+        """Return after `end`, or when the lifeline has ended."""
+        await self._over.wait()
+
+    def end(self) -> None:
+        """Let `wait` return. Any thread."""
+        if self._loop is None:
+            self._over.set()
+        else:
+            with suppress(RuntimeError):  # the loop is closed
+                self._loop.call_soon_threadsafe(self._over.set)

@@ -1,0 +1,77 @@
+"""How a coroutine under any asyncio loop sleeps until somebody, on whichever thread, wakes it."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING
+
+from goalwire.execution.bridge import bridge_to
+
+if TYPE_CHECKING:
+    from goalwire.execution.bridge import Awaitable
+    from goalwire.execution.lifeline import Lifeline
+
+
+_MS = 1_000_000
+"""ns."""
+
+
+def delay_s(missing_ns: int) -> float:
+    """What to tell `call_later`, to be called no earlier than in `missing_ns`.
+
+    Loops wake in whole milliseconds (epoll, libuv), and libuv rounds down: so up here.
+    """
+    return max(-(-missing_ns // _MS), 0) / 1e3
+
+
+class AsyncWaiter:
+    """A place for one coroutine to sleep in: what `Waiter` is for a thread.
+
+    It holds at most one wake-up. Who wakes notes that, then looks for the sleeper; who goes to sleep shows
+    itself, then looks at the note: one of them sees the other.
+    """
+
+    __slots__ = ('_bridge', '_loop', '_sleeper', '_woken')
+
+    def __init__(self) -> None:
+        """Belongs to the running loop; raises RuntimeError outside one."""
+        self._loop = asyncio.get_running_loop()
+        self._bridge = bridge_to(self._loop)
+        self._sleeper: asyncio.Future[None] | None = None
+        self._woken = False
+
+    def wake(self) -> None:
+        """End the current or the next `wait`. Any thread, signal handlers too; takes no lock."""
+        self._woken = True
+        sleeper = self._sleeper
+        if sleeper is not None:
+            self._bridge.complete(sleeper)
+
+    async def wait(self, timeout_ns: int | None = None) -> None:
+        """Sleep until woken, or for `timeout_ns`."""
+        self._sleeper = self._loop.create_future()
+        timer = None if timeout_ns is None else self._loop.call_later(delay_s(timeout_ns), self.wake)
+        try:
+            if not self._woken:
+                await self._sleeper
+        finally:
+            self._sleeper = None
+            if timer is not None:
+                timer.cancel()
+        self._woken = False
+
+
+async def settle(future: Awaitable, lifeline: Lifeline) -> bool:
+    """Wait until `future` is no longer pending (True), or the lifeline has ended (False)."""
+    if not future.pending():
+        return True
+    waiter = AsyncWaiter()
+    watch = lifeline.watch(waiter.wake)
+    future.add_waker(waiter.wake)
+    try:
+        while future.pending() and lifeline.alive:
+            await waiter.wait()
+    finally:
+        future.remove_waker(waiter.wake)
+        watch.close()
+    return not future.pending()

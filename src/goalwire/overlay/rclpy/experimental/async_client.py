@@ -1,0 +1,37 @@
+"""rclpy.experimental.async_client: calls services from an asyncio loop."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import cast
+
+from goalwire.entities import asyncio_calls
+from rclpy.client import BaseClient, RequestT, ResponseT
+
+
+class AsyncClient(BaseClient[RequestT, ResponseT]):
+    """Made by AsyncNode.create_client."""
+
+    on_destroy: Callable[[], object] | None = None
+
+    async def call(self, request: RequestT) -> ResponseT:  # type: ignore[override]  # rclpy's name for it
+        """Send a request and wait for its response, for ever where nobody answers: use asyncio.timeout.
+
+        Raises CancelledError where the client is destroyed meanwhile and RuntimeError where it was before,
+        ShutDownError at shutdown; TypeError and EncodeError for what is no such request.
+        """
+        return cast('ResponseT', await asyncio_calls.call(self, request))
+
+    async def wait_for_service(self, *, check_interval: float = 0.1) -> None:  # type: ignore[override]
+        """Wait until there is a server; no interval passes in between, the graph's change wakes this.
+
+        Raises InvalidHandle where the client is destroyed, ShutDownError at shutdown.
+        """
+        await asyncio_calls.until_served(self)
+
+    def destroy(self) -> None:
+        """Undeclare, and cancel the calls that wait for their responses. Idempotent."""
+        asyncio_calls.give_up(self)
+        super().destroy()
+        if self.on_destroy is not None:
+            self.on_destroy()

@@ -1,0 +1,5 @@
+"""rclpy.experimental.async_clock: a clock that coroutines sleep by."""
+
+from goalwire.execution.asyncio_clock import AsyncClock
+
+__all__ = ['AsyncClock']

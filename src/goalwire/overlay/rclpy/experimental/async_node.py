@@ -1,0 +1,271 @@
+"""rclpy.experimental.async_node: a node whose callbacks run in the program's own asyncio loop."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Self, TypeVar
+
+from goalwire.entities.exceptions import RCLError, ShutDownError
+from goalwire.entities.graph_waiting import graph_shows
+from goalwire.entities.type_support import ServiceType, service_support
+from goalwire.errors import DestroyedError
+from goalwire.execution.asyncio_clock import AsyncClock
+from goalwire.execution.asyncio_host import LoopHost
+from rclpy.callback_groups import CallbackGroup, MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
+from rclpy.clock_type import ClockType
+from rclpy.constants import S_TO_NS
+from rclpy.context import Context
+from rclpy.experimental.async_client import AsyncClient
+from rclpy.experimental.async_publisher import AsyncPublisher
+from rclpy.experimental.async_service import AsyncService
+from rclpy.experimental.async_subscription import AsyncSubscription
+from rclpy.experimental.async_timer import AsyncTimer
+from rclpy.node import BaseNode
+from rclpy.qos import QoSProfile, qos_profile_services_default
+
+if TYPE_CHECKING:
+    from goalwire.execution.work import Work
+    from rclpy.parameter import Parameter
+    from rclpy.subscription_content_filter_options import ContentFilterOptions
+
+MsgT = TypeVar('MsgT')
+RequestT = TypeVar('RequestT')
+ResponseT = TypeVar('ResponseT')
+
+
+class AsyncNode(BaseNode):
+    """A node without executor and without a thread: `async with` it, or await `run()`.
+
+    Callbacks, plain or `async def`, run in the loop that entered the node, until its block is left. That
+    cancels the callbacks that run, waits until they have cleaned up and destroys the node. An error in a
+    callback behaves as that of a task in an asyncio.TaskGroup: the body is cancelled, and an ExceptionGroup
+    leaves the block. Everything here is for the loop's thread alone.
+    """
+
+    _clock: AsyncClock
+
+    def __init__(
+        self,
+        node_name: str,
+        *,
+        context: Context | None = None,
+        cli_args: Sequence[str] | None = None,
+        namespace: str | None = None,
+        use_global_arguments: bool = True,
+        enable_rosout: bool = True,
+        start_parameter_services: bool = True,
+        parameter_overrides: list[Parameter] | None = None,
+        allow_undeclared_parameters: bool = False,
+        automatically_declare_parameters_from_overrides: bool = False,
+        enable_logger_service: bool = False,
+    ) -> None:
+        """Raises NotInitializedException before init(), and rclpy's name exceptions."""
+        super().__init__(
+            node_name,
+            context=context,
+            cli_args=cli_args,
+            namespace=namespace,
+            use_global_arguments=use_global_arguments,
+            enable_rosout=enable_rosout,
+            start_parameter_services=start_parameter_services,
+            parameter_overrides=parameter_overrides,
+            allow_undeclared_parameters=allow_undeclared_parameters,
+            automatically_declare_parameters_from_overrides=automatically_declare_parameters_from_overrides,
+            enable_logger_service=enable_logger_service,
+        )
+        self._host = LoopHost(self.core.home, self.context.lifeline)
+
+    # -- its life ------------------------------------------------------------------------------------------
+
+    async def __aenter__(self) -> Self:
+        """Let the running loop run the callbacks. Raises RuntimeError a second time, or once destroyed."""
+        self._check_alive()
+        if self._host.running:
+            raise RCLError(f"cannot enter the node '{self.core.name.qualified}': it is running already")
+        await self._host.__aenter__()
+        return self
+
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        try:
+            await self._host.__aexit__(kind, error, trace)
+        finally:
+            self.destroy_node()
+
+    async def run(self) -> None:
+        """Run until the node is destroyed, the context is shut down or this is cancelled.
+
+        Outside the node's block this enters it and, at its end, destroys the node.
+        """
+        if self._host.running:
+            await self._host.wait()
+            return
+        async with self:
+            await self._host.wait()
+
+    def destroy_node(self) -> None:
+        """Destroy everything the node made, then the node; `run` returns. Idempotent."""
+        self.core.destroy()
+        self._clock.close()
+        self._host.end()
+
+    def get_clock(self) -> AsyncClock:
+        """Return the node's clock (ROS time); `await node.get_clock().sleep(seconds)`."""
+        return self._clock
+
+    async def wait_for_node(  # type: ignore[override]  # as rclpy has it
+        self,
+        fully_qualified_node_name: str,
+        *,
+        check_interval: float = 0.1,
+    ) -> None:
+        """Wait until the node is there; no interval passes in between, the graph's change wakes this.
+
+        Raises ShutDownError at shutdown.
+        """
+        self._check_alive()
+        namespace, _, name = fully_qualified_node_name.rpartition('/')
+        namespace = '/' + namespace.strip('/')
+        graph = self.core.graph
+        if not await graph_shows(self.context, lambda: graph.node_exists(name, namespace)):
+            raise ShutDownError(f"the node '{fully_qualified_node_name}' did not come")
+
+    # -- what it makes -------------------------------------------------------------------------------------
+
+    def create_publisher(
+        self, msg_type: type[MsgT], topic: str, qos_profile: QoSProfile | int
+    ) -> AsyncPublisher[MsgT]:
+        """Create a publisher; `qos_profile` is a profile or a history depth.
+
+        Raises InvalidTopicNameException, TypeError or RuntimeError for a bad type or profile or once
+        destroyed.
+        """
+        self._check_alive()
+        profile = QoSProfile.of(qos_profile)
+        publisher = AsyncPublisher(self.core, msg_type, topic, profile.to_core())
+        publisher.qos_profile = profile
+        publisher.on_destroy = self._adopted(publisher, self._publishers)
+        return publisher
+
+    def create_subscription(
+        self,
+        msg_type: type[MsgT],
+        topic: str,
+        callback: Callable[..., object],
+        qos_profile: QoSProfile | int,
+        *,
+        raw: bool = False,
+        concurrent: bool = False,
+        content_filter_options: ContentFilterOptions | None = None,
+    ) -> AsyncSubscription[MsgT]:
+        """Create a subscription; `callback(message)` or `callback(message, info)`, plain or `async def`.
+
+        With `raw` the callback gets serialized bytes. Messages are handled one after the other or, with
+        `concurrent`, beside each other. There is no filter by content: a warning says so, and every message
+        is delivered. Raises as create_publisher does.
+        """
+        self._check_alive()
+        profile = QoSProfile.of(qos_profile)
+        group = _group(concurrent)
+        subscription = AsyncSubscription(
+            self.core, msg_type, topic, callback, profile.to_core(), group, raw=raw
+        )
+        subscription.qos_profile = profile
+        subscription.callback_group = group
+        subscription.on_destroy = self._adopted(subscription, self._subscriptions, subscription.inbox)
+        if content_filter_options is not None:
+            self._logger.warning(
+                f"Topic '{subscription.full_name}': this wire cannot filter by content "
+                f"('{content_filter_options.filter_expression}'): every message is delivered"
+            )
+        return subscription
+
+    def create_service(
+        self,
+        srv_type: type[ServiceType[RequestT, ResponseT]],
+        srv_name: str,
+        callback: Callable[[RequestT, ResponseT], object],
+        *,
+        qos_profile: QoSProfile = qos_profile_services_default,
+        concurrent: bool = False,
+    ) -> AsyncService[RequestT, ResponseT]:
+        """Create a service; `callback(request, response)` returns the response, plain or `async def`.
+
+        Requests are answered one after the other or, with `concurrent`, beside each other. Raises
+        InvalidServiceNameException, RuntimeError for a bad type or once destroyed.
+        """
+        self._check_alive()
+        group = _group(concurrent)
+        service: AsyncService[RequestT, ResponseT] = AsyncService(
+            self.core, service_support(srv_type), srv_name, callback, qos_profile.to_core(), group
+        )
+        service.srv_type = srv_type
+        service.qos_profile = qos_profile
+        service.callback_group = group
+        service.on_destroy = self._adopted(service, self._services, service.inbox)
+        return service
+
+    def create_client(
+        self,
+        srv_type: type[ServiceType[RequestT, ResponseT]],
+        srv_name: str,
+        *,
+        qos_profile: QoSProfile = qos_profile_services_default,
+    ) -> AsyncClient[RequestT, ResponseT]:
+        """Create a service client. Raises InvalidServiceNameException, RuntimeError for a bad type or once
+        destroyed.
+        """
+        self._check_alive()
+        client: AsyncClient[RequestT, ResponseT] = AsyncClient(
+            self.core, service_support(srv_type), srv_name, qos_profile.to_core()
+        )
+        client.srv_type = srv_type
+        client.qos_profile = qos_profile
+        client.on_destroy = self._adopted(client, self._clients)
+        return client
+
+    def create_timer(
+        self, timer_period_sec: float, callback: Callable[..., object], autostart: bool = True
+    ) -> AsyncTimer:
+        """Create a timer of a period in seconds on the node's clock; one that is late skips, in phase.
+
+        Raises RCLError below 0 or once destroyed, TypeError or ValueError for what is no number.
+        """
+        self._check_alive()
+        period_ns = int(float(timer_period_sec) * S_TO_NS)
+        if period_ns < 0:
+            raise RCLError('failed to create timer: timer period must be non-negative')
+        timer = AsyncTimer(
+            callback, _group(False), period_ns, self._clock, autostart=autostart, home=self.core.home
+        )
+        self.core.own(timer)
+        timer.on_destroy = self._adopted(timer, self._timers, timer)
+        return timer
+
+    def _adopted(self, entity: Any, owned: list[Any], work: Work | None = None) -> Callable[[], None]:
+        """List an entity among the node's own, and return what is to be done when it is destroyed."""
+        owned.append(entity)
+
+        def forget() -> None:
+            self.core.disown(entity)
+            with suppress(ValueError):
+                owned.remove(entity)
+            if work is not None:
+                self._host.runs.cancel(work)
+
+        return forget
+
+    def _make_clock(self) -> AsyncClock:
+        return AsyncClock(clock_type=ClockType.ROS_TIME, lifeline=self.context.lifeline)
+
+    def _check_alive(self) -> None:
+        if self.core.destroyed:
+            raise DestroyedError(f"cannot use the node '{self.core.name.qualified}': it was destroyed")
+
+
+def _group(concurrent: bool) -> CallbackGroup:
+    """Each entity has a group of its own: entities never wait for each other."""
+    return ReentrantCallbackGroup() if concurrent else MutuallyExclusiveCallbackGroup()
