@@ -6,9 +6,10 @@ from collections.abc import Callable, Coroutine
 from types import CoroutineType
 from typing import Any
 
+from goalwire.entities.answering import Answering
 from goalwire.entities.exceptions import InvalidHandle
 from goalwire.entities.node import NodeCore
-from goalwire.entities.request_server import RequestServer, why_unanswered
+from goalwire.entities.request_server import RequestServer
 from goalwire.entities.type_support import ServiceSupport
 from goalwire.execution.callback_groups import CallbackGroup
 from goalwire.execution.inbox import Inbox
@@ -41,16 +42,9 @@ class ServiceCore:
     def _handle(self, request: Request, message: object) -> Coroutine[Any, Any, None] | None:
         answer = self.callback(message, self.support.response())
         if isinstance(answer, CoroutineType):
-            return self._answer_later(request, answer)
+            return Answering(answer, request, self.answer)
         self.answer(request, answer)
         return None
-
-    async def _answer_later(self, request: Request, answer: Coroutine[Any, Any, object]) -> None:
-        try:
-            self.answer(request, await answer)
-        except BaseException as error:
-            request.drop(why_unanswered(error))
-            raise
 
     def answer(self, request: Request, response: object) -> None:
         """Send the response. Raises TypeError for another type, InvalidHandle once destroyed."""

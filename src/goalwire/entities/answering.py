@@ -1,0 +1,65 @@
+"""The coroutine that runs a service's `async def` callback and sends what it returns."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Coroutine
+from typing import Any, Self
+
+from goalwire.entities.request_server import why_unanswered
+from goalwire.transport.contract import Request
+
+
+class Answering(Coroutine[Any, Any, None]):
+    """Steps `callback`; `answer(request, response)` gets what it returns.
+
+    Where it raises, is cancelled or is closed, the request is given up, also before its first step: an
+    `async def` around it would not even have begun, and could not clean up.
+    """
+
+    __slots__ = ('_answer', '_callback', '_request')
+
+    def __init__(
+        self,
+        callback: Coroutine[Any, Any, object],
+        request: Request,
+        answer: Callable[[Request, object], None],
+    ) -> None:
+        self._callback = callback
+        self._request = request
+        self._answer = answer
+
+    def send(self, value: Any) -> Any:
+        """Go on, as coroutines do."""
+        return self._step(lambda: self._callback.send(value))
+
+    def throw(self, *error: Any) -> Any:
+        """Go on with an error, as coroutines do."""
+        return self._step(lambda: self._callback.throw(*error))
+
+    def close(self) -> None:
+        """End it where it is."""
+        try:
+            self._callback.close()
+        finally:
+            self._request.drop(why_unanswered(GeneratorExit()))
+
+    def __await__(self) -> Self:
+        return self
+
+    def __iter__(self) -> Self:
+        return self
+
+    def __next__(self) -> Any:
+        return self.send(None)
+
+    def _step(self, step: Callable[[], Any]) -> Any:
+        try:
+            try:
+                return step()
+            except StopIteration as end:
+                response = end.value
+            self._answer(self._request, response)
+        except BaseException as error:
+            self._request.drop(why_unanswered(error))
+            raise
+        raise StopIteration
