@@ -33,6 +33,7 @@ from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile, qos_profile_services_default
 from rclpy.service import Service
 from rclpy.subscription import Subscription
+from rclpy.time_source import TimeSource
 from rclpy.timer import Rate, Timer
 from rclpy.utilities import get_default_context
 
@@ -90,12 +91,15 @@ class BaseNode(NodeGraph, NodeParameters):
         if enable_rosout and self._context.arguments.rosout_logs:
             self._context.rosout.join(self.core)
         self._init_parameters(parameter_overrides or [], allow_undeclared=allow_undeclared_parameters)
-        if automatically_declare_parameters_from_overrides:
-            self._declare_overrides()
-        self._warn_of_no_effect(
-            enable_logger_service=enable_logger_service,
-            use_sim_time=self.core.parameter_overrides().get('use_sim_time'),
-        )
+        try:
+            if automatically_declare_parameters_from_overrides:
+                self._declare_overrides()
+            self._time_source = TimeSource(node=self)
+            self._time_source.attach_clock(self._clock)
+        except BaseException:  # an override that does not fit
+            self.core.destroy()
+            raise
+        self._warn_of_no_effect(enable_logger_service=enable_logger_service)
 
     # -- what it is ----------------------------------------------------------------------------------------
 

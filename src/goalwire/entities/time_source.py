@@ -1,0 +1,121 @@
+"""Simulated time: what is published on /clock sets the ROS clocks of a node, while `use_sim_time` is true."""
+
+from __future__ import annotations
+
+from threading import Lock
+from typing import TYPE_CHECKING
+
+from goalwire.entities.subscription import SubscriptionCore
+from goalwire.errors import RemoteError
+from goalwire.protocol.qos import QoS, ReliabilityPolicy
+from goalwire.protocol.time import S_TO_NS, ClockType, Time
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from rosgraph_msgs.msg import Clock as ClockMessage
+
+    from goalwire.entities.node import NodeCore
+    from goalwire.execution.callback_groups import CallbackGroup
+    from goalwire.execution.clock import ROSClock
+    from goalwire.transport.contract import Sample
+
+CLOCK_TOPIC = '/clock'
+CLOCK_QOS = QoS(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+USE_SIM_TIME_NAME = 'use_sim_time'
+
+
+class TimeSourceCore:
+    """Sets the clocks that are attached to it, and switches them all."""
+
+    def __init__(self) -> None:
+        self._clocks: list[ROSClock] = []
+        self._last = Time(clock_type=ClockType.ROS_TIME)
+        self._active = False
+
+    @property
+    def ros_time_is_active(self) -> bool:
+        """Whether the clocks follow /clock."""
+        return self._active
+
+    @ros_time_is_active.setter
+    def ros_time_is_active(self, enabled: bool) -> None:
+        if enabled == self._active:
+            return
+        self._active = enabled
+        for clock in self._clocks:
+            clock._set_ros_time_is_active(enabled)  # noqa: SLF001 - rclpy's own name for it
+        if enabled:
+            self._subscribe()
+        else:
+            self._unsubscribe()
+
+    def _subscribe(self) -> None:
+        """Begin to listen to /clock; a front does that."""
+
+    def _unsubscribe(self) -> None:
+        """End listening to /clock."""
+
+    def attach_clock(self, clock: ROSClock) -> None:
+        """Set `clock` too, from now on; it begins with the last time that was heard of."""
+        clock.set_ros_time_override(self._last)
+        clock._set_ros_time_is_active(self._active)  # noqa: SLF001
+        if clock not in self._clocks:
+            self._clocks.append(clock)
+
+    def clock_callback(self, msg: ClockMessage) -> None:
+        """Set the clocks to the time of a message; jump callbacks are called in here."""
+        self._last = time = Time.from_msg(msg.clock)
+        for clock in self._clocks:
+            clock.set_ros_time_override(time)
+
+    def advance_quietly(self, time_ns: int) -> bool:
+        """Set the clocks unless that would call a jump callback: False, for `clock_callback` to do it."""
+        time = Time(nanoseconds=time_ns, clock_type=ClockType.ROS_TIME)
+        if not all(clock.advance_quietly(time_ns) for clock in self._clocks):
+            return False
+        self._last = time
+        return True
+
+
+class ClockSubscription(SubscriptionCore['ClockMessage']):
+    """Time goes on whatever the executor is busy with, as a callback may be sleeping until it does.
+
+    So a message sets the clocks on the thread that brings it. Only where jump callbacks are to be called, and
+    until they have been, messages take the usual way through the executor: the newest one waits there.
+    """
+
+    def __init__(
+        self,
+        node: NodeCore,
+        group: CallbackGroup,
+        callback: Callable[[ClockMessage], object],
+        advance_quietly: Callable[[int], bool],
+    ) -> None:
+        from rosgraph_msgs.msg import Clock as ClockMessage
+
+        self._advance_quietly = advance_quietly
+        self._order = Lock()
+        self._queued = False
+        super().__init__(node, ClockMessage, CLOCK_TOPIC, callback, CLOCK_QOS, group)
+
+    def _deliver(self, sample: Sample) -> None:
+        with self._order:
+            if not self._queued and self._advanced(sample):
+                return
+            self._queued = True
+            super()._deliver(sample)
+
+    def _advanced(self, sample: Sample) -> bool:
+        try:
+            stamp = self.support.decode(sample.payload).clock
+        except RemoteError:
+            return False  # the usual way rejects it
+        return stamp.sec >= 0 and self._advance_quietly(stamp.sec * S_TO_NS + stamp.nanosec)
+
+    def _handle(self, sample: Sample) -> object:
+        try:
+            return super()._handle(sample)
+        finally:
+            with self._order:
+                self._queued = len(self.inbox) > 0
