@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Generic, TypeVar
+from functools import cached_property
+from typing import TYPE_CHECKING, Generic, TypeVar
 
+from goalwire.entities.endpoint_qos import endpoint_qos
 from goalwire.entities.exceptions import InvalidHandle, ShutDownError
 from goalwire.entities.node import NodeCore
-from goalwire.entities.type_support import message_support
+from goalwire.entities.type_support import MessageSupport, message_support
 from goalwire.errors import ClosedError
 from goalwire.protocol.qos import QoS
 from goalwire.transport.contract import Endpoint, EndpointKind, PublisherPort
+
+if TYPE_CHECKING:
+    from goalwire.entities.qos_events import EndpointEvents
 
 MsgT = TypeVar('MsgT')
 
@@ -18,25 +23,39 @@ MsgT = TypeVar('MsgT')
 class PublisherCore(Generic[MsgT]):
     """Publishes messages of one type on one topic."""
 
-    def __init__(self, node: NodeCore, msg_type: type[MsgT], topic: str, qos: QoS) -> None:
+    def __init__(self, node: NodeCore, msg_type: type[MsgT] | MessageSupport, topic: str, qos: QoS) -> None:
+        """With a MessageSupport the class and its codec are made when they are needed."""
         self.node = node
-        self.msg_type = msg_type
         self.topic = topic
         self.qos = qos
-        self.support = message_support(msg_type)
+        if isinstance(msg_type, MessageSupport):
+            self.support = msg_type
+        else:
+            self.support = message_support(msg_type)
+            self._encode = self.support.encode  # made now: the first publish shall not be the slow one
         self.full_name = node.resolve(topic)
-        self._encode = self.support.encode
         endpoint = Endpoint(
             EndpointKind.PUBLISHER,
             self.full_name,
             self.support.type_name,
             self.support.type_hash,
-            qos,
+            endpoint_qos(node, EndpointKind.PUBLISHER, self.full_name, qos),
             self.support.has_buffers,
         )
+        self._endpoint = endpoint
+        self._events: EndpointEvents | None = None
         self._port: PublisherPort | None = node.port.publisher(endpoint)
         self._send: Callable[[bytes], None] = self._port.publish
         node.own(self)
+
+    @cached_property
+    def msg_type(self) -> type[MsgT]:
+        """The message class."""
+        return self.support.cls
+
+    @cached_property
+    def _encode(self) -> Callable[[object], bytes]:
+        return self.support.encode
 
     def publish(self, msg: MsgT | bytes) -> None:
         """Send a message, or one that is serialized already.
@@ -64,10 +83,24 @@ class PublisherCore(Generic[MsgT]):
         self._send(self._encode(msg))
 
     def subscription_count(self) -> int:
-        """How many subscriptions the graph shows on the topic; raises InvalidHandle once destroyed."""
+        """How many subscriptions match: of this type, and with a QoS that goes together with this one's.
+
+        Raises InvalidHandle once destroyed.
+        """
         if self._port is None:
             raise InvalidHandle
-        return self.node.graph.count(EndpointKind.SUBSCRIPTION, self.full_name)
+        return len(self.node.graph.matched(self._endpoint))
+
+    @property
+    def events(self) -> EndpointEvents:
+        """What can be told of this publisher beside messages; raises InvalidHandle once destroyed."""
+        if self._port is None:
+            raise InvalidHandle
+        if self._events is None:
+            from goalwire.entities.qos_events import EndpointEvents
+
+            self._events = EndpointEvents(self.node, self._endpoint, self._port)
+        return self._events
 
     @property
     def destroyed(self) -> bool:
@@ -80,6 +113,8 @@ class PublisherCore(Generic[MsgT]):
         if port is not None:
             self._send = _refuse
             self.node.disown(self)
+            if self._events is not None:
+                self._events.close()
             port.close()
 
 

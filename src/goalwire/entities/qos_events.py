@@ -22,6 +22,8 @@ from goalwire.protocol.qos_events import (
     PublisherEvent,
     SequenceGaps,
     SubscriptionEvent,
+    changes_between,
+    with_fields,
 )
 from goalwire.transport import registry
 from goalwire.transport.contract import EndpointKind
@@ -61,12 +63,19 @@ _FROM_GRAPH = {
 class EndpointEvents:
     """Counts what happens to one endpoint, each event from its first reader on, and tells the readers."""
 
-    def __init__(self, node: NodeCore, endpoint: Endpoint, port: Port) -> None:
+    def __init__(
+        self,
+        node: NodeCore,
+        endpoint: Endpoint,
+        port: Port,
+        watch_arrivals: Callable[[Callable[[Sample], None]], None] | None = None,
+    ) -> None:
+        """`watch_arrivals`, of a subscription, lets its transport's threads call with each message."""
         self.node = node
         self.endpoint = endpoint
-        self.delivers_all_the_same = not node.context.session.enforces_qos
-        """True where messages flow although the QoS do not go together."""
+        self._enforces_qos = node.context.session.enforces_qos
         self._port = port
+        self._watch_arrivals = watch_arrivals
         self._lock = Lock()
         self._status: dict[EventType, EventStatus] = {}
         self._started: set[EventType] = set()
@@ -74,7 +83,7 @@ class EndpointEvents:
         self._matched: set[bytes] = set()
         self._watch: CounterpartWatch | None = None
         self._watches_graph = False
-        self._gaps: SequenceGaps | None = None
+        self._gaps = SequenceGaps()
         self._closed = False
 
     def reader(
@@ -109,6 +118,11 @@ class EndpointEvents:
         status = self._status.get(event)
         return STATUS[event]() if status is None else status
 
+    @property
+    def wire_that_delivers_all_the_same(self) -> str | None:
+        """The name of the wire, where messages flow although QoS do not go together."""
+        return None if self._enforces_qos else registry.selected_identifier()
+
     def close(self) -> None:
         """End with the endpoint. Idempotent."""
         self._closed = True
@@ -130,8 +144,8 @@ class EndpointEvents:
             self._started.add(event)
         if self._port.watch_event(event, partial(self._set, event)):
             return
-        if event is SubscriptionEvent.RCL_SUBSCRIPTION_MESSAGE_LOST:
-            self._gaps = SequenceGaps()
+        if self._watch_arrivals is not None and event is SubscriptionEvent.RCL_SUBSCRIPTION_MESSAGE_LOST:
+            self._watch_arrivals(self._note_arrival)
         elif event not in _FROM_GRAPH[kind]:
             self._started.discard(event)
             raise UnsupportedEventTypeError(event.name, self.endpoint.name, registry.selected_identifier())
@@ -144,10 +158,8 @@ class EndpointEvents:
             self._status[event] = status
         self._notify(event)
 
-    def note_arrival(self, sample: Sample) -> None:
+    def _note_arrival(self, sample: Sample) -> None:
         """Count the messages before this one that never came; on the transport's thread."""
-        if self._gaps is None:
-            return
         with self._lock:
             missed = self._gaps.missed_before(sample.gid, sample.sequence)
         if missed:
@@ -166,9 +178,8 @@ class EndpointEvents:
         if is_there:
             self._meet(peer)
             return
-        if self._gaps is not None:
-            with self._lock:
-                self._gaps.forget(peer.gid)
+        with self._lock:
+            self._gaps.forget(peer.gid)
         if peer.gid in self._matched:
             self._matched.discard(peer.gid)
             self._add(_FROM_GRAPH[self.endpoint.kind].matched, current_count=-1)
@@ -183,19 +194,17 @@ class EndpointEvents:
         policy = incompatible_policy(offers.qos, asks.qos)
         if policy is not None:
             self._add(events.incompatible_qos, policy, total_count=1)
-        if policy is None or self.delivers_all_the_same:
+        if policy is None or not self._enforces_qos:
             self._matched.add(peer.gid)
             self._add(events.matched, total_count=1, current_count=1)
 
     def _add(self, event: EventType, policy: PolicyKind | None = None, **counts: int) -> None:
         with self._lock:
-            status: Any = self.status(event)
-            changed: dict[str, int] = {
-                name: getattr(status, name) + number for name, number in counts.items()
-            }
+            status = self.status(event)
+            changed = {name: getattr(status, name) + number for name, number in counts.items()}
             if policy is not None:
                 changed['last_policy_kind'] = policy
-            self._status[event] = status._replace(**changed)
+            self._status[event] = with_fields(status, **changed)
         self._notify(event)
 
     def _notify(self, event: EventType) -> None:
@@ -244,10 +253,8 @@ class EventReader(Work):
         """Return the record with the changes since it was last taken; None where there are none."""
         if not self.events:
             return None
-        status: Any = self._source.status(self.event)
-        changes: EventStatus = status.changed_since(self._seen)
-        self._seen = status
-        return changes
+        earlier, self._seen = self._seen, self._source.status(self.event)
+        return changes_between(earlier, self._seen)
 
     def run(self) -> object:
         self._posted = False

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Generic, TypedDict, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypedDict, TypeVar
 
+from goalwire.entities.endpoint_qos import endpoint_qos
 from goalwire.entities.exceptions import InvalidHandle
 from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import message_support
@@ -14,6 +15,9 @@ from goalwire.execution.inbox import Inbox
 from goalwire.logging import get_logger
 from goalwire.protocol.qos import QoS
 from goalwire.transport.contract import Endpoint, EndpointKind, Port, Sample
+
+if TYPE_CHECKING:
+    from goalwire.entities.qos_events import EndpointEvents
 
 MsgT = TypeVar('MsgT')
 
@@ -62,9 +66,12 @@ class SubscriptionCore(Generic[MsgT]):
             self.full_name,
             self.support.type_name,
             self.support.type_hash,
-            qos,
+            endpoint_qos(node, EndpointKind.SUBSCRIPTION, self.full_name, qos),
             self.support.has_buffers,
         )
+        self._endpoint = endpoint
+        self._events: EndpointEvents | None = None
+        self._note_arrival: Callable[[Sample], None] | None = None
         self._port: Port | None = node.port.subscription(endpoint, self._deliver)
         node.own(self)
 
@@ -77,6 +84,8 @@ class SubscriptionCore(Generic[MsgT]):
         self._callback = callback
 
     def _deliver(self, sample: Sample) -> None:
+        if self._note_arrival is not None:
+            self._note_arrival(sample)
         self.inbox.deliver(sample)
 
     def _handle(self, sample: Sample) -> object:
@@ -111,10 +120,27 @@ class SubscriptionCore(Generic[MsgT]):
             )
 
     def publisher_count(self) -> int:
-        """How many publishers the graph shows on the topic; raises InvalidHandle once destroyed."""
+        """How many publishers match: of this type, and with a QoS that goes together with this one's.
+
+        Raises InvalidHandle once destroyed.
+        """
         if self._port is None:
             raise InvalidHandle
-        return self.node.graph.count(EndpointKind.PUBLISHER, self.full_name)
+        return len(self.node.graph.matched(self._endpoint))
+
+    @property
+    def events(self) -> EndpointEvents:
+        """What can be told of this subscription beside messages; raises InvalidHandle once destroyed."""
+        if self._port is None:
+            raise InvalidHandle
+        if self._events is None:
+            from goalwire.entities.qos_events import EndpointEvents
+
+            self._events = EndpointEvents(self.node, self._endpoint, self._port, self._watch_arrivals)
+        return self._events
+
+    def _watch_arrivals(self, note: Callable[[Sample], None]) -> None:
+        self._note_arrival = note
 
     @property
     def destroyed(self) -> bool:
@@ -126,6 +152,8 @@ class SubscriptionCore(Generic[MsgT]):
         port, self._port = self._port, None
         if port is not None:
             self.node.disown(self)
+            if self._events is not None:
+                self._events.close()
             port.close()
             self.inbox.close()
 

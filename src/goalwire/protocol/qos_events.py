@@ -2,13 +2,14 @@
 
 Names and numbers are those of rcl/event.h (rcl_publisher_event_type_t, rcl_subscription_event_type_t), the
 records those of rmw/events_statuses. A source of events keeps totals; what changed since somebody last looked
-is the difference of two records, `changed_since`, so that any number of readers share one source.
+is the difference of two records, `changes_between`, so that any number of readers share one source.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from enum import Enum
-from typing import NamedTuple, Self, TypeAlias
+from typing import TypeAlias, TypeVar
 
 from goalwire.protocol.qos import PolicyKind
 
@@ -45,90 +46,126 @@ class SubscriptionEvent(_EventType):
 EventType: TypeAlias = PublisherEvent | SubscriptionEvent
 
 
-class _Count(NamedTuple):
-    total_count: int = 0
-    total_count_change: int = 0
+class EventStatus:
+    """A record of what has happened so far. Two with equal fields are equal."""
 
-    def changed_since(self, earlier: Self) -> Self:
-        """This record with the changes since an earlier one."""
-        return self._replace(total_count_change=self.total_count - earlier.total_count)
+    __slots__: Sequence[str] = ()
+
+    def _identity(self) -> tuple[object, ...]:
+        return (type(self), *(getattr(self, name) for name in self.__slots__))
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, EventStatus) and self._identity() == other._identity()
+
+    def __hash__(self) -> int:
+        return hash(self._identity())
+
+    def __repr__(self) -> str:
+        fields = ', '.join(f'{name}={getattr(self, name)!r}' for name in self.__slots__)
+        return f'{type(self).__name__}({fields})'
+
+
+class _Count(EventStatus):
+    __slots__ = ('total_count', 'total_count_change')
+
+    def __init__(self, total_count: int = 0, total_count_change: int = 0) -> None:
+        self.total_count = total_count
+        self.total_count_change = total_count_change
 
 
 class OfferedDeadlineMissed(_Count):
     """How often a publisher was later than it had promised."""
 
-    __slots__ = ()
-
 
 class RequestedDeadlineMissed(_Count):
     """How often a message came later than asked for."""
-
-    __slots__ = ()
 
 
 class LivelinessLost(_Count):
     """How often a publisher failed to show that it is alive."""
 
-    __slots__ = ()
-
 
 class MessageLost(_Count):
     """How many messages did not arrive."""
-
-    __slots__ = ()
 
 
 class IncompatibleType(_Count):
     """How many endpoints of another type were met under the same name."""
 
-    __slots__ = ()
 
-
-class LivelinessChanged(NamedTuple):
+class LivelinessChanged(EventStatus):
     """How many publishers are alive, and how many are not any more."""
 
-    alive_count: int = 0
-    not_alive_count: int = 0
-    alive_count_change: int = 0
-    not_alive_count_change: int = 0
+    __slots__ = ('alive_count', 'alive_count_change', 'not_alive_count', 'not_alive_count_change')
 
-    def changed_since(self, earlier: Self) -> Self:
-        """This record with the changes since an earlier one."""
-        return self._replace(
-            alive_count_change=self.alive_count - earlier.alive_count,
-            not_alive_count_change=self.not_alive_count - earlier.not_alive_count,
-        )
+    def __init__(
+        self,
+        alive_count: int = 0,
+        alive_count_change: int = 0,
+        not_alive_count: int = 0,
+        not_alive_count_change: int = 0,
+    ) -> None:
+        self.alive_count = alive_count
+        self.alive_count_change = alive_count_change
+        self.not_alive_count = not_alive_count
+        self.not_alive_count_change = not_alive_count_change
 
 
-class Matched(NamedTuple):
+class Matched(EventStatus):
     """How many counterparts there have been, and how many there are."""
 
-    total_count: int = 0
-    total_count_change: int = 0
-    current_count: int = 0
-    current_count_change: int = 0
+    __slots__ = ('current_count', 'current_count_change', 'total_count', 'total_count_change')
 
-    def changed_since(self, earlier: Self) -> Self:
-        """This record with the changes since an earlier one."""
-        return self._replace(
-            total_count_change=self.total_count - earlier.total_count,
-            current_count_change=self.current_count - earlier.current_count,
-        )
+    def __init__(
+        self,
+        total_count: int = 0,
+        total_count_change: int = 0,
+        current_count: int = 0,
+        current_count_change: int = 0,
+    ) -> None:
+        self.total_count = total_count
+        self.total_count_change = total_count_change
+        self.current_count = current_count
+        self.current_count_change = current_count_change
 
 
-class IncompatibleQoS(NamedTuple):
+class IncompatibleQoS(EventStatus):
     """How many counterparts had a QoS that does not go together, and for which policy the last one."""
 
-    total_count: int = 0
-    total_count_change: int = 0
-    last_policy_kind: PolicyKind = PolicyKind.RMW_QOS_POLICY_INVALID
+    __slots__ = ('last_policy_kind', 'total_count', 'total_count_change')
 
-    def changed_since(self, earlier: Self) -> Self:
-        """This record with the changes since an earlier one."""
-        return self._replace(total_count_change=self.total_count - earlier.total_count)
+    def __init__(
+        self,
+        total_count: int = 0,
+        total_count_change: int = 0,
+        last_policy_kind: PolicyKind = PolicyKind.RMW_QOS_POLICY_INVALID,
+    ) -> None:
+        self.total_count = total_count
+        self.total_count_change = total_count_change
+        self.last_policy_kind = last_policy_kind
 
 
-EventStatus: TypeAlias = _Count | LivelinessChanged | Matched | IncompatibleQoS
+StatusT = TypeVar('StatusT', bound=EventStatus)
+
+_CHANGE = '_change'
+
+
+def changes_between(earlier: StatusT, later: StatusT) -> StatusT:
+    """Return the later record with the changes since an earlier one of the same kind."""
+    return with_fields(
+        later,
+        **{
+            name: getattr(later, counted) - getattr(earlier, counted)
+            for name in later.__slots__
+            if (counted := name.removesuffix(_CHANGE)) != name
+        },
+    )
+
+
+def with_fields(status: StatusT, **changed: int) -> StatusT:
+    """Return a record with some fields changed."""
+    return type(status)(**{name: getattr(status, name) for name in status.__slots__} | changed)
+
 
 STATUS: dict[EventType, type[EventStatus]] = {
     PublisherEvent.RCL_PUBLISHER_OFFERED_DEADLINE_MISSED: OfferedDeadlineMissed,

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from types import TracebackType
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 from goalwire.entities.exceptions import InvalidHandle
 from goalwire.entities.publisher import MsgT, PublisherCore
 from rclpy.duration import Duration
 from rclpy.qos import QoSProfile
+
+if TYPE_CHECKING:
+    from rclpy.event_handler import EventHandler
 
 _FOREVER = Duration(seconds=-1)
 
@@ -17,6 +21,8 @@ class Publisher(PublisherCore[MsgT]):
     """Made by Node.create_publisher."""
 
     qos_profile: QoSProfile
+    event_handlers: Sequence[EventHandler] = ()
+    """The handlers of its events: the program's own and the default ones."""
 
     def get_subscription_count(self) -> int:
         """How many subscriptions there are; raises InvalidHandle once destroyed."""

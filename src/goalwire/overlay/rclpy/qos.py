@@ -22,6 +22,7 @@ from rclpy.duration import Duration
 __all__ = [
     'DeadlineBestAvailable',
     'DurabilityPolicy',
+    'Duration',
     'HistoryPolicy',
     'InvalidQoSProfileException',
     'LivelinessLeaseDurationeBestAvailable',

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from types import TracebackType
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from goalwire.entities.exceptions import InvalidHandle
 from goalwire.entities.subscription import MessageInfo, MsgT, SubscriptionCore
 from rclpy.callback_groups import CallbackGroup
 from rclpy.qos import QoSProfile
+
+if TYPE_CHECKING:
+    from rclpy.event_handler import EventHandler
 
 __all__ = ['MessageInfo', 'Subscription']
 
@@ -18,6 +21,8 @@ class Subscription(SubscriptionCore[MsgT]):
     """Made by Node.create_subscription."""
 
     qos_profile: QoSProfile
+    event_handlers: Sequence[EventHandler] = ()
+    """The handlers of its events: the program's own and the default ones."""
     callback_group: CallbackGroup
 
     def get_publisher_count(self) -> int:

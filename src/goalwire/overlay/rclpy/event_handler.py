@@ -1,0 +1,287 @@
+"""rclpy.event_handler: callbacks for what happens to a publisher or subscription beside messages.
+
+Who finds these events out lives in goalwire.entities.qos_events.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Iterator
+from functools import partial
+from typing import TYPE_CHECKING, Any, TypeAlias, cast
+
+from goalwire.entities.exceptions import InvalidHandle, UnsupportedEventTypeError
+from goalwire.entities.publisher import PublisherCore
+from goalwire.execution.waitable import NumberOfEntities, SelfDriven
+from goalwire.protocol.qos_events import (
+    EventStatus,
+    EventType,
+    IncompatibleQoS,
+    IncompatibleType,
+    LivelinessChanged,
+    LivelinessLost,
+    Matched,
+    MessageLost,
+    OfferedDeadlineMissed,
+    PublisherEvent,
+    RequestedDeadlineMissed,
+    SubscriptionEvent,
+    incompatible_qos_warning,
+    incompatible_type_warning,
+)
+from rclpy.logging import get_logger
+
+if TYPE_CHECKING:
+    from goalwire.entities.subscription import SubscriptionCore
+    from goalwire.execution.wait_set import WaitSet
+    from rclpy.callback_groups import CallbackGroup
+
+__all__ = [
+    'EventHandler',
+    'IncompatibleTypeInfo',
+    'PublisherEventCallbacks',
+    'QoSEventHandler',
+    'QoSLivelinessChangedInfo',
+    'QoSLivelinessLostInfo',
+    'QoSMessageLostInfo',
+    'QoSOfferedDeadlineMissedInfo',
+    'QoSOfferedIncompatibleQoSInfo',
+    'QoSPublisherEventType',
+    'QoSPublisherMatchedInfo',
+    'QoSRequestedDeadlineMissedInfo',
+    'QoSRequestedIncompatibleQoSInfo',
+    'QoSSubscriptionEventType',
+    'QoSSubscriptionMatchedInfo',
+    'SubscriptionEventCallbacks',
+    'UnsupportedEventTypeError',
+]
+
+QoSPublisherEventType = PublisherEvent
+QoSSubscriptionEventType = SubscriptionEvent
+QoSRequestedDeadlineMissedInfo = RequestedDeadlineMissed
+QoSLivelinessChangedInfo = LivelinessChanged
+QoSMessageLostInfo = MessageLost
+QoSRequestedIncompatibleQoSInfo = IncompatibleQoS
+QoSSubscriptionMatchedInfo = Matched
+QoSOfferedDeadlineMissedInfo = OfferedDeadlineMissed
+QoSLivelinessLostInfo = LivelinessLost
+QoSPublisherMatchedInfo = Matched
+QoSOfferedIncompatibleQoSInfo = IncompatibleQoS
+IncompatibleTypeInfo = IncompatibleType
+
+_Endpoint: TypeAlias = 'PublisherCore[Any] | SubscriptionCore[Any]'
+_Callback: TypeAlias = Callable[[Any], object]
+
+
+class EventHandler(SelfDriven[EventStatus | None]):
+    """One callback for one kind of event; plain or `async def`, run under the rule of its callback group."""
+
+    def __init__(
+        self,
+        *,
+        callback_group: CallbackGroup,
+        callback: _Callback,
+        event_type: EventType,
+        parent_impl: _Endpoint,
+    ) -> None:
+        """Raises UnsupportedEventTypeError where the wire cannot tell, TypeError for the other's event."""
+        self.event_type = event_type
+        self._reader = parent_impl.events.reader(event_type, callback_group, callback)
+        self._index: int | None = None
+        super().__init__(callback_group)
+
+    @property
+    def callback(self) -> _Callback:
+        """What is called with each record."""
+        return self._reader.callback
+
+    @callback.setter
+    def callback(self, value: _Callback) -> None:
+        self._reader.callback = value
+
+    def is_ready(self, wait_set: WaitSet) -> bool:
+        """Whether the event is ready in the wait set it was added to."""
+        return self._index is not None and wait_set.is_ready('event', self._index)
+
+    def take_data(self) -> EventStatus | None:
+        """Take the record with the changes since the last one; None where there are none."""
+        self._check_alive()
+        return self._reader.take()
+
+    async def execute(self, taken_data: EventStatus | None) -> None:
+        """Call back with what `take_data` returned."""
+        from rclpy.executors import await_or_execute
+
+        if taken_data is not None:
+            await await_or_execute(self.callback, taken_data)
+
+    def get_num_entities(self) -> NumberOfEntities:
+        """One event."""
+        return NumberOfEntities(num_events=1)
+
+    def add_to_wait_set(self, wait_set: WaitSet) -> None:
+        """Add the event."""
+        self._check_alive()
+        self._index = wait_set.add_event(self._reader)
+
+    def __enter__(self) -> None:
+        self._check_alive()
+
+    def destroy(self) -> None:
+        """Call back no more. Idempotent."""
+        self._reader.close()
+
+    def _check_alive(self) -> None:
+        if self._reader.closed:
+            raise InvalidHandle
+
+
+class QoSEventHandler(EventHandler):
+    """Another name of EventHandler, deprecated by ROS 2."""
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        warnings.warn(
+            'QoSEventHandler is deprecated, use EventHandler instead.', DeprecationWarning, stacklevel=2
+        )
+        super().__init_subclass__(**kwargs)
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        warnings.warn(
+            'QoSEventHandler is deprecated, use EventHandler instead.', DeprecationWarning, stacklevel=2
+        )
+        super().__init__(*args, **kwargs)
+
+
+class SubscriptionEventCallbacks:
+    """What to call on the events of a subscription.
+
+    Without a callback of the program's own, incompatible QoS and types are logged as warnings, unless
+    `use_default_callbacks` is false.
+    """
+
+    def __init__(
+        self,
+        *,
+        deadline: Callable[[RequestedDeadlineMissed], object] | None = None,
+        incompatible_qos: Callable[[IncompatibleQoS], object] | None = None,
+        liveliness: Callable[[LivelinessChanged], object] | None = None,
+        message_lost: Callable[[MessageLost], object] | None = None,
+        incompatible_type: Callable[[IncompatibleType], object] | None = None,
+        matched: Callable[[Matched], object] | None = None,
+        use_default_callbacks: bool = True,
+    ) -> None:
+        self.deadline = deadline
+        self.incompatible_qos = incompatible_qos
+        self.liveliness = liveliness
+        self.message_lost = message_lost
+        self.incompatible_type = incompatible_type
+        self.matched = matched
+        self.use_default_callbacks = use_default_callbacks
+
+    def create_event_handlers(
+        self, callback_group: CallbackGroup, subscription: SubscriptionCore[Any], topic_name: str
+    ) -> list[EventHandler]:
+        """Return a handler for each callback; raises UnsupportedEventTypeError where the wire cannot tell."""
+        return list(_handlers(self, _SUBSCRIPTION_EVENTS, callback_group, subscription, topic_name))
+
+
+class PublisherEventCallbacks:
+    """What to call on the events of a publisher; the defaults are those of SubscriptionEventCallbacks."""
+
+    def __init__(
+        self,
+        *,
+        deadline: Callable[[OfferedDeadlineMissed], object] | None = None,
+        liveliness: Callable[[LivelinessLost], object] | None = None,
+        incompatible_qos: Callable[[IncompatibleQoS], object] | None = None,
+        incompatible_type: Callable[[IncompatibleType], object] | None = None,
+        matched: Callable[[Matched], object] | None = None,
+        use_default_callbacks: bool = True,
+    ) -> None:
+        self.deadline = deadline
+        self.liveliness = liveliness
+        self.incompatible_qos = incompatible_qos
+        self.incompatible_type = incompatible_type
+        self.matched = matched
+        self.use_default_callbacks = use_default_callbacks
+
+    def create_event_handlers(
+        self, callback_group: CallbackGroup, publisher: PublisherCore[Any], topic_name: str
+    ) -> list[EventHandler]:
+        """Return a handler for each callback; raises UnsupportedEventTypeError where the wire cannot tell."""
+        return list(_handlers(self, _PUBLISHER_EVENTS, callback_group, publisher, topic_name))
+
+
+def event_handlers(
+    endpoint: _Endpoint,
+    callbacks: PublisherEventCallbacks | SubscriptionEventCallbacks | None,
+    group: CallbackGroup,
+) -> list[EventHandler]:
+    """Return the handlers of a new publisher or subscription; None asks for the default ones.
+
+    Raises UnsupportedEventTypeError where the wire cannot tell.
+    """
+    if isinstance(endpoint, PublisherCore):
+        wanted = cast('PublisherEventCallbacks', callbacks or PublisherEventCallbacks())
+        return wanted.create_event_handlers(group, endpoint, endpoint.topic)
+    asked = cast('SubscriptionEventCallbacks', callbacks or SubscriptionEventCallbacks())
+    return asked.create_event_handlers(group, endpoint, endpoint.topic)
+
+
+_SUBSCRIPTION_EVENTS: dict[str, EventType] = {
+    'deadline': SubscriptionEvent.RCL_SUBSCRIPTION_REQUESTED_DEADLINE_MISSED,
+    'incompatible_qos': SubscriptionEvent.RCL_SUBSCRIPTION_REQUESTED_INCOMPATIBLE_QOS,
+    'liveliness': SubscriptionEvent.RCL_SUBSCRIPTION_LIVELINESS_CHANGED,
+    'message_lost': SubscriptionEvent.RCL_SUBSCRIPTION_MESSAGE_LOST,
+    'incompatible_type': SubscriptionEvent.RCL_SUBSCRIPTION_INCOMPATIBLE_TYPE,
+    'matched': SubscriptionEvent.RCL_SUBSCRIPTION_MATCHED,
+}
+"""Callbacks and their events, in the order of rclpy's list of handlers."""
+
+_PUBLISHER_EVENTS: dict[str, EventType] = {
+    'deadline': PublisherEvent.RCL_PUBLISHER_OFFERED_DEADLINE_MISSED,
+    'liveliness': PublisherEvent.RCL_PUBLISHER_LIVELINESS_LOST,
+    'incompatible_qos': PublisherEvent.RCL_PUBLISHER_OFFERED_INCOMPATIBLE_QOS,
+    'incompatible_type': PublisherEvent.RCL_PUBLISHER_INCOMPATIBLE_TYPE,
+    'matched': PublisherEvent.RCL_PUBLISHER_MATCHED,
+}
+
+
+def _warn_of_qos(endpoint: _Endpoint, event: EventType, topic: str, status: IncompatibleQoS) -> None:
+    text = incompatible_qos_warning(
+        event, topic, status.last_policy_kind, wire=endpoint.events.wire_that_delivers_all_the_same
+    )
+    get_logger(endpoint.node.logger_name).warning(text)
+
+
+def _warn_of_type(endpoint: _Endpoint, _event: EventType, topic: str, _status: IncompatibleType) -> None:
+    get_logger(endpoint.node.logger_name).warning(incompatible_type_warning(topic))
+
+
+_DEFAULTS: dict[str, Callable[..., None]] = {
+    'incompatible_qos': _warn_of_qos,
+    'incompatible_type': _warn_of_type,
+}
+"""What is logged where the program asks for nothing. Where a wire cannot tell these, rclpy says nothing."""
+
+
+def _handlers(
+    callbacks: SubscriptionEventCallbacks | PublisherEventCallbacks,
+    events: dict[str, EventType],
+    group: CallbackGroup,
+    endpoint: _Endpoint,
+    topic: str,
+) -> Iterator[EventHandler]:
+    for name, event in events.items():
+        callback = getattr(callbacks, name)
+        if not callback and callbacks.use_default_callbacks and name in _DEFAULTS:
+            callback = partial(_DEFAULTS[name], endpoint, event, topic)
+        if not callback:
+            continue
+        try:
+            yield EventHandler(
+                callback_group=group, callback=callback, event_type=event, parent_impl=endpoint
+            )
+        except UnsupportedEventTypeError:
+            if name not in _DEFAULTS:
+                raise
