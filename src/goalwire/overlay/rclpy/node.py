@@ -38,8 +38,10 @@ from rclpy.timer import Rate, Timer
 from rclpy.utilities import get_default_context
 
 if TYPE_CHECKING:
+    from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
     from rclpy.executors import Executor
     from rclpy.parameter import Parameter
+    from rclpy.qos_overriding_options import QoSOverridingOptions
     from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 HIDDEN_NODE_PREFIX = '_'
@@ -278,23 +280,20 @@ class Node(BaseNode):
         qos_profile: QoSProfile | int,
         *,
         callback_group: CallbackGroup | None = None,
-        event_callbacks: object | None = None,
-        qos_overriding_options: object | None = None,
+        event_callbacks: PublisherEventCallbacks | None = None,
+        qos_overriding_options: QoSOverridingOptions | None = None,
         publisher_class: type[Publisher[Any]] = Publisher,
     ) -> Publisher[MsgT]:
         """Create a publisher; `qos_profile` is a profile or a history depth.
 
-        QoS events and overriding options have no effect yet, and a warning says so.
-
-        Raises InvalidTopicNameException, and TypeError or RuntimeError for a bad type or profile.
+        Raises InvalidTopicNameException, TypeError or RuntimeError for a bad type or profile,
+        UnsupportedEventTypeError for an event that the wire cannot tell, InvalidQosOverridesError.
         """
         self._check_alive()
-        self._warn_of_no_effect(
-            event_callbacks=event_callbacks, qos_overriding_options=qos_overriding_options
-        )
-        profile = QoSProfile.of(qos_profile)
+        profile = self._overridden(QoSProfile.of(qos_profile), 'publisher', topic, qos_overriding_options)
         publisher: Publisher[MsgT] = publisher_class(self.core, msg_type, topic, profile.to_core())
         publisher.qos_profile = profile
+        self._handle_events(publisher, event_callbacks, callback_group or self._default_callback_group)
         self._publishers.append(publisher)
         return publisher
 
@@ -306,8 +305,8 @@ class Node(BaseNode):
         qos_profile: QoSProfile | int,
         *,
         callback_group: CallbackGroup | None = None,
-        event_callbacks: object | None = None,
-        qos_overriding_options: object | None = None,
+        event_callbacks: SubscriptionEventCallbacks | None = None,
+        qos_overriding_options: QoSOverridingOptions | None = None,
         raw: bool = False,
     ) -> Subscription[MsgT]:
         """Create a subscription; `callback(message)` or `callback(message, info)`, plain or `async def`.
@@ -315,17 +314,41 @@ class Node(BaseNode):
         With `raw` the callback gets serialized bytes. Raises as create_publisher does.
         """
         self._check_alive()
-        self._warn_of_no_effect(
-            event_callbacks=event_callbacks, qos_overriding_options=qos_overriding_options
-        )
-        profile = QoSProfile.of(qos_profile)
+        profile = self._overridden(QoSProfile.of(qos_profile), 'subscription', topic, qos_overriding_options)
         group = callback_group or self._default_callback_group
         subscription = Subscription(self.core, msg_type, topic, callback, profile.to_core(), group, raw=raw)
         subscription.qos_profile = profile
         subscription.callback_group = group
         group.add_entity(subscription)
+        self._handle_events(subscription, event_callbacks, group)
         self._subscriptions.append(subscription)
         return subscription
+
+    def _overridden(
+        self, profile: QoSProfile, entity: str, topic: str, options: QoSOverridingOptions | None
+    ) -> QoSProfile:
+        """Return the profile with what the node's parameters say about this publisher or subscription."""
+        if options is None:
+            return profile
+        from rclpy.qos_overriding_options import overridden
+
+        return overridden(self, entity, self.core.resolve(topic), profile, options)
+
+    def _handle_events(
+        self,
+        endpoint: Publisher[Any] | Subscription[Any],
+        callbacks: PublisherEventCallbacks | SubscriptionEventCallbacks | None,
+        group: CallbackGroup,
+    ) -> None:
+        """Attach the callbacks for the events of a new endpoint; where one is refused, destroy it."""
+        from rclpy.event_handler import event_handlers
+
+        try:
+            endpoint.event_handlers = event_handlers(endpoint, callbacks, group)
+        except BaseException:
+            endpoint.destroy()
+            raise
+        self._waitables.extend(endpoint.event_handlers)
 
     def create_client(
         self,
@@ -428,11 +451,18 @@ class Node(BaseNode):
 
     def destroy_publisher(self, publisher: Publisher[Any]) -> bool:
         """Destroy a publisher of this node; False where it is not (any more)."""
+        self._forget_events(publisher)
         return _destroy(publisher, self._publishers)
 
     def destroy_subscription(self, subscription: Subscription[Any]) -> bool:
         """Destroy a subscription of this node; False where it is not (any more)."""
+        self._forget_events(subscription)
         return _destroy(subscription, self._subscriptions)
+
+    def _forget_events(self, endpoint: Publisher[Any] | Subscription[Any]) -> None:
+        for handler in endpoint.event_handlers:
+            if handler in self._waitables:
+                self.remove_waitable(handler)
 
     def destroy_client(self, client: Client[Any, Any]) -> bool:
         """Destroy a client of this node; False where it is not (any more)."""
@@ -474,6 +504,7 @@ class Node(BaseNode):
             owned.clear()
         self._timers.clear()
         self._guards.clear()
+        self._waitables.clear()
 
 
 @contextmanager

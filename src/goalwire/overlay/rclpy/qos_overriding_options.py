@@ -1,0 +1,126 @@
+"""rclpy.qos_overriding_options: the QoS of a publisher or subscription set by parameters of its node.
+
+The parameters' names and spellings live in goalwire.protocol.qos_overrides.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Self, TypeAlias, Union
+
+from goalwire.entities.exceptions import InvalidQosOverridesError, ParameterAlreadyDeclaredException
+from goalwire.protocol import qos_overrides as rules
+from goalwire.protocol.qos import PolicyKind
+from rclpy.duration import Duration
+from rclpy.qos import (
+    QoSDurabilityPolicy,
+    QoSHistoryPolicy,
+    QoSLivelinessPolicy,
+    QoSPolicyKind,
+    QoSProfile,
+    QoSReliabilityPolicy,
+)
+
+if TYPE_CHECKING:
+    from rcl_interfaces.msg import SetParametersResult
+
+    from rclpy.node import BaseNode
+
+__all__ = [
+    'InvalidQosOverridesError',
+    'QoSOverridingOptions',
+    'QoSProfileAttributes',
+    'QosCallbackResult',
+    'QosCallbackType',
+]
+
+QosCallbackResult: TypeAlias = 'SetParametersResult'
+QosCallbackType = Callable[[QoSProfile], 'SetParametersResult']
+QoSProfileAttributes = Union[  # noqa: UP007 - as rclpy has it
+    QoSHistoryPolicy, int, QoSReliabilityPolicy, QoSDurabilityPolicy, Duration, QoSLivelinessPolicy, bool
+]
+
+_BY_DEFAULT = (QoSPolicyKind.HISTORY, QoSPolicyKind.DEPTH, QoSPolicyKind.RELIABILITY)
+
+
+class QoSOverridingOptions:
+    """Which policies parameters may set, and who has a last look at the outcome.
+
+    `entity_id` tells several publishers or subscriptions of one topic apart.
+    """
+
+    def __init__(
+        self,
+        policy_kinds: Iterable[QoSPolicyKind],
+        *,
+        callback: QosCallbackType | None = None,
+        entity_id: str | None = None,
+    ) -> None:
+        self._policy_kinds = policy_kinds
+        self._callback = callback
+        self._entity_id = entity_id
+
+    @property
+    def policy_kinds(self) -> Iterable[QoSPolicyKind]:
+        """Those that get a parameter."""
+        return self._policy_kinds
+
+    @property
+    def callback(self) -> QosCallbackType | None:
+        """Judges the profile after the overrides."""
+        return self._callback
+
+    @property
+    def entity_id(self) -> str | None:
+        """What the parameters' names end with, after the kind of endpoint."""
+        return self._entity_id
+
+    @classmethod
+    def with_default_policies(
+        cls, *, callback: QosCallbackType | None = None, entity_id: str | None = None
+    ) -> Self:
+        """Let parameters set history, depth and reliability."""
+        return cls(_BY_DEFAULT, callback=callback, entity_id=entity_id)
+
+
+def overridden(
+    node: BaseNode, entity: str, topic: str, profile: QoSProfile, options: QoSOverridingOptions
+) -> QoSProfile:
+    """Declare the read-only parameters of an endpoint and return a profile with what they say.
+
+    `entity`: 'publisher' or 'subscription'; `topic`: fully qualified. Raises InvalidQosOverridesError where
+    the callback refuses the outcome, RuntimeError for a value that no policy has, ValueError for
+    a profile with UNKNOWN policies, InvalidParameterTypeException.
+    """
+    qos = profile.to_core()
+    for kind in options.policy_kinds:
+        policy = PolicyKind(kind)
+        if rules.may_override(policy, entity):
+            default = rules.value_of(qos, policy)
+            value = _declared(node, policy, (topic, entity, options.entity_id), default)
+            qos = rules.with_value(qos, policy, value)
+    result = QoSProfile.from_core(qos)
+    verdict = options.callback(result) if options.callback is not None else None
+    if verdict is not None and not verdict.successful:
+        whose = rules.override_description('Provided QoS overrides', topic, entity, options.entity_id)
+        raise InvalidQosOverridesError(f'{whose}, are not valid: {verdict.reason}')
+    return result
+
+
+def _declared(
+    node: BaseNode,
+    policy: PolicyKind,
+    whose: tuple[str, str, str | None],
+    default: rules.OverrideValue,
+) -> object:
+    """Declare one parameter, or find the one of an endpoint before, and return its value."""
+    from rcl_interfaces.msg import ParameterDescriptor
+
+    name = rules.override_name(policy, *whose)
+    description = rules.override_description(rules.policy_name(policy), *whose)
+    descriptor = ParameterDescriptor(description=description, read_only=True)
+    try:
+        parameter = node.declare_parameter(name, default, descriptor)
+    except ParameterAlreadyDeclaredException:
+        parameter = node.get_parameter(name)
+    return parameter.value
