@@ -1,14 +1,10 @@
 from __future__ import annotations
 
-import re
-import subprocess
-import sys
-import textwrap
 from pathlib import Path
 
 import pytest
-from helpers.fresh import clean_environment
 from helpers.packages import write_files, write_package
+from helpers.type_checking import type_errors
 
 from goalwire.errors import UnknownInterfaceError
 from goalwire.interfaces import hook, search_path, stubs
@@ -36,20 +32,6 @@ wstring w
     'srv/Move.srv': 'Joint to\n---\nbool done\n',
     'action/Wave.action': 'int32 times\n---\nbool done\n---\nint32 so_far\n',
 }
-
-
-def type_errors(program: str, folder: Path, *, typings: Path | None = None) -> list[tuple[str, str]]:
-    """What mypy --strict objects to: line and code of each error, none for a well-typed program."""
-    write_files(folder, {'program.py': textwrap.dedent(program)})
-    environment = clean_environment(**({'MYPYPATH': str(typings)} if typings else {}))
-    done = subprocess.run(
-        [sys.executable, '-m', 'mypy', '--strict', '--no-incremental', '--config-file=', 'program.py'],
-        cwd=folder, env=environment, capture_output=True, text=True, timeout=50, check=False,
-    )  # fmt: skip
-    assert done.stderr == ''
-    errors = re.findall(r'^program\.py:(\d+): error: .*\[([\w-]+)\]$', done.stdout, re.MULTILINE)
-    assert bool(errors) == bool(done.returncode), done.stdout
-    return errors
 
 
 @pytest.fixture

@@ -83,7 +83,7 @@ def trigger_server(node: Node, answer: Callable[[], str], name: str = 'ask') -> 
     node.create_service(Trigger, name, callback, callback_group=ReentrantCallbackGroup())
 
 
-def counting_server(node: Node, gate: Callable[[], None] = lambda: None) -> ActionServer[Fibonacci]:
+def counting_server(node: Node, gate: Callable[[], None] = lambda: None) -> ActionServer:
     """Counts up to `order`, with feedback of each number; passes the gate after the first."""
 
     def execute(goal_handle: Any) -> Fibonacci.Result:
@@ -109,7 +109,7 @@ def counting_server(node: Node, gate: Callable[[], None] = lambda: None) -> Acti
     )
 
 
-def counting_client(node: Node) -> ActionClient[Fibonacci]:
+def counting_client(node: Node) -> ActionClient:
     client = ActionClient(node, Fibonacci, 'count')
     assert client.wait_for_server(timeout_sec=WITHIN)
     return client

@@ -116,7 +116,7 @@ class ActionClientCore:
 
     def send(
         self, goal: Any, feedback_callback: Callable[[Any], object] | None = None, goal_uuid: Any = None
-    ) -> Future[ClientGoalHandle]:
+    ) -> Future[ClientGoalHandle[Any, Any, Any]]:
         """Send a goal; the future gives its ClientGoalHandle, accepted or not.
 
         Raises TypeError for another type than the action's Goal, EncodeError where a field cannot go on the
@@ -345,6 +345,10 @@ class ActionClientCore:
     def wait_for_server(self, timeout_sec: float | None = None) -> bool:
         """Block until there is a server (True) or the time is over (False); None waits without limit."""
         return wait_for_graph(self.node.context, self.server_is_there, timeout_sec)
+
+    def goal(self, goal_id: GoalId) -> ClientGoal:
+        """What is kept of a goal; something new where nothing is."""
+        return self._goals.get(goal_id) or self._ended.get(goal_id) or ClientGoal(goal_id, None)
 
     def inboxes(self) -> list[Inbox[Any]]:
         """Where statuses and the feedback of each goal wait for the executor."""

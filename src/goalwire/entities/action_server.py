@@ -25,8 +25,8 @@ from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import ActionSupport
 from goalwire.errors import ClosedError, TransportError
 from goalwire.execution.callback_groups import CallbackGroup
-from goalwire.execution.inbox import Inbox
 from goalwire.execution.clock_alarm import ClockAlarm
+from goalwire.execution.inbox import Inbox
 from goalwire.execution.work import Work
 from goalwire.logging import RcutilsLogger, get_logger
 from goalwire.protocol.goals import effects as effect

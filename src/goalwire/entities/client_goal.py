@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Generic
 
+from goalwire.entities.action_types import FeedbackT, GoalT, ResultT
+from goalwire.entities.goal_ids import goal_id_bytes, uuid_message
 from goalwire.protocol.goals.table import GoalStatus
 
 if TYPE_CHECKING:
+    from action_msgs.srv import CancelGoal
+    from builtin_interfaces.msg import Time
+    from unique_identifier_msgs.msg import UUID
+
     from goalwire.entities.action_client import ActionClientCore
+    from goalwire.entities.action_types import ResultResponse
     from goalwire.execution.future import Future
     from goalwire.execution.inbox import Inbox
     from goalwire.protocol.goals.ids import GoalId
@@ -32,12 +39,20 @@ class ClientGoal:
             self.status = status
 
 
-class ClientGoalHandle:
+class ClientGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
     """What send_goal's future gives: was it accepted, where does it stand, its result, its cancellation."""
 
-    def __init__(self, action_client: ActionClientCore, goal: ClientGoal, goal_response: Any) -> None:
+    def __init__(
+        self, action_client: ActionClientCore, goal_id: ClientGoal | UUID, goal_response: Any
+    ) -> None:
+        """`goal_id` is what `action_client` keeps of a goal, or the id that it was sent with.
+
+        `goal_response` is the action's SendGoal response.
+        """
         self._action_client = action_client
-        self._goal = goal
+        self._goal = (
+            goal_id if isinstance(goal_id, ClientGoal) else action_client.goal(goal_id_bytes(goal_id))
+        )
         self._goal_response = goal_response
 
     def __eq__(self, other: object) -> bool:
@@ -50,16 +65,15 @@ class ClientGoalHandle:
         return f'ClientGoalHandle <id={self.goal_id.uuid}, accepted={self.accepted}, status={status}>'
 
     @property
-    def goal_id(self) -> Any:
-        """Its unique_identifier_msgs/msg/UUID."""
-        from goalwire.entities.goal_ids import uuid_message
-
+    def goal_id(self) -> UUID:
+        """Its id."""
         return uuid_message(self._goal.goal_id)
 
     @property
-    def stamp(self) -> Any:
-        """When the server accepted it (builtin_interfaces/msg/Time; zero where it did not)."""
-        return self._goal_response.stamp
+    def stamp(self) -> Time:
+        """When the server accepted it; zero where it did not."""
+        stamp: Time = self._goal_response.stamp
+        return stamp
 
     @property
     def accepted(self) -> bool:
@@ -71,18 +85,20 @@ class ClientGoalHandle:
         """Its action_msgs/msg/GoalStatus number, as far as is known here."""
         return int(self._goal.status)
 
-    def cancel_goal(self) -> Any:
-        """Ask for cancellation and wait for the answer, an action_msgs/srv/CancelGoal response."""
-        return self._action_client.wait_for(self.cancel_goal_async)
+    def cancel_goal(self) -> CancelGoal.Response | None:
+        """Ask for cancellation and wait for the answer; None where the context ends before that."""
+        answer: CancelGoal.Response | None = self._action_client.wait_for(self.cancel_goal_async)
+        return answer
 
-    def cancel_goal_async(self) -> Future[Any]:
-        """Ask for cancellation; the future gives an action_msgs/srv/CancelGoal response."""
+    def cancel_goal_async(self) -> Future[CancelGoal.Response]:
+        """Ask for cancellation; the future tells which goals will be cancelled."""
         return self._action_client.cancel_goal(self._goal.goal_id)
 
-    def get_result(self) -> Any:
-        """Wait for the end and return status and result (the action's GetResult response)."""
-        return self._action_client.wait_for(self.get_result_async)
+    def get_result(self) -> ResultResponse[ResultT] | None:
+        """Wait for the end and return status and result; None where the context ends before that."""
+        answer: ResultResponse[ResultT] | None = self._action_client.wait_for(self.get_result_async)
+        return answer
 
-    def get_result_async(self) -> Future[Any]:
+    def get_result_async(self) -> Future[ResultResponse[ResultT]]:
         """Ask for the result; the future gives status and result (the action's GetResult response)."""
         return self._action_client.get_result(self._goal.goal_id)

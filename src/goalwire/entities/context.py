@@ -9,7 +9,7 @@ import os
 import sys
 import threading
 from collections.abc import Callable, Sequence
-from types import MethodType
+from types import MethodType, TracebackType
 from typing import Self
 from weakref import WeakMethod
 
@@ -156,7 +156,12 @@ class Context:
         self.init()
         return self
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(
+        self,
+        exc_type: type[BaseException] | None,
+        exc_val: BaseException | None,
+        exc_tb: TracebackType | None,
+    ) -> None:
         self.try_shutdown()
 
     # -- what nodes share ----------------------------------------------------------------------------------

@@ -3,25 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Generic
 
+from goalwire.entities.action_types import FeedbackT, GoalT, ResultT
+from goalwire.entities.goal_ids import goal_id_bytes, uuid_message
 from goalwire.protocol.goals.table import GoalEvent, GoalStatus
 
 if TYPE_CHECKING:
+    from action_msgs.msg import GoalInfo
+    from unique_identifier_msgs.msg import UUID
+
     from goalwire.entities.action_server import ActionServerCore
     from goalwire.protocol.goals.ids import GoalId
 
 
-class ServerGoalHandle:
+class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
     """What execute, cancel and handle_accepted callbacks get. It may outlive its goal."""
 
     __slots__ = ('_server', '_uuid', 'goal_id_bytes', 'request')
 
-    def __init__(self, server: ActionServerCore, goal_id: GoalId, request: Any) -> None:
-        self._server = server
-        self._uuid: Any = None
-        self.goal_id_bytes = goal_id
-        self.request = request
+    def __init__(
+        self, action_server: ActionServerCore, goal_info: GoalId | GoalInfo, goal_request: GoalT
+    ) -> None:
+        """`goal_info` is the goal's id, as its bytes or as rclpy has it."""
+        self._server = action_server
+        self._uuid: UUID | None = None
+        self.goal_id_bytes = goal_info if isinstance(goal_info, bytes) else goal_id_bytes(goal_info.goal_id)
+        self.request = goal_request
         """The goal message that the client sent."""
 
     def __eq__(self, other: object) -> bool:
@@ -31,11 +39,9 @@ class ServerGoalHandle:
         return hash(self.goal_id_bytes)
 
     @property
-    def goal_id(self) -> Any:
-        """Its unique_identifier_msgs/msg/UUID."""
+    def goal_id(self) -> UUID:
+        """Its id."""
         if self._uuid is None:
-            from goalwire.entities.goal_ids import uuid_message
-
             self._uuid = uuid_message(self.goal_id_bytes)
         return self._uuid
 
@@ -58,14 +64,17 @@ class ServerGoalHandle:
         """True once a cancel request was accepted, until the goal has ended."""
         return self._status is GoalStatus.CANCELING
 
-    def execute(self, execute_callback: Callable[[ServerGoalHandle], object] | None = None) -> None:
+    def execute(
+        self,
+        execute_callback: Callable[[ServerGoalHandle[GoalT, ResultT, FeedbackT]], object] | None = None,
+    ) -> None:
         """Start the execute callback, the server's own unless one is given.
 
         Raises RCLError for a goal that was executed before or has ended.
         """
         self._server.start_execution(self, execute_callback)
 
-    def publish_feedback(self, feedback: Any) -> None:
+    def publish_feedback(self, feedback: FeedbackT) -> None:
         """Send feedback to the goal's client. Raises TypeError for what is not the action's Feedback."""
         self._server.publish_feedback(self, feedback)
 

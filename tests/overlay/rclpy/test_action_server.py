@@ -544,9 +544,9 @@ def test_wrong_arguments_are_refused_with_rclpys_exceptions(make_node: MakeNode)
     with pytest.raises(ValueError, match='Failed to create action server'):
         ActionServer(node, Fibonacci, '', succeed)
     with pytest.raises(AttributeError, match='_TYPE_SUPPORT'):
-        ActionServer(node, int, 'fib', succeed)
+        ActionServer(node, int, 'fib', succeed)  # type: ignore[arg-type]
     with pytest.raises(RuntimeError, match='action type provided is not valid'):
-        ActionServer(node, GoalStatusArray, 'fib', succeed)
+        ActionServer(node, GoalStatusArray, 'fib', succeed)  # type: ignore[arg-type]
     with pytest.raises(TypeError, match='result_timeout'):
         ActionServer(node, Fibonacci, 'fib', succeed, result_timeout='x')  # type: ignore[arg-type]
     assert list(node.waitables) == []

@@ -10,6 +10,7 @@ from example_interfaces.action import Fibonacci
 from example_interfaces.srv import AddTwoInts
 from helpers.collector import Collector
 from helpers.spinning import PATIENCE, MakeNode, wait_until
+from helpers.standing import own
 from rclpy.action import (
     ActionClient,
     ActionServer,
@@ -73,13 +74,13 @@ def test_nodes(two: Two) -> None:
 
 def test_names_and_types(two: Two) -> None:
     for node in two:
-        assert node.get_topic_names_and_types() == [('/gn/chat', CHAT)]
-        assert node.get_service_names_and_types() == [('/gn/add', ADD)]
-        assert node.get_publisher_names_and_types_by_node('ga', '/gn') == [('/gn/chat', CHAT)]
+        assert own(node.get_topic_names_and_types()) == [('/gn/chat', CHAT)]
+        assert own(node.get_service_names_and_types()) == [('/gn/add', ADD)]
+        assert own(node.get_publisher_names_and_types_by_node('ga', '/gn')) == [('/gn/chat', CHAT)]
         assert node.get_subscriber_names_and_types_by_node('gb', '/') == [('/gn/chat', CHAT)]
-        assert node.get_service_names_and_types_by_node('ga', '/gn') == [('/gn/add', ADD)]
+        assert own(node.get_service_names_and_types_by_node('ga', '/gn')) == [('/gn/add', ADD)]
         assert node.get_client_names_and_types_by_node('gb', '/') == [('/gn/add', ADD)]
-        assert node.get_publisher_names_and_types_by_node('gb', '/') == []
+        assert own(node.get_publisher_names_and_types_by_node('gb', '/')) == []
 
 
 def test_counts_expand_names(two: Two) -> None:
@@ -139,7 +140,7 @@ def test_waiting_for_a_node(two: Two, make_node: MakeNode) -> None:
 
 def test_actions(context: Context, make_node: MakeNode) -> None:
     server, node = make_node('server', namespace='s'), make_node('client')
-    ActionServer(server, Fibonacci, 'fib', lambda _: None)
+    ActionServer(server, Fibonacci, 'fib', lambda _: Fibonacci.Result())
     client = ActionClient(node, Fibonacci, '/s/fib')
     assert client.wait_for_server(PATIENCE)
     wait_until(context, lambda: server.count_subscribers('fib/_action/status') == 1)
@@ -156,7 +157,7 @@ def test_actions(context: Context, make_node: MakeNode) -> None:
 
 def test_a_server_that_goes_leaves_the_graph(context: Context, make_node: MakeNode) -> None:
     server, node = make_node('server'), make_node()
-    action_server = ActionServer(server, Fibonacci, 'fib', lambda _: None)
+    action_server = ActionServer(server, Fibonacci, 'fib', lambda _: Fibonacci.Result())
     client = ActionClient(node, Fibonacci, 'fib')
     assert client.wait_for_server(PATIENCE)
     action_server.destroy()

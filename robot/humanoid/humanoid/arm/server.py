@@ -43,7 +43,7 @@ class ArmActionServer(Node):
         self._commands = self.create_publisher(JointTrajectory, 'joint_command', 10)
         self.create_subscription(JointState, 'joint_states', self._see, 10)
         self.create_timer(TICK, self._tick)
-        self._action_server: ActionServer[MoveArm] | None = None
+        self._action_server: ActionServer | None = None
         self.get_logger().info('Arm Action Server waiting for joint states')
 
     def destroy_node(self) -> None:

@@ -58,7 +58,7 @@ def call(client: Client[Any, Any], request: Any, timeout: float) -> Any:
 class GoalRun:
     """A goal from its sending to its end. Leaving the block early cancels it and waits for its end."""
 
-    def __init__(self, client: ActionClient[Any], name: str, goal: Any, timeout: float) -> None:
+    def __init__(self, client: ActionClient, name: str, goal: Any, timeout: float) -> None:
         """Send `goal` and wait for the server's decision; all of it may take `timeout` s. Raises NoAnswer."""
         self._name = name
         self._deadline = time.monotonic() + timeout

@@ -59,7 +59,7 @@ class BufferClient(BufferInterface):
         self.node = node
         self.check_frequency = check_frequency
         self.timeout_padding = timeout_padding
-        self.action_client: ActionClient[LookupTransform] = ActionClient(node, LookupTransform, ns)
+        self.action_client = ActionClient(node, LookupTransform, ns)
 
     def lookup_transform(
         self, target_frame: str, source_frame: str, time: Instant, timeout: Duration = NO_TIME

@@ -4,10 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, Self, overload
 
 from goalwire.entities.action_client import ActionClientCore
 from goalwire.entities.action_endpoints import ActionQoS
+from goalwire.entities.action_types import (
+    ActionType,
+    FeedbackMessage,
+    FeedbackMessageT,
+    FeedbackT,
+    GoalT,
+    ResultResponse,
+    ResultT,
+)
 from goalwire.entities.client_goal import ClientGoalHandle
 from goalwire.entities.exceptions import NameValidationException
 from goalwire.entities.type_support import action_support
@@ -22,23 +31,24 @@ from rclpy.task import Future
 from rclpy.waitable import NumberOfEntities
 
 if TYPE_CHECKING:
+    from unique_identifier_msgs.msg import UUID
+
     from goalwire.execution.wait_set import WaitSet
     from rclpy.node import Node
 
-__all__ = ['ActionClient', 'ClientGoalHandle']
+__all__ = ['ActionClient', 'ClientGoalHandle', 'FeedbackMessage', 'ResultResponse']
 
-ActT = TypeVar('ActT')
 
 _FEEDBACK_QOS = QoSProfile(depth=10)
 
 
-class ActionClient(ActionClientCore, InboxWaitable, Generic[ActT]):
+class ActionClient(ActionClientCore, InboxWaitable, Generic[GoalT, ResultT, FeedbackT]):
     """Calls one action."""
 
     def __init__(
         self,
         node: Node,
-        action_type: type[ActT],
+        action_type: type[ActionType[GoalT, ResultT, FeedbackT]],
         action_name: str,
         *,
         callback_group: CallbackGroup | None = None,
@@ -78,12 +88,26 @@ class ActionClient(ActionClientCore, InboxWaitable, Generic[ActT]):
         for inbox in self.inboxes():
             wait_set.add_subscription(inbox)
 
+    @overload
     def send_goal_async(
         self,
-        goal: Any,
+        goal: GoalT,
+        feedback_callback: Callable[[FeedbackMessage[FeedbackT]], object] | None = None,
+        goal_uuid: UUID | None = None,
+    ) -> Future[ClientGoalHandle[GoalT, ResultT, FeedbackT]]: ...
+    @overload
+    def send_goal_async(
+        self,
+        goal: GoalT,
+        feedback_callback: Callable[[FeedbackMessageT], object],
+        goal_uuid: UUID | None = None,
+    ) -> Future[ClientGoalHandle[GoalT, ResultT, FeedbackT]]: ...
+    def send_goal_async(
+        self,
+        goal: GoalT,
         feedback_callback: Callable[[Any], object] | None = None,
-        goal_uuid: Any = None,
-    ) -> Future[ClientGoalHandle]:
+        goal_uuid: UUID | None = None,
+    ) -> Future[ClientGoalHandle[GoalT, ResultT, FeedbackT]]:
         """Send a goal; the future gives its ClientGoalHandle, accepted or not.
 
         `feedback_callback` gets the action's FeedbackMessage. Raises TypeError for another type than the
@@ -91,10 +115,10 @@ class ActionClient(ActionClientCore, InboxWaitable, Generic[ActT]):
         """
         return self.send(goal, feedback_callback, goal_uuid)
 
-    def send_goal(self, goal: Any, **kwargs: Any) -> Any:
+    def send_goal(self, goal: GoalT, **kwargs: Any) -> ResultResponse[ResultT] | None:
         """Send a goal, wait for its end and return status and result (the action's GetResult response).
 
-        Takes the keyword arguments of send_goal_async.
+        Takes the keyword arguments of send_goal_async. None where the context ends before that.
         """
         handle = self.wait_for(lambda: self.send_goal_async(goal, **kwargs))
         return None if handle is None else handle.get_result()

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar
+from typing import TYPE_CHECKING, Generic, Self, TypeAlias
 
 from goalwire.entities.action_decisions import ActionCallbacks, CancelResponse, GoalResponse
 from goalwire.entities.action_endpoints import ActionQoS
 from goalwire.entities.action_server import ActionServerCore
+from goalwire.entities.action_types import ActionType, FeedbackT, GoalT, ResultT
 from goalwire.entities.exceptions import NameValidationException, RCLError
 from goalwire.entities.goal_handle import ServerGoalHandle
 from goalwire.entities.type_support import action_support
@@ -39,7 +40,11 @@ __all__ = [
     'default_handle_accepted_callback',
 ]
 
-ActT = TypeVar('ActT')
+_Handle: TypeAlias = ServerGoalHandle[GoalT, ResultT, FeedbackT]
+_Execute: TypeAlias = Callable[[ServerGoalHandle[GoalT, ResultT, FeedbackT]], ResultT | Awaitable[ResultT]]
+_Cancel: TypeAlias = Callable[
+    [ServerGoalHandle[GoalT, ResultT, FeedbackT]], CancelResponse | Awaitable[CancelResponse]
+]
 
 _FEEDBACK_QOS = QoSProfile(depth=10)
 
@@ -59,20 +64,22 @@ def default_cancel_callback(cancel_request: object) -> CancelResponse:
     return CancelResponse.REJECT
 
 
-class ActionServer(ActionServerCore, InboxWaitable, Generic[ActT]):
+class ActionServer(ActionServerCore, InboxWaitable, Generic[GoalT, ResultT, FeedbackT]):
     """Serves one action."""
 
     def __init__(
         self,
         node: Node,
-        action_type: type[ActT],
+        action_type: type[ActionType[GoalT, ResultT, FeedbackT]],
         action_name: str,
-        execute_callback: Callable[[ServerGoalHandle], Any],
+        execute_callback: _Execute[GoalT, ResultT, FeedbackT],
         *,
         callback_group: CallbackGroup | None = None,
-        goal_callback: Callable[[Any], Any] = default_goal_callback,
-        handle_accepted_callback: Callable[[ServerGoalHandle], Any] = default_handle_accepted_callback,
-        cancel_callback: Callable[[Any], Any] = default_cancel_callback,
+        goal_callback: Callable[[GoalT], GoalResponse | Awaitable[GoalResponse]] = default_goal_callback,
+        handle_accepted_callback: Callable[
+            [_Handle[GoalT, ResultT, FeedbackT]], object
+        ] = default_handle_accepted_callback,
+        cancel_callback: _Cancel[GoalT, ResultT, FeedbackT] = default_cancel_callback,
         goal_service_qos_profile: QoSProfile = qos_profile_services_default,
         result_service_qos_profile: QoSProfile = qos_profile_services_default,
         cancel_service_qos_profile: QoSProfile = qos_profile_services_default,
@@ -121,31 +128,35 @@ class ActionServer(ActionServerCore, InboxWaitable, Generic[ActT]):
             wait_set.add_service(inbox)
 
     @property
-    def action_type(self) -> type[ActT]:
+    def action_type(self) -> type[ActionType[GoalT, ResultT, FeedbackT]]:
         """The action class."""
         return self._action_type
 
     def register_handle_accepted_callback(
-        self, handle_accepted_callback: Callable[[ServerGoalHandle], Any] | None
+        self, handle_accepted_callback: Callable[[_Handle[GoalT, ResultT, FeedbackT]], object] | None
     ) -> None:
         """Call this with each accepted goal instead of executing it at once; None restores the default."""
         self.callbacks.accepted = handle_accepted_callback or default_handle_accepted_callback
 
-    def register_goal_callback(self, goal_callback: Callable[[Any], Any] | None) -> None:
+    def register_goal_callback(
+        self, goal_callback: Callable[[GoalT], GoalResponse | Awaitable[GoalResponse]] | None
+    ) -> None:
         """Let this decide about goals; None restores the default, which accepts."""
         self.callbacks.goal = goal_callback or default_goal_callback
 
-    def register_cancel_callback(self, cancel_callback: Callable[[Any], Any] | None) -> None:
+    def register_cancel_callback(self, cancel_callback: _Cancel[GoalT, ResultT, FeedbackT] | None) -> None:
         """Let this decide about cancel requests; None restores the default, which refuses."""
         self.callbacks.cancel = cancel_callback or default_cancel_callback
 
-    def register_execute_callback(self, execute_callback: Callable[[ServerGoalHandle], Any]) -> None:
+    def register_execute_callback(self, execute_callback: _Execute[GoalT, ResultT, FeedbackT]) -> None:
         """Let this execute goals; raises TypeError where it cannot be called."""
         _check_callable(execute_callback)
         self.callbacks.execute = execute_callback
 
     def notify_execute(
-        self, goal_handle: ServerGoalHandle, execute_callback: Callable[[ServerGoalHandle], Any] | None
+        self,
+        goal_handle: _Handle[GoalT, ResultT, FeedbackT],
+        execute_callback: _Execute[GoalT, ResultT, FeedbackT] | None,
     ) -> None:
         """Start the execution of an accepted goal."""
         self.start_execution(goal_handle, execute_callback)

@@ -1,0 +1,66 @@
+"""Actions as a type checker sees them: what ties goals, results and feedback to the action class."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+
+if TYPE_CHECKING:
+    from typing_extensions import TypeVar as TypeVarWithDefault
+    from unique_identifier_msgs.msg import UUID
+
+    # Type checkers have it; programs may write a bare ServerGoalHandle, as rclpy's own do.
+    GoalT = TypeVarWithDefault('GoalT', default=Any)
+    ResultT = TypeVarWithDefault('ResultT', default=Any)
+    FeedbackT = TypeVarWithDefault('FeedbackT', default=Any)
+else:
+    GoalT = TypeVar('GoalT')
+    ResultT = TypeVar('ResultT')
+    FeedbackT = TypeVar('FeedbackT')
+
+GoalT_co = TypeVar('GoalT_co', covariant=True)
+ResultT_co = TypeVar('ResultT_co', covariant=True)
+FeedbackT_co = TypeVar('FeedbackT_co', covariant=True)
+
+
+class ActionType(Protocol[GoalT_co, ResultT_co, FeedbackT_co]):
+    """An action class."""
+
+    @property
+    def Goal(self) -> type[GoalT_co]:  # noqa: N802 - rosidl's name
+        """What is to be done."""
+
+    @property
+    def Result(self) -> type[ResultT_co]:  # noqa: N802
+        """What came of it."""
+
+    @property
+    def Feedback(self) -> type[FeedbackT_co]:  # noqa: N802
+        """How it is going."""
+
+
+class ResultResponse(Protocol[ResultT_co]):
+    """What the future of a result gives: the action's GetResult response."""
+
+    @property
+    def status(self) -> int:
+        """How the goal ended, an action_msgs/msg/GoalStatus number."""
+
+    @property
+    def result(self) -> ResultT_co:
+        """The result; one of default values where the server sent none."""
+
+
+class FeedbackMessage(Protocol[FeedbackT_co]):
+    """What a feedback callback gets: the action's FeedbackMessage."""
+
+    @property
+    def goal_id(self) -> UUID:
+        """Whose feedback it is."""
+
+    @property
+    def feedback(self) -> FeedbackT_co:
+        """What the server published."""
+
+
+FeedbackMessageT = TypeVar('FeedbackMessageT', bound=FeedbackMessage[Any])
+"""For callbacks that are annotated with the action's own Impl.FeedbackMessage."""

@@ -1,0 +1,26 @@
+"""What a type checker says to a program that uses goalwire as it is installed."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+import textwrap
+from pathlib import Path
+
+from helpers.fresh import clean_environment
+from helpers.packages import write_files
+
+
+def type_errors(program: str, folder: Path, *, typings: Path | None = None) -> list[tuple[str, str]]:
+    """What mypy --strict objects to: line and code of each error, none for a well-typed program."""
+    write_files(folder, {'program.py': textwrap.dedent(program)})
+    environment = clean_environment(**({'MYPYPATH': str(typings)} if typings else {}))
+    done = subprocess.run(
+        [sys.executable, '-m', 'mypy', '--strict', '--no-incremental', '--config-file=', 'program.py'],
+        cwd=folder, env=environment, capture_output=True, text=True, timeout=50, check=False,
+    )  # fmt: skip
+    assert done.stderr == ''
+    errors = re.findall(r'^program\.py:(\d+): error: .*\[([\w-]+)\]$', done.stdout, re.MULTILINE)
+    assert bool(errors) == bool(done.returncode), done.stdout
+    return errors

@@ -1,0 +1,93 @@
+"""The types of rclpy's front, as mypy --strict sees them in a program."""
+
+from __future__ import annotations
+
+import textwrap
+from pathlib import Path
+
+import pytest
+from helpers.type_checking import type_errors
+
+
+@pytest.mark.slow
+def test_entities_are_tied_to_their_interfaces(tmp_path: Path) -> None:
+    program = """\
+        from typing import TypeAlias, assert_type
+        from example_interfaces.action import Fibonacci
+        from rclpy.action import ActionClient, ActionServer
+        from rclpy.action.client import ClientGoalHandle, FeedbackMessage, ResultResponse
+        from rclpy.action.server import ServerGoalHandle
+        from rclpy.client import Client
+        from rclpy.executors import SingleThreadedExecutor
+        from rclpy.node import Node
+        from rclpy.publisher import Publisher
+        from rclpy.service import Service
+        from rclpy.subscription import Subscription
+        from rclpy.task import Future, Task
+        from std_msgs.msg import String
+        from std_srvs.srv import SetBool, Trigger
+
+        Sent: TypeAlias = ClientGoalHandle[Fibonacci.Goal, Fibonacci.Result, Fibonacci.Feedback]
+        Taken: TypeAlias = ServerGoalHandle[Fibonacci.Goal, Fibonacci.Result, Fibonacci.Feedback]
+
+        def talk(node: Node) -> None:
+            assert_type(node.create_publisher(String, 'a', 1), Publisher[String])
+            assert_type(node.create_subscription(String, 'a', print, 1), Subscription[String])
+            client = node.create_client(SetBool, 'b')
+            assert_type(client, Client[SetBool.Request, SetBool.Response])
+            assert_type(client.call_async(SetBool.Request()), Future[SetBool.Response])
+            assert_type(client.call(SetBool.Request()), SetBool.Response | None)
+            node.create_service(SetBool, 'b', lambda request, response: print(request.data) or response)
+
+        def act(node: Node) -> None:
+            client = ActionClient(node, Fibonacci, 'fib')
+            assert_type(client, ActionClient[Fibonacci.Goal, Fibonacci.Result, Fibonacci.Feedback])
+            sent = client.send_goal_async(Fibonacci.Goal(order=1), hear)
+            assert_type(sent.result(), Sent | None)
+            sent = client.send_goal_async(Fibonacci.Goal(order=1), feedback_callback=hear_ours)
+            handle = sent.result()
+            assert handle is not None
+            assert_type(handle.accepted, bool)
+            assert_type(handle.get_result_async(), Future[ResultResponse[Fibonacci.Result]])
+            answer = handle.get_result()
+            assert answer is not None
+            assert_type(answer.result, Fibonacci.Result)
+            ActionServer(node, Fibonacci, 'fib', execute)
+            ActionServer(node, Fibonacci, 'fib', execute_later)
+
+        def hear(message: FeedbackMessage[Fibonacci.Feedback]) -> None:
+            assert_type(message.feedback, Fibonacci.Feedback)
+
+        def hear_ours(message: Fibonacci.Impl.FeedbackMessage) -> None: ...
+
+        def execute(handle: Taken) -> Fibonacci.Result:
+            assert_type(handle.request, Fibonacci.Goal)
+            handle.publish_feedback(Fibonacci.Feedback())
+            return Fibonacci.Result()
+
+        async def execute_later(handle: ServerGoalHandle) -> Fibonacci.Result:
+            return Fibonacci.Result()
+
+        async def number(text: str) -> int:
+            return int(text)
+
+        def tasks(executor: SingleThreadedExecutor) -> None:
+            assert_type(executor.create_task(number, '1'), Task[int])
+            assert_type(executor.create_task(number('1')), Task[int])
+            assert_type(executor.create_task(len, 'ab'), Task[int])
+            assert_type(executor.create_task(len, 'ab').result(), int | None)
+
+        def mistakes(node: Node, handle: Taken) -> None:
+            handle.publish_feedback(Fibonacci.Result())
+            node.create_publisher(String, 'a', 1).publish(SetBool.Request())
+            node.create_client(SetBool, 'b').call_async(Trigger.Request())
+            node.create_client(String, 'b')
+            client = ActionClient(node, Fibonacci, 'fib')
+            client.send_goal_async(Fibonacci.Result())
+            client.send_goal_async(Fibonacci.Goal(), lambda message: print(message.feedbak))
+            ActionServer(node, Fibonacci, 'fib', lambda handle: Fibonacci.Goal())
+    """
+    lines = textwrap.dedent(program).splitlines()
+    errors = dict.fromkeys(lines[int(line) - 1].strip() for line, _ in type_errors(program, tmp_path))
+    mistakes = lines[lines.index('def mistakes(node: Node, handle: Taken) -> None:') + 1 :]
+    assert list(errors) == [line.strip() for line in mistakes if "(node, Fibonacci, 'fib')" not in line]
