@@ -451,18 +451,17 @@ class Node(BaseNode):
 
     def destroy_publisher(self, publisher: Publisher[Any]) -> bool:
         """Destroy a publisher of this node; False where it is not (any more)."""
-        self._forget_events(publisher)
-        return _destroy(publisher, self._publishers)
+        return _destroy(publisher, self._publishers) and self._forget_events(publisher)
 
     def destroy_subscription(self, subscription: Subscription[Any]) -> bool:
         """Destroy a subscription of this node; False where it is not (any more)."""
-        self._forget_events(subscription)
-        return _destroy(subscription, self._subscriptions)
+        return _destroy(subscription, self._subscriptions) and self._forget_events(subscription)
 
-    def _forget_events(self, endpoint: Publisher[Any] | Subscription[Any]) -> None:
+    def _forget_events(self, endpoint: Publisher[Any] | Subscription[Any]) -> bool:
         for handler in endpoint.event_handlers:
             if handler in self._waitables:
                 self.remove_waitable(handler)
+        return True
 
     def destroy_client(self, client: Client[Any, Any]) -> bool:
         """Destroy a client of this node; False where it is not (any more)."""
