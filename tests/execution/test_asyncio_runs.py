@@ -1,0 +1,41 @@
+"""The book of callbacks under way."""
+
+from __future__ import annotations
+
+import asyncio
+
+from helpers.loops import run
+
+from goalwire.execution.asyncio_runs import Runs
+from goalwire.execution.home import Home
+from goalwire.execution.work import Work
+
+
+def test_cancelling_a_work_spares_others_and_the_caller() -> None:
+    async def scenario() -> list[bool]:
+        runs, one, other = Runs(), Work(Home(), None), Work(Home(), None)
+
+        async def forever() -> None:
+            await asyncio.Event().wait()
+
+        async def canceller() -> None:
+            runs.cancel(one)
+            await asyncio.sleep(0)
+
+        tasks = [asyncio.create_task(run) for run in (forever(), forever(), canceller())]
+        for task, work in zip(tasks, (one, other, one), strict=True):
+            runs.add(task, work)
+        await tasks[2]
+        cancelled = [task.cancelled() for task in tasks]
+        for task in tasks:
+            runs.discard(task)
+        assert len(runs) == 0
+        runs.cancel_all()
+        tasks[1].cancel()
+        return cancelled
+
+    assert run(scenario()) == [True, False, False]
+
+
+def test_nothing_runs_outside_a_loop_and_nothing_is_cancelled() -> None:
+    Runs().cancel_all()

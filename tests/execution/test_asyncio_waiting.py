@@ -1,0 +1,127 @@
+"""Coroutines that wait for other threads."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+
+import pytest
+from helpers.loops import LOOPS, run
+
+from goalwire.execution.asyncio_waiting import AsyncWaiter, delay_s, settle
+from goalwire.execution.future import Future
+from goalwire.execution.lifeline import Lifeline
+from goalwire.execution.steady import STEADY
+
+MS = 1_000_000
+
+
+@pytest.mark.parametrize('loop', LOOPS)
+def test_a_waiter_is_woken_by_another_thread(loop: str) -> None:
+    async def scenario() -> None:
+        waiter = AsyncWaiter()
+        thread = threading.Thread(target=waiter.wake)
+        thread.start()
+        await waiter.wait()
+        thread.join()
+
+    run(scenario(), loop)
+
+
+def test_a_wake_up_that_comes_first_ends_the_next_wait_and_counts_once() -> None:
+    async def scenario() -> None:
+        waiter = AsyncWaiter()
+        waiter.wake()
+        waiter.wake()
+        await waiter.wait()
+        with pytest.raises(TimeoutError):
+            async with asyncio.timeout(0.01):
+                await waiter.wait()
+
+    run(scenario())
+
+
+@pytest.mark.parametrize('loop', LOOPS)
+def test_a_wait_ends_at_its_timeout_and_not_before(loop: str) -> None:
+    async def scenario() -> None:
+        for timeout in (1, 400_000, 3_300_000):
+            start = STEADY.now()
+            await AsyncWaiter().wait(timeout)
+            assert STEADY.now() - start >= timeout
+
+    run(scenario(), loop)
+
+
+def test_a_cancelled_wait_leaves_the_waiter_usable() -> None:
+    async def scenario() -> None:
+        waiter = AsyncWaiter()
+        task = asyncio.create_task(waiter.wait())
+        await asyncio.sleep(0)
+        task.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await task
+        waiter.wake()
+        await waiter.wait()
+
+    run(scenario())
+
+
+def test_a_waiter_outlives_its_loop_without_harm() -> None:
+    async def scenario() -> AsyncWaiter:
+        waiter = AsyncWaiter()
+        task = asyncio.create_task(waiter.wait())
+        await asyncio.sleep(0)
+        task.cancel()
+        return waiter
+
+    run(scenario()).wake()
+
+
+def test_no_wake_up_is_lost_between_two_threads() -> None:
+    async def scenario() -> None:
+        there, back = AsyncWaiter(), threading.Semaphore(0)
+
+        def answer() -> None:
+            for _ in range(2000):
+                back.acquire()
+                there.wake()
+
+        thread = threading.Thread(target=answer)
+        thread.start()
+        for _ in range(2000):
+            back.release()
+            await there.wait()
+        thread.join()
+
+    run(scenario())
+
+
+@pytest.mark.parametrize(
+    ('missing_ns', 'delay'), [(-5, 0.0), (0, 0.0), (1, 0.001), (MS, 0.001), (MS + 1, 0.002)]
+)
+def test_a_delay_is_rounded_up_to_whole_milliseconds(missing_ns: int, delay: float) -> None:
+    assert delay_s(missing_ns) == delay
+
+
+def test_a_future_that_another_thread_completes_is_settled() -> None:
+    async def scenario() -> None:
+        future: Future[int] = Future()
+        thread = threading.Thread(target=future.set_result, args=(1,))
+        thread.start()
+        assert await settle(future, Lifeline())
+        thread.join()
+        assert await settle(future, Lifeline())
+        assert future.result() == 1
+
+    run(scenario())
+
+
+def test_the_end_of_the_lifeline_ends_the_wait_for_a_future() -> None:
+    async def scenario() -> None:
+        future: Future[int] = Future()
+        lifeline = Lifeline()
+        asyncio.get_running_loop().call_soon(lifeline.end, 'test')
+        assert not await settle(future, lifeline)
+        assert not await settle(future, lifeline), 'it had ended before'
+
+    run(scenario())

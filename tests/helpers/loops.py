@@ -1,0 +1,36 @@
+"""Running a test's coroutine in an asyncio loop, with a deadline."""
+
+from __future__ import annotations
+
+import asyncio
+import importlib.util
+from collections.abc import Callable, Coroutine
+from importlib import import_module
+from typing import Any, TypeVar
+
+T = TypeVar('T')
+
+PATIENCE = 10.0
+"""s that only failures take."""
+
+LOOPS = ['asyncio', *(['uvloop'] if importlib.util.find_spec('uvloop') else [])]
+"""The loops that can be had here."""
+
+
+def run(coroutine: Coroutine[Any, Any, T], loop: str = 'asyncio') -> T:
+    """Run a coroutine to its end in a new loop; fail when it takes too long."""
+    factory: Callable[[], asyncio.AbstractEventLoop] | None = None
+    if loop != 'asyncio':
+        factory = import_module(loop).new_event_loop
+
+    async def bounded() -> T:
+        async with asyncio.timeout(PATIENCE):
+            return await coroutine
+
+    with asyncio.Runner(loop_factory=factory) as runner:
+        return runner.run(bounded())
+
+
+for _name in LOOPS[1:]:
+    # libuv makes a pipe with the first loop of a process and keeps it: no test is to be blamed for that.
+    import_module(_name).new_event_loop().close()
