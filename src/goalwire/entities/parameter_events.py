@@ -9,8 +9,8 @@ if TYPE_CHECKING:
     from goalwire.entities.publisher import PublisherCore
     from goalwire.protocol.parameters import Changes
 
-TOPIC = '/parameter_events'
-TYPE = 'rcl_interfaces/msg/ParameterEvent'
+PARAMETER_EVENTS_TOPIC = '/parameter_events'
+PARAMETER_EVENT = 'rcl_interfaces/msg/ParameterEvent'
 
 
 class ParameterEvents:

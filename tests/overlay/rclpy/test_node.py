@@ -136,7 +136,8 @@ def test_a_bad_service_name_is_refused(node: Node, name: str) -> None:
         node.create_service(AddTwoInts, name, nothing)
     with pytest.raises(InvalidServiceNameException, match=r'^Invalid service name: '):
         node.create_client(AddTwoInts, name)
-    assert all(service.service_name.startswith('/node/') for service in node.services)
+    standing = f'{node.get_fully_qualified_name()}/'
+    assert all(service.service_name.startswith(standing) for service in node.services)
     assert list(node.clients) == []
 
 

@@ -16,9 +16,12 @@ from goalwire.entities.exceptions import (
 from goalwire.entities.node import NodeCore
 from goalwire.entities.node_graph import NodeGraph
 from goalwire.entities.node_parameters import NodeParameters
-from goalwire.entities.type_support import ServiceType, service_support
+from goalwire.entities.parameter_events import PARAMETER_EVENT, PARAMETER_EVENTS_TOPIC, ParameterEvents
+from goalwire.entities.standard_types import standard_message
+from goalwire.entities.type_support import ServiceSupport, ServiceType, service_support
 from goalwire.execution.home import Home
 from goalwire.execution.waitable import SelfDriven, Waitable
+from goalwire.protocol.qos import PARAMETER_EVENTS
 from goalwire.transport.contract import EndpointKind
 from rclpy.callback_groups import CallbackGroup, MutuallyExclusiveCallbackGroup
 from rclpy.client import Client
@@ -29,8 +32,9 @@ from rclpy.exceptions import NotInitializedException
 from rclpy.guard_condition import GuardCondition
 from rclpy.impl.rcutils_logger import RcutilsLogger
 from rclpy.logging import get_logger
+from rclpy.parameter_service import ParameterService
 from rclpy.publisher import Publisher
-from rclpy.qos import QoSProfile, qos_profile_services_default
+from rclpy.qos import QoSProfile, qos_profile_parameter_events, qos_profile_services_default
 from rclpy.service import Service
 from rclpy.subscription import Subscription
 from rclpy.time_source import TimeSource
@@ -93,6 +97,7 @@ class BaseNode(NodeGraph, NodeParameters):
         if enable_rosout and self._context.arguments.rosout_logs:
             self._context.rosout.join(self.core)
         self._init_parameters(parameter_overrides or [], allow_undeclared=allow_undeclared_parameters)
+        self._parameter_events = ParameterEvents(self.core, self._parameter_event_publisher())
         try:
             if automatically_declare_parameters_from_overrides:
                 self._declare_overrides()
@@ -102,6 +107,8 @@ class BaseNode(NodeGraph, NodeParameters):
             self.core.destroy()
             raise
         self._warn_of_no_effect(enable_logger_service=enable_logger_service)
+        if start_parameter_services:
+            ParameterService(self)
 
     # -- what it is ----------------------------------------------------------------------------------------
 
@@ -156,6 +163,24 @@ class BaseNode(NodeGraph, NodeParameters):
         """Return the fully-qualified name of a service, remapped unless `only_expand`; raises RCLError."""
         with _failure_to_resolve():
             return self.core.resolve(service, is_service=True, only_expand=only_expand)
+
+    def _parameter_event_publisher(self) -> Publisher[Any]:
+        publisher: Publisher[Any] = Publisher(
+            self.core, standard_message(PARAMETER_EVENT), PARAMETER_EVENTS_TOPIC, PARAMETER_EVENTS
+        )
+        publisher.qos_profile = qos_profile_parameter_events
+        self._publishers.append(publisher)
+        return publisher
+
+    def _offer(
+        self,
+        support: ServiceSupport,
+        name: str,
+        callback: Callable[..., object],
+        qos_profile: QoSProfile,
+    ) -> Service[Any, Any]:
+        """Make a service whose classes are made when they are needed."""
+        raise NotImplementedError
 
     def _warn_of_no_effect(self, **given: object) -> None:
         """Tell of arguments that are accepted and do nothing yet, rather than swallow them."""
@@ -384,11 +409,18 @@ class Node(BaseNode):
         Raises InvalidServiceNameException, RuntimeError for a bad type.
         """
         self._check_alive()
+        return self._offer(service_support(srv_type), srv_name, callback, qos_profile, callback_group)
+
+    def _offer(
+        self,
+        support: ServiceSupport,
+        name: str,
+        callback: Callable[..., object],
+        qos_profile: QoSProfile,
+        callback_group: CallbackGroup | None = None,
+    ) -> Service[Any, Any]:
         group = callback_group or self._default_callback_group
-        support = service_support(srv_type)
-        service: Service[RequestT, ResponseT] = Service(
-            self.core, support, srv_name, callback, qos_profile.to_core(), group
-        )
+        service: Service[Any, Any] = Service(self.core, support, name, callback, qos_profile.to_core(), group)
         service.qos_profile = qos_profile
         service.callback_group = group
         group.add_entity(service)

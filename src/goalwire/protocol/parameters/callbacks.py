@@ -1,7 +1,7 @@
 """Who is asked and told when parameters are set: the callbacks before, on and after (rclpy.node).
 
-The one added last is called first. Callbacks before a set see its parameters; what they return, all together,
-is set instead. Those on a set may refuse it, and nothing has changed by then. Those after it see what was set.
+The one added last is called first. Callbacks before a set see its parameters; all that they return is set
+instead. Those on a set may refuse it, and nothing has changed by then. Those after it see what was set.
 """
 
 from __future__ import annotations

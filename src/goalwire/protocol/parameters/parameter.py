@@ -144,7 +144,12 @@ class Parameter:
     def from_parameter_msg(cls, param_msg: ParameterMessage) -> Parameter:
         """Make one of an rcl_interfaces/msg/Parameter; raises ValueError for a type that there is not."""
         value = param_msg.value
-        type_ = Type(value.type)
+        try:
+            type_ = Type(value.type)
+        except ValueError:
+            raise ValueError(
+                f"parameter '{param_msg.name}': {value.type} is not a valid Parameter.Type"
+            ) from None
         return cls(param_msg.name, type_, getattr(value, FIELDS[type_]) if type_ in FIELDS else None)
 
     def to_parameter_msg(self) -> ParameterMessage:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 from goalwire.entities.exceptions import RCLError, ShutDownError
 from goalwire.entities.graph_waiting import graph_shows
-from goalwire.entities.type_support import ServiceType, service_support
+from goalwire.entities.type_support import ServiceSupport, ServiceType, service_support
 from goalwire.errors import DestroyedError
 from goalwire.execution.asyncio_clock import AsyncClock
 from goalwire.execution.asyncio_host import LoopHost
@@ -198,11 +198,20 @@ class AsyncNode(BaseNode):
         InvalidServiceNameException, RuntimeError for a bad type or once destroyed.
         """
         self._check_alive()
+        return self._offer(service_support(srv_type), srv_name, callback, qos_profile, concurrent)
+
+    def _offer(
+        self,
+        support: ServiceSupport,
+        name: str,
+        callback: Callable[..., object],
+        qos_profile: QoSProfile,
+        concurrent: bool = False,
+    ) -> AsyncService[Any, Any]:
         group = _group(concurrent)
-        service: AsyncService[RequestT, ResponseT] = AsyncService(
-            self.core, service_support(srv_type), srv_name, callback, qos_profile.to_core(), group
+        service: AsyncService[Any, Any] = AsyncService(
+            self.core, support, name, callback, qos_profile.to_core(), group
         )
-        service.srv_type = srv_type
         service.qos_profile = qos_profile
         service.callback_group = group
         service.on_destroy = self._adopted(service, self._services, service.inbox)
