@@ -21,6 +21,14 @@ SPINNING = {
     'fibonacci_action_server': 'Ready',
     'timers': 'Tick 1',
     'parameters': 'Hello',
+    'parameters_from_file': 'To home',
+    'composed': '20.0 degrees',
+    'clock_publisher': 'Time begins',
+    'sim_time': "The time is the machine's",
+    'custom_executor': 'Brake check 1',
+    'lifecycle_talker': 'Unconfigured',
+    'tf_broadcaster': 'Circling',
+    'tf_listener': 'moon',
 }
 """Programs that run until they are stopped, and what shows that they spin."""
 
@@ -110,10 +118,76 @@ def test_parameters_come_from_the_command_line_and_keep_their_type(start: Start)
     program.expect('Hello moon!$')
 
 
-@pytest.mark.parametrize('name', SPINNING)
+def test_parameters_come_from_a_file_and_the_program_judges_what_is_set(start: Start) -> None:
+    file = str(EXAMPLES / 'cruise.yaml')
+    program = start('parameters_from_file', '--ros-args', '--params-file', file)
+    program.expect('To kitchen at 1.5 m/s, 0.95 turns a second')
+    program.expect('wheels.radius stays as it is: nobody changes wheels while driving')
+    program.expect('To kitchen at 2.0 m/s')
+    program.expect('speed stays as it is: .*2.5')
+
+
+def test_composed_nodes_hear_each_other(start: Start) -> None:
+    program = start('composed')
+    for line in ('20.0 degrees', '25.0 degrees', '30.0 degrees: too hot'):
+        program.expect(line)
+
+
+def test_a_managed_node_talks_while_it_is_active(start: Start) -> None:
+    talker = start('lifecycle_talker')
+    assert start('lifecycle_manager', 'lc_talker').succeed().splitlines() == [
+        'configure: done, inactive',
+        'activate: done, active',
+        'deactivate: done, inactive',
+        'cleanup: done, unconfigured',
+        'shutdown: done, finalized',
+    ]
+    for line in (
+        'Unconfigured',
+        'Configured: I was unconfigured',
+        'Activated',
+        'Saying number',
+        'Deactivated',
+    ):
+        talker.expect(line)
+    said = talker.output.splitlines()
+    talker.expect('Cleaned up: I was inactive')
+    talker.expect('Shut down: I was unconfigured')
+    active = [index for index, line in enumerate(said) if 'Activated' in line or 'Deactivated' in line]
+    assert all(active[0] < index < active[1] for index, line in enumerate(said) if 'Saying' in line)
+
+
+def test_timers_and_sleeps_follow_simulated_time(start: Start) -> None:
+    program = start('sim_time', '--ros-args', '-p', 'use_sim_time:=true')
+    program.expect('The time is simulated')
+    start('clock_publisher')
+    program.expect('Slept 2 seconds')
+    second = int(program.expect(r'It is second (\d+)')[1])
+    assert 100 < second < 120
+    program.expect(f'It is second {second + 1}')
+
+
+def test_an_executor_of_ones_own_keeps_urgent_callbacks_on_time(start: Start) -> None:
+    program = start('custom_executor')
+    program.expect('Computing for a second')
+    for _ in range(5):
+        program.expect('Brake check')
+    assert program.output.count('Computing for a second') == 1
+
+
+def test_the_listener_learns_where_the_moon_is(start: Start) -> None:
+    listener = start('tf_listener')
+    listener.expect('Not seen yet')
+    start('tf_broadcaster')
+    for _ in range(2):
+        listener.expect(r'The moon is at -?\d+.\d+, -?\d+.\d+: 3.0 from the earth')
+
+
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
-def test_a_program_ends_quietly_when_it_is_stopped(start: Start, name: str, number: signal.Signals) -> None:
-    program = start(name)
-    program.expect(SPINNING[name])
-    program.send_signal(number)
-    assert 'Traceback' not in program.succeed()
+def test_programs_end_quietly_when_they_are_stopped(start: Start, number: signal.Signals) -> None:
+    programs = {name: start(name) for name in SPINNING}
+    for name, program in programs.items():
+        program.expect(SPINNING[name])
+        program.send_signal(number)
+    for program in programs.values():
+        assert 'Traceback' not in program.succeed()
