@@ -10,6 +10,7 @@ from weakref import WeakSet
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from goalwire.execution.home import Home
     from goalwire.execution.work import Work
 
 
@@ -18,6 +19,9 @@ class CallbackGroup:
 
     exclusive = False
     """Whether one callback at a time may run."""
+
+    home: Home | None = None
+    """Where its members' work goes, if not to their node's executor; to be set before they are made."""
 
     def __init__(self) -> None:
         self.entities: WeakSet[object] = WeakSet()

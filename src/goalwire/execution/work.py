@@ -18,7 +18,7 @@ class Work:
     __slots__ = ('__weakref__', 'group', 'home')
 
     def __init__(self, home: Home, group: CallbackGroup | None) -> None:
-        self.home = home
+        self.home = home if group is None or group.home is None else group.home
         self.group = group
 
     @property

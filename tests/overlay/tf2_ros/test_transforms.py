@@ -212,6 +212,35 @@ def test_a_listener_with_its_own_thread_needs_no_spinning(context: Context, node
     assert sender.pub_tf.get_subscription_count() == 0
 
 
+def test_a_listeners_thread_listens_while_another_executor_has_the_node_and_its_thread_waits(
+    context: Context, node: Node
+) -> None:
+    buffer = Buffer(node=node)
+    listener = TransformListener(buffer, node, spin_thread=True)
+    broadcaster = TransformBroadcaster(node)
+    connect(broadcaster, context)
+
+    def callback() -> float:
+        broadcaster.sendTransform(transform('base', 4.0))
+        return x_of(buffer.lookup_transform('map', 'base', LATEST, PATIENCE))
+
+    with SingleThreadedExecutor(context=context) as executor:
+        executor.add_node(node)
+        task = executor.create_task(callback)
+        executor.spin_until_future_complete(task, 10)
+        assert task.result() == 4.0
+        assert node.executor is executor
+    listener.unregister()
+
+
+def test_a_listeners_thread_takes_no_node_from_its_executor(context: Context, node: Node) -> None:
+    with SingleThreadedExecutor(context=context) as executor:
+        executor.add_node(node)
+        listener = TransformListener(Buffer(node=node), node, spin_thread=True)
+        assert node.executor is executor
+        listener.unregister()
+
+
 def test_the_frames_are_a_service(node: Node, buffer: Buffer, make_node: MakeNode, spin: Spin) -> None:
     buffer.set_transform(transform('base', 1.0), 'me')
     client = make_node('asker').create_client(FrameGraph, 'tf2_frames')

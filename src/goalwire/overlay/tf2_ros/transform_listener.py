@@ -14,6 +14,8 @@ from rclpy.subscription import Subscription
 from tf2_msgs.msg import TFMessage
 from tf2_py import BufferCore
 
+from goalwire.execution.home import Home
+
 __all__ = ['TransformListener']
 
 DEFAULT_TF_TOPIC = '/tf'
@@ -24,7 +26,8 @@ AUTHORITY = 'default_authority'
 class TransformListener:
     """Listens with a node's subscriptions, or with a node of its own where that is None.
 
-    `spin_thread` spins the node on a thread of its own. `static_only` leaves /tf alone.
+    With `spin_thread` it listens on a thread of its own, which spins the node too until another executor
+    does. `static_only` leaves /tf alone.
     """
 
     def __init__(
@@ -46,6 +49,9 @@ class TransformListener:
         )
         # Reentrant: a callback of the default group may wait for transforms.
         self.group = ReentrantCallbackGroup()
+        if spin_thread:
+            self._thread_home = _ThreadHome()
+            self.group.home = self._thread_home.home
         self._subscriptions: list[Subscription[Any]] = []  # their callbacks keep the listener alive
         if not static_only:
             moving = QoSProfile(depth=100) if qos is None else qos
@@ -88,7 +94,9 @@ class TransformListener:
 
     def _start_thread(self) -> None:
         self.executor = SingleThreadedExecutor(context=self.node.context)
-        self.executor.add_node(self.node)
+        self.executor.add_node(self._thread_home)
+        if self.node.executor is None:
+            self.executor.add_node(self.node)
         self.dedicated_listener_thread = Thread(
             target=_spin, args=(self.executor,), name='tf2_listener', daemon=True
         )
@@ -97,6 +105,14 @@ class TransformListener:
     def __del__(self) -> None:
         if hasattr(self, 'tf_static_sub'):
             self.unregister()
+
+
+class _ThreadHome:
+    """The listener's place in its executor. `rclpy.spin(node)` takes the node out of it, but not this."""
+
+    def __init__(self) -> None:
+        self.home = Home()
+        self.executor: object = None
 
 
 def _spin(executor: SingleThreadedExecutor) -> None:
