@@ -217,6 +217,25 @@ def test_history_within_one_session_works_too(sides: Sides) -> None:
 # -- the end -----------------------------------------------------------------------------------------------
 
 
+def test_nothing_is_lost_where_many_threads_publish_with_history(sides: Sides) -> None:
+    came: Collector[Sample] = Collector()
+    qos = QoS(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    publisher = connected(sides, came, qos)
+
+    def talk(who: int) -> None:
+        for number in range(50):
+            publisher.publish(f'{who} {number}'.encode())
+
+    threads = [threading.Thread(target=talk, args=(who,)) for who in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    samples = came.expect(200)
+    assert [sample.sequence for sample in samples] == list(range(1, 201))
+    assert sorted(payloads(samples)) == sorted(f'{who} {n}'.encode() for who in range(4) for n in range(50))
+
+
 def test_a_closed_subscription_gets_nothing_more(sides: Sides) -> None:
     _, beta = sides
     kept, closed = Samples(), Samples()

@@ -66,7 +66,7 @@ class ZenohNode(NodePort):
         with self._declaring(endpoint) as new:
             token = self._show(new)
             declared = publisher.declare(self._core.zenoh, new.key, endpoint)
-            port = publisher.ZenohPublisher(new.place, new.gid, declared)
+            port = publisher.port(new.place, new.gid, declared)
             new.undo.pop_all()
             new.undo.callback(port.release)
             new.undo.callback(undeclare, declared)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import count
+from threading import RLock
 from time import time_ns
 
 import zenoh
@@ -72,3 +73,24 @@ class ZenohPublisher(PublisherPort):
     def close(self) -> None:
         """Undeclare."""
         self._place.give_up()
+
+
+class ZenohHistoryPublisher(ZenohPublisher):
+    """A publisher with history. Several threads take turns, for a message that another one overtook is lost:
+    Zenoh's subscriptions with history take it for one that they know already (seen with 1.10.2)."""
+
+    def __init__(self, place: Place, gid: bytes, publisher: ext.AdvancedPublisher) -> None:
+        super().__init__(place, gid, publisher)
+        self._turn = RLock()  # re-entrant: a signal handler may publish while the same thread does
+
+    def publish(self, payload: bytes) -> None:
+        """Put one message; all subscriptions get those of several threads in the same order."""
+        with self._turn:
+            super().publish(payload)
+
+
+def port(place: Place, gid: bytes, declared: zenoh.Publisher | ext.AdvancedPublisher) -> ZenohPublisher:
+    """Return the port of a declared publisher."""
+    if isinstance(declared, zenoh.Publisher):
+        return ZenohPublisher(place, gid, declared)
+    return ZenohHistoryPublisher(place, gid, declared)
