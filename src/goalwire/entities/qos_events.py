@@ -16,7 +16,7 @@ from goalwire.entities.exceptions import InvalidHandle, UnsupportedEventTypeErro
 from goalwire.execution.work import Work
 from goalwire.protocol.qos_compatibility import incompatible_policy
 from goalwire.protocol.qos_events import (
-    STATUS,
+    NOTHING_YET,
     EventStatus,
     EventType,
     PublisherEvent,
@@ -115,8 +115,7 @@ class EndpointEvents:
 
     def status(self, event: EventType) -> EventStatus:
         """Return the totals of an event."""
-        status = self._status.get(event)
-        return STATUS[event]() if status is None else status
+        return self._status.get(event) or NOTHING_YET[event]
 
     @property
     def wire_that_delivers_all_the_same(self) -> str | None:
@@ -234,12 +233,12 @@ class EventReader(Work):
         self.watchers: Sequence[Callable[[], None]] = ()
         self._source = source
         self._posted = False
-        self._seen: EventStatus = STATUS[event]()
+        self._seen: EventStatus = NOTHING_YET[event]
 
     @property
     def events(self) -> int:
         """1 where there is something to take, else 0; see wait_set.Waited."""
-        return int(not self.closed and self._source.status(self.event) != self._seen)
+        return int(not self.closed and self._source.status(self.event) is not self._seen)
 
     def notify(self) -> None:
         """Let the executor call back. Any thread."""

@@ -17,6 +17,8 @@ from goalwire.protocol.qos import PolicyKind
 class _EventType(Enum):
     """A kind of event; int() gives rcl's number."""
 
+    __hash__ = object.__hash__  # members are unique; Enum's own hash is a Python function
+
     def __int__(self) -> int:
         number: int = self.value
         return number
@@ -167,20 +169,20 @@ def with_fields(status: StatusT, **changed: int) -> StatusT:
     return type(status)(**{name: getattr(status, name) for name in status.__slots__} | changed)
 
 
-STATUS: dict[EventType, type[EventStatus]] = {
-    PublisherEvent.RCL_PUBLISHER_OFFERED_DEADLINE_MISSED: OfferedDeadlineMissed,
-    PublisherEvent.RCL_PUBLISHER_LIVELINESS_LOST: LivelinessLost,
-    PublisherEvent.RCL_PUBLISHER_OFFERED_INCOMPATIBLE_QOS: IncompatibleQoS,
-    PublisherEvent.RCL_PUBLISHER_INCOMPATIBLE_TYPE: IncompatibleType,
-    PublisherEvent.RCL_PUBLISHER_MATCHED: Matched,
-    SubscriptionEvent.RCL_SUBSCRIPTION_REQUESTED_DEADLINE_MISSED: RequestedDeadlineMissed,
-    SubscriptionEvent.RCL_SUBSCRIPTION_LIVELINESS_CHANGED: LivelinessChanged,
-    SubscriptionEvent.RCL_SUBSCRIPTION_REQUESTED_INCOMPATIBLE_QOS: IncompatibleQoS,
-    SubscriptionEvent.RCL_SUBSCRIPTION_MESSAGE_LOST: MessageLost,
-    SubscriptionEvent.RCL_SUBSCRIPTION_INCOMPATIBLE_TYPE: IncompatibleType,
-    SubscriptionEvent.RCL_SUBSCRIPTION_MATCHED: Matched,
+NOTHING_YET: dict[EventType, EventStatus] = {
+    PublisherEvent.RCL_PUBLISHER_OFFERED_DEADLINE_MISSED: OfferedDeadlineMissed(),
+    PublisherEvent.RCL_PUBLISHER_LIVELINESS_LOST: LivelinessLost(),
+    PublisherEvent.RCL_PUBLISHER_OFFERED_INCOMPATIBLE_QOS: IncompatibleQoS(),
+    PublisherEvent.RCL_PUBLISHER_INCOMPATIBLE_TYPE: IncompatibleType(),
+    PublisherEvent.RCL_PUBLISHER_MATCHED: Matched(),
+    SubscriptionEvent.RCL_SUBSCRIPTION_REQUESTED_DEADLINE_MISSED: RequestedDeadlineMissed(),
+    SubscriptionEvent.RCL_SUBSCRIPTION_LIVELINESS_CHANGED: LivelinessChanged(),
+    SubscriptionEvent.RCL_SUBSCRIPTION_REQUESTED_INCOMPATIBLE_QOS: IncompatibleQoS(),
+    SubscriptionEvent.RCL_SUBSCRIPTION_MESSAGE_LOST: MessageLost(),
+    SubscriptionEvent.RCL_SUBSCRIPTION_INCOMPATIBLE_TYPE: IncompatibleType(),
+    SubscriptionEvent.RCL_SUBSCRIPTION_MATCHED: Matched(),
 }
-"""The record of each kind of event; without arguments it says that nothing has happened yet."""
+"""The record of each kind of event before the first one."""
 
 
 def incompatible_qos_warning(event: EventType, topic: str, policy: PolicyKind, *, wire: str | None) -> str:

@@ -25,6 +25,8 @@ Payload: TypeAlias = bytes | bytearray | memoryview
 class EndpointKind(Enum):
     """What an endpoint is; NODE stands for the node itself."""
 
+    __hash__ = object.__hash__  # members are unique; Enum's own hash is a Python function
+
     NODE = 'node'
     PUBLISHER = 'publisher'
     SUBSCRIPTION = 'subscription'
