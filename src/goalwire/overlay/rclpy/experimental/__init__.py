@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from rclpy.experimental.async_service import AsyncService
     from rclpy.experimental.async_subscription import AsyncSubscription
     from rclpy.experimental.async_timer import AsyncTimer
+    from rclpy.experimental.events_executor import EventsExecutor
 
 __all__ = [
     'AsyncClient',
@@ -22,6 +23,7 @@ __all__ = [
     'AsyncService',
     'AsyncSubscription',
     'AsyncTimer',
+    'EventsExecutor',
 ]
 
 _HOMES = {
@@ -32,6 +34,7 @@ _HOMES = {
     'AsyncService': 'async_service',
     'AsyncSubscription': 'async_subscription',
     'AsyncTimer': 'async_timer',
+    'EventsExecutor': 'events_executor',
 }
 
 

@@ -1,0 +1,11 @@
+"""rclpy.experimental.events_executor: an executor that is driven by events, not by wait sets."""
+
+from __future__ import annotations
+
+from rclpy.executors import SingleThreadedExecutor
+
+__all__ = ['EventsExecutor']
+
+
+class EventsExecutor(SingleThreadedExecutor):
+    """The single-threaded executor under the name that rclpy has for one driven by events: here all are."""
