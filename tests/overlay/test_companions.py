@@ -53,3 +53,57 @@ def test_what_one_promises_is_there(name: str) -> None:
     module = __import__(name)
     for attribute in getattr(module, '__all__', ()):
         assert getattr(module, attribute) is not None
+
+
+AS_PROGRAMS_IMPORT_THEM = """
+from ament_index_python import get_package_share_directory, get_package_share_path
+from ament_index_python.packages import PackageNotFoundError, get_package_prefix, get_packages_with_prefixes
+from ament_index_python.packages import get_package_share_directory
+from ament_index_python.resources import get_resource, get_resources, has_resource
+from message_filters import ApproximateTimeSynchronizer, Cache, SimpleFilter, Subscriber, TimeSynchronizer
+from rosidl_runtime_py import get_interface_path, message_to_csv, message_to_ordereddict, message_to_yaml
+from rosidl_runtime_py import set_message_fields
+from rosidl_runtime_py.convert import message_to_ordereddict, message_to_yaml
+from rosidl_runtime_py.import_message import import_message_from_namespaced_type
+from rosidl_runtime_py.set_message import set_message_fields
+from rosidl_runtime_py.utilities import get_action, get_interface, get_message, get_service
+from rosidl_parser.definition import AbstractSequence, Array, BasicType, NamespacedType, UnboundedString
+from rclpy.type_support import check_for_type_support, check_is_valid_msg_type, check_is_valid_srv_type
+from sensor_msgs_py import point_cloud2
+from sensor_msgs_py import point_cloud2 as pc2
+from sensor_msgs_py.point_cloud2 import create_cloud, create_cloud_xyz32, read_points, read_points_numpy
+from tf2_geometry_msgs import PointStamped, PoseStamped, do_transform_point, do_transform_pose
+from tf2_geometry_msgs.tf2_geometry_msgs import PoseWithCovarianceStamped, do_transform_pose_stamped
+from tf2_geometry_msgs import do_transform_pose_with_covariance_stamped, do_transform_vector3
+from tf2_py import BufferCore, TransformException
+from tf2_ros import Buffer, BufferClient, BufferInterface, TransformBroadcaster, TransformListener
+from tf2_ros import ConnectivityException, ExtrapolationException, InvalidArgumentException, TimeoutException
+from tf2_ros import StaticTransformBroadcaster, TransformStamped
+from tf2_ros import TransformException, LookupException
+from tf2_ros.buffer import Buffer
+from tf2_ros.buffer_client import BufferClient
+from tf2_ros.buffer_interface import BufferInterface, ConvertRegistration, Stamped, TransformRegistration
+from tf2_ros.buffer_interface import NotImplementedException, TypeException, convert
+from tf2_ros.static_transform_broadcaster import StaticTransformBroadcaster
+from tf2_ros.static_transform_listener import StaticTransformListener
+from tf2_ros.transform_broadcaster import TransformBroadcaster
+from tf2_ros.transform_listener import TransformListener
+from unique_identifier_msgs.msg import UUID
+"""
+
+
+def test_all_is_found_where_programs_import_it_from() -> None:
+    assert run(f'{AS_PROGRAMS_IMPORT_THEM}\nprint(TransformStamped.__name__)') == 'TransformStamped'
+
+
+def test_a_star_import_brings_what_programs_take_from_it() -> None:
+    program = (
+        'from tf2_ros import *\nfrom tf2_geometry_msgs import *\n'
+        'print(TransformStamped.__name__, BufferClient.__name__, PoseStamped.__name__)\n'
+        'import tf2_ros; print(tf2_ros.buffer_client.BufferClient is BufferClient)'
+    )
+    assert run(program) == 'TransformStamped BufferClient PoseStamped\nTrue'
+
+
+def test_the_action_client_is_not_loaded_for_transforms() -> None:
+    assert run("import tf2_ros, sys; print('rclpy.action' in sys.modules)") == 'False'

@@ -60,6 +60,7 @@ def test_a_cache_keeps_the_last_messages(cache: Cache) -> None:
     assert seconds_of(cache.getInterval(at(0), at(9))) == [2, 3, 4]
     assert (cache.getOldestTime(), cache.getLastestTime(), cache.getLatestTime()) == (at(2), at(4), at(4))
     assert seconds_of([cache.getLast()]) == [4]
+    assert (seconds_of(cache.cache_msgs), cache.cache_times) == ([2, 3, 4], [at(2), at(3), at(4)])
 
 
 def test_a_cache_finds_messages_by_time(cache: Cache) -> None:

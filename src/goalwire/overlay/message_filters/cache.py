@@ -23,6 +23,16 @@ class Cache(SimpleFilter):
         self._entries: deque[tuple[Time, Any]] = deque(maxlen=cache_size)  # in the order of arrival
         self.connectInput(f)
 
+    @property
+    def cache_msgs(self) -> list[Any]:
+        """The messages, in the order of their arrival."""
+        return [msg for _, msg in tuple(self._entries)]
+
+    @property
+    def cache_times(self) -> list[Time]:
+        """Their stamps."""
+        return [stamp for stamp, _ in tuple(self._entries)]
+
     def connectInput(self, f: SimpleFilter) -> None:
         """Keep what comes out of `f` too."""
         self.incoming_connection = f.registerCallback(self.add)

@@ -1,4 +1,16 @@
-"""tf2_geometry_msgs: stamped geometry taken from one frame to another."""
+"""tf2_geometry_msgs: stamped geometry taken from one frame to another.
+
+The messages are names of this package too, as they are in ROS 2's own: programs import them from here.
+"""
+
+from geometry_msgs.msg import (
+    PointStamped,
+    Pose,
+    PoseStamped,
+    PoseWithCovarianceStamped,
+    TransformStamped,
+    Vector3Stamped,
+)
 
 from tf2_geometry_msgs.tf2_geometry_msgs import (
     do_transform_point,
@@ -12,6 +24,12 @@ from tf2_geometry_msgs.tf2_geometry_msgs import (
 )
 
 __all__ = [
+    'PointStamped',
+    'Pose',
+    'PoseStamped',
+    'PoseWithCovarianceStamped',
+    'TransformStamped',
+    'Vector3Stamped',
     'do_transform_point',
     'do_transform_pose',
     'do_transform_pose_stamped',

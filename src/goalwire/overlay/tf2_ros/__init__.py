@@ -1,5 +1,26 @@
-"""tf2_ros: transforms sent, received and asked for by nodes."""
+"""tf2_ros: transforms sent, received and asked for by nodes.
 
+ROS 2's own hands on whatever its modules import, and programs make use of it: TransformStamped and others are
+names of this package too.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from geometry_msgs.msg import (
+    PointStamped,
+    PoseStamped,
+    PoseWithCovarianceStamped,
+    TransformStamped,
+    Vector3Stamped,
+)
+from rclpy.duration import Duration
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile
+from rclpy.time import Time
+from std_msgs.msg import Header
+from tf2_msgs.msg import TFMessage
 from tf2_py import (
     BufferCore,
     ConnectivityException,
@@ -11,12 +32,15 @@ from tf2_py import (
 )
 
 from tf2_ros.buffer import Buffer
-from tf2_ros.buffer_client import BufferClient
 from tf2_ros.buffer_interface import BufferInterface, NotImplementedException, Stamped
 from tf2_ros.registration import ConvertRegistration, TransformRegistration, TypeException, convert
 from tf2_ros.static_transform_broadcaster import StaticTransformBroadcaster
+from tf2_ros.static_transform_listener import StaticTransformListener
 from tf2_ros.transform_broadcaster import TransformBroadcaster
 from tf2_ros.transform_listener import TransformListener
+
+if TYPE_CHECKING:
+    from tf2_ros.buffer_client import BufferClient
 
 __all__ = [
     'Buffer',
@@ -25,17 +49,41 @@ __all__ = [
     'BufferInterface',
     'ConnectivityException',
     'ConvertRegistration',
+    'DurabilityPolicy',
+    'Duration',
     'ExtrapolationException',
+    'Header',
+    'HistoryPolicy',
     'InvalidArgumentException',
     'LookupException',
+    'Node',
     'NotImplementedException',
+    'PointStamped',
+    'PoseStamped',
+    'PoseWithCovarianceStamped',
+    'QoSProfile',
     'Stamped',
     'StaticTransformBroadcaster',
+    'StaticTransformListener',
+    'TFMessage',
+    'Time',
     'TimeoutException',
     'TransformBroadcaster',
     'TransformException',
     'TransformListener',
     'TransformRegistration',
+    'TransformStamped',
     'TypeException',
+    'Vector3Stamped',
     'convert',
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """The client of a buffer in another process needs actions, which few programs with transforms do."""
+    if name in {'BufferClient', 'buffer_client'}:
+        from importlib import import_module
+
+        module = import_module('tf2_ros.buffer_client')
+        return module if name == 'buffer_client' else module.BufferClient
+    raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
