@@ -30,7 +30,9 @@ from helpers.spinning import PATIENCE, MakeNode, Spin, result_of
 from rclpy.action import ActionClient, ActionServer, CancelResponse, GoalResponse
 from rclpy.action.server import ServerGoalHandle
 from rclpy.executors import SingleThreadedExecutor
+from rclpy.parameter import Parameter
 from rclpy.qos import qos_profile_action_status_default
+from rosgraph_msgs.msg import Clock
 from unique_identifier_msgs.msg import UUID
 
 from goalwire.entities.exceptions import RCLError
@@ -430,6 +432,22 @@ def test_results_are_kept_for_their_time(make_node: MakeNode, spin: Spin) -> Non
     assert forgotten.wait(PATIENCE)
     assert arena.result(handle) == ('UNKNOWN', [])
     assert arena.server.reactor.statistics().retained == 0
+
+
+def test_simulated_time_stamps_goals_and_ends_the_keeping_of_results(make_node: MakeNode, spin: Spin) -> None:
+    arena = Arena(make_node, spin, succeed, result_timeout=10)
+    arena.server_node.set_parameters([Parameter('use_sim_time', value=True)])
+    source = arena.server_node._time_source
+    source.clock_callback(Clock(clock=Time(sec=100)))
+    handle = arena.accept(2)
+    assert handle.stamp == Time(sec=100)
+    assert arena.result(handle) == ('SUCCEEDED', [2])
+    source.clock_callback(Clock(clock=Time(sec=109)))
+    assert arena.result(handle) == ('SUCCEEDED', [2])
+    source.clock_callback(Clock(clock=Time(sec=111)))
+    arena.expect_event('on_time')
+    assert arena.server.reactor.statistics().retained == 0
+    assert arena.result(handle) == ('UNKNOWN', [])
 
 
 def test_with_no_time_to_keep_results_who_waits_still_gets_one(make_node: MakeNode, spin: Spin) -> None:

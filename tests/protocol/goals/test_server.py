@@ -411,6 +411,17 @@ def test_a_result_can_be_asked_for_again_until_it_expires() -> None:
     assert gone == [ReplyResult('get', GoalStatus.UNKNOWN, None)]
 
 
+def test_results_expire_by_their_own_times_when_time_goes_back() -> None:
+    server = executing(A, B)
+    assert WakeAt(110 * S) in server.on_finish(A, GoalEvent.SUCCEED, 'a', now=100 * S)
+    assert WakeAt(15 * S) in server.on_finish(B, GoalEvent.SUCCEED, 'b', now=5 * S)
+    assert server.on_time(15 * S) == [WakeAt(110 * S)]
+    assert server.status(B) is GoalStatus.UNKNOWN
+    assert server.status(A) is GoalStatus.SUCCEEDED
+    assert server.on_time(110 * S) == []
+    assert server.status(A) is GoalStatus.UNKNOWN
+
+
 def test_an_unknown_goal_is_answered_at_once() -> None:
     assert Server().on_result_request(A, 'get', now=0) == [ReplyResult('get', GoalStatus.UNKNOWN, None)]
 
