@@ -135,3 +135,13 @@ class MutuallyExclusiveCallbackGroup(CallbackGroup):
             work.home.post(work)
             if work.home.attached:
                 return
+
+
+def checked_group(group: object) -> CallbackGroup:
+    """Return `group`; raises AttributeError, as rclpy does, where it is none."""
+    if not isinstance(group, CallbackGroup):
+        raise AttributeError(  # noqa: TRY004 - as rclpy
+            f"'{type(group).__name__}' object has no attribute 'add_entity': callback_group takes a "
+            'MutuallyExclusiveCallbackGroup or a ReentrantCallbackGroup'
+        )
+    return group

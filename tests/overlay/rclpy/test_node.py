@@ -378,3 +378,19 @@ def test_an_argument_that_has_no_effect_yet_is_not_swallowed(
 ) -> None:
     make_node('m', enable_logger_service=True)
     assert "'enable_logger_service' has no effect yet" in capsys.readouterr().err
+
+
+def test_what_is_no_callback_group_is_refused_and_leaves_nothing_behind(node: Node) -> None:
+    group: Any = 5
+    for create in (
+        lambda: node.create_timer(1, print, group),
+        lambda: node.create_guard_condition(print, group),
+        lambda: node.create_subscription(String, 'a', print, 1, callback_group=group),
+        lambda: node.create_client(AddTwoInts, 'a', callback_group=group),
+        lambda: node.create_service(AddTwoInts, 'a', nothing, callback_group=group),
+    ):
+        with pytest.raises(
+            AttributeError, match="'int' object has no attribute 'add_entity': callback_group"
+        ):
+            create()
+    assert [list(node.timers), list(node.guards), list(node.subscriptions)] == [[], [], []]

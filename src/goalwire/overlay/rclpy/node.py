@@ -19,6 +19,7 @@ from goalwire.entities.node_parameters import NodeParameters
 from goalwire.entities.parameter_events import PARAMETER_EVENT, PARAMETER_EVENTS_TOPIC, ParameterEvents
 from goalwire.entities.standard_types import standard_message
 from goalwire.entities.type_support import ServiceSupport, ServiceType, service_support
+from goalwire.execution.callback_groups import checked_group
 from goalwire.execution.home import Home
 from goalwire.execution.waitable import SelfDriven, Waitable
 from goalwire.protocol.qos import PARAMETER_EVENTS
@@ -296,6 +297,9 @@ class Node(BaseNode):
         """The exclusive group of every callback that names no group."""
         return self._default_callback_group
 
+    def _group(self, given: CallbackGroup | None) -> CallbackGroup:
+        return self._default_callback_group if given is None else checked_group(given)
+
     # -- what it makes -------------------------------------------------------------------------------------
 
     def create_publisher(
@@ -318,7 +322,7 @@ class Node(BaseNode):
         profile = self._overridden(QoSProfile.of(qos_profile), 'publisher', topic, qos_overriding_options)
         publisher: Publisher[MsgT] = publisher_class(self.core, msg_type, topic, profile.to_core())
         publisher.qos_profile = profile
-        self._handle_events(publisher, event_callbacks, callback_group or self._default_callback_group)
+        self._handle_events(publisher, event_callbacks, self._group(callback_group))
         self._publishers.append(publisher)
         return publisher
 
@@ -340,7 +344,7 @@ class Node(BaseNode):
         """
         self._check_alive()
         profile = self._overridden(QoSProfile.of(qos_profile), 'subscription', topic, qos_overriding_options)
-        group = callback_group or self._default_callback_group
+        group = self._group(callback_group)
         subscription = Subscription(self.core, msg_type, topic, callback, profile.to_core(), group, raw=raw)
         subscription.qos_profile = profile
         subscription.callback_group = group
@@ -385,7 +389,7 @@ class Node(BaseNode):
     ) -> Client[RequestT, ResponseT]:
         """Create a service client. Raises InvalidServiceNameException, RuntimeError for a bad type."""
         self._check_alive()
-        group = callback_group or self._default_callback_group
+        group = self._group(callback_group)
         client: Client[RequestT, ResponseT] = Client(
             self.core, service_support(srv_type), srv_name, qos_profile.to_core(), group
         )
@@ -419,7 +423,7 @@ class Node(BaseNode):
         qos_profile: QoSProfile,
         callback_group: CallbackGroup | None = None,
     ) -> Service[Any, Any]:
-        group = callback_group or self._default_callback_group
+        group = self._group(callback_group)
         service: Service[Any, Any] = Service(self.core, support, name, callback, qos_profile.to_core(), group)
         service.qos_profile = qos_profile
         service.callback_group = group
@@ -443,7 +447,7 @@ class Node(BaseNode):
         period_ns = int(float(timer_period_sec) * S_TO_NS)
         if period_ns < 0:
             raise RCLError('failed to create timer: timer period must be non-negative')
-        group = callback_group or self._default_callback_group
+        group = self._group(callback_group)
         timer = Timer(
             callback,
             group,
@@ -463,7 +467,7 @@ class Node(BaseNode):
     ) -> GuardCondition:
         """Create a guard condition, whose callback runs after each trigger()."""
         self._check_alive()
-        group = callback_group or self._default_callback_group
+        group = self._group(callback_group)
         guard = GuardCondition(callback, group, context=self._context, home=self.core.home)
         self._guards.append(guard)
         self.core.own(guard)

@@ -20,6 +20,7 @@ from goalwire.entities.action_types import (
 from goalwire.entities.client_goal import ClientGoalHandle
 from goalwire.entities.exceptions import NameValidationException
 from goalwire.entities.type_support import action_support
+from goalwire.execution.callback_groups import checked_group
 from goalwire.execution.waitable import InboxWaitable
 from rclpy.callback_groups import CallbackGroup
 from rclpy.qos import (
@@ -66,7 +67,7 @@ class ActionClient(ActionClientCore, InboxWaitable, Generic[GoalT, ResultT, Feed
             feedback_sub_qos_profile.to_core(),
             status_sub_qos_profile.to_core(),
         )
-        group = callback_group or node.default_callback_group
+        group = node.default_callback_group if callback_group is None else checked_group(callback_group)
         support = action_support(action_type)
         InboxWaitable.__init__(self, group)
         try:

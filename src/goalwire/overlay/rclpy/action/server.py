@@ -13,6 +13,7 @@ from goalwire.entities.action_types import ActionType, FeedbackT, GoalT, ResultT
 from goalwire.entities.exceptions import NameValidationException, RCLError
 from goalwire.entities.goal_handle import ServerGoalHandle
 from goalwire.entities.type_support import action_support
+from goalwire.execution.callback_groups import checked_group
 from goalwire.execution.waitable import InboxWaitable
 from goalwire.protocol.goals.table import GoalEvent
 from rclpy.callback_groups import CallbackGroup
@@ -103,7 +104,7 @@ class ActionServer(ActionServerCore, InboxWaitable, Generic[GoalT, ResultT, Feed
             feedback_pub_qos_profile.to_core(),
             status_pub_qos_profile.to_core(),
         )
-        group = callback_group or node.default_callback_group
+        group = node.default_callback_group if callback_group is None else checked_group(callback_group)
         support = action_support(action_type)
         InboxWaitable.__init__(self, group)
         try:
