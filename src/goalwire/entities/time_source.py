@@ -7,12 +7,11 @@ from typing import TYPE_CHECKING
 
 from goalwire.entities.subscription import SubscriptionCore
 from goalwire.errors import RemoteError
+from goalwire.execution.blocking import why_it_cannot_answer
 from goalwire.protocol.qos import QoS, ReliabilityPolicy
 from goalwire.protocol.time import S_TO_NS, ClockType, Time
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from rosgraph_msgs.msg import Clock as ClockMessage
 
     from goalwire.entities.node import NodeCore
@@ -32,6 +31,7 @@ class TimeSourceCore:
         self._clocks: list[ROSClock] = []
         self._last = Time(clock_type=ClockType.ROS_TIME)
         self._active = False
+        self.subscription: ClockSubscription | None = None
 
     @property
     def ros_time_is_active(self) -> bool:
@@ -62,6 +62,16 @@ class TimeSourceCore:
         clock._set_ros_time_is_active(self._active)  # noqa: SLF001
         if clock not in self._clocks:
             self._clocks.append(clock)
+            clock.on_doze.append(self.catch_up)
+
+    def catch_up(self) -> bool:
+        """Called by a thread before it sleeps until a time: True where it has set the clocks itself."""
+        return self.subscription is not None and self.subscription.catch_up()
+
+    def wake_sleepers(self) -> None:
+        """A message waits for an executor: perhaps for one that is kept from it by a thread that sleeps."""
+        for clock in self._clocks:
+            clock.wake_sleepers()
 
     def clock_callback(self, msg: ClockMessage) -> None:
         """Set the clocks to the time of a message; jump callbacks are called in here."""
@@ -82,22 +92,18 @@ class ClockSubscription(SubscriptionCore['ClockMessage']):
     """Time goes on whatever the executor is busy with, as a callback may be sleeping until it does.
 
     So a message sets the clocks on the thread that brings it. Only where jump callbacks are to be called, and
-    until they have been, messages take the usual way through the executor: the newest one waits there.
+    until they have been, messages take the usual way through the executor: the newest one waits there, for a
+    callback that sleeps, too, if the executor or the group is held up by that.
     """
 
-    def __init__(
-        self,
-        node: NodeCore,
-        group: CallbackGroup,
-        callback: Callable[[ClockMessage], object],
-        advance_quietly: Callable[[int], bool],
-    ) -> None:
+    def __init__(self, node: NodeCore, group: CallbackGroup, source: TimeSourceCore) -> None:
         from rosgraph_msgs.msg import Clock as ClockMessage
 
-        self._advance_quietly = advance_quietly
+        self._source = source
+        self._group = group
         self._order = Lock()
         self._queued = False
-        super().__init__(node, ClockMessage, CLOCK_TOPIC, callback, CLOCK_QOS, group)
+        super().__init__(node, ClockMessage, CLOCK_TOPIC, source.clock_callback, CLOCK_QOS, group)
 
     def _deliver(self, sample: Sample) -> None:
         with self._order:
@@ -105,13 +111,25 @@ class ClockSubscription(SubscriptionCore['ClockMessage']):
                 return
             self._queued = True
             super()._deliver(sample)
+        self._source.wake_sleepers()
+
+    def catch_up(self) -> bool:
+        """Take the message that waits, if no executor can while the calling thread sleeps; True if so."""
+        home = self.node.home
+        if not self._queued or (home.attached and why_it_cannot_answer(home, self._group) is None):
+            return False
+        sample = self.inbox.take()
+        if sample is None:
+            return False
+        self._handle(sample)
+        return True
 
     def _advanced(self, sample: Sample) -> bool:
         try:
             stamp = self.support.decode(sample.payload).clock
         except RemoteError:
             return False  # the usual way rejects it
-        return stamp.sec >= 0 and self._advance_quietly(stamp.sec * S_TO_NS + stamp.nanosec)
+        return stamp.sec >= 0 and self._source.advance_quietly(stamp.sec * S_TO_NS + stamp.nanosec)
 
     def _handle(self, sample: Sample) -> object:
         try:

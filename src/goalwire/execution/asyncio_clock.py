@@ -50,7 +50,7 @@ class AsyncClock(ROSClock):
     def close(self) -> None:
         """Cancel every sleep. Idempotent."""
         self._closed = True
-        self._wake_sleepers()
+        self.wake_sleepers()
 
     async def sleep(self, duration_sec: float) -> None:
         """Sleep for a time of this clock. With 0 or less only the loop's other tasks have their turn.
@@ -89,7 +89,7 @@ class AsyncClock(ROSClock):
                 raise ROSInterruptException
             await waiter.wait(None if simulated else missing)
 
-    def _wake_sleepers(self) -> None:
-        super()._wake_sleepers()
+    def wake_sleepers(self) -> None:
+        super().wake_sleepers()
         for waiter in tuple(self._dozing):
             waiter.wake()

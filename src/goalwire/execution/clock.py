@@ -155,6 +155,8 @@ class ROSClock(Clock):
         self._override_ns = 0
         self._switches = 0
         self._sleepers: list[Waiter] = []
+        self.on_doze: list[Callable[[], bool]] = []
+        """Called by a thread before it sleeps until a time is set; True where that has set the time."""
         self._listeners: dict[ReferenceType[JumpListener], None] = {}
 
     @property
@@ -236,7 +238,7 @@ class ROSClock(Clock):
         finally:
             for listener, remaining in listeners:
                 listener.clock_jumped(change, remaining)
-            self._wake_sleepers()
+            self.wake_sleepers()
 
     def _concerned(self, jump: TimeJump) -> list[JumpHandle]:
         return [handle for handle in tuple(self._jump_handles) if handle.threshold.met_by(jump)]
@@ -258,18 +260,20 @@ class ROSClock(Clock):
         """Let whoever goes by this clock look at its new time."""
         for listener in self._alive():
             listener.clock_jumped(change, None)
-        self._wake_sleepers()
+        self.wake_sleepers()
 
     def _alive(self) -> list[JumpListener]:
         found = (reference() for reference in tuple(self._listeners))
         return [listener for listener in found if listener is not None]
 
-    def _wake_sleepers(self) -> None:
+    def wake_sleepers(self) -> None:
+        """Let whoever sleeps by this clock look again."""
         for waiter in tuple(self._sleepers):
             waiter.wake()
 
     def _doze(self, waiter: Waiter, missing_ns: int) -> None:
         if self._active:
-            self.source.wait(waiter, None)
+            if not any(help_on() for help_on in self.on_doze):
+                self.source.wait(waiter, None)
         else:
             super()._doze(waiter, missing_ns)

@@ -257,6 +257,37 @@ def test_a_jump_that_is_to_be_told_waits_for_the_executor(
     simulator.set(3, clock)
 
 
+@pytest.mark.parametrize('spun', [True, False], ids=['in a callback', 'in a node that nobody spins'])
+def test_who_sleeps_where_jumps_are_told_is_told_himself(
+    simulated: Node, simulator: Simulator, spin: Spin, spun: bool
+) -> None:
+    clock, sleeping, slept = simulated.get_clock(), threading.Event(), Collector[Time]()
+    simulator.set(10, clock)
+    jumps = Jumps(clock)
+
+    def sleep() -> None:
+        once.cancel()
+        sleeping.set()
+        clock.sleep_until(ros(12), simulated.context)
+        slept(clock.now())
+
+    once = simulated.create_timer(0.0, sleep)
+    thread = threading.Thread(target=sleep)
+    if spun:
+        spin(simulated)
+    else:
+        thread.start()
+    assert sleeping.wait(PATIENCE)
+    simulator.set(4)
+    assert jumps.seen.expect() == [(-6.0, ros(4))]
+    simulator.set(11)
+    simulator.set(12)
+    assert slept.expect() == [ros(12)]
+    assert jumps.seen.threads == slept.threads
+    if not spun:
+        thread.join()
+
+
 def test_switching_calls_jump_callbacks_that_asked_for_it(make_node: MakeNode) -> None:
     node, changes = make_node(), list[str]()
     node.get_clock().create_jump_callback(

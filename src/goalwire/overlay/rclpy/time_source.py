@@ -11,7 +11,6 @@ from rclpy.clock import ROSClock
 from rclpy.parameter import Parameter
 
 if TYPE_CHECKING:
-    from rclpy.impl.clock_subscription import ListedClockSubscription
     from rclpy.node import BaseNode
 
 __all__ = ['CLOCK_TOPIC', 'USE_SIM_TIME_NAME', 'TimeSource']
@@ -23,7 +22,6 @@ class TimeSource(TimeSourceCore):
     def __init__(self, *, node: BaseNode | None = None) -> None:
         super().__init__()
         self._node: ReferenceType[BaseNode] | None = None
-        self._clock_sub: ListedClockSubscription | None = None
         if node is not None:
             self.attach_node(node)
 
@@ -71,15 +69,15 @@ class TimeSource(TimeSourceCore):
 
     def _subscribe(self) -> None:
         node = self._attached()
-        if node is None or self._clock_sub is not None:
+        if node is None or self.subscription is not None:
             return
         from rclpy.impl.clock_subscription import subscribe_to_clock
 
-        self._clock_sub = subscribe_to_clock(node, self)
+        self.subscription = subscribe_to_clock(node, self)
 
     def _unsubscribe(self) -> None:
-        node, subscription = self._attached(), self._clock_sub
-        self._clock_sub = None
+        node, subscription = self._attached(), self.subscription
+        self.subscription = None
         if node is not None and subscription is not None:
             from rclpy.impl.clock_subscription import unsubscribe_from_clock
 

@@ -20,7 +20,7 @@ class ListedClockSubscription(ClockSubscription, Subscription[Any]):
 def subscribe_to_clock(node: BaseNode, source: TimeSourceCore) -> ListedClockSubscription:
     """Make the subscription; jump callbacks run in the node's default callback group."""
     group = node._default_callback_group  # noqa: SLF001
-    subscription = ListedClockSubscription(node.core, group, source.clock_callback, source.advance_quietly)
+    subscription = ListedClockSubscription(node.core, group, source)
     subscription.qos_profile = QoSProfile(depth=CLOCK_QOS.depth, reliability=ReliabilityPolicy.BEST_EFFORT)
     subscription.callback_group = group
     group.add_entity(subscription)
@@ -28,9 +28,9 @@ def subscribe_to_clock(node: BaseNode, source: TimeSourceCore) -> ListedClockSub
     return subscription
 
 
-def unsubscribe_from_clock(node: BaseNode, subscription: ListedClockSubscription) -> None:
+def unsubscribe_from_clock(node: BaseNode, subscription: ClockSubscription) -> None:
     """Destroy the subscription."""
-    subscriptions = node._subscriptions  # noqa: SLF001
-    if subscription in subscriptions:
-        subscriptions.remove(subscription)
+    listed: list[Any] = node._subscriptions  # noqa: SLF001
+    if subscription in listed:
+        listed.remove(subscription)
     subscription.destroy()
