@@ -92,6 +92,19 @@ def test_two_servers_of_one_action_are_reported_once_by_the_action_name() -> Non
     ]
 
 
+def test_two_nodes_of_one_name_are_reported_once_however_many_services_they_share() -> None:
+    servers = [endpoint('arm', SERVICE, f'/arm/{name}') for name in ('get', 'set', 'get', 'set')]
+    (mismatch,) = found_in(*servers)
+    assert (mismatch.reason, mismatch.name) == (Reason.TWO_NODES, '/arm')
+    assert "two nodes have the name '/arm'" in str(mismatch)
+
+
+def test_one_node_that_serves_a_name_twice_is_two_servers() -> None:
+    first = endpoint('arm', SERVICE, '/add')
+    again = replace(first, gid=b'another')
+    assert [each.reason for each in found_in(first, again)] == [Reason.TWO_SERVERS]
+
+
 def test_a_peer_that_comes_again_is_not_reported_again() -> None:
     graph = Graph()
     told: list[Mismatch] = []

@@ -9,10 +9,11 @@ from goalwire.protocol.qos import (
     INFINITE_NS,
     DurabilityPolicy,
     LivelinessPolicy,
+    PolicyKind,
     QoS,
     ReliabilityPolicy,
 )
-from goalwire.protocol.qos_compatibility import QoSCompatibility, check_compatible
+from goalwire.protocol.qos_compatibility import QoSCompatibility, check_compatible, incompatible_policy
 
 SECOND = 1_000_000_000
 DURATIONS = {'0': 0, '1': SECOND, '2': 2 * SECOND, 'inf': INFINITE_NS, 'best': BEST_AVAILABLE_NS}
@@ -88,3 +89,29 @@ def test_all_warnings_are_listed_in_order() -> None:
             'WARNING: Publisher liveliness is system_default and subscription liveliness is unknown;'
         ),
     )
+
+
+@pytest.mark.parametrize(
+    ('publisher', 'subscription', 'policy'),
+    [
+        (QoS(), QoS(), None),
+        (QoS(reliability=ReliabilityPolicy.BEST_EFFORT), QoS(), 'RELIABILITY'),
+        (QoS(), QoS(durability=DurabilityPolicy.TRANSIENT_LOCAL), 'DURABILITY'),
+        (QoS(), QoS(deadline_ns=SECOND), 'DEADLINE'),
+        (QoS(), QoS(lease_ns=SECOND), 'LIVELINESS'),
+        (QoS(), QoS(liveliness=LivelinessPolicy.MANUAL_BY_TOPIC), 'LIVELINESS'),
+        (QoS(deadline_ns=SECOND), QoS(deadline_ns=INFINITE_NS), None),
+        (QoS(deadline_ns=INFINITE_NS), QoS(), None),
+        (QoS(reliability=ReliabilityPolicy.SYSTEM_DEFAULT), QoS(), None),
+        (
+            QoS(reliability=ReliabilityPolicy.BEST_EFFORT),
+            QoS(durability=DurabilityPolicy.TRANSIENT_LOCAL, deadline_ns=SECOND),
+            'RELIABILITY',
+        ),
+    ],
+)
+def test_the_policy_that_keeps_two_endpoints_apart(
+    publisher: QoS, subscription: QoS, policy: str | None
+) -> None:
+    expected = None if policy is None else PolicyKind[f'RMW_QOS_POLICY_{policy}']
+    assert incompatible_policy(publisher, subscription) is expected

@@ -17,11 +17,13 @@ class Reason(Enum):
     """Same name, same type, another hash: no message ever passes."""
     TWO_SERVERS = 'two servers'
     """Two servers of one name: each gets every request, the client takes the first reply."""
+    TWO_NODES = 'two nodes'
+    """Two nodes of one name, and so of one name for each of their standing services."""
 
 
 @dataclass(frozen=True, slots=True)
 class Mismatch:
-    """Two endpoints that do not go together. `name` is the action's where they serve one."""
+    """Two endpoints that do not go together. `name` is the action's where they serve one, or the nodes'."""
 
     reason: Reason
     name: str
@@ -34,6 +36,8 @@ class Mismatch:
         sides = sorted(
             (side.kind.value, side.node.qualified, side.type_hash) for side in (self.first, self.second)
         )
+        if self.reason is Reason.TWO_NODES:
+            return (self.reason, self.name)
         return (self.reason, self.name, self.first.type_name, *sides)
 
     def concerns(self, session: str) -> bool:
@@ -42,6 +46,11 @@ class Mismatch:
 
     def __str__(self) -> str:
         first, second = self.first, self.second
+        if self.reason is Reason.TWO_NODES:
+            return (
+                f"two nodes have the name '{self.name}': requests for their parameters and other services "
+                f'reach both and the first answer wins; rename one (-r __node:=another)'
+            )
         if self.reason is Reason.TWO_SERVERS:
             return (
                 f"'{self.name}' is served twice, by node '{first.node.qualified}' and by node "
@@ -78,9 +87,18 @@ def find_mismatches(
             yield Mismatch(Reason.DEFINITION, newcomer.name, peer, newcomer)
     if newcomer.kind is EndpointKind.SERVICE and _counts_as_server(newcomer.name):
         for peer in fellows:
-            yield Mismatch(Reason.TWO_SERVERS, newcomer.name.removesuffix(SEND_GOAL), peer, newcomer)
+            if _are_namesakes(peer, newcomer):
+                yield Mismatch(Reason.TWO_NODES, newcomer.node.qualified, peer, newcomer)
+            else:
+                yield Mismatch(Reason.TWO_SERVERS, newcomer.name.removesuffix(SEND_GOAL), peer, newcomer)
 
 
 def _counts_as_server(name: str) -> bool:
     """Of an action's three services only one is counted, so that it is named once."""
     return name.endswith(SEND_GOAL) or not is_part_of_action(name)
+
+
+def _are_namesakes(one: GraphEntity, other: GraphEntity) -> bool:
+    """Return whether two nodes of one name own these."""
+    same_node = (one.session, one.node_id) == (other.session, other.node_id)
+    return not same_node and one.node.qualified == other.node.qualified
