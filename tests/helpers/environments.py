@@ -12,6 +12,15 @@ from pathlib import Path
 from helpers.fresh import clean_environment
 
 ROOT = Path(__file__).parents[2]
+_UNREACHABLE = ('connection', 'retrying', 'temporary failure', 'timed out', 'name resolution')
+
+
+class CannotInstall(Exception):
+    """pip gave up; the text is its own. `unreachable` where it could not even talk to a registry."""
+
+    def __init__(self, stderr: str) -> None:
+        super().__init__(''.join(stderr.strip().splitlines()[-1:]))
+        self.unreachable = any(sign in stderr.lower() for sign in _UNREACHABLE)
 
 
 @dataclass(frozen=True)
@@ -47,6 +56,26 @@ class Environment:
             [*pip, *arguments],
             env=clean_environment(), capture_output=True, text=True, timeout=300, check=False,
         )  # fmt: skip
+
+    def require(self, *arguments: str) -> None:
+        """Install; raises CannotInstall."""
+        done = self.install(*arguments)
+        if done.returncode:
+            raise CannotInstall(done.stderr)
+
+    @classmethod
+    def kept(cls, folder: Path, *requirements: str) -> Environment:
+        """Return the environment of `folder`, made with the packages named where that was not done yet.
+
+        Raises CannotInstall.
+        """
+        finished = folder / 'finished'
+        if finished.exists():
+            return cls(folder)
+        environment = cls.create(folder)
+        environment.require('--retries=1', '--timeout=15', *requirements)
+        finished.touch()
+        return environment
 
     @classmethod
     def create(cls, folder: Path) -> Environment:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 import pytest
-from helpers.environments import Environment
+from helpers.environments import CannotInstall, Environment
 from helpers.isolation import isolated_env
 from helpers.processes import Program
 
@@ -30,17 +30,10 @@ def install(pytestconfig: pytest.Config) -> Install:
         title = '-'.join([str(sys.implementation.cache_tag), *requirements]).replace('==', '-')
         cache = pytestconfig.cache
         assert cache is not None
-        folder = cache.mkdir('interop') / title
-        finished = folder / 'finished'
-        if finished.exists():
-            return Environment(folder)
-        environment = Environment.create(folder)
-        outcome = environment.install('--retries=1', '--timeout=15', *requirements)
-        if outcome.returncode:
-            reason = ''.join(outcome.stderr.strip().splitlines()[-1:])
-            pytest.skip(f'{", ".join(requirements)} cannot be installed here: {reason}')
-        finished.touch()
-        return environment
+        try:
+            return Environment.kept(cache.mkdir('interop') / title, *requirements)
+        except CannotInstall as error:
+            pytest.skip(f'{", ".join(requirements)} cannot be installed here: {error}')
 
     return install_all
 

@@ -11,13 +11,12 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
-from helpers.environments import Environment
+from helpers.environments import CannotInstall, Environment
 from helpers.fresh import output_of
 from helpers.packages import write_files
 
 REAL = ['ros-rclpy[fastrtps]', 'ros-std-srvs', 'ros-geometry-msgs']
 HAS_WHEELS = sys.version_info[:2] == (3, 11) and (sys.platform, platform.machine()) == ('linux', 'x86_64')
-UNREACHABLE = ('connection', 'retrying', 'temporary failure', 'timed out', 'name resolution')
 
 pytestmark = [
     pytest.mark.slow,
@@ -39,10 +38,12 @@ HELLO = '00010000' + '06000000' + b'hello'.hex() + '00'
 
 def install_real(environment: Environment) -> None:
     """Install the real rclpy; skip where PyPI cannot be reached, fail for any other reason."""
-    done = environment.install('--no-compile', *REAL)
-    if done.returncode and any(sign in done.stderr.lower() for sign in UNREACHABLE):
-        pytest.skip(f'PyPI cannot be reached: {done.stderr.strip().splitlines()[0]}')
-    assert done.returncode == 0, done.stderr
+    try:
+        environment.require('--no-compile', *REAL)
+    except CannotInstall as error:
+        if not error.unreachable:
+            raise
+        pytest.skip(f'PyPI cannot be reached: {error}')
 
 
 def damaged(site: Path) -> list[str]:

@@ -10,7 +10,6 @@ from goalwire.protocol.arguments import (
     ParameterOverride,
     UnknownArguments,
     parse_arguments,
-    remove_ros_args,
 )
 from goalwire.protocol.names import RemapRules
 
@@ -32,7 +31,7 @@ def ros(*arguments: str) -> Arguments:
     ],
 )
 def test_what_is_not_for_ros_stays(arguments: list[str], rest: list[str]) -> None:
-    assert remove_ros_args(arguments) == rest
+    assert parse_arguments(arguments).rest == tuple(rest)
 
 
 def test_a_bare_remap_rule_counts_and_is_noted_as_deprecated() -> None:

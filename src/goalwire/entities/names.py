@@ -12,9 +12,10 @@ from goalwire.entities.exceptions import (
     InvalidServiceNameException,
     InvalidTopicNameException,
     RCLError,
+    TopicExpansionError,
 )
 from goalwire.protocol import names
-from goalwire.protocol.names import ActionNames, InvalidName, RemapRules
+from goalwire.protocol.names import ActionNames, InvalidName, RemapRules, UnknownSubstitution
 from goalwire.transport.contract import NodeName
 
 _EXCEPTIONS = {
@@ -30,13 +31,15 @@ def rclpy_exceptions() -> Iterator[None]:
     """Turn InvalidName into the exception that rclpy's programs catch."""
     try:
         yield
+    except UnknownSubstitution as error:
+        raise TopicExpansionError('topic name', error.name, error.reason) from None
     except InvalidName as error:
         raise _EXCEPTIONS[error.kind](error.name, error.reason, error.index) from None
 
 
 def node_names(name: str, namespace: str | None, remaps: RemapRules, enclave: str) -> NodeName:
     """Return a node's remapped names; raises InvalidNodeNameException or InvalidNamespaceException."""
-    _check_is_name(name, 'error creating node: name argument is null')
+    check_is_name(name, 'error creating node: name argument is null')
     with rclpy_exceptions():
         names.validate_node_name(name)
         absolute = names.absolute_namespace(namespace or '/')
@@ -49,9 +52,12 @@ def node_names(name: str, namespace: str | None, remaps: RemapRules, enclave: st
 
 
 def expanded_name(name: str, node: NodeName, *, is_service: bool) -> str:
-    """Return the fully-qualified form of a topic or service name of `node`, not remapped."""
-    what = 'service_name' if is_service else 'topic_name'
-    _check_is_name(name, f'failed to validate name: {what} argument is null')
+    """Return the fully-qualified form of a topic or service name of `node`, not remapped.
+
+    Raises InvalidTopicNameException or InvalidServiceNameException, TopicExpansionError (a ValueError) for an
+    unknown substitution.
+    """
+    check_is_name(name, None if is_service else 'failed to validate name: topic_name argument is null')
     with rclpy_exceptions():
         return names.qualify_topic_name(name, node.name, node.namespace, is_service=is_service)
 
@@ -94,8 +100,9 @@ def resolved_action(name: str, node: NodeName, remaps: RemapRules) -> ResolvedAc
     return ResolvedAction(served, send_goal, cancel_goal, get_result, feedback, status)
 
 
-def _check_is_name(name: object, complaint: str) -> None:
-    if name is None:
-        raise RCLError(complaint)
+def check_is_name(name: object, complaint_of_none: str | None = None) -> None:
+    """Raise TypeError for what is no string; for None RCLError, where ROS 2's C library complains of it."""
+    if name is None and complaint_of_none:
+        raise RCLError(complaint_of_none)
     if not isinstance(name, str):
         raise TypeError(f'a name is a str, not {type(name).__name__}: {name!r}')

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Protocol
 
 from goalwire.entities.arguments import node_arguments, parameter_overrides
-from goalwire.entities.exceptions import InvalidHandle
+from goalwire.entities.exceptions import InvalidHandle, ShutDownError
 from goalwire.entities.names import (
     ResolvedAction,
     expanded_name,
@@ -59,10 +59,17 @@ class NodeCore:
 
     @property
     def port(self) -> NodePort:
-        """Through which endpoints are declared; raises InvalidHandle once the node is destroyed."""
+        """Through which endpoints are declared; raises as check_open does."""
+        self.check_open()
+        assert self._port is not None
+        return self._port
+
+    def check_open(self) -> None:
+        """Raise InvalidHandle once the node is destroyed, ShutDownError once its context has ended."""
         if self._port is None:
             raise InvalidHandle
-        return self._port
+        if not self.context.ok():
+            raise ShutDownError(f"node '{self.name.qualified}'")
 
     @property
     def destroyed(self) -> bool:

@@ -90,13 +90,14 @@ class NodeGraph:
     def wait_for_node(self, fully_qualified_node_name: str, timeout: float) -> bool:
         """Block until the node is there (True) or `timeout` seconds are over (False)."""
         namespace, _, name = fully_qualified_node_name.rpartition('/')
-        graph = self._graph
+        if not self.core.context.ok():
+            return False
+        graph = self.core.graph
         return wait_for_graph(self.core.context, lambda: graph.node_exists(name, namespace or '/'), timeout)
 
     @property
     def _graph(self) -> Graph:
-        if not self.core.context.ok():
-            raise RCLError("failed to ask the graph: the node's context is invalid")
+        self.core.check_open()
         return self.core.graph
 
     def _by_node(self, kind: EndpointKind, name: str, namespace: str) -> NamesAndTypes:

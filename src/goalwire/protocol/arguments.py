@@ -96,11 +96,6 @@ def parse_arguments(arguments: Sequence[str]) -> Arguments:
     return parser.result()
 
 
-def remove_ros_args(arguments: Sequence[str]) -> list[str]:
-    """Return what of a command line is not for ROS; raises as `parse_arguments` does."""
-    return list(parse_arguments(arguments).rest)
-
-
 def parse_parameter_rule(text: str) -> ParameterOverride:
     """Read `[node:]name:=value`; raises RuleSyntaxError with ROS 2's text."""
     lexer = Lexer(text)

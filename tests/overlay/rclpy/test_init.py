@@ -82,7 +82,7 @@ def test_a_node_keeps_its_names_after_shutdown() -> None:
     assert node.get_name() == 'a'
     assert node.get_fully_qualified_name() == '/a'
     assert node.get_clock().now().nanoseconds > 0
-    with pytest.raises(RCLError, match='context is invalid'):
+    with pytest.raises(RCLError, match='the context was shut down'):
         node.get_topic_names_and_types()
     node.destroy_node()
 
@@ -185,6 +185,19 @@ def test_spin_once_runs_one_callback() -> None:
     rclpy.spin_once(node, timeout_sec=0.01)
     assert called == [0, 1]
     node.destroy_node()
+
+
+def test_before_init_and_after_shutdown_there_is_nothing_to_spin() -> None:
+    context = Context()
+    context.init([])
+    node = Node('own', context=context)
+    with pytest.raises(NotInitializedException, match='cannot spin'):
+        rclpy.spin(node)
+    rclpy.init(args=[])
+    rclpy.shutdown()
+    with pytest.raises(NotInitializedException, match='cannot spin'):
+        rclpy.spin_once(node, timeout_sec=0)
+    context.shutdown()
 
 
 def test_spin_until_future_complete_ends_in_time() -> None:

@@ -120,7 +120,7 @@ def test_resolving_names(node: Node) -> None:
             node.resolve_service_name(wrong)
 
 
-@pytest.mark.parametrize('name', ['a b', '', 'a//b', '1a', 'a/', '/', 'a~', '{bad}'])
+@pytest.mark.parametrize('name', ['a b', '', 'a//b', '1a', 'a/', '/', 'a~'])
 def test_a_bad_topic_name_is_refused(node: Node, name: str) -> None:
     with pytest.raises(InvalidTopicNameException, match=r'^Invalid topic name: '):
         node.create_publisher(String, name, 1)
@@ -128,6 +128,31 @@ def test_a_bad_topic_name_is_refused(node: Node, name: str) -> None:
         node.create_subscription(String, name, nothing, 1)
     assert [publisher.topic_name for publisher in node.publishers] == ['/parameter_events']
     assert list(node.subscriptions) == []
+
+
+def test_an_unknown_substitution_is_a_value_error(node: Node) -> None:
+    text = r'^topic name .\{bad\}. is invalid: unknown substitution: \{bad\}$'
+    with pytest.raises(ValueError, match=text):
+        node.create_publisher(String, '{bad}', 1)
+    with pytest.raises(ValueError, match=text):
+        node.create_client(AddTwoInts, '{bad}')
+    with pytest.raises(RCLError, match=r'^failed to resolve name: unknown substitution: \{bad\}$'):
+        node.resolve_topic_name('{bad}')
+
+
+def test_after_shutdown_nothing_is_made_any_more(node: Node, context: Context) -> None:
+    context.shutdown()
+    for make in (
+        lambda: node.create_publisher(String, 'a', 1),
+        lambda: node.create_subscription(String, 'a', nothing, 1),
+        lambda: node.create_client(AddTwoInts, 'a'),
+        lambda: node.create_service(AddTwoInts, 'a', nothing),
+        lambda: node.create_timer(1, nothing),
+        lambda: node.create_guard_condition(nothing),
+    ):
+        with pytest.raises(RCLError, match=r"^node '/.*': the context was shut down"):
+            make()
+    assert not node.wait_for_node('/elsewhere', 10)
 
 
 @pytest.mark.parametrize('name', ['a b', 'a-b', '', '1a'])
@@ -330,6 +355,9 @@ def test_a_destroyed_node_takes_everything_along(make_node: MakeNode, context: C
         node.get_name,
         node.get_namespace,
         node.get_fully_qualified_name,
+        node.get_node_names,
+        lambda: node.count_publishers('a'),
+        lambda: node.resolve_topic_name('a'),
         lambda: node.create_publisher(String, 'a', 1),
         lambda: node.create_subscription(String, 'a', nothing, 1),
         lambda: node.create_client(AddTwoInts, 'a'),

@@ -7,6 +7,8 @@ import sys
 import pytest
 import rclpy.utilities as tested
 
+from goalwire.entities.exceptions import RCLInvalidROSArgsError, UnknownROSArgsError
+
 
 @pytest.mark.parametrize(
     ('given', 'left'),
@@ -19,6 +21,15 @@ import rclpy.utilities as tested
 )
 def test_ros_arguments_are_removed(given: list[str], left: list[str]) -> None:
     assert tested.remove_ros_args(given) == left
+
+
+def test_arguments_that_cannot_be_read_are_not_removed() -> None:
+    with pytest.raises(
+        RCLInvalidROSArgsError, match=r'^Failed to parse ROS arguments: '
+    ):
+        tested.remove_ros_args(['p', '--ros-args', '-r', 'bad'])
+    with pytest.raises(UnknownROSArgsError, match='--bad'):
+        tested.remove_ros_args(['p', '--ros-args', '--bad'])
 
 
 def test_the_program_s_own_arguments_are_the_default(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
+from goalwire.errors import NotInitializedException
 from rclpy.context import Context
 from rclpy.signals import SignalHandlerOptions, install_signal_handlers, uninstall_signal_handlers
 from rclpy.utilities import get_default_context, ok, try_shutdown
@@ -77,9 +78,11 @@ def init(
 
 
 def get_global_executor() -> Executor:
-    """Return the executor that spin() and its kin use by default."""
+    """Return the executor that spin() and its kin use; raises NotInitializedException before init()."""
     global _global_executor  # noqa: PLW0603 - one for the whole program, as in rclpy
     if _global_executor is None:
+        if not get_default_context().initialized:
+            raise NotInitializedException('cannot spin')
         from rclpy.executors import SingleThreadedExecutor
 
         _global_executor = SingleThreadedExecutor()

@@ -12,6 +12,7 @@ from goalwire.entities.exceptions import (
     NameValidationException,
     NodeNameNonExistentError,
     RCLError,
+    TopicExpansionError,
 )
 from goalwire.entities.node import NodeCore
 from goalwire.entities.node_graph import NodeGraph
@@ -157,11 +158,13 @@ class BaseNode(NodeGraph, NodeParameters):
 
     def resolve_topic_name(self, topic: str, *, only_expand: bool = False) -> str:
         """Return the fully-qualified name of a topic, remapped unless `only_expand`; raises RCLError."""
+        self._check_alive()
         with _failure_to_resolve():
             return self.core.resolve(topic, only_expand=only_expand)
 
     def resolve_service_name(self, service: str, *, only_expand: bool = False) -> str:
         """Return the fully-qualified name of a service, remapped unless `only_expand`; raises RCLError."""
+        self._check_alive()
         with _failure_to_resolve():
             return self.core.resolve(service, is_service=True, only_expand=only_expand)
 
@@ -318,7 +321,7 @@ class Node(BaseNode):
         Raises InvalidTopicNameException, TypeError or RuntimeError for a bad type or profile,
         UnsupportedEventTypeError for an event that the wire cannot tell, InvalidQosOverridesError.
         """
-        self._check_alive()
+        self.core.check_open()
         profile = self._overridden(QoSProfile.of(qos_profile), 'publisher', topic, qos_overriding_options)
         publisher: Publisher[MsgT] = publisher_class(self.core, msg_type, topic, profile.to_core())
         publisher.qos_profile = profile
@@ -342,7 +345,7 @@ class Node(BaseNode):
 
         With `raw` the callback gets serialized bytes. Raises as create_publisher does.
         """
-        self._check_alive()
+        self.core.check_open()
         profile = self._overridden(QoSProfile.of(qos_profile), 'subscription', topic, qos_overriding_options)
         group = self._group(callback_group)
         subscription = Subscription(self.core, msg_type, topic, callback, profile.to_core(), group, raw=raw)
@@ -388,7 +391,7 @@ class Node(BaseNode):
         callback_group: CallbackGroup | None = None,
     ) -> Client[RequestT, ResponseT]:
         """Create a service client. Raises InvalidServiceNameException, RuntimeError for a bad type."""
-        self._check_alive()
+        self.core.check_open()
         group = self._group(callback_group)
         client: Client[RequestT, ResponseT] = Client(
             self.core, service_support(srv_type), srv_name, qos_profile.to_core(), group
@@ -412,7 +415,7 @@ class Node(BaseNode):
 
         Raises InvalidServiceNameException, RuntimeError for a bad type.
         """
-        self._check_alive()
+        self.core.check_open()
         return self._offer(service_support(srv_type), srv_name, callback, qos_profile, callback_group)
 
     def _offer(
@@ -443,7 +446,7 @@ class Node(BaseNode):
 
         Raises RCLError below 0, TypeError or ValueError for what is no number.
         """
-        self._check_alive()
+        self.core.check_open()
         period_ns = int(float(timer_period_sec) * S_TO_NS)
         if period_ns < 0:
             raise RCLError('failed to create timer: timer period must be non-negative')
@@ -466,7 +469,7 @@ class Node(BaseNode):
         self, callback: Callable[[], object] | None, callback_group: CallbackGroup | None = None
     ) -> GuardCondition:
         """Create a guard condition, whose callback runs after each trigger()."""
-        self._check_alive()
+        self.core.check_open()
         group = self._group(callback_group)
         guard = GuardCondition(callback, group, context=self._context, home=self.core.home)
         self._guards.append(guard)
@@ -546,8 +549,8 @@ class Node(BaseNode):
 def _failure_to_resolve() -> Iterator[None]:
     try:
         yield
-    except NameValidationException as error:
-        raise RCLError(f'failed to resolve name: {error}') from None
+    except (NameValidationException, TopicExpansionError) as error:
+        raise RCLError(f'failed to resolve name: {error.reason}') from None
 
 
 def _destroy(entity: Any, owned: list[Any]) -> bool:

@@ -6,8 +6,8 @@ import sys
 import threading
 from collections.abc import Sequence
 
+from goalwire.entities.arguments import node_arguments
 from goalwire.execution.lifeline import provide_default_context
-from goalwire.protocol.arguments import remove_ros_args as _remove_ros_args
 from goalwire.transport import registry
 from rclpy.constants import S_TO_NS
 from rclpy.context import Context
@@ -29,8 +29,8 @@ def get_default_context(*, shutting_down: bool = False) -> Context:
 
 
 def remove_ros_args(args: Sequence[str] | None = None) -> list[str]:
-    """Return `args` (`sys.argv` where None) without `--ros-args … --`."""
-    return _remove_ros_args(sys.argv if args is None else args)
+    """Return `args` (`sys.argv` where None) without `--ros-args … --`; raises RCLInvalidROSArgsError."""
+    return list(node_arguments(sys.argv if args is None else args).rest)
 
 
 def ok(*, context: Context | None = None) -> bool:

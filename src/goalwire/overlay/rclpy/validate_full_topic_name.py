@@ -1,11 +1,12 @@
 """rclpy.validate_full_topic_name: which fully-qualified topic and service names there may be."""
 
-from goalwire.entities.names import rclpy_exceptions
+from goalwire.entities.names import check_is_name, rclpy_exceptions
 from goalwire.protocol import names
 
 
 def validate_full_topic_name(name: str, *, is_service: bool = False) -> bool:
     """Return True; raises InvalidTopicNameException or InvalidServiceNameException."""
+    check_is_name(name)
     with rclpy_exceptions():
         names.validate_full_topic_name(name, is_service=is_service)
     return True

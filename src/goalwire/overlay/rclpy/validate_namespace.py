@@ -1,11 +1,12 @@
 """rclpy.validate_namespace: which namespaces a node may live in."""
 
-from goalwire.entities.names import rclpy_exceptions
+from goalwire.entities.names import check_is_name, rclpy_exceptions
 from goalwire.protocol import names
 
 
 def validate_namespace(namespace: str) -> bool:
     """Return True; raises InvalidNamespaceException, which points at the character that is wrong."""
+    check_is_name(namespace)
     with rclpy_exceptions():
         names.validate_namespace(namespace)
     return True

@@ -1,11 +1,12 @@
 """rclpy.validate_node_name: which names a node may have."""
 
-from goalwire.entities.names import rclpy_exceptions
+from goalwire.entities.names import check_is_name, rclpy_exceptions
 from goalwire.protocol import names
 
 
 def validate_node_name(node_name: str) -> bool:
     """Return True; raises InvalidNodeNameException, which points at the character that is wrong."""
+    check_is_name(node_name)
     with rclpy_exceptions():
         names.validate_node_name(node_name)
     return True

@@ -1,6 +1,6 @@
 """rclpy.validate_topic_name: which topic and service names users may write."""
 
-from goalwire.entities.names import rclpy_exceptions
+from goalwire.entities.names import check_is_name, rclpy_exceptions
 from goalwire.protocol import names
 
 TOPIC_SEPARATOR_STRING = '/'
@@ -8,6 +8,7 @@ TOPIC_SEPARATOR_STRING = '/'
 
 def validate_topic_name(name: str, *, is_service: bool = False) -> bool:
     """Return True; raises InvalidTopicNameException or InvalidServiceNameException."""
+    check_is_name(name, 'failed to validate name: topic_name argument is null')
     with rclpy_exceptions():
         names.validate_topic_name(name, is_service=is_service)
     return True

@@ -11,6 +11,7 @@ from goalwire.protocol.names.lexer import RuleSyntaxError
 from goalwire.protocol.names.remapping import RemapRule, RemapRules, Remaps, parse_remap_rule
 from goalwire.protocol.names.validation import (
     InvalidName,
+    UnknownSubstitution,
     is_hidden_name,
     validate_enclave,
     validate_full_topic_name,
@@ -26,6 +27,7 @@ __all__ = [
     'RemapRules',
     'Remaps',
     'RuleSyntaxError',
+    'UnknownSubstitution',
     'absolute_namespace',
     'expand_topic_name',
     'is_hidden_name',

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from goalwire.protocol.names.validation import (
-    InvalidName,
+    UnknownSubstitution,
     validate_full_topic_name,
     validate_namespace,
     validate_node_name,
@@ -39,7 +39,7 @@ def expand_topic_name(name: str, node_name: str, namespace: str, *, is_service: 
 
     def value(found: re.Match[str]) -> str:
         if found[1] not in values:
-            raise InvalidName(kind, name, f'unknown substitution: {found[0]}', found.start())
+            raise UnknownSubstitution(kind, name, f'unknown substitution: {found[0]}', found.start())
         return values[found[1]]
 
     expanded = join(namespace, node_name) + name[1:] if name.startswith('~') else name

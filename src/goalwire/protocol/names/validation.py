@@ -46,6 +46,10 @@ class InvalidName(LocalError, ValueError):
         super().__init__(f"Invalid {kind}: {reason}:\n  '{name}'\n   {' ' * index}^")
 
 
+class UnknownSubstitution(InvalidName):
+    """A `{substitution}` that ROS 2 does not know, in a name that is well formed."""
+
+
 def validate_node_name(name: str) -> None:
     """Raise InvalidName unless `name` may name a node."""
     _raise_first('node name', name, _node_faults(name))

@@ -1,0 +1,77 @@
+"""The real rclpy of PyPI in an environment of its own, and programs run under it and under goalwire."""
+
+from __future__ import annotations
+
+import platform
+import sys
+from pathlib import Path
+from typing import NoReturn
+
+import pytest
+from helpers.environments import CannotInstall, Environment
+from helpers.isolation import isolated_env
+from helpers.processes import Program
+from helpers.traces import Outcome, Trace, read_trace
+
+FOLDER = Path(__file__).parent
+JAZZY = ('ros-rclpy[fastrtps]==7.1.6', 'ros-std-srvs==5.3.6', 'ros-geometry-msgs==5.3.6')
+HAS_WHEELS = sys.version_info[:2] == (3, 11) and (sys.platform, platform.machine()) == ('linux', 'x86_64')
+NOT_CHECKED = pytest.StashKey[str]()
+
+
+@pytest.fixture(scope='session')
+def real(pytestconfig: pytest.Config) -> Environment:
+    """An environment with the real rclpy, kept between test runs; skips where it cannot be had."""
+    if not HAS_WHEELS:
+        _skip(pytestconfig, 'PyPI has the real rclpy for CPython 3.11 on Linux x86-64 alone')
+    cache = pytestconfig.cache
+    assert cache is not None
+    folder = cache.mkdir('conformance') / '-'.join(JAZZY).replace('==', '-')
+    try:
+        return Environment.kept(folder, *JAZZY)
+    except CannotInstall as error:
+        if not error.unreachable:
+            raise
+        _skip(pytestconfig, f'PyPI cannot be reached: {error}')
+
+
+def _skip(config: pytest.Config, reason: str) -> NoReturn:
+    config.stash[NOT_CHECKED] = reason
+    pytest.skip(reason)
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
+    """Say in plain words that nothing was compared, where that is so."""
+    if reason := config.stash.get(NOT_CHECKED, None):
+        terminalreporter.section('goalwire was NOT compared with the real rclpy', red=True)
+        terminalreporter.line(reason)
+
+
+@pytest.fixture
+def trace(real: Environment, tmp_path: Path) -> Trace:
+    """A function that runs a program of `programs/` under both at once: goalwire's trace, the real one's."""
+
+    def run_both(name: str) -> tuple[list[Outcome], list[Outcome]]:
+        ours = _start(name, isolated_env('rmw_zenoh_cpp', tmp_path), Path(sys.executable), tmp_path / 'ours')
+        theirs = _start(
+            name,
+            isolated_env('rmw_fastrtps_cpp', tmp_path) | {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'},
+            real.python,
+            tmp_path / 'real',
+        )
+        with ours, theirs:
+            return _finish(ours, tmp_path / 'ours'), _finish(theirs, tmp_path / 'real')
+
+    return run_both
+
+
+def _start(name: str, env: dict[str, str], python: Path, trace: Path) -> Program:
+    tracer, program = FOLDER / 'tracer.py', FOLDER / 'programs' / f'{name}.py'
+    return Program(
+        tracer, str(program), str(trace), env=env | {'RCUTILS_COLORIZED_OUTPUT': '0'}, python=python
+    )
+
+
+def _finish(program: Program, trace: Path) -> list[Outcome]:
+    program.succeed(60)
+    return read_trace(trace.read_text(encoding='utf-8'))
