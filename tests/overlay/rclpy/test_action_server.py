@@ -390,6 +390,20 @@ def test_a_goal_cancelled_before_its_execution_may_end_without(make_node: MakeNo
     assert arena.server._decisions._handles == {}
 
 
+def test_no_callback_means_the_default_one(make_node: MakeNode, spin: Spin) -> None:
+    server, node = make_node('server'), make_node()
+    ActionServer(
+        server, Fibonacci, 'fib', succeed,
+        goal_callback=None, handle_accepted_callback=None, cancel_callback=None,
+    )  # fmt: skip
+    client = ActionClient(node, Fibonacci, 'fib')
+    assert client.wait_for_server(PATIENCE)
+    spin(server)
+    handle = result_of(client.send_goal_async(Goal(order=4)))
+    assert handle.accepted
+    assert list(result_of(handle.get_result_async()).result.sequence) == [4]
+
+
 def test_an_accepted_callback_that_raises_comes_out_of_spin(make_node: MakeNode, spin: Spin) -> None:
     def accepted(handle: Handle) -> None:
         raise ZeroDivisionError

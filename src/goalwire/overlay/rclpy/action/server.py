@@ -42,6 +42,8 @@ __all__ = [
 ]
 
 _Handle: TypeAlias = ServerGoalHandle[GoalT, ResultT, FeedbackT]
+_Decide: TypeAlias = Callable[[GoalT], GoalResponse | Awaitable[GoalResponse]]
+_Accepted: TypeAlias = Callable[[ServerGoalHandle[GoalT, ResultT, FeedbackT]], object]
 _Execute: TypeAlias = Callable[[ServerGoalHandle[GoalT, ResultT, FeedbackT]], ResultT | Awaitable[ResultT]]
 _Cancel: TypeAlias = Callable[
     [ServerGoalHandle[GoalT, ResultT, FeedbackT]], CancelResponse | Awaitable[CancelResponse]
@@ -76,11 +78,10 @@ class ActionServer(ActionServerCore, InboxWaitable, Generic[GoalT, ResultT, Feed
         execute_callback: _Execute[GoalT, ResultT, FeedbackT],
         *,
         callback_group: CallbackGroup | None = None,
-        goal_callback: Callable[[GoalT], GoalResponse | Awaitable[GoalResponse]] = default_goal_callback,
-        handle_accepted_callback: Callable[
-            [_Handle[GoalT, ResultT, FeedbackT]], object
-        ] = default_handle_accepted_callback,
-        cancel_callback: _Cancel[GoalT, ResultT, FeedbackT] = default_cancel_callback,
+        goal_callback: _Decide[GoalT] | None = default_goal_callback,
+        handle_accepted_callback: _Accepted[GoalT, ResultT, FeedbackT]
+        | None = default_handle_accepted_callback,
+        cancel_callback: _Cancel[GoalT, ResultT, FeedbackT] | None = default_cancel_callback,
         goal_service_qos_profile: QoSProfile = qos_profile_services_default,
         result_service_qos_profile: QoSProfile = qos_profile_services_default,
         cancel_service_qos_profile: QoSProfile = qos_profile_services_default,
@@ -90,12 +91,17 @@ class ActionServer(ActionServerCore, InboxWaitable, Generic[GoalT, ResultT, Feed
     ) -> None:
         """`result_timeout` in seconds: how long a result is kept; 0 not at all, a negative one for ever.
 
+        None for one of the callbacks stands for its default.
+
         Raises TypeError for an execute callback that cannot be called or a timeout that is no number,
         ValueError for a bad name.
         """
         _check_callable(execute_callback)
         callbacks = ActionCallbacks(
-            execute_callback, goal_callback, handle_accepted_callback, cancel_callback
+            execute_callback,
+            goal_callback or default_goal_callback,
+            handle_accepted_callback or default_handle_accepted_callback,
+            cancel_callback or default_cancel_callback,
         )
         qos = ActionQoS(
             goal_service_qos_profile.to_core(),
@@ -134,14 +140,12 @@ class ActionServer(ActionServerCore, InboxWaitable, Generic[GoalT, ResultT, Feed
         return self._action_type
 
     def register_handle_accepted_callback(
-        self, handle_accepted_callback: Callable[[_Handle[GoalT, ResultT, FeedbackT]], object] | None
+        self, handle_accepted_callback: _Accepted[GoalT, ResultT, FeedbackT] | None
     ) -> None:
         """Call this with each accepted goal instead of executing it at once; None restores the default."""
         self.callbacks.accepted = handle_accepted_callback or default_handle_accepted_callback
 
-    def register_goal_callback(
-        self, goal_callback: Callable[[GoalT], GoalResponse | Awaitable[GoalResponse]] | None
-    ) -> None:
+    def register_goal_callback(self, goal_callback: _Decide[GoalT] | None) -> None:
         """Let this decide about goals; None restores the default, which accepts."""
         self.callbacks.goal = goal_callback or default_goal_callback
 
