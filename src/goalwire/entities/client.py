@@ -8,6 +8,7 @@ from typing import Any
 from goalwire.entities.exceptions import InvalidHandle, ShutDownError
 from goalwire.entities.graph_waiting import wait_for_graph
 from goalwire.entities.node import NodeCore
+from goalwire.entities.service_introspection import Introspected, IntrospectedCall
 from goalwire.entities.type_support import ServiceSupport
 from goalwire.errors import ClosedError
 from goalwire.execution.blocking import block_on
@@ -27,13 +28,15 @@ NO_REASON = 'there is none, or it went away'
 class ResponseFuture(Future[Any]):
     """The response to one request; decoded by who asks for it, not by the transport's thread."""
 
-    __slots__ = ('_client', '_decode_response', 'reason', 'sequence', 'unanswered')
+    __slots__ = ('_client', '_decode_response', 'introspected', 'reason', 'sequence', 'unanswered')
 
     def __init__(self, client: ClientCore) -> None:
         super().__init__(home=client.node.home)
         self._client: ClientCore | None = client
         self._decode_response = client.support.decode_response
         self.sequence = 0
+        self.introspected: IntrospectedCall | None = None
+        """Where the steps of this call are told; None where nobody wants to know."""
         self.unanswered = False
         """True once the transport has said that no reply can come any more."""
         self.reason = ''
@@ -49,6 +52,8 @@ class ResponseFuture(Future[Any]):
         client, self._client = self._client, None
         if client is not None:
             client.pending.pop(sample.sequence, None)
+            if self.introspected is not None:
+                self.introspected.received(sample)
             if self.pending():
                 self.set_raw(sample.payload)
             client.count_response()
@@ -78,7 +83,7 @@ class ResponseFuture(Future[Any]):
         return self._decode_response(raw)
 
 
-class ClientCore:
+class ClientCore(Introspected):
     """Calls one service. `pending` maps the sequence numbers of unanswered requests to their futures."""
 
     counts_up = True
@@ -117,6 +122,9 @@ class ClientCore:
         if port is None:
             raise InvalidHandle
         future = ResponseFuture(self)
+        introspection = self.introspection
+        if introspection is not None:
+            future.introspected = IntrospectedCall(introspection, port.gid, request)
         self._send(port, self._encode(request), future)
         return future
 
@@ -128,6 +136,8 @@ class ClientCore:
                 raise InvalidHandle from None
             raise ShutDownError(f"cannot call '{self.full_name}'") from None
         future.sequence = sequence
+        if future.introspected is not None:
+            future.introspected.sent(sequence)
         self.pending[sequence] = future
         if future.over and self.pending.pop(sequence, None) is not None and future.unanswered:
             self.report_unanswered(future.reason)  # the end came before the sequence number
@@ -187,6 +197,7 @@ class ClientCore:
         if port is None:
             return
         self.node.disown(self)
+        self.end_introspection()
         for future in list(self.pending.values()):
             future.forget()
         port.close()

@@ -10,6 +10,7 @@ from goalwire.entities.answering import Answering
 from goalwire.entities.exceptions import InvalidHandle
 from goalwire.entities.node import NodeCore
 from goalwire.entities.request_server import RequestServer
+from goalwire.entities.service_introspection import Introspected, Step
 from goalwire.entities.type_support import ServiceSupport
 from goalwire.execution.callback_groups import CallbackGroup
 from goalwire.execution.inbox import Inbox
@@ -17,7 +18,7 @@ from goalwire.protocol.qos import QoS
 from goalwire.transport.contract import Request
 
 
-class ServiceCore:
+class ServiceCore(Introspected):
     """Answers requests of one service: `callback(request, response)` returns the response or a coroutine."""
 
     def __init__(
@@ -40,6 +41,7 @@ class ServiceCore:
         node.own(self)
 
     def _handle(self, request: Request, message: object) -> Coroutine[Any, Any, None] | None:
+        self._report(Step.REQUEST_RECEIVED, request, message)
         answer = self.callback(message, self.support.response())
         if isinstance(answer, CoroutineType):
             return Answering(answer, request, self.answer)
@@ -56,6 +58,12 @@ class ServiceCore:
                 f'return the {self.support.response.__name__} that it was given'
             )
         request.reply(self.support.encode_response(response))
+        self._report(Step.RESPONSE_SENT, request, response)
+
+    def _report(self, step: Step, request: Request, message: object) -> None:
+        introspection = self.introspection
+        if introspection is not None:
+            introspection.report(step, request.sample.gid, request.sample.sequence, message)
 
     @property
     def inbox(self) -> Inbox[Request]:
@@ -69,7 +77,11 @@ class ServiceCore:
         """
         if self._server.destroyed:
             raise InvalidHandle
-        return self._server.take()
+        taken = self._server.take()
+        if taken is not None:
+            message, request = taken
+            self._report(Step.REQUEST_RECEIVED, request, message)
+        return taken
 
     @property
     def destroyed(self) -> bool:
@@ -79,4 +91,5 @@ class ServiceCore:
     def destroy(self) -> None:
         """Undeclare; requests that wait are given up, so that their clients learn of it. Idempotent."""
         self.node.disown(self)
+        self.end_introspection()
         self._server.destroy()

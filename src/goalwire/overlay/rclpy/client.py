@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar
 from goalwire.entities.client import ClientCore, ResponseFuture
 from goalwire.entities.exceptions import InvalidHandle
 from goalwire.entities.type_support import ServiceType
+from rclpy.clock import Clock
 from rclpy.qos import QoSProfile
+from rclpy.service_introspection import ServiceIntrospectionState
 from rclpy.task import Future
 
 RequestT = TypeVar('RequestT')
@@ -24,6 +26,18 @@ class BaseClient(ClientCore, Generic[RequestT, ResponseT]):
     def service_is_ready(self) -> bool:
         """True while there is a server of this name and type."""
         return self.server_is_there()
+
+    def configure_introspection(
+        self,
+        clock: Clock,
+        service_event_qos_profile: QoSProfile,
+        introspection_state: ServiceIntrospectionState,
+    ) -> None:
+        """Publish each step of calls on `<service>/_service_event`, or stop that (OFF).
+
+        Raises TypeError for what is no state, InvalidHandle once destroyed.
+        """
+        self.introspect(clock, service_event_qos_profile.to_core(), introspection_state)
 
     @property
     def service_name(self) -> str:

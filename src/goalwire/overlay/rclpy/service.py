@@ -11,7 +11,9 @@ from goalwire.entities.service import ServiceCore
 from goalwire.entities.type_support import ServiceType
 from goalwire.transport.contract import Request
 from rclpy.callback_groups import CallbackGroup
+from rclpy.clock import Clock
 from rclpy.qos import QoSProfile
+from rclpy.service_introspection import ServiceIntrospectionState
 
 RequestT = TypeVar('RequestT')
 ResponseT = TypeVar('ResponseT')
@@ -27,6 +29,18 @@ class Service(ServiceCore, Generic[RequestT, ResponseT]):
     def srv_type(self) -> type[ServiceType[RequestT, ResponseT]]:
         """The service class; those of a node's standing services are made when first asked for."""
         return self.support.cls
+
+    def configure_introspection(
+        self,
+        clock: Clock,
+        service_event_qos_profile: QoSProfile,
+        introspection_state: ServiceIntrospectionState,
+    ) -> None:
+        """Publish each step of calls on `<service>/_service_event`, or stop that (OFF).
+
+        Raises TypeError for what is no state, InvalidHandle once destroyed.
+        """
+        self.introspect(clock, service_event_qos_profile.to_core(), introspection_state)
 
     @property
     def service_name(self) -> str:

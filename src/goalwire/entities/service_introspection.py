@@ -1,0 +1,189 @@
+"""Service events: each step of a call, on `<service>/_service_event` (rcl's service_introspection)."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from threading import RLock
+from typing import TYPE_CHECKING, Any
+
+from goalwire.entities.exceptions import InvalidHandle
+from goalwire.entities.type_support import message_support
+from goalwire.errors import ClosedError, GoalwireError
+from goalwire.logging import get_logger
+from goalwire.transport.contract import Endpoint, EndpointKind
+from goalwire.transport.outbox import Outbox
+
+if TYPE_CHECKING:
+    from goalwire.entities.node import NodeCore
+    from goalwire.entities.type_support import ServiceSupport
+    from goalwire.execution.clock import Clock
+    from goalwire.protocol.qos import QoS
+    from goalwire.transport.contract import Sample
+
+POSTFIX = '/_service_event'
+
+
+class ServiceIntrospectionState(IntEnum):
+    """What is published of the calls of a client or service."""
+
+    OFF = 0
+    METADATA = 1
+    CONTENTS = 2
+
+
+class Step(IntEnum):
+    """One step of a call (service_msgs/msg/ServiceEventInfo)."""
+
+    REQUEST_SENT = 0
+    REQUEST_RECEIVED = 1
+    RESPONSE_SENT = 2
+    RESPONSE_RECEIVED = 3
+
+
+class Introspected:
+    """Mixed into clients and services."""
+
+    node: NodeCore
+    support: ServiceSupport
+    full_name: str
+    introspection: ServiceIntrospection | None = None
+    """None while nothing is published."""
+
+    def introspect(self, clock: Clock, qos: QoS, state: ServiceIntrospectionState) -> None:
+        """Publish the steps of calls from now on, stamped by `clock`, or stop that.
+
+        Raises TypeError for what is no state, InvalidHandle once destroyed.
+        """
+        if not isinstance(state, ServiceIntrospectionState):
+            raise TypeError(f'{state!r} is no ServiceIntrospectionState')
+        if self.destroyed:
+            raise InvalidHandle
+        self.end_introspection()
+        if state is not ServiceIntrospectionState.OFF:
+            contents = state is ServiceIntrospectionState.CONTENTS
+            self.introspection = ServiceIntrospection(self, clock, qos, contents=contents)
+
+    @property
+    def destroyed(self) -> bool:
+        """True once destroyed."""
+        raise NotImplementedError
+
+    def end_introspection(self) -> None:
+        """Publish nothing more. Idempotent."""
+        current, self.introspection = self.introspection, None
+        if current is not None:
+            current.close()
+
+
+class ServiceIntrospection:
+    """Publishes the events of one client or service; what fails here is logged and harms no call."""
+
+    def __init__(self, owner: Introspected, clock: Clock, qos: QoS, *, contents: bool) -> None:
+        node, self._support = owner.node, owner.support
+        event: type = self._support.cls.Event  # type: ignore[attr-defined]  # it is a service class
+        support = message_support(event)
+        self._event: type[Any] = event
+        self._encode = support.encode
+        self._clock = clock
+        self._contents = contents
+        self._logger_name = node.logger_name
+        self._failed = False
+        self.topic = node.resolve(owner.full_name + POSTFIX)
+        endpoint = Endpoint(
+            EndpointKind.PUBLISHER,
+            self.topic,
+            support.type_name,
+            support.type_hash,
+            qos,
+            support.has_buffers,
+            waits_for_room=False,  # some steps are told on the transport's own threads
+        )
+        self._port = node.port.publisher(endpoint)
+        self.order = RLock()
+        """Held while steps are noted whose order matters; re-entrant, for a signal handler may call, too."""
+        self._outbox: Outbox[bytes] = Outbox(self._port.publish)
+
+    def report(self, step: Step, gid: bytes, sequence: int, message: object = None) -> None:
+        """Publish one step of the call that the client `gid` counts as `sequence`."""
+        self.note(step, gid, sequence, message)
+        self.flush()
+
+    def note(self, step: Step, gid: bytes, sequence: int, message: object = None) -> None:
+        """Put one step behind those that wait to be published."""
+        try:
+            self._outbox.post(self._event_of(step, gid, sequence, message))
+        except GoalwireError as error:
+            self._complain(error)
+
+    def flush(self) -> None:
+        """Publish what waits."""
+        try:
+            self._outbox.drain()
+        except ClosedError:
+            return  # the context, node or entity ends
+        except GoalwireError as error:
+            self._complain(error)
+
+    def decode(self, sample: Sample) -> object:
+        """Return the response in a sample; None where contents are not published, or cannot be decoded."""
+        try:
+            return self._support.decode_response(sample.payload) if self._contents else None
+        except GoalwireError:
+            return None  # who asks for the response gets the error
+
+    def _event_of(self, step: Step, gid: bytes, sequence: int, message: object) -> bytes:
+        from numpy import frombuffer, uint8
+
+        event = self._event()
+        info = event.info
+        info.event_type = step
+        info.stamp = self._clock.now().to_msg()
+        info.client_gid = frombuffer(gid, dtype=uint8)
+        info.sequence_number = sequence
+        if self._contents and message is not None:
+            if step in (Step.REQUEST_SENT, Step.REQUEST_RECEIVED):
+                event.request = [message]
+            else:
+                event.response = [message]
+        return self._encode(event)
+
+    def _complain(self, error: GoalwireError) -> None:
+        if not self._failed:
+            self._failed = True
+            get_logger(self._logger_name).error(
+                f"Topic '{self.topic}': an event was not published ({error}); later failures are not shown"
+            )
+
+    def close(self) -> None:
+        """Undeclare."""
+        self._port.close()
+
+
+class IntrospectedCall:
+    """One call as its client sees it. Within one process the reply may come before the sequence number."""
+
+    __slots__ = ('_gid', '_introspection', '_request')
+
+    def __init__(self, introspection: ServiceIntrospection, gid: bytes, request: object) -> None:
+        self._introspection = introspection
+        self._gid = gid
+        self._request: list[object] = [request]
+
+    def sent(self, sequence: int) -> None:
+        """Report that the request went out."""
+        with self._introspection.order:
+            self._note_request(sequence)
+        self._introspection.flush()
+
+    def received(self, sample: Sample) -> None:
+        """Report the response, and the request before it."""
+        introspection = self._introspection
+        response = introspection.decode(sample)
+        with introspection.order:
+            self._note_request(sample.sequence)
+            introspection.note(Step.RESPONSE_RECEIVED, self._gid, sample.sequence, response)
+        introspection.flush()
+
+    def _note_request(self, sequence: int) -> None:
+        if self._request:
+            self._introspection.note(Step.REQUEST_SENT, self._gid, sequence, self._request.pop())
