@@ -3,19 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from goalwire.entities.exceptions import RCLError, RCLInvalidROSArgsError, UnknownROSArgsError
-from goalwire.protocol.arguments import (
-    ArgumentError,
-    Arguments,
-    ParameterFile,
-    UnknownArguments,
-    parse_arguments,
-)
-
-if TYPE_CHECKING:
-    from goalwire.protocol.parameters import ParameterValue
+from goalwire.entities.parameter_files import with_files_read
+from goalwire.protocol.arguments import ArgumentError, Arguments, UnknownArguments, parse_arguments
 
 
 def process_arguments(args: Sequence[str]) -> Arguments:
@@ -23,7 +14,7 @@ def process_arguments(args: Sequence[str]) -> Arguments:
     if isinstance(args, str) or not all(isinstance(arg, str) for arg in args):
         raise TypeError(f'args must be a sequence of strings, as sys.argv is; got {args!r}')
     try:
-        return parse_arguments(args)
+        return with_files_read(parse_arguments(args))
     except UnknownArguments as error:
         raise UnknownROSArgsError(str(error)) from None
     except ArgumentError as error:
@@ -35,21 +26,8 @@ def node_arguments(cli_args: Sequence[str] | None) -> Arguments:
     if not cli_args:
         return Arguments()
     try:
-        return parse_arguments(cli_args)
+        return with_files_read(parse_arguments(cli_args))
     except UnknownArguments as error:
         raise UnknownROSArgsError(str(error)) from None
     except ArgumentError as error:
         raise RCLInvalidROSArgsError(f'Failed to parse ROS arguments: {error}') from None
-
-
-def parameter_overrides(arguments: Arguments, full_node_name: str) -> dict[str, ParameterValue]:
-    """Return what `-p` and `--params-file` give to a node's parameters, a later one winning."""
-    values: dict[str, ParameterValue] = {}
-    for item in arguments.parameters:
-        if isinstance(item, ParameterFile):
-            from goalwire.entities.parameter_files import parameters_from_file
-
-            values.update(parameters_from_file(item.path, full_node_name))
-        elif item.applies_to(full_node_name):
-            values[item.name] = item.value
-    return values

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Protocol
 
-from goalwire.entities.arguments import node_arguments, parameter_overrides
+from goalwire.entities.arguments import node_arguments
 from goalwire.entities.exceptions import InvalidHandle, ShutDownError
 from goalwire.entities.names import (
     ResolvedAction,
@@ -102,7 +102,7 @@ class NodeCore:
         """Return the values that the arguments give to this node's parameters, its own arguments last."""
         own, process = self._arguments
         qualified = self.name.qualified
-        return {**parameter_overrides(process, qualified), **parameter_overrides(own, qualified)}
+        return {**process.overrides_for(qualified), **own.overrides_for(qualified)}
 
     def own(self, entity: Owned) -> None:
         """Destroy `entity` together with the node."""

@@ -1,57 +1,38 @@
-"""Parameter files: YAML of node names (or `/**`), each with `ros__parameters` (rcl_yaml_param_parser)."""
+"""Reading the files that `--params-file` names: at once, so that mistakes are told before a node is made."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from goalwire.entities.exceptions import RCLError
+from goalwire.protocol.arguments import ArgumentError, Arguments, ParameterFile
+from goalwire.protocol.names.lexer import RuleSyntaxError
 
 if TYPE_CHECKING:
-    from goalwire.protocol.parameters import ParameterValue
-
-_KEY = 'ros__parameters'
+    from goalwire.protocol.parameters.files import NodeValues
 
 
-def parameters_from_file(path: str, full_node_name: str) -> dict[str, ParameterValue]:
-    """Return what a file gives to one node, by dotted names; raises RCLError that names file and key."""
-    import yaml
+def with_files_read(arguments: Arguments) -> Arguments:
+    """Return the arguments with their parameter files' content; raises ArgumentError that names the file."""
+    if not arguments.params_files:
+        return arguments
+    return replace(
+        arguments,
+        parameters=tuple(
+            replace(item, nodes=_read(item.path)) if isinstance(item, ParameterFile) else item
+            for item in arguments.parameters
+        ),
+    )
+
+
+def _read(path: str) -> NodeValues:
+    from goalwire.protocol.parameters.files import parse_parameter_file
 
     try:
-        content = yaml.safe_load(Path(path).read_text(encoding='utf-8'))
+        return parse_parameter_file(Path(path).read_bytes())
     except OSError as error:
-        raise RCLError(
-            f"failed to initialize rcl: Couldn't parse params file: '--params-file {path}'. "
-            f'Error: Error opening YAML file ({error.strerror})'
-        ) from None
-    except yaml.YAMLError as error:
-        raise RCLError(f"Couldn't parse params file '{path}': {error}") from None
-    values: dict[str, ParameterValue] = {}
-    for node, parameters in _nodes(content, '', path):
-        if node in {'/**', full_node_name}:
-            values.update(_flat(parameters, ''))
-    return values
-
-
-def _nodes(tree: Any, prefix: str, path: str) -> Iterator[tuple[str, dict[str, Any]]]:
-    if not isinstance(tree, dict):
-        raise RCLError(
-            f"Couldn't parse params file '{path}': '{prefix or '/'}' must hold node names, not {tree!r}"
-        )
-    for key, branch in tree.items():
-        name = f'{prefix}/{str(key).strip("/")}'
-        if isinstance(branch, dict) and _KEY in branch:
-            if not isinstance(branch[_KEY], dict):
-                raise RCLError(f"Couldn't parse params file '{path}': {_KEY} of '{name}' must be a mapping")
-            yield name, branch[_KEY]
-        else:
-            yield from _nodes(branch, name, path)
-
-
-def _flat(parameters: dict[str, Any], prefix: str) -> Iterator[tuple[str, ParameterValue]]:
-    for key, value in parameters.items():
-        if isinstance(value, dict):
-            yield from _flat(value, f'{prefix}{key}.')
-        else:
-            yield f'{prefix}{key}', value
+        reason = f'Error opening YAML file: {error.strerror}'
+    except RuleSyntaxError as error:
+        reason = str(error)
+    raise ArgumentError(f"Couldn't parse params file: '--params-file {path}'. Error: {reason}")

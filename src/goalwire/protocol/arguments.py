@@ -16,6 +16,7 @@ from goalwire.protocol.parameter_values import parse_parameter_value
 
 if TYPE_CHECKING:
     from goalwire.protocol.parameters import ParameterValue
+    from goalwire.protocol.parameters.files import NodeValues
 
 
 class ArgumentError(LocalError, ValueError):
@@ -38,16 +39,18 @@ class ParameterOverride:
     value: ParameterValue
     node: str | None = None
 
-    def applies_to(self, full_node_name: str) -> bool:
-        """True where the node with this fully qualified name takes the value."""
-        return self.node is None or full_node_name == f'/{self.node}'
+    @property
+    def nodes(self) -> NodeValues:
+        """The value, by parameter, by the name of the nodes that take it."""
+        return {self.node or '/**': {self.name: self.value}}
 
 
 @dataclass(frozen=True, slots=True)
 class ParameterFile:
-    """One `--params-file PATH`."""
+    """One `--params-file PATH`, and what it says once it has been read."""
 
     path: str
+    nodes: NodeValues = field(default_factory=dict, hash=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,12 +73,24 @@ class Arguments:
     """Remap rules found outside `--ros-args`; they count, and ROS 2 warns."""
 
     def overrides_for(self, full_node_name: str) -> dict[str, ParameterValue]:
-        """Return what the `-p` give to the node with this fully qualified name."""
-        return {
-            item.name: item.value
-            for item in self.parameters
-            if isinstance(item, ParameterOverride) and item.applies_to(full_node_name)
-        }
+        """Return what `-p` and the files give to the node with this fully qualified name.
+
+        As in rcl the values are collected by the names of nodes that they are for, `-p` without one meaning
+        `/**`. A later name wins over an earlier one, and counts from where it appeared first.
+        """
+        nodes: NodeValues = {}
+        for item in self.parameters:
+            for pattern, values in item.nodes.items():
+                nodes.setdefault(pattern, {}).update(values)
+        if not nodes:
+            return {}
+        from goalwire.protocol.parameters.files import matches
+
+        found: dict[str, ParameterValue] = {}
+        for pattern, values in nodes.items():
+            if matches(pattern, full_node_name):
+                found.update(values)
+        return found
 
     @property
     def params_files(self) -> tuple[str, ...]:

@@ -45,7 +45,7 @@ def parse_parameter_value(text: str) -> ParameterValue:
     import yaml
 
     try:
-        return _from_events(yaml.parse(text, Loader=yaml.SafeLoader))
+        return _from_events(iter(yaml.parse(text, Loader=yaml.SafeLoader)))
     except yaml.YAMLError as error:
         raise RuleSyntaxError('Error parsing an event') from error
 
@@ -102,30 +102,41 @@ def _from_events(events: Iterator[yaml.Event]) -> ParameterValue:
     import yaml
 
     value: ParameterValue = None
-    sequence: list[Scalar] | None = None
     for event in events:
         if isinstance(event, yaml.ScalarEvent):
-            scalar = _scalar(event)
-            if sequence is None:
-                value = scalar
-            else:
-                _append(sequence, scalar, _line(event))
+            value = plain_value(event)
         elif isinstance(event, yaml.SequenceStartEvent):
-            if sequence is not None:
-                raise RuleSyntaxError(f'Sequences of sequences are no parameters, at line {_line(event)}')
-            sequence = []
-        elif isinstance(event, yaml.SequenceEndEvent):
-            # An empty sequence has no element to tell its type: ROS 2 takes it for no value.
-            value, sequence = cast('ParameterValue', sequence or None), None
+            value = sequence_value(events)
         elif isinstance(event, yaml.MappingStartEvent | yaml.AliasEvent):
             raise RuleSyntaxError('Unknown YAML event')
     return value
 
 
-def _scalar(event: yaml.ScalarEvent) -> Scalar:
+def sequence_value(events: Iterator[yaml.Event]) -> ParameterValue:
+    """Read a sequence up to its end; None for an empty one. Raises RuleSyntaxError."""
+    import yaml
+
+    sequence: list[Scalar] = []
+    for event in events:
+        if isinstance(event, yaml.SequenceEndEvent):
+            break
+        if isinstance(event, yaml.ScalarEvent):
+            _append(sequence, plain_value(event), line_of(event))
+        elif isinstance(event, yaml.SequenceStartEvent):
+            raise RuleSyntaxError(f'Sequences of sequences are no parameters, at line {line_of(event)}')
+        elif isinstance(event, yaml.AliasEvent):
+            raise RuleSyntaxError(f'Will not support aliasing at line {line_of(event)}')
+        else:
+            raise RuleSyntaxError(f'Mappings in sequences are no parameters, at line {line_of(event)}')
+    # An empty sequence has no element to tell its type: ROS 2 takes it for no value.
+    return cast('ParameterValue', sequence or None)
+
+
+def plain_value(event: yaml.ScalarEvent) -> Scalar:
+    """Return what a scalar stands for, quoted or not; raises RuleSyntaxError for none."""
     quoted = event.style in {"'", '"'}
     if not event.value and not quoted:
-        raise RuleSyntaxError(f'No value at line {_line(event)}')
+        raise RuleSyntaxError(f'No value at line {line_of(event)}')
     if quoted or event.tag == 'tag:yaml.org,2002:str':
         return event.value
     return plain_scalar(event.value)
@@ -138,5 +149,6 @@ def _append(sequence: list[Scalar], scalar: Scalar, line: int) -> None:
     sequence.append(scalar)
 
 
-def _line(event: yaml.Event) -> int:
+def line_of(event: yaml.Event) -> int:
+    """Return the line, from 1, that an event begins on."""
     return event.start_mark.line + 1 if event.start_mark else 1

@@ -36,7 +36,7 @@ def started(isolated: dict[str, str]) -> Iterator[Started]:
 
     yield start
     for context in contexts:
-        context.shutdown()
+        context.try_shutdown()
 
 
 @pytest.fixture
