@@ -28,7 +28,7 @@ from std_msgs.msg import String
 from goalwire.entities.exceptions import RCLError, RCLInvalidROSArgsError
 
 
-def nothing(*_: object) -> None: ...
+def nothing(*_: object) -> Any: ...
 
 
 @pytest.fixture

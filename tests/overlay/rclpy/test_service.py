@@ -96,7 +96,7 @@ def test_what_is_no_response_raises_type_error_out_of_spin_and_gives_the_request
 
 def test_the_type_error_says_what_to_return(make_node: MakeNode, spin: Spin) -> None:
     node = make_node()
-    node.create_service(AddTwoInts, 'add', lambda request, response: None)
+    node.create_service(AddTwoInts, 'add', lambda request, response: None)  # type: ignore[arg-type, return-value]
     client = node.create_client(AddTwoInts, 'add')
     assert client.wait_for_service(10)
     spinner = spin(node)

@@ -37,7 +37,15 @@ def test_entities_are_tied_to_their_interfaces(tmp_path: Path) -> None:
             assert_type(client, Client[SetBool.Request, SetBool.Response])
             assert_type(client.call_async(SetBool.Request()), Future[SetBool.Response])
             assert_type(client.call(SetBool.Request()), SetBool.Response | None)
-            node.create_service(SetBool, 'b', lambda request, response: print(request.data) or response)
+            service = node.create_service(SetBool, 'b', lambda request, response: answer(request, response))
+            assert_type(service, Service[SetBool.Request, SetBool.Response])
+            node.create_service(SetBool, 'c', answer_later)
+
+        def answer(request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+            return SetBool.Response(success=request.data)
+
+        async def answer_later(request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+            return response
 
         def act(node: Node) -> None:
             client = ActionClient(node, Fibonacci, 'fib')
@@ -82,6 +90,7 @@ def test_entities_are_tied_to_their_interfaces(tmp_path: Path) -> None:
             node.create_publisher(String, 'a', 1).publish(SetBool.Request())
             node.create_client(SetBool, 'b').call_async(Trigger.Request())
             node.create_client(String, 'b')
+            node.create_service(Trigger, 'b', answer)
             client = ActionClient(node, Fibonacci, 'fib')
             client.send_goal_async(Fibonacci.Result())
             client.send_goal_async(Fibonacci.Goal(), lambda message: print(message.feedbak))

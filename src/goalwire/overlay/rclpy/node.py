@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Awaitable, Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TypeVar
 from weakref import ReferenceType, ref
@@ -406,7 +406,7 @@ class Node(BaseNode):
         self,
         srv_type: type[ServiceType[RequestT, ResponseT]],
         srv_name: str,
-        callback: Callable[[RequestT, ResponseT], object],
+        callback: Callable[[RequestT, ResponseT], ResponseT | Awaitable[ResponseT]],
         *,
         qos_profile: QoSProfile = qos_profile_services_default,
         callback_group: CallbackGroup | None = None,

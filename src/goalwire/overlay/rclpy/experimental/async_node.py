@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Awaitable, Callable, Sequence
 from contextlib import suppress
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self, TypeVar
 
+from goalwire.entities.asyncio_calls import AwaitedCalls
 from goalwire.entities.exceptions import RCLError, ShutDownError
 from goalwire.entities.graph_waiting import graph_shows
 from goalwire.entities.type_support import ServiceSupport, ServiceType, service_support
 from goalwire.errors import DestroyedError
 from goalwire.execution.asyncio_clock import AsyncClock
 from goalwire.execution.asyncio_host import LoopHost
+from goalwire.execution.asyncio_runs import Runs
 from rclpy.callback_groups import CallbackGroup, MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
 from rclpy.clock_type import ClockType
 from rclpy.constants import S_TO_NS
@@ -62,6 +64,7 @@ class AsyncNode(BaseNode):
         enable_logger_service: bool = False,
     ) -> None:
         """Raises NotInitializedException before init(), and rclpy's name exceptions."""
+        self._runs = Runs()
         super().__init__(
             node_name,
             context=context,
@@ -75,7 +78,7 @@ class AsyncNode(BaseNode):
             automatically_declare_parameters_from_overrides=automatically_declare_parameters_from_overrides,
             enable_logger_service=enable_logger_service,
         )
-        self._host = LoopHost(self.core.home, self.context.lifeline)
+        self._host = LoopHost(self.core.home, self.context.lifeline, self._runs)
 
     # -- its life ------------------------------------------------------------------------------------------
 
@@ -187,7 +190,7 @@ class AsyncNode(BaseNode):
         self,
         srv_type: type[ServiceType[RequestT, ResponseT]],
         srv_name: str,
-        callback: Callable[[RequestT, ResponseT], object],
+        callback: Callable[[RequestT, ResponseT], ResponseT | Awaitable[ResponseT]],
         *,
         qos_profile: QoSProfile = qos_profile_services_default,
         concurrent: bool = False,
@@ -233,6 +236,7 @@ class AsyncNode(BaseNode):
         )
         client.srv_type = srv_type
         client.qos_profile = qos_profile
+        client.calls = AwaitedCalls(client)
         client.on_destroy = self._adopted(client, self._clients)
         return client
 
@@ -263,12 +267,13 @@ class AsyncNode(BaseNode):
             with suppress(ValueError):
                 owned.remove(entity)
             if work is not None:
-                self._host.runs.cancel(work)
+                self._runs.cancel(work)
 
         return forget
 
     def _make_clock(self) -> AsyncClock:
-        return AsyncClock(clock_type=ClockType.ROS_TIME, lifeline=self.context.lifeline)
+        lifeline = self.context.lifeline
+        return AsyncClock(clock_type=ClockType.ROS_TIME, source=lifeline.clock, lifeline=lifeline)
 
     def _check_alive(self) -> None:
         if self.core.destroyed:
