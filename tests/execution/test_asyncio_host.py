@@ -13,6 +13,7 @@ from helpers.execution import SmallContext, SmallNode
 from helpers.loops import LOOPS, run
 
 from goalwire.execution.asyncio_host import LoopHost
+from goalwire.execution.asyncio_runs import Runs
 from goalwire.execution.blocking import why_it_cannot_answer
 from goalwire.execution.callback_groups import (
     CallbackGroup,
@@ -33,7 +34,8 @@ class World:
     def __init__(self) -> None:
         self.context = SmallContext()
         self.node = SmallNode()
-        self.host = LoopHost(self.node.home, self.context.lifeline)
+        self.runs = Runs()
+        self.host = LoopHost(self.node.home, self.context.lifeline, self.runs)
         self.seen: list[Any] = []
         self.enough = asyncio.Event()
         self.wanted = 1
@@ -321,7 +323,7 @@ def test_leaving_the_block_cancels_callbacks_and_waits_for_their_cleaning_up(wor
             inbox.deliver(1)
             await world.expect(1)
         assert world.seen == ['begun', 'cleaned up']
-        assert len(world.host.runs) == 0
+        assert len(world.runs) == 0
 
     run(scenario())
 

@@ -7,11 +7,11 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Self
 
 from goalwire.execution.asyncio_engine import LoopEngine
-from goalwire.execution.asyncio_runs import Runs
 
 if TYPE_CHECKING:
     from types import TracebackType
 
+    from goalwire.execution.asyncio_runs import Runs
     from goalwire.execution.home import Home
     from goalwire.execution.lifeline import Lifeline
 
@@ -23,9 +23,9 @@ class LoopHost:
     block cancels the callbacks that run and waits until they have cleaned up.
     """
 
-    def __init__(self, home: Home, lifeline: Lifeline) -> None:
-        self.runs = Runs()
-        """The coroutine callbacks under way."""
+    def __init__(self, home: Home, lifeline: Lifeline, runs: Runs) -> None:
+        """`runs` is where the coroutine callbacks under way are noted."""
+        self._runs = runs
         self._home = home
         self._lifeline = lifeline
         self._tasks: asyncio.TaskGroup | None = None
@@ -41,7 +41,7 @@ class LoopHost:
     async def __aenter__(self) -> Self:
         self._loop = asyncio.get_running_loop()
         self._tasks = await asyncio.TaskGroup().__aenter__()
-        self._engine = LoopEngine(self._home, self._lifeline, self._tasks, self.runs, self._over.set)
+        self._engine = LoopEngine(self._home, self._lifeline, self._tasks, self._runs, self._over.set)
         self._engine.open()
         return self
 
@@ -52,7 +52,7 @@ class LoopHost:
         assert self._engine is not None
         try:
             self._engine.close()
-            self.runs.cancel_all()
+            self._runs.cancel_all()
             await self._tasks.__aexit__(kind, error, trace)
         finally:
             self._tasks = self._engine = None

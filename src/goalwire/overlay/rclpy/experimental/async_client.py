@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import cast
 
-from goalwire.entities import asyncio_calls
+from goalwire.entities.asyncio_calls import AwaitedCalls
 from rclpy.client import BaseClient, RequestT, ResponseT
 
 
 class AsyncClient(BaseClient[RequestT, ResponseT]):
     """Made by AsyncNode.create_client."""
 
+    calls: AwaitedCalls
     on_destroy: Callable[[], object] | None = None
 
     async def call(self, request: RequestT) -> ResponseT:  # type: ignore[override]  # rclpy's name for it
@@ -20,18 +21,18 @@ class AsyncClient(BaseClient[RequestT, ResponseT]):
         Raises CancelledError where the client is destroyed meanwhile and RuntimeError where it was before,
         ShutDownError at shutdown; TypeError and EncodeError for what is no such request.
         """
-        return cast('ResponseT', await asyncio_calls.call(self, request))
+        return cast('ResponseT', await self.calls.call(request))
 
     async def wait_for_service(self, *, check_interval: float = 0.1) -> None:  # type: ignore[override]
         """Wait until there is a server; no interval passes in between, the graph's change wakes this.
 
         Raises InvalidHandle where the client is destroyed, ShutDownError at shutdown.
         """
-        await asyncio_calls.until_served(self)
+        await self.calls.until_served()
 
     def destroy(self) -> None:
         """Undeclare, and cancel the calls that wait for their responses. Idempotent."""
-        asyncio_calls.give_up(self)
+        self.calls.cancel()
         super().destroy()
         if self.on_destroy is not None:
             self.on_destroy()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from goalwire.transport.contract import Request
 from rclpy.service import RequestT, ResponseT, Service
 
 
@@ -11,6 +12,13 @@ class AsyncService(Service[RequestT, ResponseT]):
     """Made by AsyncNode.create_service."""
 
     on_destroy: Callable[[], object] | None = None
+
+    def answer(self, request: Request, response: object) -> None:
+        """Send the response; where the callback has destroyed its service or node, the client is told so."""
+        if self.destroyed:
+            request.drop('its service was destroyed')
+        else:
+            super().answer(request, response)
 
     def destroy(self) -> None:
         """Undeclare, and cancel the callbacks that run, save one that calls this. Idempotent.
