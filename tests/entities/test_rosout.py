@@ -1,4 +1,4 @@
-"""The message on /rosout is the one that the codec would make; who publishes what is tested with rclpy's nodes."""
+"""The message on /rosout is the one that the codec makes. Who publishes what: tests/overlay/rclpy."""
 
 from __future__ import annotations
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any
 
 import pytest
@@ -55,7 +54,7 @@ class World:
 
 
 @pytest.fixture
-def world(make_node: MakeNode, spin: Spin) -> Iterator[World]:
+def world(make_node: MakeNode, spin: Spin) -> World:
     world = World(*(make_node(name, namespace='ns') for name in ('caller', 'server', 'listener')))
     spin(*world.nodes)
     return world
