@@ -15,6 +15,7 @@ from goalwire.codec import cdr
 from goalwire.entities.action_endpoints import ActionQoS
 from goalwire.entities.client import NO_REASON, REASONS_LIMIT
 from goalwire.entities.client_goal import ClientGoal, ClientGoalHandle
+from goalwire.entities.endpoint import describe_endpoint
 from goalwire.entities.exceptions import InvalidHandle, ShutDownError
 from goalwire.entities.goal_ids import goal_id_bytes
 from goalwire.entities.graph_waiting import wait_for_graph
@@ -33,7 +34,7 @@ from goalwire.protocol.goals.ids import GoalId, new_goal_id
 from goalwire.protocol.goals.status import decode_status_array
 from goalwire.protocol.goals.table import GoalStatus
 from goalwire.protocol.qos import QoS
-from goalwire.transport.contract import ClientPort, Endpoint, EndpointKind, Payload, Port, Sample
+from goalwire.transport.contract import ClientPort, EndpointKind, Payload, Port, Sample
 
 FEEDBACK_LIMIT = 1000
 """Feedback messages that may wait for one goal's callback; the oldest is dropped and counted."""
@@ -95,21 +96,12 @@ class ActionClientCore:
         node.own(self)
 
     def _client(self, name: str, support: ServiceSupport, qos: QoS) -> ClientPort:
-        return self.node.port.client(
-            Endpoint(EndpointKind.CLIENT, name, support.type_name, support.type_hash, qos)
-        )
+        return self.node.port.client(describe_endpoint(self.node, EndpointKind.CLIENT, name, support, qos))
 
     def _subscription(
         self, name: str, support: MessageSupport, qos: QoS, deliver: Callable[[Sample], None]
     ) -> Port:
-        endpoint = Endpoint(
-            EndpointKind.SUBSCRIPTION,
-            name,
-            support.type_name,
-            support.type_hash,
-            qos,
-            support.has_buffers,
-        )
+        endpoint = describe_endpoint(self.node, EndpointKind.SUBSCRIPTION, name, support, qos)
         return self.node.port.subscription(endpoint, deliver)
 
     # -- sending -------------------------------------------------------------------------------------------

@@ -7,6 +7,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Any
 
+from goalwire.entities.endpoint import describe_endpoint
 from goalwire.entities.names import ResolvedAction
 from goalwire.entities.node import NodeCore
 from goalwire.entities.request_server import RequestServer
@@ -14,7 +15,7 @@ from goalwire.entities.type_support import ActionSupport, MessageSupport, Servic
 from goalwire.execution.callback_groups import CallbackGroup
 from goalwire.protocol.goals import wire
 from goalwire.protocol.qos import ACTION_STATUS_DEFAULT, DEFAULT, SERVICES_DEFAULT, QoS
-from goalwire.transport.contract import Endpoint, EndpointKind, Payload, PublisherPort, Request
+from goalwire.transport.contract import EndpointKind, Payload, PublisherPort, Request
 
 Handle = Callable[[Request, Any], object]
 """Called with a request and what was decoded of it."""
@@ -98,13 +99,5 @@ class ActionServerEndpoints:
         self, name: str, support: MessageSupport, qos: QoS, *, patient: bool = False
     ) -> PublisherPort:
         return self._node.port.publisher(
-            Endpoint(
-                EndpointKind.PUBLISHER,
-                name,
-                support.type_name,
-                support.type_hash,
-                qos,
-                support.has_buffers,
-                waits_for_room=patient,
-            )
+            describe_endpoint(self._node, EndpointKind.PUBLISHER, name, support, qos, waits_for_room=patient)
         )

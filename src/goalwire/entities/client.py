@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from goalwire.entities.endpoint import describe_endpoint
 from goalwire.entities.exceptions import InvalidHandle, ShutDownError
 from goalwire.entities.graph_waiting import wait_for_graph
 from goalwire.entities.node import NodeCore
@@ -17,7 +18,7 @@ from goalwire.execution.future import Future
 from goalwire.execution.steady import deadline_after
 from goalwire.logging import get_logger
 from goalwire.protocol.qos import QoS
-from goalwire.transport.contract import ClientPort, Endpoint, EndpointKind, Sample
+from goalwire.transport.contract import ClientPort, EndpointKind, Sample
 
 REASONS_LIMIT = 10
 """Different reasons for missing answers that one client logs: servers choose their words."""
@@ -105,7 +106,7 @@ class ClientCore(Introspected):
         self._reported: set[str] = set()
         self.full_name = node.resolve(name, is_service=True)
         self._encode = support.encode_request
-        endpoint = Endpoint(EndpointKind.CLIENT, self.full_name, support.type_name, support.type_hash, qos)
+        endpoint = describe_endpoint(node, EndpointKind.CLIENT, self.full_name, support, qos)
         self._port: ClientPort | None = node.port.client(endpoint)
         node.own(self)
 

@@ -6,13 +6,13 @@ from collections.abc import Callable
 from functools import cached_property
 from typing import TYPE_CHECKING, Generic, TypeVar
 
-from goalwire.entities.endpoint_qos import endpoint_qos
+from goalwire.entities.endpoint import describe_endpoint
 from goalwire.entities.exceptions import InvalidHandle, ShutDownError
 from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import MessageSupport, message_support
 from goalwire.errors import ClosedError
 from goalwire.protocol.qos import QoS
-from goalwire.transport.contract import Endpoint, EndpointKind, PublisherPort
+from goalwire.transport.contract import EndpointKind, PublisherPort
 
 if TYPE_CHECKING:
     from goalwire.entities.qos_events import EndpointEvents
@@ -34,14 +34,7 @@ class PublisherCore(Generic[MsgT]):
             self.support = message_support(msg_type)
             self._encode = self.support.encode  # made now: the first publish shall not be the slow one
         self.full_name = node.resolve(topic)
-        endpoint = Endpoint(
-            EndpointKind.PUBLISHER,
-            self.full_name,
-            self.support.type_name,
-            self.support.type_hash,
-            endpoint_qos(node, EndpointKind.PUBLISHER, self.full_name, qos),
-            self.support.has_buffers,
-        )
+        endpoint = describe_endpoint(node, EndpointKind.PUBLISHER, self.full_name, self.support, qos)
         self._endpoint = endpoint
         self._events: EndpointEvents | None = None
         self._port: PublisherPort | None = node.port.publisher(endpoint)

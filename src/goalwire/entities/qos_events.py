@@ -96,6 +96,11 @@ class EndpointEvents:
         """
         if self._closed:
             raise InvalidHandle
+        kind = self.endpoint.kind
+        known = PublisherEvent if kind is EndpointKind.PUBLISHER else SubscriptionEvent
+        if not isinstance(event, known):
+            choice = ', '.join(each.name for each in known)
+            raise TypeError(f'a {kind.value} has no event {event!r}: choose one of {choice}')
         reader = EventReader(self, event, group, callback)
         with self._lock:
             self._readers += (reader,)
@@ -132,11 +137,6 @@ class EndpointEvents:
 
     def _start(self, event: EventType) -> None:
         """See to it that an event is counted."""
-        kind = self.endpoint.kind
-        known = PublisherEvent if kind is EndpointKind.PUBLISHER else SubscriptionEvent
-        if not isinstance(event, known):
-            choice = ', '.join(each.name for each in known)
-            raise TypeError(f'a {kind.value} has no event {event!r}: choose one of {choice}')
         with self._lock:
             if event in self._started:
                 return
@@ -145,7 +145,7 @@ class EndpointEvents:
             return
         if self._watch_arrivals is not None and event is SubscriptionEvent.RCL_SUBSCRIPTION_MESSAGE_LOST:
             self._watch_arrivals(self._note_arrival)
-        elif event not in _FROM_GRAPH[kind]:
+        elif event not in _FROM_GRAPH[self.endpoint.kind]:
             self._started.discard(event)
             raise UnsupportedEventTypeError(event.name, self.endpoint.name, registry.selected_identifier())
         self._watch_graph()

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from goalwire.entities.endpoint import describe_endpoint
 from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import ServiceSupport
 from goalwire.errors import RemoteError
@@ -12,7 +13,7 @@ from goalwire.execution.callback_groups import CallbackGroup
 from goalwire.execution.inbox import Inbox
 from goalwire.logging import get_logger
 from goalwire.protocol.qos import QoS
-from goalwire.transport.contract import Endpoint, EndpointKind, Payload, Port, Request
+from goalwire.transport.contract import EndpointKind, Payload, Port, Request
 
 QUEUE_LIMIT = 10_000
 """Requests that may wait at one server. Beyond it the newest is refused, counted and logged, whatever the
@@ -54,9 +55,9 @@ class RequestServer:
         self.inbox: Inbox[Request] = Inbox(
             node.home, group, self._handle, depth=QUEUE_LIMIT, overflow='refuse'
         )
-        self._endpoint = Endpoint(
-            EndpointKind.SERVICE, self.full_name, support.type_name, support.type_hash, qos
-        )
+        self.entity: object = self
+        """Of what this is a part: what executors written by users are told."""
+        self._endpoint = describe_endpoint(node, EndpointKind.SERVICE, self.full_name, support, qos)
         self._port: Port | None = None
         self._destroyed = False
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Generic, TypedDict, TypeVar
 
-from goalwire.entities.endpoint_qos import endpoint_qos
+from goalwire.entities.endpoint import describe_endpoint
 from goalwire.entities.exceptions import InvalidHandle
 from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import message_support
@@ -14,7 +14,7 @@ from goalwire.execution.callback_groups import CallbackGroup
 from goalwire.execution.inbox import Inbox
 from goalwire.logging import get_logger
 from goalwire.protocol.qos import QoS
-from goalwire.transport.contract import Endpoint, EndpointKind, Port, Sample
+from goalwire.transport.contract import EndpointKind, Port, Sample
 
 if TYPE_CHECKING:
     from goalwire.entities.qos_events import EndpointEvents
@@ -61,14 +61,7 @@ class SubscriptionCore(Generic[MsgT]):
         self.full_name = node.resolve(topic)
         depth = None if qos.keeps_all else qos.depth or _DEFAULT_DEPTH
         self.inbox: Inbox[Sample] = Inbox(node.home, group, self._handle, depth=depth)
-        endpoint = Endpoint(
-            EndpointKind.SUBSCRIPTION,
-            self.full_name,
-            self.support.type_name,
-            self.support.type_hash,
-            endpoint_qos(node, EndpointKind.SUBSCRIPTION, self.full_name, qos),
-            self.support.has_buffers,
-        )
+        endpoint = describe_endpoint(node, EndpointKind.SUBSCRIPTION, self.full_name, self.support, qos)
         self._endpoint = endpoint
         self._events: EndpointEvents | None = None
         self._note_arrival: Callable[[Sample], None] | None = None

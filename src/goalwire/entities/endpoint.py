@@ -1,21 +1,42 @@
-"""The QoS that an endpoint is declared with: what its user left open is settled by who is there."""
+"""What an entity declares on the wire. What its user left open in the QoS is settled by who is there."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
 from goalwire.entities.exceptions import RCLError
+from goalwire.entities.type_support import MessageSupport, ServiceSupport
 from goalwire.graph.mismatch import opposite
 from goalwire.protocol import qos_best_available
-from goalwire.transport.contract import EndpointKind
+from goalwire.transport.contract import Endpoint, EndpointKind
 
 if TYPE_CHECKING:
     from goalwire.entities.node import NodeCore
     from goalwire.protocol.qos import QoS
 
 
-def endpoint_qos(node: NodeCore, kind: EndpointKind, name: str, qos: QoS) -> QoS:
-    """Return `qos` with BEST_AVAILABLE made concrete; raises RCLError for a policy that is UNKNOWN."""
+def describe_endpoint(
+    node: NodeCore,
+    kind: EndpointKind,
+    name: str,
+    support: MessageSupport | ServiceSupport,
+    qos: QoS,
+    *,
+    waits_for_room: bool | None = None,
+) -> Endpoint:
+    """Return the endpoint of a fully qualified name; raises RCLError for a policy that is UNKNOWN."""
+    return Endpoint(
+        kind,
+        name,
+        support.type_name,
+        support.type_hash,
+        _settled(node, kind, name, qos),
+        isinstance(support, MessageSupport) and support.has_buffers,
+        waits_for_room=waits_for_room,
+    )
+
+
+def _settled(node: NodeCore, kind: EndpointKind, name: str, qos: QoS) -> QoS:
     for policy in ('history', 'reliability', 'durability', 'liveliness'):
         if getattr(qos, policy).name == 'UNKNOWN':
             raise RCLError(
@@ -24,7 +45,7 @@ def endpoint_qos(node: NodeCore, kind: EndpointKind, name: str, qos: QoS) -> QoS
             )
     if not qos_best_available.is_open(qos):
         return qos
-    if kind in (EndpointKind.SERVICE, EndpointKind.CLIENT):
+    if kind in {EndpointKind.SERVICE, EndpointKind.CLIENT}:
         return qos_best_available.for_service(qos)
     others = [each.qos for each in node.graph.entities(opposite(kind), name)]
     if kind is EndpointKind.PUBLISHER:
