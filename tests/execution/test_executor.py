@@ -400,8 +400,10 @@ def test_wait_for_ready_callbacks_hands_out_one_piece_of_work(
 ) -> None:
     single.add_node(node)
     ran: list[int] = []
-    GuardCondition(lambda: ran.append(1), None, home=node.home).trigger()
-    handler, _, found = single.wait_for_ready_callbacks(timeout_sec=0)
+    guard = GuardCondition(lambda: ran.append(1), None, home=node.home)
+    guard.trigger()
+    handler, entity, found = single.wait_for_ready_callbacks(timeout_sec=0)
+    assert entity is guard
     assert found is node
     assert ran == []
     handler()

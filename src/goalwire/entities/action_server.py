@@ -77,6 +77,8 @@ class ActionServerCore:
         self._endpoints.open(
             self._decisions.on_goal, self._on_result, self._decisions.on_cancel, self._split_goal
         )
+        for server in self._endpoints.servers:
+            server.entity = self
         node.own(self)
 
     def _split_goal(self, payload: Payload) -> tuple[GoalId, Any]:

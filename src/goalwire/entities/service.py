@@ -36,6 +36,7 @@ class ServiceCore(Introspected):
         self.callback = callback
         self.qos = qos
         self._server = RequestServer(node, support, name, self._handle, qos, group)
+        self._server.entity = self
         self.full_name = self._server.full_name
         self._server.open()
         node.own(self)

@@ -187,10 +187,11 @@ class Executor(Engine):
         timeout_sec: Timeout = None,
         nodes: list[Any] | None = None,  # noqa: ARG002
         condition: Callable[[], bool] = bool,
-    ) -> tuple[Task[None], Work, Any]:
+    ) -> tuple[Task[None], object, Any]:
         """Wait for one piece of ready work, for executors written by users.
 
-        Returns a task that runs it, the work, and its node (None for what is the executor's own). Raises
+        Returns a task that runs it, the entity whose callback it is, and its node (both None for a task).
+        `nodes` is not looked at: every node of this executor is waited for. Raises
         TimeoutException, ShutdownException, ExternalShutdownException, ConditionReachedException.
         """
         deadline = self._deadline(timeout_sec)
@@ -201,7 +202,7 @@ class Executor(Engine):
                 work = self._take(parker, condition, deadline)
                 if work is not None:
                     node = next((node for node in self.get_nodes() if node.home is work.home), None)
-                    return Task(partial(self._perform_and_raise, work)), work, node
+                    return Task(partial(self._perform_and_raise, work)), work.entity, node
                 if self._is_shutdown:
                     raise ShutdownException
                 if condition():

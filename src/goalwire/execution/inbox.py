@@ -64,6 +64,12 @@ class Inbox(Work, Generic[E]):
         return True
 
     @property
+    def entity(self) -> object:
+        """What handles the events, or what that says that it is a part of."""
+        owner = getattr(self._handle, '__self__', None)
+        return getattr(owner, 'entity', owner)
+
+    @property
     def backlog(self) -> int:
         return len(self._events)
 

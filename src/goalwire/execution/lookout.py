@@ -35,6 +35,11 @@ class Lookout(Work):
         self._missed = self._found = self._closed = False
         self._error: BaseException | None = None
 
+    @property
+    def entity(self) -> object:
+        """The waitable."""
+        return self.waitable
+
     def wake(self) -> None:
         """Get the executor to look. Any thread."""
         queue = self.home.queue

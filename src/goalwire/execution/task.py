@@ -168,6 +168,11 @@ class TaskWork(Work):
         self.task = task
         self._fail = fail
 
+    @property
+    def entity(self) -> object:
+        """None: nothing of ROS 2."""
+        return None
+
     def run(self) -> object:
         return self.task.begin(self._fail)
 

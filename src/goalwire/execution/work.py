@@ -22,6 +22,11 @@ class Work:
         self.group = group
 
     @property
+    def entity(self) -> object:
+        """Whose callbacks these are: what an executor written by a user is told."""
+        return self
+
+    @property
     def backlog(self) -> int:
         """How many events wait here."""
         return 1

@@ -270,6 +270,32 @@ def test_spin_once_runs_it_and_nothing_else(
     assert waits.taken.expect(1, PATIENCE) == ['taken']
 
 
+def test_executors_written_by_users_are_told_whose_callback_it_is(make_node: MakeNode) -> None:
+    node = make_node()
+    guard = node.create_guard_condition(None)
+    waits = added(node, Waits('guard_condition', guard))
+    subscription = node.create_subscription(String, 'words', print, 10)
+    service = node.create_service(SetBool, 'switch', lambda _, response: response)
+    client = node.create_client(SetBool, 'switch')
+    publisher = node.create_publisher(String, 'words', 10)
+    wait_until(node.context, lambda: publisher.get_subscription_count() == 1)
+    assert client.wait_for_service(PATIENCE)
+    with SingleThreadedExecutor(context=node.context) as executor:
+        executor.add_node(node)
+        for act, entity in (
+            (guard.trigger, waits),
+            (lambda: publisher.publish(String()), subscription),
+            (lambda: client.call_async(SetBool.Request()), service),
+        ):
+            act()
+            seen: list[object] = []
+            while entity not in seen:
+                handler, found, where = executor.wait_for_ready_callbacks(timeout_sec=PATIENCE)
+                assert where is node
+                seen.append(found)
+                handler()
+
+
 def test_it_moves_with_its_node(make_node: MakeNode, context: Context) -> None:
     node = make_node()
     guard = GuardCondition(None, None, context)
