@@ -106,8 +106,13 @@ class ClockSubscription(SubscriptionCore['ClockMessage']):
         super().__init__(node, ClockMessage, CLOCK_TOPIC, source.clock_callback, CLOCK_QOS, group)
 
     def _deliver(self, sample: Sample) -> None:
+        try:
+            time_ns = self._time_of(sample)
+        except RemoteError as error:
+            self._reject(error)
+            return
         with self._order:
-            if not self._queued and self._advanced(sample):
+            if not self._queued and self._source.advance_quietly(time_ns):
                 return
             self._queued = True
             super()._deliver(sample)
@@ -124,12 +129,12 @@ class ClockSubscription(SubscriptionCore['ClockMessage']):
         self._handle(sample)
         return True
 
-    def _advanced(self, sample: Sample) -> bool:
-        try:
-            stamp = self.support.decode(sample.payload).clock
-        except RemoteError:
-            return False  # the usual way rejects it
-        return stamp.sec >= 0 and self._source.advance_quietly(stamp.sec * S_TO_NS + stamp.nanosec)
+    def _time_of(self, sample: Sample) -> int:
+        stamp = self.support.decode(sample.payload).clock
+        if stamp.sec < 0:
+            raise RemoteError(f'no clock shows a time before 0, and {stamp.sec} s was sent')
+        time_ns: int = stamp.sec * S_TO_NS + stamp.nanosec
+        return time_ns
 
     def _handle(self, sample: Sample) -> object:
         try:

@@ -2,17 +2,29 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from goalwire.execution.current import HELD, THREAD, current_executor, current_group
+from goalwire.execution.waiting import Waiter
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from goalwire.execution.callback_groups import CallbackGroup
+    from goalwire.execution.clock import Clock
     from goalwire.execution.future import Future
     from goalwire.execution.home import Home
     from goalwire.execution.lifeline import Lifeline
 
-__all__ = ['block_on', 'current_executor', 'current_group', 'why_it_cannot_answer']
+__all__ = [
+    'block_on',
+    'block_on_clock',
+    'current_executor',
+    'current_group',
+    'thread_lent',
+    'why_it_cannot_answer',
+]
 
 
 def block_on(future: Future[Any], deadline: int | None, lifeline: Lifeline) -> bool:
@@ -25,6 +37,35 @@ def block_on(future: Future[Any], deadline: int | None, lifeline: Lifeline) -> b
     executor.lend_thread(1)
     try:
         return future.wait(deadline, clock=lifeline.clock, lifeline=lifeline)
+    finally:
+        executor.lend_thread(-1)
+
+
+def block_on_clock(future: Future[Any], clock: Clock, until_ns: int, lifeline: Lifeline) -> bool:
+    """Block until `future` is settled (True); False when `clock` shows `until_ns`, or at the lifeline's end.
+
+    A switch between system and simulated time ends it, too: `until_ns` means nothing then.
+    """
+    waiter = Waiter()
+    future.add_waker(waiter.wake)
+    try:
+        with thread_lent():
+            clock.wait_until(until_ns, waiter, lifeline, future.settled)
+        return future.settled()
+    finally:
+        future.remove_waker(waiter.wake)
+
+
+@contextmanager
+def thread_lent() -> Iterator[None]:
+    """Give the executor of the calling callback a thread more, while this one waits for others."""
+    executor = current_executor()
+    if executor is None:
+        yield
+        return
+    executor.lend_thread(1)
+    try:
+        yield
     finally:
         executor.lend_thread(-1)
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Protocol
 from weakref import ReferenceType, ref
 
 from goalwire.errors import LocalError, NotInitializedException
+from goalwire.execution.blocking import thread_lent
 from goalwire.execution.jump import ClockChange, JumpHandle, JumpThreshold, TimeJump, TimeJumpDictionary
 from goalwire.execution.lifeline import ContextLike, default_context
 from goalwire.execution.steady import STEADY, SteadyClock
@@ -272,8 +273,8 @@ class ROSClock(Clock):
             waiter.wake()
 
     def _doze(self, waiter: Waiter, missing_ns: int) -> None:
-        if self._active:
-            if not any(help_on() for help_on in self.on_doze):
-                self.source.wait(waiter, None)
-        else:
+        if not self._active:
             super()._doze(waiter, missing_ns)
+        elif not any(help_on() for help_on in self.on_doze):
+            with thread_lent():  # who makes the time may be among this executor's callbacks
+                self.source.wait(waiter, None)

@@ -11,6 +11,7 @@ from builtin_interfaces.msg import Time as Stamp
 from helpers.collector import Collector
 from helpers.spinning import PATIENCE, MakeNode, Spin, wait_until
 from rcl_interfaces.msg import SetParametersResult
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.clock import Clock, JumpThreshold, ROSClock, TimeJump
 from rclpy.clock_type import ClockType
 from rclpy.duration import Duration
@@ -154,6 +155,8 @@ def test_what_is_no_clock_message_changes_nothing(simulated: Node, simulator: Si
     simulator.say(b'\x00\x01\x00\x00\x07')
     simulator.say(b'\x00\x01\x00\x00' + (-3).to_bytes(4, 'little', signed=True) + bytes(4))
     simulator.set(6, clock)
+    [subscription] = simulated.subscriptions
+    assert subscription.rejected == 2
     assert clock.now() == ros(6)
 
 
@@ -206,6 +209,27 @@ def test_a_rate_in_a_callback_ticks_in_simulated_time(
     ticks.expect(1)
     simulator.set(2, clock)
     assert ticks.expect(2) == [ros(1), ros(2)]
+
+
+def test_callbacks_may_sleep_while_the_time_is_made_in_the_same_executor(
+    make_node: MakeNode, simulated: Node, spin: Spin
+) -> None:
+    world, slept = make_node('world'), Collector[bool]()
+    publisher = world.create_publisher(ClockMessage, '/clock', 10)
+    clock, second = simulated.get_clock(), iter(range(1, 10**6))
+    steady = Clock(clock_type=ClockType.STEADY_TIME)
+
+    def sleep() -> None:
+        slept(clock.sleep_until(ros(20), simulated.context))
+
+    groups = [MutuallyExclusiveCallbackGroup() for _ in range(2)]
+    for group in groups:
+        simulated.create_guard_condition(sleep, group).trigger()
+    world.create_timer(
+        0.001, lambda: publisher.publish(ClockMessage(clock=Stamp(sec=next(second)))), clock=steady
+    )
+    spin(simulated, world, threads=2)
+    assert slept.expect(2) == [True, True]
 
 
 # -- jumps

@@ -263,6 +263,28 @@ def test_a_jump_back_in_time_empties_the_buffer(node: Node, buffer: Buffer) -> N
     assert not buffer.can_transform('map', 'base', LATEST)
 
 
+def test_a_timeout_is_a_time_of_the_buffers_clock(node: Node) -> None:
+    buffer, failed = AskedBuffer(node), Collector[TransformException]()
+    clock = node.get_clock()
+    assert isinstance(clock, ROSClock)
+    clock._set_ros_time_is_active(True)
+
+    def ask() -> None:
+        try:
+            buffer.lookup_transform('map', 'base', LATEST, Duration(seconds=100))
+        except TransformException as error:
+            failed(error)
+
+    thread = threading.Thread(target=ask)
+    thread.start()
+    assert buffer.asked.wait(10)
+    clock.set_ros_time_override(Time(seconds=99))
+    assert failed.items == []
+    clock.set_ros_time_override(Time(seconds=200))
+    assert isinstance(failed.expect()[0], LookupException)
+    thread.join()
+
+
 def test_a_custom_source_must_say_how_to_look_up() -> None:
     with pytest.raises(NotImplementedException, match='not implemented'):
         BufferInterface().can_transform('a', 'b', LATEST)

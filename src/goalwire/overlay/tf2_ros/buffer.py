@@ -19,8 +19,7 @@ from tf2_msgs.srv import FrameGraph
 from tf2_py import BufferCore, TransformException
 from tf2_py.buffer_core import Instant
 
-from goalwire.execution.blocking import block_on
-from goalwire.execution.steady import deadline_after
+from goalwire.execution.blocking import block_on_clock
 from tf2_ros.buffer_interface import NO_TIME, BufferInterface
 
 __all__ = ['Buffer']
@@ -169,13 +168,13 @@ class Buffer(BufferCore, BufferInterface):
         )
 
     def _wait(self, lookup: Lookup, timeout: Duration) -> None:
-        """Block until `lookup` succeeds, the time is over or the context ends."""
+        """Block until `lookup` succeeds, the time is over, by the buffer's clock, or the context ends."""
         if timeout.nanoseconds <= 0:
             return
         future = self._future(lookup)
-        lifeline = self._context.lifeline
+        until_ns = self.clock.now_ns() + timeout.nanoseconds
         try:
-            block_on(future, deadline_after(lifeline.clock, timeout.nanoseconds / 1e9), lifeline)
+            block_on_clock(future, self.clock, until_ns, self._context.lifeline)
         finally:
             future.cancel()
 
