@@ -253,13 +253,16 @@ def test_of_two_threads_that_ask_at_once_one_is_refused(context: Context) -> Non
     assert node._state_machine.current_state == (2, 'inactive')
 
 
-def test_a_node_goes_through_its_transitions_after_the_end_of_its_context(context: Context) -> None:
+def test_a_node_goes_through_its_transitions_after_the_end_of_its_context_in_silence(
+    context: Context, capfd: pytest.CaptureFixture[str]
+) -> None:
     node = Scripted(context)
     node.trigger_configure()
     context.shutdown()
     assert (node.trigger_cleanup(), node.state) == (SUCCESS, 'unconfigured')
     node.destroy_node()
     assert (node.trigger_shutdown(), node.state) == (SUCCESS, 'finalized')
+    assert capfd.readouterr().err == ''
 
 
 def test_before_init_there_is_no_managed_node() -> None:
