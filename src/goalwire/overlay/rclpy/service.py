@@ -58,6 +58,10 @@ class Service(ServiceCore, Generic[RequestT, ResponseT]):
         """Answer the request that `header` stands for. Raises TypeError, InvalidHandle."""
         self.answer(header, response)
 
+    def service_take_request(self, srv_request_type: type[RequestT]) -> tuple[RequestT, Request] | None:
+        """Take a request and its header, as rclpy's handle offers it to waitables; None where there is none."""
+        return self.take()
+
     @property
     def handle(self) -> Self:
         """The service itself: there is no C handle behind it."""
