@@ -59,7 +59,7 @@ class Service(ServiceCore, Generic[RequestT, ResponseT]):
         self.answer(header, response)
 
     def service_take_request(self, srv_request_type: type[RequestT]) -> tuple[RequestT, Request] | None:
-        """Take a request and its header, as rclpy's handle offers it to waitables; None where there is none."""
+        """Take a request and its header, as rclpy's handle offers it to waitables; else None."""
         return self.take()
 
     @property
