@@ -44,6 +44,7 @@ __all__ = [
     'qos_profile_default',
     'qos_profile_parameter_events',
     'qos_profile_parameters',
+    'qos_profile_rosout_default',
     'qos_profile_sensor_data',
     'qos_profile_services_default',
     'qos_profile_system_default',
@@ -320,6 +321,7 @@ qos_profile_sensor_data = QoSProfile.from_core(core.SENSOR_DATA)
 qos_profile_services_default = QoSProfile.from_core(core.SERVICES_DEFAULT)
 qos_profile_parameters = QoSProfile.from_core(core.PARAMETERS)
 qos_profile_parameter_events = QoSProfile.from_core(core.PARAMETER_EVENTS)
+qos_profile_rosout_default = QoSProfile.from_core(core.ROSOUT)
 qos_profile_best_available = QoSProfile.from_core(core.BEST_AVAILABLE)
 qos_profile_action_status_default = QoSProfile.from_core(core.ACTION_STATUS_DEFAULT)
 
