@@ -88,12 +88,19 @@ class NodeGraph:
         return self._count(EndpointKind.SERVICE, service_name)
 
     def wait_for_node(self, fully_qualified_node_name: str, timeout: float) -> bool:
-        """Block until the node is there (True) or `timeout` seconds are over (False)."""
+        """Block until the node is there (True) or `timeout` seconds are over (False).
+
+        Raises TypeError for a timeout that is no number; 0 and less look once.
+        """
+        if not isinstance(timeout, int | float):
+            raise TypeError(f'wait_for_node: the timeout must be a number of seconds, got {timeout!r}')
         namespace, _, name = fully_qualified_node_name.rpartition('/')
         if not self.core.context.ok():
             return False
         graph = self.core.graph
-        return wait_for_graph(self.core.context, lambda: graph.node_exists(name, namespace or '/'), timeout)
+        return wait_for_graph(
+            self.core.context, lambda: graph.node_exists(name, namespace or '/'), max(timeout, 0.0)
+        )
 
     @property
     def _graph(self) -> Graph:

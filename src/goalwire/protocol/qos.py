@@ -5,7 +5,7 @@ Numbers are those of rmw/types.h (rmw_qos_*_policy_e); durations are nanoseconds
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from typing import Self
 
@@ -123,6 +123,19 @@ class QoS:
     def is_reliable(self) -> bool:
         """True unless best effort was asked for."""
         return self.reliability is not ReliabilityPolicy.BEST_EFFORT
+
+    def stated(self) -> QoS:
+        """What a peer sees where nothing was asked for: reliable, volatile, automatic, no time limits."""
+        return replace(
+            self,
+            history=self.history or HistoryPolicy.KEEP_LAST,
+            reliability=self.reliability or ReliabilityPolicy.RELIABLE,
+            durability=self.durability or DurabilityPolicy.VOLATILE,
+            liveliness=self.liveliness or LivelinessPolicy.AUTOMATIC,
+            deadline_ns=self.deadline_ns or INFINITE_NS,
+            lifespan_ns=self.lifespan_ns or INFINITE_NS,
+            lease_ns=self.lease_ns or INFINITE_NS,
+        )
 
 
 DEFAULT = QoS()

@@ -7,12 +7,11 @@ ROS 2's own, "durabilty" included.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import IntEnum
 from operator import attrgetter
 
 from goalwire.protocol.qos import (
-    INFINITE_NS,
     UNSPECIFIED_NS,
     DurabilityPolicy,
     LivelinessPolicy,
@@ -97,20 +96,9 @@ def incompatible_policy(publisher: QoS, subscription: QoS) -> PolicyKind | None:
     """Return the policy for which two endpoints do not go together under DDS, None where they do.
 
     Of several it is the one that DDS numbers highest, as its implementations report it. What nobody asked for
-    counts as what it becomes on a wire: reliable, volatile, automatic, and durations without end.
+    counts as what it becomes on a wire.
     """
-    return max((kind for kind, _ in _errors(_stated(publisher), _stated(subscription))), default=None)
-
-
-def _stated(qos: QoS) -> QoS:
-    return replace(
-        qos,
-        reliability=qos.reliability or ReliabilityPolicy.RELIABLE,
-        durability=qos.durability or DurabilityPolicy.VOLATILE,
-        liveliness=qos.liveliness or LivelinessPolicy.AUTOMATIC,
-        deadline_ns=qos.deadline_ns or INFINITE_NS,
-        lease_ns=qos.lease_ns or INFINITE_NS,
-    )
+    return max((kind for kind, _ in _errors(publisher.stated(), subscription.stated())), default=None)
 
 
 def _errors(publisher: QoS, subscription: QoS) -> Iterator[tuple[PolicyKind, str]]:

@@ -20,7 +20,7 @@ from rclpy.action import (
 )
 from rclpy.context import Context
 from rclpy.node import Node, NodeNameNonExistentError
-from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.topic_endpoint_info import TopicEndpointTypeEnum
 from std_msgs.msg import String
 
@@ -29,7 +29,7 @@ from goalwire.entities.exceptions import RCLError
 ADD = ['example_interfaces/srv/AddTwoInts']
 CHAT = ['std_msgs/msg/String']
 FIBONACCI = ['example_interfaces/action/Fibonacci']
-LATCHED = QoSProfile(depth=3, durability=DurabilityPolicy.VOLATILE)
+BEST_EFFORT = QoSProfile(depth=3, reliability=ReliabilityPolicy.BEST_EFFORT)
 
 
 class Two(NamedTuple):
@@ -41,7 +41,7 @@ class Two(NamedTuple):
 def two(context: Context, make_node: MakeNode) -> Two:
     """/gn/ga publishes chat and serves add; /gb subscribes and calls."""
     a, b = make_node('ga', namespace='gn'), make_node('gb')
-    a.create_publisher(String, 'chat', LATCHED)
+    a.create_publisher(String, 'chat', BEST_EFFORT)
     a.create_service(AddTwoInts, 'add', lambda request, response: response)
     b.create_subscription(String, '/gn/chat', lambda _: None, 5)
     b.create_client(AddTwoInts, '/gn/add')
@@ -114,7 +114,10 @@ def test_endpoints_of_a_topic(two: Two) -> None:
     assert str(info.topic_type_hash) == (
         'RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18'
     )
-    assert info.qos_profile.depth == 3
+    assert str(info.qos_profile) == (
+        'QoSProfile(history=1, depth=3, reliability=2, durability=2, lifespan=Infinite, deadline=Infinite, '
+        'liveliness=1, liveliness_lease_duration=Infinite, avoid_ros_namespace_conventions=False)'
+    )
     assert len(info.endpoint_gid) == 16
     assert [info] == two.a.get_publishers_info_by_topic('chat')
     (subscription,) = two.a.get_subscriptions_info_by_topic('chat')
@@ -130,6 +133,9 @@ def test_waiting_for_a_node(two: Two, make_node: MakeNode) -> None:
     assert two.a.wait_for_node('/gb', 1.0) is True
     assert two.a.wait_for_node('gb', 1.0) is True
     assert two.a.wait_for_node('/nonode', 0.05) is False
+    assert (two.a.wait_for_node('/gb', 0), two.a.wait_for_node('/nonode', -1)) == (True, False)
+    with pytest.raises(TypeError, match="must be a number of seconds, got 'x'"):
+        two.a.wait_for_node('/gb', 'x')  # type: ignore[arg-type]
     came: Collector[bool] = Collector()
     thread = threading.Thread(target=lambda: came(two.a.wait_for_node('/late', PATIENCE)))
     thread.start()

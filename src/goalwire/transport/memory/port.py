@@ -53,7 +53,7 @@ def describe(endpoint: Endpoint, node: GraphEntity, gid: bytes) -> GraphEntity:
         name=endpoint.name,
         type_name=endpoint.type_name,
         type_hash=endpoint.type_hash,
-        qos=endpoint.qos,
+        qos=endpoint.qos.stated(),
         gid=gid,
     )
 
