@@ -13,14 +13,40 @@ from rclpy.utilities import get_default_context, ok, try_shutdown
 from rclpy.utilities import shutdown as _shutdown
 
 if TYPE_CHECKING:
+    from rclpy import executors as executors  # noqa: PLC0414 - exported, not by `import *`
+    from rclpy import parameter as parameter  # noqa: PLC0414
+    from rclpy import qos as qos  # noqa: PLC0414
+    from rclpy import task as task  # noqa: PLC0414
+    from rclpy import time as time  # noqa: PLC0414
     from rclpy.executors import Executor
     from rclpy.node import Node
     from rclpy.parameter import Parameter
     from rclpy.task import Future
+else:
+
+    def __getattr__(name: str) -> object:
+        """Import a module of rclpy when it is first asked for: in ROS 2 a node loads them all.
+
+        So programs that only `import rclpy` find rclpy.executors, rclpy.Parameter and so on.
+        """
+        from importlib import import_module
+
+        if name in {'Parameter', 'Future'}:
+            return getattr(import_module('rclpy.parameter' if name == 'Parameter' else 'rclpy.task'), name)
+        if not name.startswith('_'):
+            try:
+                return import_module(f'rclpy.{name}')
+            except ModuleNotFoundError as error:
+                if error.name != f'rclpy.{name}':
+                    raise
+        raise AttributeError(f"module 'rclpy' has no attribute '{name}'")
+
 
 __all__ = [
     'Context',
+    'Future',
     'InitContextManager',
+    'Parameter',
     'create_node',
     'get_default_context',
     'get_global_executor',

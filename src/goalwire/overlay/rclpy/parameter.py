@@ -1,7 +1,49 @@
-"""rclpy.parameter: a name, a type and a value."""
+"""rclpy.parameter: a name, a type and a value; and values from messages, text and files."""
 
-from goalwire.protocol.parameters import Parameter
+from __future__ import annotations
 
-PARAMETER_SEPARATOR_STRING = '.'
+from typing import TYPE_CHECKING
 
-__all__ = ['PARAMETER_SEPARATOR_STRING', 'Parameter']
+from goalwire.protocol.parameters import SEPARATOR, Parameter, ParameterValue
+from goalwire.protocol.parameters.messages import value_of
+
+if TYPE_CHECKING:
+    from rcl_interfaces.msg import Parameter as ParameterMessage
+    from rcl_interfaces.msg import ParameterValue as ParameterValueMessage
+
+PARAMETER_SEPARATOR_STRING = SEPARATOR
+
+__all__ = [
+    'PARAMETER_SEPARATOR_STRING',
+    'Parameter',
+    'get_parameter_value',
+    'parameter_dict_from_yaml_file',
+    'parameter_value_to_python',
+]
+
+
+def parameter_value_to_python(parameter_value: ParameterValueMessage) -> ParameterValue:
+    """Return the Python value of a ParameterValue message; raises RuntimeError for an unknown type."""
+    return value_of(parameter_value)
+
+
+def get_parameter_value(string_value: str) -> ParameterValueMessage:
+    """Return the value that YAML text stands for; what is nothing else is a string."""
+    from goalwire.entities.parameter_loading import parameter_value_from_text
+
+    return parameter_value_from_text(string_value)
+
+
+def parameter_dict_from_yaml_file(
+    parameter_file: str,
+    use_wildcard: bool = False,
+    target_nodes: list[str] | None = None,
+    namespace: str = '',
+) -> dict[str, ParameterMessage]:
+    """Return the Parameter messages of a file's nodes (None: all but `/**`), by their names.
+
+    With `use_wildcard` those of `/**`, too. Raises OSError, yaml.YAMLError, RuntimeError.
+    """
+    from goalwire.entities.parameter_loading import parameters_from_yaml_file
+
+    return parameters_from_yaml_file(parameter_file, target_nodes, namespace, use_wildcard=use_wildcard)

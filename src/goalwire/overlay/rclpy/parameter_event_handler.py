@@ -1,0 +1,91 @@
+"""rclpy.parameter_event_handler: callbacks for changes in the parameters of this and other nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING
+
+from goalwire.entities import parameter_watch
+from goalwire.entities.parameter_events import PARAMETER_EVENTS_TOPIC
+from goalwire.entities.parameter_watch import (
+    ParameterCallbackHandle,
+    ParameterEventCallbackHandle,
+    ParameterWatch,
+)
+from rclpy.qos import QoSProfile, qos_profile_parameter_events
+
+if TYPE_CHECKING:
+    from rcl_interfaces.msg import Parameter, ParameterEvent
+
+    from rclpy.callback_groups import CallbackGroup
+    from rclpy.event_handler import SubscriptionEventCallbacks
+    from rclpy.node import Node
+    from rclpy.qos_overriding_options import QoSOverridingOptions
+
+__all__ = ['ParameterCallbackHandle', 'ParameterEventCallbackHandle', 'ParameterEventHandler']
+
+
+class ParameterEventHandler:
+    """Listens to /parameter_events until it is destroyed. Callbacks added last are called first."""
+
+    def __init__(
+        self,
+        node: Node,
+        qos_profile: QoSProfile = qos_profile_parameter_events,
+        callback_group: CallbackGroup | None = None,
+        event_callbacks: SubscriptionEventCallbacks | None = None,
+        qos_overriding_options: QoSOverridingOptions | None = None,
+        raw: bool = False,
+    ) -> None:
+        """With `raw` the event callbacks get serialized events."""
+        from rcl_interfaces.msg import ParameterEvent
+
+        self.node = node
+        self.qos_profile = qos_profile
+        self._watch = ParameterWatch(node.core.name)
+        self.parameter_event_subscription = node.create_subscription(
+            ParameterEvent,
+            PARAMETER_EVENTS_TOPIC,
+            self._watch.tell,
+            qos_profile,
+            callback_group=callback_group,
+            event_callbacks=event_callbacks,
+            qos_overriding_options=qos_overriding_options,
+            raw=raw,
+        )
+
+    def destroy(self) -> None:
+        """Listen no longer. Idempotent."""
+        self.node.destroy_subscription(self.parameter_event_subscription)
+
+    @staticmethod
+    def get_parameter_from_event(
+        event: ParameterEvent, parameter_name: str, node_name: str
+    ) -> Parameter | None:
+        """Return the new value of a parameter of a node ('/ns/name'), None where it did not change."""
+        return parameter_watch.parameter_from_event(event, parameter_name, node_name)
+
+    @staticmethod
+    def get_parameters_from_event(event: ParameterEvent) -> Iterable[Parameter]:
+        """Return the parameters that an event says to be new or changed."""
+        return parameter_watch.parameters_from_event(event)
+
+    def add_parameter_callback(
+        self, parameter_name: str, node_name: str, callback: Callable[[Parameter], object]
+    ) -> ParameterCallbackHandle:
+        """Call `callback(parameter)` when a node's parameter gets a value; '' is this handler's node."""
+        return self._watch.add_parameter(parameter_name, node_name, callback)
+
+    def remove_parameter_callback(self, handle: ParameterCallbackHandle) -> None:
+        """Forget a callback; raises RuntimeError where it is not there."""
+        self._watch.remove_parameter(handle)
+
+    def add_parameter_event_callback(
+        self, callback: Callable[[ParameterEvent], object]
+    ) -> ParameterEventCallbackHandle:
+        """Call `callback(event)` with every event."""
+        return self._watch.add_event(callback)
+
+    def remove_parameter_event_callback(self, handle: ParameterEventCallbackHandle) -> None:
+        """Forget a callback; raises RuntimeError where it is not there."""
+        self._watch.remove_event(handle)

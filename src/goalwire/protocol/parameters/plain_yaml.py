@@ -1,0 +1,106 @@
+"""Values by YAML's own rules, as `ros2 param` reads them (rclpy.parameter); those of `-p` differ."""
+
+from __future__ import annotations
+
+from datetime import date
+from typing import TypeAlias, cast
+
+from goalwire.errors import LocalError
+from goalwire.protocol.parameters.parameter import ParameterValue, Type
+
+Typed: TypeAlias = tuple[Type, ParameterValue]
+
+_SCALARS: tuple[tuple[type, Type, Type], ...] = (
+    (bool, Type.BOOL, Type.BOOL_ARRAY),
+    (int, Type.INTEGER, Type.INTEGER_ARRAY),
+    (float, Type.DOUBLE, Type.DOUBLE_ARRAY),
+    (str, Type.STRING, Type.STRING_ARRAY),
+)
+"""The Python type, the type of one, the type of several. The first that fits wins: `[]` holds booleans."""
+
+
+class FileShapeError(LocalError, RuntimeError):
+    """YAML that is no parameter file."""
+
+
+def typed_text(text: str) -> Typed:
+    """Return what YAML text stands for; text that stands for nothing else is a string."""
+    import yaml
+
+    try:
+        value = yaml.safe_load(text)
+    except yaml.YAMLError:
+        return Type.STRING, text
+    return _typed(value) or (Type.STRING, text)
+
+
+def typed_value(name: str, value: object) -> Typed:
+    """Return a value that YAML gave with its type; raises FileShapeError for what no parameter holds."""
+    if value is None:
+        return Type.STRING, 'null'  # as parameter files have it
+    if isinstance(value, date):
+        return Type.STRING, str(value)
+    typed = _typed(value)
+    if typed is None:
+        raise FileShapeError(
+            f"parameter '{name}': {value!r} is no value, nor a sequence of values of one type"
+        )
+    return typed
+
+
+def _typed(value: object) -> Typed | None:
+    if isinstance(value, list):
+        for kind, _, several in _SCALARS:
+            if all(_is(element, kind) for element in value) and several.check(value):
+                return several, value
+        return None
+    for kind, one, _ in _SCALARS:
+        if _is(value, kind):
+            fits = one.check(value)
+            return (one, cast('ParameterValue', value)) if fits else (Type.DOUBLE, float(cast('int', value)))
+    return None
+
+
+def _is(value: object, kind: type) -> bool:
+    return isinstance(value, kind) and not (kind is int and isinstance(value, bool))
+
+
+def flat_values(content: object, nodes: list[str] | None, *, use_wildcard: bool) -> dict[str, object]:
+    """Return what a file's content says for nodes (None: all that it names), by dotted parameter names.
+
+    With `use_wildcard` what stands below `/**` comes first. Raises FileShapeError.
+    """
+    if not isinstance(content, dict):
+        raise FileShapeError(
+            f'a parameter file holds names of nodes, each with ros__parameters; not {content!r}'
+        )
+    chosen = ['/**'] if use_wildcard and '/**' in content else []
+    for node in nodes or ():
+        if node not in content:
+            raise FileShapeError(
+                f'Param file does not contain parameters for {node},only for nodes: {list(content)}'
+            )
+    chosen += nodes or [node for node in content if node != '/**']
+    if not chosen:
+        raise FileShapeError('Param file does not contain selected parameters')
+    values: dict[str, object] = {}
+    for node in chosen:
+        values.update(_flat(_parameters(node, content[node]), ''))
+    return values
+
+
+def _parameters(node: str, branch: object) -> dict[object, object]:
+    found = branch.get('ros__parameters') if isinstance(branch, dict) else None
+    if not isinstance(found, dict):
+        raise FileShapeError(f'YAML file is not a valid ROS parameter file for node {node}')
+    return found
+
+
+def _flat(parameters: dict[object, object], prefix: str) -> dict[str, object]:
+    values: dict[str, object] = {}
+    for key, value in parameters.items():
+        if isinstance(value, dict):
+            values.update(_flat(value, f'{prefix}{key}.'))
+        else:
+            values[f'{prefix}{key}'] = value
+    return values
