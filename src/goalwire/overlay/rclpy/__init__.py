@@ -13,11 +13,11 @@ from rclpy.utilities import get_default_context, ok, try_shutdown
 from rclpy.utilities import shutdown as _shutdown
 
 if TYPE_CHECKING:
-    from rclpy import executors as executors  # noqa: PLC0414 - exported, not by `import *`
-    from rclpy import parameter as parameter  # noqa: PLC0414
-    from rclpy import qos as qos  # noqa: PLC0414
-    from rclpy import task as task  # noqa: PLC0414
-    from rclpy import time as time  # noqa: PLC0414
+    from rclpy import executors as executors
+    from rclpy import parameter as parameter
+    from rclpy import qos as qos
+    from rclpy import task as task
+    from rclpy import time as time
     from rclpy.executors import Executor
     from rclpy.node import Node
     from rclpy.parameter import Parameter

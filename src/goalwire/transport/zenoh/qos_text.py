@@ -7,6 +7,7 @@ Source: rmw_zenoh_cpp src/detail/qos.cpp and liveliness_utils.cpp.
 from __future__ import annotations
 
 from enum import IntEnum
+from functools import lru_cache
 from typing import TypeVar
 
 from goalwire.errors import LocalError, RemoteError
@@ -36,6 +37,7 @@ def actual_depth(qos: QoS) -> int:
     return qos.depth or DEFAULT_DEPTH
 
 
+@lru_cache(maxsize=256)  # a node's standing services alone ask for the same seven times
 def encode_qos(qos: QoS) -> str:
     """Return a token's QoS chunk; raises LocalError for a policy that is UNKNOWN."""
     for name in ('reliability', 'durability', 'history', 'liveliness'):
@@ -72,6 +74,7 @@ def _duration(nanoseconds: int) -> str:
     return ','.join('' if half == whole else str(half) for half, whole in zip(halves, _INFINITE, strict=True))
 
 
+@lru_cache(maxsize=256)
 def decode_qos(text: str) -> QoS:
     """Read a token's QoS chunk; raises RemoteError where it does not follow the grammar."""
     try:
