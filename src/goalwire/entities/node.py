@@ -112,9 +112,13 @@ class NodeCore:
         """Forget an entity that destroys itself."""
         self._owned.pop(id(entity), None)
 
+    def owned(self) -> list[Owned]:
+        """Return what the node owns, oldest first."""
+        return list(self._owned.values())
+
     def destroy(self) -> None:
         """Destroy what the node owns, newest first, then the node. Idempotent."""
-        for entity in reversed(list(self._owned.values())):
+        for entity in reversed(self.owned()):
             entity.destroy()
         self._owned.clear()
         port, self._port = self._port, None

@@ -52,9 +52,9 @@ class Rosout:
             self._ways[outlet.name] = outlet.open()
         else:
             get_logger('rcl.logging_rosout').warning(
-                f"Publisher already registered for node name: '{outlet.name}'. If this is due to multiple nodes "
-                f"with the same name then all logs for the logger named '{outlet.name}' will go out over the "
-                'existing publisher.'
+                f"Publisher already registered for node name: '{outlet.name}'. If this is due to multiple "
+                f"nodes with the same name then all logs for the logger named '{outlet.name}' will go out "
+                'over the existing publisher.'
             )
 
     def leave(self, outlet: _Outlet) -> None:
@@ -98,6 +98,7 @@ class _Outlet:
 
     def __init__(self, hub: Rosout, node: NodeCore, qos: QoS) -> None:
         self.name = node.logger_name
+        self.support = standard_message(LOG)
         self._hub = hub
         self._node = node
         self._qos = qos
@@ -105,7 +106,7 @@ class _Outlet:
 
     def open(self) -> Callable[[bytes], None]:
         """Declare the publisher and return what sends its messages."""
-        support = standard_message(LOG)
+        support = self.support
         endpoint = Endpoint(
             EndpointKind.PUBLISHER,
             self._node.resolve(TOPIC),

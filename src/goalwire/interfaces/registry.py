@@ -63,6 +63,11 @@ def definition(full_name: str) -> Definition:
     return found
 
 
+def definition_text(full_name: str) -> str:
+    """Return the text that 'pkg/msg/Name' was defined by; raises as `definition`."""
+    return _text(*split_name(full_name))[0]
+
+
 def message_definition(full_name: str) -> MessageDefinition:
     """Return the definition of a message; raises as `definition`, and for services and actions."""
     found = definition(full_name)

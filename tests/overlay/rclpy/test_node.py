@@ -401,13 +401,6 @@ def test_waitables_are_listed(node: Node) -> None:
         node.remove_waitable(waitable)
 
 
-def test_an_argument_that_has_no_effect_yet_is_not_swallowed(
-    make_node: MakeNode, capsys: pytest.CaptureFixture[str]
-) -> None:
-    make_node('m', enable_logger_service=True)
-    assert "'enable_logger_service' has no effect yet" in capsys.readouterr().err
-
-
 def test_what_is_no_callback_group_is_refused_and_leaves_nothing_behind(node: Node) -> None:
     group: Any = 5
     for create in (

@@ -36,11 +36,17 @@ from rclpy.impl.rcutils_logger import RcutilsLogger
 from rclpy.logging import get_logger
 from rclpy.parameter_service import ParameterService
 from rclpy.publisher import Publisher
-from rclpy.qos import QoSProfile, qos_profile_parameter_events, qos_profile_services_default
+from rclpy.qos import (
+    QoSProfile,
+    qos_profile_parameter_events,
+    qos_profile_rosout_default,
+    qos_profile_services_default,
+)
 from rclpy.service import Service
 from rclpy.subscription import Subscription
 from rclpy.time_source import TimeSource
 from rclpy.timer import Rate, Timer
+from rclpy.type_description_service import TypeDescriptionService
 from rclpy.utilities import get_default_context
 
 if TYPE_CHECKING:
@@ -72,6 +78,7 @@ class BaseNode(NodeGraph, NodeParameters):
         namespace: str | None = None,
         use_global_arguments: bool = True,
         enable_rosout: bool = True,
+        rosout_qos_profile: QoSProfile | int = qos_profile_rosout_default,
         start_parameter_services: bool = True,
         parameter_overrides: list[Parameter] | None = None,
         allow_undeclared_parameters: bool = False,
@@ -97,7 +104,7 @@ class BaseNode(NodeGraph, NodeParameters):
         self._clock = self.core.clock = self._make_clock()
         self._logger = get_logger(self.core.logger_name)
         if enable_rosout and self._context.arguments.rosout_logs:
-            self._context.rosout.join(self.core)
+            self._context.rosout.join(self.core, QoSProfile.of(rosout_qos_profile).to_core())
         self._init_parameters(parameter_overrides or [], allow_undeclared=allow_undeclared_parameters)
         self._parameter_events = ParameterEvents(self.core, self._parameter_event_publisher())
         try:
@@ -105,12 +112,16 @@ class BaseNode(NodeGraph, NodeParameters):
                 self._declare_overrides()
             self._time_source = TimeSource(node=self)
             self._time_source.attach_clock(self._clock)
+            if start_parameter_services:
+                ParameterService(self)
+            if enable_logger_service:
+                from rclpy.logging_service import LoggingService
+
+                LoggingService(self)
+            self._type_description_service = TypeDescriptionService(self)
         except BaseException:  # an override that does not fit
             self.core.destroy()
             raise
-        self._warn_of_no_effect(enable_logger_service=enable_logger_service)
-        if start_parameter_services:
-            ParameterService(self)
 
     # -- what it is ----------------------------------------------------------------------------------------
 
@@ -185,14 +196,6 @@ class BaseNode(NodeGraph, NodeParameters):
     ) -> Service[Any, Any]:
         """Make a service whose classes are made when they are needed."""
         raise NotImplementedError
-
-    def _warn_of_no_effect(self, **given: object) -> None:
-        """Tell of arguments that are accepted and do nothing yet, rather than swallow them."""
-        for name, value in given.items():
-            if value:
-                self._logger.warning(
-                    f"'{name}' has no effect yet: goalwire does not have that part of rclpy so far"
-                )
 
     def _check_alive(self) -> None:
         if self.core.destroyed:

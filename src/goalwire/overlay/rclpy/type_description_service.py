@@ -1,0 +1,36 @@
+"""rclpy.type_description_service: a node describes the types that it uses."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from goalwire.entities.type_description import START_PARAMETER, TypeDescriptions
+from rclpy.qos import qos_profile_services_default
+
+if TYPE_CHECKING:
+    from rclpy.node import BaseNode
+    from rclpy.service import Service
+
+START_TYPE_DESCRIPTION_SERVICE_PARAM = START_PARAMETER
+
+
+class TypeDescriptionService:
+    """Offers `~/get_type_description`, unless the node's parameter says no."""
+
+    def __init__(self, node: BaseNode) -> None:
+        descriptions = TypeDescriptions(node)
+        self._node = node
+        self.enabled = descriptions.wanted()
+        self._service: Service[Any, Any] | None = None
+        if self.enabled:
+            make = partial(node._offer, qos_profile=qos_profile_services_default)  # noqa: SLF001 - of one house
+            self._service = descriptions.offer(make)
+
+    def destroy(self) -> None:
+        """Offer it no longer. Idempotent."""
+        service, self._service = self._service, None
+        if service is not None:
+            if service in self._node._services:  # noqa: SLF001
+                self._node._services.remove(service)  # noqa: SLF001
+            service.destroy()
