@@ -94,6 +94,11 @@ class PolicyKind(IntEnum):
     RMW_QOS_POLICY_LIVELINESS_LEASE_DURATION = 1 << 8
     RMW_QOS_POLICY_AVOID_ROS_NAMESPACE_CONVENTIONS = 1 << 9
 
+    @property
+    def policy(self) -> str:
+        """The policy's own name, 'RELIABILITY' and so on."""
+        return self.name.split('_', 3)[-1]
+
 
 @dataclass(frozen=True, slots=True)
 class QoS:

@@ -196,7 +196,7 @@ def incompatible_qos_warning(event: EventType, topic: str, policy: PolicyKind, *
     else:
         found = f"New publisher discovered on topic '{topic}', offering incompatible QoS. "
         consequence = 'No messages will be received from it. '
-    reason = f'Last incompatible policy: {policy.name.removeprefix("RMW_QOS_POLICY_")}'
+    reason = f'Last incompatible policy: {policy.policy}'
     note = '' if wire is None else f' (that is so on DDS; {wire} delivers them all the same)'
     return f'{found}{consequence}{reason}{note}'
 

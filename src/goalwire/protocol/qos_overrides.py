@@ -47,15 +47,10 @@ class UnexpectedOverrideError(LocalError, RuntimeError):
     """A policy cannot have that value; the text says which it may have."""
 
 
-def policy_name(policy: PolicyKind) -> str:
-    """Return 'reliability' and so on."""
-    return policy.name.removeprefix('RMW_QOS_POLICY_').lower()
-
-
 def override_name(policy: PolicyKind, topic: str, entity: str, entity_id: str | None) -> str:
     """Return the parameter's name. `entity`: 'publisher' or 'subscription'; `topic`: fully qualified."""
     suffix = '' if entity_id is None else f'_{entity_id}'
-    return f'qos_overrides.{topic}.{entity}{suffix}.{policy_name(policy)}'
+    return f'qos_overrides.{topic}.{entity}{suffix}.{policy.policy.lower()}'
 
 
 def override_description(what: str, topic: str, entity: str, entity_id: str | None) -> str:
@@ -97,5 +92,5 @@ def with_value(qos: QoS, policy: PolicyKind, value: object) -> QoS:
 
 def _unexpected(policy: PolicyKind, value: object, choice: str) -> UnexpectedOverrideError:
     return UnexpectedOverrideError(
-        f'Unexpected QoS override for policy `{policy_name(policy)}`: `{value}`: {choice}'
+        f'Unexpected QoS override for policy `{policy.policy.lower()}`: `{value}`: {choice}'
     )

@@ -117,7 +117,7 @@ def _declared(
     from rcl_interfaces.msg import ParameterDescriptor
 
     name = rules.override_name(policy, *whose)
-    description = rules.override_description(rules.policy_name(policy), *whose)
+    description = rules.override_description(policy.policy.lower(), *whose)
     descriptor = ParameterDescriptor(description=description, read_only=True)
     try:
         parameter = node.declare_parameter(name, default, descriptor)
