@@ -100,7 +100,7 @@ def test_the_parameter_is_read_only_and_described(make_node: MakeNode) -> None:
         node.undeclare_parameter(START_TYPE_DESCRIPTION_SERVICE_PARAM)
 
 
-def override(value: object) -> list[Parameter]:
+def override(value: bool | str) -> list[Parameter]:
     return [Parameter(START_TYPE_DESCRIPTION_SERVICE_PARAM, value=value)]
 
 
