@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import asyncio
 import threading
+from contextlib import suppress
 from typing import cast
 
 import pytest
@@ -252,15 +253,15 @@ def test_a_slow_reentrant_timer_overlaps_itself(multi: MultiThreadedExecutor, no
     met = threading.Event()
 
     def tick() -> None:
-        together.wait(PATIENCE)
-        met.set()
+        with suppress(threading.BrokenBarrierError):  # a third one may come
+            together.wait(PATIENCE)
+            met.set()
 
     timer = Timer(tick, ReentrantCallbackGroup(), 5 * MS, Clock(), home=node.home)
     with Spinning(multi):
         assert soon(met)
         timer.cancel()
-        together.abort() if together.n_waiting else None
-        multi._failures.clear()
+        together.abort()
 
 
 def test_a_coroutine_timer_ticks_under_both_executors(executor: Executor, node: SmallNode) -> None:
