@@ -29,6 +29,12 @@ class QoSCompatibility(IntEnum):
     WARNING = 1
     ERROR = 2
 
+    def __str__(self) -> str:
+        return f'{type(self).__name__}.{self.name}'
+
+    def __format__(self, format_spec: str) -> str:
+        return format(str(self), format_spec)
+
 
 _OPEN = frozenset({'SYSTEM_DEFAULT', 'UNKNOWN'})
 

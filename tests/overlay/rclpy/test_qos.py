@@ -188,6 +188,7 @@ def test_presets_are_found_by_short_key() -> None:
         'parameter_events',
         'action_status_default',
         'best_available',
+        'rosout_default',
     ]
     with pytest.raises(KeyError, match='X'):
         QoSPresetProfiles.get_from_short_key('x')
@@ -267,3 +268,11 @@ def test_compatibility_is_judged_on_profiles() -> None:
         'ERROR: Best effort publisher and reliable subscription;',
     )
     assert qos_check_compatible(qos_profile_best_available, QoSProfile(depth=1)) == (QoSCompatibility.OK, '')
+
+
+def test_a_verdict_is_printed_by_its_name() -> None:
+    assert (str(QoSCompatibility.OK), f'{QoSCompatibility.ERROR}') == (
+        'QoSCompatibility.OK',
+        'QoSCompatibility.ERROR',
+    )
+    assert int(QoSCompatibility.WARNING) == 1
