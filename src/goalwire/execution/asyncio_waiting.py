@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from functools import partial
 from typing import TYPE_CHECKING
 
 from goalwire.execution.bridge import bridge_to
@@ -65,13 +66,14 @@ async def settle(future: Awaitable, lifeline: Lifeline) -> bool:
     """Wait until `future` is no longer pending (True), or the lifeline has ended (False)."""
     if not future.pending():
         return True
-    waiter = AsyncWaiter()
-    watch = lifeline.watch(waiter.wake)
-    future.add_waker(waiter.wake)
+    loop = asyncio.get_running_loop()
+    sleeper: asyncio.Future[None] = loop.create_future()
+    wake = partial(bridge_to(loop).complete, sleeper)
+    watch = lifeline.watch(wake)
+    future.add_waker(wake)
     try:
-        while future.pending() and lifeline.alive:
-            await waiter.wait()
+        await sleeper
     finally:
-        future.remove_waker(waiter.wake)
+        future.remove_waker(wake)
         watch.close()
     return not future.pending()

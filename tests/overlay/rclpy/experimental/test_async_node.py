@@ -9,19 +9,25 @@ from pathlib import Path
 from types import ModuleType
 
 import pytest
+from helpers.collector import Collector
 from helpers.fresh import output_of
 from helpers.loops import LOOPS, run
 from helpers.spinning import MakeNode, Spin, result_of
+from rcl_interfaces.srv import GetLoggerLevels, GetParameters
 from rclpy import experimental
 from rclpy.context import Context
 from rclpy.exceptions import InvalidHandle, NotInitializedException
 from rclpy.experimental import AsyncNode
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 from std_msgs.msg import Int64, String
 from std_srvs.srv import SetBool
+from type_description_interfaces.srv import GetTypeDescription
 
 from goalwire.entities.exceptions import ShutDownError
+from goalwire.interfaces import type_hash
+from goalwire.logging import add_sink
 
 MakeAsyncNode = Callable[..., AsyncNode]
 
@@ -282,6 +288,60 @@ def test_its_parameters_are_those_of_node(make_async: MakeAsyncNode) -> None:
     assert node.declare_parameter('speed', 1).value == 3
     assert node.set_parameters([Parameter('speed', value=4)])[0].successful
     assert node.get_parameter('speed').value == 4
+
+
+def test_qos_that_does_not_fit_is_warned_of_on_both_sides(make_async: MakeAsyncNode) -> None:
+    warnings: Collector[str] = Collector()
+
+    async def scenario() -> None:
+        async with make_async() as node:
+            node.create_publisher(
+                String, 'chat', QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+            )
+            node.create_subscription(String, 'chat', print, 1)
+            await asyncio.to_thread(warnings.expect, 2)
+
+    with add_sink(lambda record: warnings(record.message)):
+        run(scenario())
+    assert [text.split(' incompatible QoS')[0] for text in sorted(warnings.items)] == [
+        "New publisher discovered on topic 'chat', offering",
+        "New subscription discovered on topic 'chat', requesting",
+    ]
+
+
+def test_what_it_logs_goes_out_on_rosout_with_the_qos_that_was_asked_for(make_async: MakeAsyncNode) -> None:
+    node = make_async(rosout_qos_profile=7)
+    (info,) = node.get_publishers_info_by_topic('/rosout')
+    assert info.qos_profile.depth == 7
+    silent = make_async('silent', enable_rosout=False)
+    assert silent.count_publishers('/rosout') == 1
+
+
+def test_its_standing_services_answer_in_the_loop(make_async: MakeAsyncNode) -> None:
+    async def scenario() -> None:
+        async with make_async('asked', enable_logger_service=True) as asked, make_async('asking') as asking:
+            asked.declare_parameter('speed', 3)
+            asked.create_publisher(String, 'topic', 1)
+            get = asking.create_client(GetParameters, '/asked/get_parameters')
+            levels = asking.create_client(GetLoggerLevels, '/asked/get_logger_levels')
+            describe = asking.create_client(GetTypeDescription, '/asked/get_type_description')
+            for client in (get, levels, describe):
+                await client.wait_for_service()
+            (value,) = (await get.call(GetParameters.Request(names=['speed']))).values
+            assert value.integer_value == 3
+            (level,) = (await levels.call(GetLoggerLevels.Request(names=['asked']))).levels
+            assert level.name == 'asked'
+            described = await describe.call(GetTypeDescription.Request(type_hash=type_hash(String)))
+            assert described.failure_reason == ''
+            assert described.type_description.type_description.type_name == 'std_msgs/msg/String'
+
+    run(scenario())
+
+
+def test_without_start_parameter_services_none_are_offered(make_async: MakeAsyncNode) -> None:
+    node = make_async(start_parameter_services=False)
+    services = dict(node.get_service_names_and_types_by_node('node', '/'))
+    assert '/node/get_parameters' not in services
 
 
 def test_a_blocking_call_of_a_node_of_the_same_loop_is_refused(

@@ -19,13 +19,14 @@ from rclpy.callback_groups import CallbackGroup, MutuallyExclusiveCallbackGroup,
 from rclpy.clock_type import ClockType
 from rclpy.constants import S_TO_NS
 from rclpy.context import Context
+from rclpy.event_handler import event_handlers
 from rclpy.experimental.async_client import AsyncClient
 from rclpy.experimental.async_publisher import AsyncPublisher
 from rclpy.experimental.async_service import AsyncService
 from rclpy.experimental.async_subscription import AsyncSubscription
 from rclpy.experimental.async_timer import AsyncTimer
 from rclpy.node import BaseNode
-from rclpy.qos import QoSProfile, qos_profile_services_default
+from rclpy.qos import QoSProfile, qos_profile_rosout_default, qos_profile_services_default
 
 if TYPE_CHECKING:
     from goalwire.execution.work import Work
@@ -57,6 +58,7 @@ class AsyncNode(BaseNode):
         namespace: str | None = None,
         use_global_arguments: bool = True,
         enable_rosout: bool = True,
+        rosout_qos_profile: QoSProfile | int = qos_profile_rosout_default,
         start_parameter_services: bool = True,
         parameter_overrides: list[Parameter] | None = None,
         allow_undeclared_parameters: bool = False,
@@ -72,6 +74,7 @@ class AsyncNode(BaseNode):
             namespace=namespace,
             use_global_arguments=use_global_arguments,
             enable_rosout=enable_rosout,
+            rosout_qos_profile=rosout_qos_profile,
             start_parameter_services=start_parameter_services,
             parameter_overrides=parameter_overrides,
             allow_undeclared_parameters=allow_undeclared_parameters,
@@ -143,13 +146,16 @@ class AsyncNode(BaseNode):
     ) -> AsyncPublisher[MsgT]:
         """Create a publisher; `qos_profile` is a profile or a history depth.
 
-        Raises InvalidTopicNameException, TypeError or RuntimeError for a bad type or profile or once
-        destroyed.
+        Subscriptions that ask for a QoS which it does not offer are warned of, as with Node. Raises
+        InvalidTopicNameException, TypeError or RuntimeError for a bad type or profile or once destroyed.
         """
         self._check_alive()
         profile = QoSProfile.of(qos_profile)
         publisher = AsyncPublisher(self.core, msg_type, topic, profile.to_core())
         publisher.qos_profile = profile
+        publisher.event_handlers = event_handlers(
+            publisher, None, _group(False)
+        )  # warn of QoS that do not fit
         publisher.on_destroy = self._adopted(publisher, self._publishers)
         return publisher
 
@@ -178,6 +184,7 @@ class AsyncNode(BaseNode):
         )
         subscription.qos_profile = profile
         subscription.callback_group = group
+        subscription.event_handlers = event_handlers(subscription, None, _group(False))
         subscription.on_destroy = self._adopted(subscription, self._subscriptions, subscription.inbox)
         if content_filter_options is not None:
             self._logger.warning(
