@@ -7,7 +7,21 @@ from goalwire.execution.clock import (
     JumpThreshold,
     ROSClock,
     TimeJump,
+    TimeJumpDictionary,
 )
 from rclpy.clock_type import ClockType
 
-__all__ = ['Clock', 'ClockChange', 'ClockType', 'JumpHandle', 'JumpThreshold', 'ROSClock', 'TimeJump']
+__all__ = [
+    'Clock',
+    'ClockChange',
+    'ClockHandle',
+    'ClockType',
+    'JumpHandle',
+    'JumpThreshold',
+    'ROSClock',
+    'TimeJump',
+    'TimeJumpDictionary',
+]
+
+ClockHandle = Clock
+"""What `Clock.handle` gives: there is no C clock behind it."""

@@ -5,4 +5,7 @@ from rclpy.clock_type import ClockType
 from rclpy.constants import S_TO_NS
 from rclpy.duration import Duration
 
-__all__ = ['S_TO_NS', 'ClockType', 'Duration', 'Time']
+__all__ = ['S_TO_NS', 'ClockType', 'Duration', 'Time', 'TimeHandle']
+
+TimeHandle = Time
+"""What has nanoseconds and a clock type: there is no C time behind it."""
