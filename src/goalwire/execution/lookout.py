@@ -107,7 +107,7 @@ class Lookout(Work):
             return True
 
     def _follow_timers(self) -> None:
-        """Look again when a timer that is waited for becomes due."""
+        """Look again when a timer that is waited for becomes due. Of jumps of its clock it tells itself."""
         timers = self._wait_set.timers
         for timer in self._alarms.keys() - set(timers):
             self._alarms.pop(timer).drop()
@@ -115,7 +115,6 @@ class Lookout(Work):
             alarm = self._alarms.get(timer)
             if alarm is None:
                 alarm = self._alarms[timer] = ClockAlarm(self.home, timer.clock, self.wake)
-                alarm.follow()
             if timer.is_canceled() or timer.is_ready():
                 alarm.drop()
             elif alarm.due != timer.next_call_ns:

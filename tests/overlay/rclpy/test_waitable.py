@@ -31,6 +31,7 @@ from rclpy.waitable import NumberOfEntities, Waitable
 from std_msgs.msg import String
 from std_srvs.srv import SetBool
 
+from goalwire.execution.lookout import Lookout
 from goalwire.execution.wait_set import Kind, WaitSet
 
 SECOND = 10**9
@@ -253,6 +254,53 @@ def test_one_without_entities_is_asked_when_the_executor_is_woken(
         counted.taken.expect(4, PATIENCE)
 
 
+@pytest.mark.parametrize('by_guard', [True, False], ids=['trigger', 'wake'])
+def test_what_happens_between_the_question_and_the_sleep_is_not_missed(
+    make_node: MakeNode, executor: Executor, by_guard: bool
+) -> None:
+    node = make_node()
+    guard = node.create_guard_condition(None)
+
+    class Late(Counted):
+        def add_to_wait_set(self, wait_set: WaitSet) -> None:
+            if by_guard:
+                wait_set.add_guard_condition(guard)
+
+        def is_ready(self, wait_set: WaitSet) -> bool:
+            ready = super().is_ready(wait_set)
+            if not ready and not self.taken.items:  # it changes right behind the answer
+                self.left = 1
+                guard.trigger() if by_guard else executor.wake()
+            return ready
+
+    late = Late()
+    node.add_waitable(late)
+    with Spinner(executor, node):
+        late.taken.expect(1, PATIENCE)
+
+
+def test_who_comes_while_another_thread_asks_has_it_asked_again(make_node: MakeNode) -> None:
+    asked, go_on = Collector[int](), threading.Event()
+
+    class Slow(Counted):
+        def is_ready(self, wait_set: WaitSet) -> bool:
+            ready = super().is_ready(wait_set)
+            asked(1)
+            assert go_on.wait(PATIENCE)
+            return ready
+
+    slow = Slow()
+    lookout = Lookout(make_node().home, slow)
+    first = threading.Thread(target=lookout.look)
+    first.start()
+    asked.expect(1)
+    slow.left = 1
+    lookout.look()  # returns at once
+    go_on.set()
+    first.join(PATIENCE)
+    assert len(asked.items) == 2
+
+
 # -- how it runs ---------------------------------------------------------------------------------------------
 
 
@@ -309,6 +357,19 @@ def test_it_moves_with_its_node(make_node: MakeNode, context: Context) -> None:
             waits.taken.expect(2, PATIENCE)
 
 
+def test_an_executor_that_its_node_has_left_asks_it_no_more(make_node: MakeNode) -> None:
+    node = make_node()
+    waits = added(node, Waits('guard_condition', node.create_guard_condition(None)))
+    with SingleThreadedExecutor(context=node.context) as executor:
+        executor.add_node(node)
+        executor.spin_once(timeout_sec=0)
+        assert waits.index == 0
+        executor.remove_node(node)
+        waits.index = -1
+        executor.spin_once(timeout_sec=0)
+        assert waits.index == -1
+
+
 def test_one_that_was_removed_runs_no_more(make_node: MakeNode, executor: Executor) -> None:
     node = make_node()
     guard = node.create_guard_condition(None)
@@ -352,7 +413,9 @@ def test_it_keeps_the_rule_of_its_group(make_node: MakeNode, context: Context) -
         assert begun.wait(PATIENCE)
         guard.trigger()
         result_of(spinner.executor.create_task(lambda: 'another turn'))
+        result_of(spinner.executor.create_task(lambda: 'and another one'))
         assert waits.taken.items == []
+        assert not waits.ready, 'asked while its group was busy'
         free.set()
         waits.taken.expect(1, PATIENCE)
 
