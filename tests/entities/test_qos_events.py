@@ -33,16 +33,17 @@ STRING = 'std_msgs/msg/String'
 
 
 class TellingPort(Port):
-    """A port that tells missed deadlines."""
+    """A port that tells one event, missed deadlines."""
 
     gid = bytes(16)
 
     def __init__(self) -> None:
+        self.told: EventType = MISSED
         self.watched: list[EventType] = []
         self.tell: Callable[[EventStatus], None]
 
     def watch_event(self, event: EventType, changed: Callable[[EventStatus], None]) -> bool:
-        if event is not MISSED:
+        if event is not self.told:
             return False
         self.watched.append(event)
         self.tell = changed
@@ -55,14 +56,14 @@ class TellingPort(Port):
 class World:
     """One publisher's events on a wire where QoS decides who matches."""
 
-    def __init__(self, *, enforces_qos: bool = True) -> None:
+    def __init__(self, *, enforces_qos: bool = True, type_hash: str = '') -> None:
         self.port = TellingPort()
         self.graph = Graph()
         self.home = Home()
         session = SimpleNamespace(enforces_qos=enforces_qos)
         context = SimpleNamespace(session=session)
         node = SimpleNamespace(home=self.home, graph=self.graph, context=context)
-        endpoint = Endpoint(EndpointKind.PUBLISHER, '/chat', STRING, '', DEFAULT)
+        endpoint = Endpoint(EndpointKind.PUBLISHER, '/chat', STRING, type_hash, DEFAULT)
         self.events = EndpointEvents(cast('NodeCore', node), endpoint, self.port)
 
     def listen(self, event: EventType) -> Collector[Any]:
@@ -99,6 +100,25 @@ def test_a_wire_that_knows_an_event_is_asked_once_and_tells_every_reader(world: 
     world.port.tell(OfferedDeadlineMissed(total_count=5))
     world.run_ready()
     assert first.items[1:] == second.items[1:] == [OfferedDeadlineMissed(5, 3)]
+
+
+def test_what_the_wire_tells_is_not_counted_from_the_graph_as_well(world: World) -> None:
+    world.port.told = MATCHED
+    matched = world.listen(MATCHED)
+    world.listen(INCOMPATIBLE)
+    world.graph.appeared(subscription(b'a'))
+    world.port.tell(Matched(total_count=1, current_count=1))
+    world.run_ready()
+    assert matched.items == [Matched(1, 1, 1, 1)]
+    assert world.events.status(MATCHED) == Matched(1, current_count=1)
+
+
+def test_a_peer_that_does_not_tell_its_hash_is_met_by_its_types_name() -> None:
+    world = World(type_hash='RIHS01_00')
+    matched = world.listen(MATCHED)
+    world.graph.appeared(subscription(b'a'))
+    world.run_ready()
+    assert matched.items == [Matched(1, 1, 1, 1)]
 
 
 def test_where_qos_prevents_messages_it_prevents_the_match(world: World) -> None:

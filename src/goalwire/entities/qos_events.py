@@ -76,9 +76,11 @@ class EndpointEvents:
         self._enforces_qos = node.context.session.enforces_qos
         self._port = port
         self._watch_arrivals = watch_arrivals
-        self._lock = Lock()
+        self.lock = Lock()
+        """Held over the totals and what a reader has seen of them."""
         self._status: dict[EventType, EventStatus] = {}
         self._started: set[EventType] = set()
+        self._told_by_wire: set[EventType] = set()
         self._readers: tuple[EventReader, ...] = ()
         self._matched: set[bytes] = set()
         self._watch: CounterpartWatch | None = None
@@ -102,7 +104,7 @@ class EndpointEvents:
             choice = ', '.join(each.name for each in known)
             raise TypeError(f'a {kind.value} has no event {event!r}: choose one of {choice}')
         reader = EventReader(self, event, group, callback)
-        with self._lock:
+        with self.lock:
             self._readers += (reader,)
         try:
             self._start(event)
@@ -115,7 +117,7 @@ class EndpointEvents:
 
     def forget(self, reader: EventReader) -> None:
         """Tell a reader no more."""
-        with self._lock:
+        with self.lock:
             self._readers = tuple(each for each in self._readers if each is not reader)
 
     def status(self, event: EventType) -> EventStatus:
@@ -137,11 +139,12 @@ class EndpointEvents:
 
     def _start(self, event: EventType) -> None:
         """See to it that an event is counted."""
-        with self._lock:
+        with self.lock:
             if event in self._started:
                 return
             self._started.add(event)
         if self._port.watch_event(event, partial(self._set, event)):
+            self._told_by_wire.add(event)
             return
         if self._watch_arrivals is not None and event is SubscriptionEvent.RCL_SUBSCRIPTION_MESSAGE_LOST:
             self._watch_arrivals(self._note_arrival)
@@ -153,13 +156,13 @@ class EndpointEvents:
     # -- from the wire and the messages --------------------------------------------------------------------
 
     def _set(self, event: EventType, status: EventStatus) -> None:
-        with self._lock:
+        with self.lock:
             self._status[event] = status
         self._notify(event)
 
     def _note_arrival(self, sample: Sample) -> None:
         """Count the messages before this one that never came; on the transport's thread."""
-        with self._lock:
+        with self.lock:
             missed = self._gaps.missed_before(sample.gid, sample.sequence)
         if missed:
             self._add(SubscriptionEvent.RCL_SUBSCRIPTION_MESSAGE_LOST, total_count=missed)
@@ -167,7 +170,7 @@ class EndpointEvents:
     # -- from the graph ------------------------------------------------------------------------------------
 
     def _watch_graph(self) -> None:
-        with self._lock:
+        with self.lock:
             first, self._watches_graph = not self._watches_graph, True
         if first:  # outside the lock: those who are there are told of at once
             own = self.endpoint
@@ -177,7 +180,7 @@ class EndpointEvents:
         if is_there:
             self._meet(peer)
             return
-        with self._lock:
+        with self.lock:
             self._gaps.forget(peer.gid)
         if peer.gid in self._matched:
             self._matched.discard(peer.gid)
@@ -186,7 +189,8 @@ class EndpointEvents:
     def _meet(self, peer: GraphEntity) -> None:
         own = self.endpoint
         events = _FROM_GRAPH[own.kind]
-        if (peer.type_name, peer.type_hash) != (own.type_name, own.type_hash):
+        known_hashes = {peer.type_hash, own.type_hash} - {''}  # some peers tell none
+        if peer.type_name != own.type_name or len(known_hashes) > 1:
             self._add(events.incompatible_type, total_count=1)
             return
         offers, asks = (own, peer) if own.kind is EndpointKind.PUBLISHER else (peer, own)
@@ -198,7 +202,9 @@ class EndpointEvents:
             self._add(events.matched, total_count=1, current_count=1)
 
     def _add(self, event: EventType, policy: PolicyKind | None = None, **counts: int) -> None:
-        with self._lock:
+        if event in self._told_by_wire:
+            return
+        with self.lock:
             status = self.status(event)
             changed = {name: getattr(status, name) + number for name, number in counts.items()}
             if policy is not None:
@@ -250,10 +256,13 @@ class EventReader(Work):
 
     def take(self) -> EventStatus | None:
         """Return the record with the changes since it was last taken; None where there are none."""
-        if not self.events:
-            return None
-        earlier, self._seen = self._seen, self._source.status(self.event)
-        return changes_between(earlier, self._seen)
+        source = self._source
+        with source.lock:  # another thread may run this, too, where the callback group lets it
+            earlier, status = self._seen, source.status(self.event)
+            if self.closed or status is earlier:
+                return None
+            self._seen = status
+        return changes_between(earlier, status)
 
     def run(self) -> object:
         self._posted = False
