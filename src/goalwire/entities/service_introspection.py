@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from enum import IntEnum
+from enum import Enum, IntEnum
 from threading import RLock
 from typing import TYPE_CHECKING, Any
 
@@ -25,6 +25,8 @@ POSTFIX = '/_service_event'
 
 class ServiceIntrospectionState(IntEnum):
     """What is published of the calls of a client or service."""
+
+    __str__ = Enum.__str__
 
     OFF = 0
     METADATA = 1

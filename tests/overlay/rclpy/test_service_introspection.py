@@ -155,6 +155,13 @@ def test_a_destroyed_client_or_service_cannot_be_introspected(world: World) -> N
             end.configure_introspection(ROSClock(), qos_profile_system_default, CONTENTS)
 
 
+def test_a_state_shows_its_name() -> None:
+    assert (str(METADATA), repr(METADATA)) == (
+        'ServiceIntrospectionState.METADATA',
+        '<ServiceIntrospectionState.METADATA: 1>',
+    )
+
+
 def test_what_is_no_state_is_refused(world: World) -> None:
     with pytest.raises(TypeError, match='2 is no ServiceIntrospectionState'):
         world.client.configure_introspection(ROSClock(), qos_profile_system_default, 2)  # type: ignore[arg-type]

@@ -1,0 +1,23 @@
+"""What programs reach through rclpy's C extension is what the public modules have."""
+
+from rclpy.exceptions import InvalidHandle
+from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
+from rclpy.serialization import serialize_message
+from rclpy.service_introspection import ServiceIntrospectionState
+from std_msgs.msg import String
+
+
+def test_exceptions_are_those_that_are_raised() -> None:
+    assert _rclpy.InvalidHandle is InvalidHandle
+    assert issubclass(_rclpy.UnknownROSArgsError, _rclpy.RCLError)
+
+
+def test_messages_go_there_and_back() -> None:
+    message = String(data='x')
+    data = _rclpy.rclpy_serialize(message, String)
+    assert data == serialize_message(message)
+    assert _rclpy.rclpy_deserialize(data, String) == message
+
+
+def test_introspection_states_are_the_public_ones() -> None:
+    assert _rclpy.service_introspection.ServiceIntrospectionState is ServiceIntrospectionState
