@@ -161,7 +161,7 @@ def test_slashes_are_not_repeated() -> None:
     ('data', 'line'),
     [
         (b'/**:\n  ros__parameters:\n\ta: 1\n', 3),
-        (b'/**:\n  ros__parameters:\n    a: [1, 2', 3),
+        (b'/**:\n  ros__parameters:\n    a: @x\n', 3),
         (b'/**:\n  ros__parameters:\n    : 1\n', 3),
         (b'/**: \xff\n', 0),
     ],
