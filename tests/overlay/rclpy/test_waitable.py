@@ -21,6 +21,7 @@ from rclpy.clock import Clock, ClockType, ROSClock
 from rclpy.context import Context
 from rclpy.exceptions import InvalidHandle
 from rclpy.executors import Executor, MultiThreadedExecutor, SingleThreadedExecutor
+from rclpy.experimental import AsyncNode
 from rclpy.guard_condition import GuardCondition
 from rclpy.node import Node
 from rclpy.subscription import Subscription
@@ -535,6 +536,22 @@ def test_an_executor_keeps_no_node_alive_for_its_waitables(context: Context) -> 
         gc.collect()
         assert home() is None
         executor.spin_once(timeout_sec=0)
+
+
+def test_it_runs_in_an_asyncio_loop_too(isolated: dict[str, str], context: Context) -> None:
+    class Sets(Waits):
+        async def execute(self, taken_data: object) -> None:
+            done.set()
+
+    async def program() -> None:
+        async with AsyncNode('node', context=context) as node, asyncio.timeout(PATIENCE):
+            guard = GuardCondition(None, None, context)
+            node.add_waitable(Sets('guard_condition', guard))
+            threading.Thread(target=guard.trigger).start()
+            await done.wait()
+
+    done = asyncio.Event()
+    asyncio.run(program())
 
 
 # -- the wait set --------------------------------------------------------------------------------------------
