@@ -123,10 +123,12 @@ class Context:
             self.rosout.close()
             with self._lock:
                 session, self._session = self._session, None
-            if session is not None:
-                session.close()
-            if self._logs:
-                logging.release()
+            try:
+                if session is not None:
+                    session.close()
+            finally:
+                if self._logs:
+                    logging.release()
 
     def on_shutdown(self, callback: ShutdownCallback) -> None:
         """Call `callback` at the end (at once where it has come). Methods are held weakly, as in rclpy."""

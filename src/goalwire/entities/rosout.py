@@ -12,11 +12,12 @@ from struct import Struct
 from threading import Lock
 from typing import TYPE_CHECKING
 
+from goalwire.entities.endpoint import describe_endpoint
 from goalwire.entities.standard_types import standard_message
 from goalwire.errors import ClosedError, ForkedError
 from goalwire.logging import LogRecord, SinkHandle, add_sink, get_logger
 from goalwire.protocol.qos import ROSOUT, QoS
-from goalwire.transport.contract import Endpoint, EndpointKind, PublisherPort
+from goalwire.transport.contract import EndpointKind, PublisherPort
 
 if TYPE_CHECKING:
     from goalwire.entities.node import NodeCore
@@ -106,17 +107,11 @@ class _Outlet:
 
     def open(self) -> Callable[[bytes], None]:
         """Declare the publisher and return what sends its messages."""
-        support = self.support
-        endpoint = Endpoint(
-            EndpointKind.PUBLISHER,
-            self._node.resolve(TOPIC),
-            LOG,
-            support.type_hash,
-            self._qos,
-            support.has_buffers,
-            waits_for_room=False,
+        node = self._node
+        endpoint = describe_endpoint(
+            node, EndpointKind.PUBLISHER, node.resolve(TOPIC), self.support, self._qos, waits_for_room=False
         )
-        self._port = self._node.port.publisher(endpoint)
+        self._port = node.port.publisher(endpoint)
         return self._port.publish
 
     def destroy(self) -> None:

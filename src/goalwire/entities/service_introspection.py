@@ -6,11 +6,12 @@ from enum import Enum, IntEnum
 from threading import RLock
 from typing import TYPE_CHECKING, Any
 
+from goalwire.entities.endpoint import describe_endpoint
 from goalwire.entities.exceptions import InvalidHandle
 from goalwire.entities.type_support import message_support
 from goalwire.errors import ClosedError, GoalwireError
 from goalwire.logging import get_logger
-from goalwire.transport.contract import Endpoint, EndpointKind
+from goalwire.transport.contract import EndpointKind
 from goalwire.transport.outbox import Outbox
 
 if TYPE_CHECKING:
@@ -91,14 +92,9 @@ class ServiceIntrospection:
         self._logger_name = node.logger_name
         self._failed = False
         self.topic = node.resolve(owner.full_name + POSTFIX)
-        endpoint = Endpoint(
-            EndpointKind.PUBLISHER,
-            self.topic,
-            support.type_name,
-            support.type_hash,
-            qos,
-            support.has_buffers,
-            waits_for_room=False,  # some steps are told on the transport's own threads
+        # It never waits: some steps are told on the transport's own threads.
+        endpoint = describe_endpoint(
+            node, EndpointKind.PUBLISHER, self.topic, support, qos, waits_for_room=False
         )
         self._port = node.port.publisher(endpoint)
         self.order = RLock()

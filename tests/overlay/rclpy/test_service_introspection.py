@@ -16,6 +16,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy, qos_profi
 from rclpy.service import Service
 from rclpy.service_introspection import ServiceIntrospectionState
 from rclpy.time import Time
+from rclpy.topic_or_service_is_hidden import topic_or_service_is_hidden
 
 SENT, RECEIVED, ANSWERED, DONE = range(4)
 OFF, METADATA, CONTENTS = ServiceIntrospectionState
@@ -139,6 +140,13 @@ def test_the_publisher_has_the_given_qos_and_is_not_listed_by_the_node(world: Wo
     assert (info.qos_profile.depth, info.qos_profile.reliability) == (7, ReliabilityPolicy.BEST_EFFORT)
     assert info.qos_profile.durability is DurabilityPolicy.TRANSIENT_LOCAL
     assert TOPIC not in [publisher.topic_name for publisher in server.publishers]
+
+
+def test_the_topic_is_hidden_and_listed_all_the_same(world: World) -> None:
+    world.introspect(METADATA, 2)
+    assert topic_or_service_is_hidden(TOPIC)
+    names = dict(world.nodes[2].get_topic_names_and_types())
+    assert names[TOPIC] == ['example_interfaces/srv/AddTwoInts_Event']
 
 
 def test_the_topic_goes_with_its_client_or_service(world: World) -> None:

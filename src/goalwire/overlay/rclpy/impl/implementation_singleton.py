@@ -1,4 +1,4 @@
-"""rclpy.impl.implementation_singleton: what programs take from rclpy's C extension, its exceptions above all."""
+"""rclpy.impl.implementation_singleton: what programs take from rclpy's C extension, exceptions above all."""
 
 from types import SimpleNamespace
 
