@@ -6,6 +6,7 @@ from collections.abc import Callable
 from functools import partial
 from threading import Lock
 from typing import Any
+from weakref import WeakSet
 
 from geometry_msgs.msg import TransformStamped
 from rclpy.clock import Clock, JumpThreshold, TimeJump
@@ -19,8 +20,9 @@ from tf2_msgs.srv import FrameGraph
 from tf2_py import BufferCore, TransformException
 from tf2_py.buffer_core import Instant
 
-from goalwire.execution.blocking import block_on_clock
+from goalwire.execution.inbox import Inbox
 from tf2_ros.buffer_interface import NO_TIME, BufferInterface
+from tf2_ros.hearing import wait_hearing
 
 __all__ = ['Buffer']
 
@@ -39,6 +41,7 @@ class Buffer(BufferCore, BufferInterface):
         BufferInterface.__init__(self)
         self._context: Context = get_default_context() if node is None else node.context
         self._waiting: dict[Future[TransformStamped], Lookup] = {}
+        self._inboxes: WeakSet[Inbox[Any]] = WeakSet()
         self._waiting_lock = Lock()
         self.clock = Clock() if node is None else node.get_clock()
         if node is not None:
@@ -68,9 +71,8 @@ class Buffer(BufferCore, BufferInterface):
     ) -> TransformStamped:
         """Return the transform from source to target at a time, 0 being the latest.
 
-        Waits up to `timeout` for it, then raises what lookup_transform_core raises. The transforms must come
-        on another thread: in a callback, use an executor of several threads or TransformListener's
-        spin_thread, or await lookup_transform_async.
+        Waits up to `timeout` for it, then raises what lookup_transform_core raises. May wait in a callback:
+        meanwhile this thread takes what the buffer's listeners hear.
         """
         lookup = partial(self.lookup_transform_core, target_frame, source_frame, time)
         self._wait(lookup, timeout)
@@ -167,14 +169,21 @@ class Buffer(BufferCore, BufferInterface):
             )
         )
 
+    def hear(self, inbox: Inbox[Any]) -> None:
+        """Take transforms from a listener's inbox too, while somebody waits for one."""
+        with self._waiting_lock:
+            self._inboxes.add(inbox)
+
     def _wait(self, lookup: Lookup, timeout: Duration) -> None:
         """Block until `lookup` succeeds, the time is over, by the buffer's clock, or the context ends."""
         if timeout.nanoseconds <= 0:
             return
         future = self._future(lookup)
         until_ns = self.clock.now_ns() + timeout.nanoseconds
+        with self._waiting_lock:
+            inboxes = list(self._inboxes)
         try:
-            block_on_clock(future, self.clock, until_ns, self._context.lifeline)
+            wait_hearing(future, inboxes, self.clock, until_ns, self._context.lifeline)
         finally:
             future.cancel()
 

@@ -15,6 +15,7 @@ from tf2_msgs.msg import TFMessage
 from tf2_py import BufferCore
 
 from goalwire.execution.home import Home
+from tf2_ros.buffer import Buffer
 
 __all__ = ['TransformListener']
 
@@ -90,6 +91,8 @@ class TransformListener:
             TFMessage, topic, callback, qos, callback_group=self.group
         )
         self._subscriptions.append(subscription)
+        if isinstance(self.buffer, Buffer):
+            self.buffer.hear(subscription.inbox)
         return subscription
 
     def _start_thread(self) -> None:
