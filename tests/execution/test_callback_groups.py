@@ -5,6 +5,7 @@ import threading
 from collections.abc import Callable
 
 import pytest
+from helpers.collector import Collector
 from helpers.execution import PATIENCE, SmallContext, SmallNode, Spinning, soon
 
 from goalwire.execution.callback_groups import (
@@ -194,3 +195,93 @@ def test_parked_work_costs_no_turns(single: SingleThreadedExecutor, node: SmallN
     assert not single._ready.items
     group.ending_execution(holder)
     assert list(single._ready.items) == [inbox]
+
+
+# -- groups written by programs ------------------------------------------------------------------------------
+
+
+class Few(CallbackGroup):
+    """Lets two callbacks run beside each other."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.running: list[object] = []
+        self.most = 0
+        self._lock = threading.Lock()
+
+    def can_execute(self, entity: object) -> bool:
+        return len(self.running) < 2
+
+    def beginning_execution(self, entity: object) -> bool:
+        with self._lock:
+            if not self.can_execute(entity):
+                return False
+            self.running.append(entity)
+            self.most = max(self.most, len(self.running))
+            return True
+
+    def ending_execution(self, entity: object) -> None:
+        with self._lock:
+            self.running.remove(entity)
+
+
+class Gate(MutuallyExclusiveCallbackGroup):
+    """Lets nothing run while it is shut."""
+
+    shut = True
+
+    def can_execute(self, entity: object) -> bool:
+        return not self.shut and super().can_execute(entity)
+
+
+def test_a_group_of_the_programs_own_makes_the_rule(executor: Executor, node: SmallNode) -> None:
+    group, ran = Few(), Collector[int]()
+    guards = []
+    for number in range(6):
+
+        async def callback(number: int = number) -> None:
+            await asyncio.sleep(0.002)
+            ran(number)
+
+        guards.append(GuardCondition(callback, group, home=node.home))
+    executor.add_node(node)
+    with Spinning(executor):
+        for guard in guards:
+            guard.trigger()
+        assert sorted(ran.expect(6)) == [0, 1, 2, 3, 4, 5]
+    assert group.most == 2
+    assert all(entity in guards for entity in group.running)
+
+
+def test_a_group_of_the_programs_own_is_asked_again_after_each_callback_and_when_woken(
+    executor: Executor, node: SmallNode
+) -> None:
+    group, ran, other = Gate(), Collector[str](), Collector[str]()
+    gated = GuardCondition(lambda: ran('gated'), group, home=node.home)
+    free = GuardCondition(lambda: other('free'), None, home=node.home)
+    executor.add_node(node)
+    with Spinning(executor):
+        gated.trigger()
+        free.trigger()
+        other.expect(1)
+        assert ran.items == []
+        group.shut = False
+        executor.wake()
+        ran.expect(1)
+        group.shut = True
+        gated.trigger()
+        group.shut = False
+        free.trigger()
+        ran.expect(2)
+
+
+def test_what_a_group_has_refused_goes_with_its_node(context: SmallContext, node: SmallNode) -> None:
+    group, ran = Gate(), Collector[str]()
+    with SingleThreadedExecutor(context=context) as first, SingleThreadedExecutor(context=context) as second:
+        first.add_node(node)
+        GuardCondition(lambda: ran('gated'), group, home=node.home).trigger()
+        first.spin_once(timeout_sec=0)
+        group.shut = False
+        second.add_node(node)
+        second.spin_once(timeout_sec=0)
+    assert ran.items == ['gated']

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from goalwire.execution.asyncio_waiting import delay_s
 from goalwire.execution.current import THREAD
-from goalwire.execution.engine import Engine, end_of_callback
+from goalwire.execution.engine import Engine
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine
@@ -91,8 +91,7 @@ class LoopEngine(Engine):
             self.close()
             self._tasks.create_task(_raise(error))
             return
-        if not self._is_shutdown:  # a callback may have ended this
-            self._listen()
+        self._listen()
 
     def _run_what_is_there(self) -> None:
         for _ in range(len(self._ready.items) + 1):  # one more for an alarm
@@ -100,7 +99,7 @@ class LoopEngine(Engine):
             if work is None:
                 return
             self._perform(work)
-            if self._is_shutdown or not self._lifeline.alive:
+            if not self._lifeline.alive:
                 return
 
     def _listen(self) -> None:
@@ -131,7 +130,7 @@ class LoopEngine(Engine):
             self._runs.discard(task)
             if not task.cancelled() and task.exception() is not None:
                 self.close()
-            end_of_callback(work, group)
+            self._end(work, group)
 
         task.add_done_callback(over)
 

@@ -20,12 +20,21 @@ class CallbackGroup:
     exclusive = False
     """Whether one callback at a time may run."""
 
+    foreign = False
+    """Whether a program has written its rule."""
+
     home: Home | None = None
     """Where its members' work goes, if not to their node's executor; to be set before they are made."""
 
     def __init__(self) -> None:
         self.entities: WeakSet[object] = WeakSet()
         self._active: object = None
+
+    def __init_subclass__(cls) -> None:
+        if 'begin' not in vars(cls) and _RULE & vars(cls).keys():
+            cls.foreign = True
+            cls.begin = CallbackGroup.begin  # type: ignore[method-assign]  # where a quicker one was inherited
+            cls.ended = CallbackGroup.ended  # type: ignore[method-assign]
 
     def add_entity(self, entity: object) -> None:
         """Make `entity` a member. Raises TypeError for what cannot be referenced weakly."""
@@ -47,6 +56,15 @@ class CallbackGroup:
         """Note that a callback of `entity` has ended."""
         raise NotImplementedError
 
+    def begin(self, work: Work, /) -> bool:
+        """Ask the rule whether a callback of `work` may start, and note that it does."""
+        entity = work.entity
+        return self.can_execute(entity) and self.beginning_execution(entity)
+
+    def ended(self, work: Work, /) -> None:
+        """Note that a callback of `work` has ended."""
+        self.ending_execution(work.entity)
+
     @property
     def active_entity(self) -> object:
         """Whose callback runs in an exclusive group, or None."""
@@ -62,6 +80,10 @@ class CallbackGroup:
         raise NotImplementedError
 
 
+_RULE = {'can_execute', 'beginning_execution', 'ending_execution'}
+"""What a group written by a program replaces."""
+
+
 class ReentrantCallbackGroup(CallbackGroup):
     """Its callbacks run beside each other, and beside themselves."""
 
@@ -75,6 +97,9 @@ class ReentrantCallbackGroup(CallbackGroup):
 
     def ending_execution(self, entity: object) -> None:
         """Nothing to note."""
+
+    begin = beginning_execution
+    ended = ending_execution
 
     def park(self, work: Work) -> None:
         """Never needed; posting again is right all the same."""
@@ -114,6 +139,9 @@ class MutuallyExclusiveCallbackGroup(CallbackGroup):
         self._busy.release()
         if self._parked:
             self._post_next()
+
+    begin = beginning_execution
+    ended = ending_execution
 
     @property
     def parked(self) -> Sequence[Work]:

@@ -35,6 +35,8 @@ class Engine:
         self._agenda = Agenda(self._look_again)
         self._readiness = Readiness(self._look_again)
         self._failures: deque[BaseException] = deque()
+        self._refused: deque[Work] = deque()
+        self._askings = 0
         self._lanes: Lanes | None = None
         self._lanes_lock = allocate_lock()
         self._is_shutdown = False
@@ -67,7 +69,10 @@ class Engine:
         group = work.group
         token = None
         if group is not None:
-            if not group.beginning_execution(work):
+            if group.foreign:
+                if not self._may_begin(work, group):
+                    return False
+            elif not group.begin(work):
                 group.park(work)
                 return False
             if group.exclusive:
@@ -78,21 +83,51 @@ class Engine:
                 self._start(outcome, work, group)
                 return True
         except BaseException:
-            end_of_callback(work, group)
+            self._end(work, group)
             raise
         finally:
             if token is not None:
                 HELD.reset(token)
-        if group is not None:
-            group.ending_execution(work)
-        work.settle()
+        self._end(work, group)
         return True
+
+    def _end(self, work: Work, group: CallbackGroup | None) -> None:
+        """Note that a callback has ended."""
+        if group is not None:
+            group.ended(work)
+            if group.foreign:
+                self._askings += 1
+        work.settle()
+        if self._refused:
+            self._ask_again()
+
+    def _may_begin(self, work: Work, group: CallbackGroup) -> bool:
+        """Ask a group whose rule a program has written, and keep the work that it refuses.
+
+        Who asks again counts first, then looks at what is kept; here it is the other way round.
+        """
+        askings = self._askings
+        if group.begin(work):
+            return True
+        self._refused.append(work)
+        if self._askings != askings:
+            self._ask_again()
+        return False
+
+    def _ask_again(self) -> None:
+        """Post what such groups have refused: they are asked after each callback, as in rclpy."""
+        for _ in range(len(self._refused)):
+            try:
+                work = self._refused.popleft()
+            except IndexError:
+                return
+            work.home.post(work)
 
     def _start(self, coroutine: Coroutine[Any, Any, object], work: Work, group: CallbackGroup | None) -> None:
         """Run a coroutine callback up to its first await, in the order of plain callbacks."""
         from goalwire.execution.lane import Start
 
-        ended = partial(end_of_callback, work, group)
+        ended = partial(self._end, work, group)
         self._get_lanes().start(Start(coroutine, copy_context(), ended), group)
 
     def _raise_failure(self) -> None:
@@ -123,10 +158,3 @@ class Engine:
         if self._lanes is not None:
             self._lanes.close()
         self._readiness.close()
-
-
-def end_of_callback(work: Work, group: CallbackGroup | None) -> None:
-    """Note that a callback has ended."""
-    if group is not None:
-        group.ending_execution(work)
-    work.settle()

@@ -121,6 +121,7 @@ class Executor(Engine):
     def remove_node(self, node: NodeLike) -> None:
         """Run `node`'s callbacks no more. What is pending waits for the executor it is added to next."""
         self._nodes.discard(node)
+        self._ask_again()  # so that what was refused goes with its node
         if node.home.queue is self._ready:
             node.home.detach()
 
@@ -153,6 +154,8 @@ class Executor(Engine):
 
     def wake(self) -> None:
         """Let a spinning thread look at what there is, and ask the waitables. Any thread."""
+        self._askings += 1
+        self._ask_again()
         self._ready.stir()
 
     # -- spinning
