@@ -188,6 +188,34 @@ def test_a_timer_does_not_drift_and_is_never_early(world: World, loop: str) -> N
     run(scenario(), loop)
 
 
+def test_a_turn_leaves_no_waker_and_no_timer_behind(world: World, monkeypatch: pytest.MonkeyPatch) -> None:
+    async def scenario() -> None:
+        loop, set_timers = asyncio.get_running_loop(), 0
+        call_later = loop.call_later
+
+        def counted(*args: Any, **kwargs: Any) -> asyncio.TimerHandle:
+            nonlocal set_timers
+            set_timers += 1
+            return call_later(*args, **kwargs)
+
+        late, soon = world.timer(60_000, bool), world.timer(1, lambda: world.see('tick'))
+        inbox = world.inbox(world.see)
+        async with world.host:
+            await world.expect(5)
+            soon.destroy()
+            monkeypatch.setattr(loop, 'call_later', counted)
+            for count in range(6, 20):
+                inbox.deliver(count)
+                await world.expect(count)
+            queue = world.node.home.queue
+            assert queue is not None
+            assert queue.sleepers == 1
+            assert set_timers == 1, 'the one that stands is left alone'
+            late.destroy()
+
+    run(scenario())
+
+
 def test_a_timer_that_is_set_earlier_while_the_loop_sleeps_rings_in_time(world: World) -> None:
     async def scenario() -> None:
         late = world.timer(60_000, bool)
@@ -270,6 +298,35 @@ def test_an_error_of_a_callback_cancels_the_body_and_leaves_in_a_group(
         run(scenario())
     assert [(type(error), error.args) for error in raised.value.exceptions] == [(ValueError, ('boom',))]
     assert cancelled == ['other callback', 'body']
+
+
+def test_no_callback_runs_once_one_has_failed(world: World) -> None:
+    ticks = 0
+
+    def tick() -> None:
+        nonlocal ticks
+        ticks += 1
+
+    async def scenario(handle: Callable[[Any], object]) -> None:
+        world = World()
+        inbox = world.inbox(handle)
+        world.timer(0.5, tick)
+        try:
+            async with world.host:
+                inbox.deliver('boom')
+                try:
+                    await asyncio.Event().wait()
+                finally:
+                    before = ticks
+                    await asyncio.sleep(0.01)
+                    assert ticks == before
+        finally:
+            assert not world.context.lifeline._watchers
+
+    for make in (_plain, _coroutine):
+        with pytest.raises(ExceptionGroup) as raised:
+            run(scenario(make(world)))
+        assert [type(error) for error in raised.value.exceptions] == [ValueError]
 
 
 def test_errors_while_callbacks_clean_up_are_in_the_group_too(world: World) -> None:

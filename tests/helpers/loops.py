@@ -24,8 +24,10 @@ def run(coroutine: Coroutine[Any, Any, T], loop: str = 'asyncio') -> T:
         factory = import_module(loop).new_event_loop
 
     async def bounded() -> T:
-        async with asyncio.timeout(PATIENCE):
-            return await coroutine
+        async with asyncio.timeout(PATIENCE) as deadline:
+            result = await coroutine
+        assert not deadline.expired(), 'the scenario took the end of its time for something else'
+        return result
 
     with asyncio.Runner(loop_factory=factory) as runner:
         return runner.run(bounded())

@@ -1,0 +1,110 @@
+"""The coroutine of a service's callback: the request is answered or given up, however it ends."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Coroutine
+from typing import Any
+
+import pytest
+from helpers.loops import run
+
+from goalwire.entities.answering import Answering
+from goalwire.transport.contract import Request
+
+
+class Asked(Request):
+    """A request that notes what becomes of it."""
+
+    def __init__(self) -> None:
+        self.became: list[str] = []
+
+    def reply(self, payload: bytes) -> None:
+        self.became.append(payload.decode())
+
+    def drop(self, reason: str = '') -> None:
+        self.became.append(reason)
+
+
+def _answer(request: Request, response: object) -> None:
+    request.reply(str(response).encode())
+
+
+async def _callback() -> str:
+    await asyncio.sleep(0)
+    return 'answer'
+
+
+async def _failing() -> str:
+    await asyncio.sleep(0)
+    raise ValueError('callback')
+
+
+def _answering(asked: Asked, callback: Coroutine[Any, Any, str] | None = None) -> Answering:
+    return Answering(callback or _callback(), asked, _answer)
+
+
+def test_what_the_callback_returns_is_sent_when_a_task_runs_it() -> None:
+    async def scenario() -> Asked:
+        asked = Asked()
+        await asyncio.get_running_loop().create_task(_answering(asked))
+        return asked
+
+    assert run(scenario()).became == ['answer']
+
+
+def test_what_the_callback_returns_is_sent_when_it_is_awaited() -> None:
+    async def scenario() -> Asked:
+        asked = Asked()
+        await _answering(asked)
+        return asked
+
+    assert run(scenario()).became == ['answer']
+
+
+def test_an_error_gives_the_request_up_and_goes_on() -> None:
+    async def scenario(asked: Asked) -> None:
+        with pytest.raises(ValueError, match='callback'):
+            await _answering(asked, _failing())
+
+    asked = Asked()
+    run(scenario(asked))
+    assert asked.became == ['its callback failed']
+
+
+def test_an_answer_that_cannot_be_sent_gives_the_request_up() -> None:
+    def refuse(_request: Request, _response: object) -> None:
+        raise TypeError('no response')
+
+    async def scenario(asked: Asked) -> None:
+        with pytest.raises(TypeError, match='no response'):
+            await Answering(_callback(), asked, refuse)
+
+    asked = Asked()
+    run(scenario(asked))
+    assert asked.became == ['its callback failed']
+
+
+@pytest.mark.parametrize('steps', [0, 1])
+def test_cancelled_before_or_after_its_first_step_it_gives_the_request_up(steps: int) -> None:
+    async def scenario() -> Asked:
+        asked = Asked()
+        task = asyncio.get_running_loop().create_task(_answering(asked))
+        for _ in range(steps):
+            await asyncio.sleep(0)
+        task.cancel()
+        await asyncio.wait([task])
+        assert task.cancelled()
+        return asked
+
+    assert run(scenario()).became == ['its callback was stopped']
+
+
+@pytest.mark.parametrize('steps', [0, 1])
+def test_closing_it_gives_the_request_up(steps: int) -> None:
+    asked = Asked()
+    answering = _answering(asked)
+    for _ in range(steps):
+        answering.send(None)
+    answering.close()
+    assert asked.became == ['its callback was stopped']
