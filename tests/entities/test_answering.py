@@ -89,7 +89,7 @@ def test_an_answer_that_cannot_be_sent_gives_the_request_up() -> None:
 def test_cancelled_before_or_after_its_first_step_it_gives_the_request_up(steps: int) -> None:
     async def scenario() -> Asked:
         asked = Asked()
-        task = asyncio.get_running_loop().create_task(_answering(asked))
+        task: asyncio.Task[None] = asyncio.get_running_loop().create_task(_answering(asked))
         for _ in range(steps):
             await asyncio.sleep(0)
         task.cancel()
