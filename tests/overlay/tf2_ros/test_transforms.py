@@ -222,7 +222,7 @@ def test_a_listeners_thread_listens_while_another_executor_has_the_node_and_its_
 
     def callback() -> float:
         broadcaster.sendTransform(transform('base', 4.0))
-        return x_of(buffer.lookup_transform('map', 'base', LATEST, PATIENCE))
+        return x_of(result_of(buffer.wait_for_transform_async('map', 'base', LATEST)))  # keeps the thread
 
     with SingleThreadedExecutor(context=context) as executor:
         executor.add_node(node)
