@@ -116,6 +116,21 @@ def test_spin_until_future_complete_ends_at_its_timeout_and_keeps_the_node(
     assert executor.get_nodes() == [node]
 
 
+def test_spin_until_future_complete_ends_in_time_however_much_there_is_to_do(
+    executor: Executor, node: SmallNode
+) -> None:
+    executor.add_node(node)
+
+    def go_on() -> None:
+        time.sleep(0.001)
+        guard.trigger()
+
+    guard = GuardCondition(go_on, ReentrantCallbackGroup(), home=node.home)
+    guard.trigger()
+    assert took(lambda: executor.spin_until_future_complete(Future(), timeout_sec=0.05)) < PATIENCE / 2
+    guard.destroy()
+
+
 def test_spin_until_future_complete_returns_at_once_for_a_settled_future(executor: Executor) -> None:
     done: Future[int] = Future()
     done.set_result(1)

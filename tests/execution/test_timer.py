@@ -116,6 +116,21 @@ def test_a_canceled_timer_is_silent_until_reset() -> None:
     assert world.at(400) == [400]
 
 
+@pytest.mark.parametrize('period_ms', [10, 500])
+def test_a_timer_reset_while_its_node_is_in_no_executor_is_called_in_time(period_ms: int) -> None:
+    """As between two calls of `rclpy.spin_once(node)`."""
+    world = World()
+    timer = world.timer(100)
+    assert world.at(50) == []
+    world.executor.remove_node(world.node)
+    timer.timer_period_ns = period_ms * MS
+    timer.reset()
+    world.executor.add_node(world.node)
+    assert world.at(50 + period_ms - 1, 2) == []
+    assert world.at(50 + period_ms, 2) == [50 + period_ms]
+    assert world.at(50 + 2 * period_ms, 2) == [50 + period_ms, 50 + 2 * period_ms]
+
+
 def test_without_autostart_it_waits_for_reset() -> None:
     world = World()
     timer = world.timer(100, autostart=False)

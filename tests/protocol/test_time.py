@@ -268,15 +268,23 @@ def test_messages_and_time_values_turn_into_each_other(expression: Expression, t
 @pytest.mark.parametrize(
     ('expression', 'error', 'text'),
     [
-        (lambda: Time.from_msg(messages.Duration(sec=3)), TypeError, 'Must pass a Time object'),
-        (lambda: AnyTime.from_msg(1), TypeError, 'Must pass a Time object'),
+        (
+            lambda: Time.from_msg(messages.Duration(sec=3)),
+            TypeError,
+            'Must pass a builtin_interfaces.msg.Time object',
+        ),
+        (lambda: AnyTime.from_msg(1), TypeError, 'Must pass a builtin_interfaces.msg.Time object'),
         (
             lambda: Time.from_msg(messages.Time(sec=-3, nanosec=4)),
             ValueError,
             'Seconds value must not be negative',
         ),
-        (lambda: Duration.from_msg(messages.Time(sec=1)), TypeError, 'Must pass a Duration object'),
-        (lambda: AnyDuration.from_msg(1), TypeError, 'Must pass a Duration object'),
+        (
+            lambda: Duration.from_msg(messages.Time(sec=1)),
+            TypeError,
+            'Must pass a builtin_interfaces.msg.Duration object',
+        ),
+        (lambda: AnyDuration.from_msg(1), TypeError, 'Must pass a builtin_interfaces.msg.Duration object'),
     ],
 )
 def test_only_the_right_message_becomes_a_time_value(

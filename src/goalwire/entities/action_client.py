@@ -324,9 +324,13 @@ class ActionClientCore:
     # -- the server, and the end -----------------------------------------------------------------------------
 
     def server_is_there(self) -> bool:
-        """True while the graph shows all five parts of a server; False once destroyed."""
+        """True while the graph shows all five parts of a server; False once destroyed.
+
+        Raises ShutDownError after the context's end.
+        """
         if self._destroyed:
             return False
+        self.node.check_open()
         return self.node.graph.has_action(self._names.name, self.type_name)
 
     @property

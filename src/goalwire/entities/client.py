@@ -167,13 +167,20 @@ class ClientCore(Introspected):
             wake()
 
     def server_is_there(self) -> bool:
-        """True while the graph shows a server of this name and type; raises InvalidHandle once destroyed."""
+        """True while the graph shows a server of this name and type.
+
+        Raises InvalidHandle once destroyed, ShutDownError after the context's end.
+        """
         if self._port is None:
             raise InvalidHandle
+        self.node.check_open()
         return self.node.graph.has_service(self.full_name, self.support.type_name)
 
     def wait_for_service(self, timeout_sec: float | None = None) -> bool:
-        """Block until there is a server (True) or the time is over (False); None waits without limit."""
+        """Block until there is a server (True) or the time is over (False); None waits without limit.
+
+        Raises as server_is_there does.
+        """
         return wait_for_graph(self.node.context, self.server_is_there, timeout_sec)
 
     def report_unanswered(self, reason: str) -> None:

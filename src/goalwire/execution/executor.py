@@ -302,6 +302,8 @@ class Executor(Engine):
                 self._raise_failure()
             if (performed and once) or not self._lifeline.alive or leave():
                 return
+            if deadline is not None and not once and self._is_past(deadline):
+                return  # callbacks that are always due must not keep it from ending in time
 
     def _work_off(self, deadline: int | None) -> None:
         """Run as many callbacks as events wait now, each in its turn; what comes meanwhile stays."""

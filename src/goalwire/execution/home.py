@@ -72,6 +72,8 @@ class Home:
     def set_alarm(self, alarm: Alarm, due: int) -> None:
         """Let `alarm` ring at steady time `due` (ns), whichever executor the node is in by then."""
         self._alarms.add(alarm)
+        if self.agenda is None and (left := alarm.agenda) is not None:
+            left.forget(alarm)  # the executor that the node has left, and may come back to
         alarm.due = due
         agenda = self.agenda
         while agenda is not None:

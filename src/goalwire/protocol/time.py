@@ -92,7 +92,7 @@ class Duration:
         from builtin_interfaces.msg import Duration as DurationMessage
 
         if not isinstance(msg, DurationMessage):
-            raise TypeError('Must pass a Duration object')
+            raise TypeError('Must pass a builtin_interfaces.msg.Duration object')
         return cls(seconds=msg.sec, nanoseconds=msg.nanosec)
 
     def get_c_duration(self) -> DurationType:
@@ -200,5 +200,5 @@ class Time:
         from builtin_interfaces.msg import Time as TimeMessage
 
         if not isinstance(msg, TimeMessage):
-            raise TypeError('Must pass a Time object')
+            raise TypeError('Must pass a builtin_interfaces.msg.Time object')
         return cls(seconds=msg.sec, nanoseconds=msg.nanosec, clock_type=clock_type)

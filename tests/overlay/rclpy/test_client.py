@@ -241,9 +241,16 @@ def test_shutdown_wakes_who_waits(context: Context, make_node: MakeNode) -> None
     client, missing = node.create_client(AddTwoInts, 'add'), node.create_client(AddTwoInts, 'nosuch')
     assert client.wait_for_service(PATIENCE)
     came: Collector[object] = Collector()
+
+    def wait_for_the_missing() -> None:
+        try:
+            missing.wait_for_service()
+        except RCLError as error:
+            came(str(error))
+
     threads = [
         threading.Thread(target=lambda: came(client.call(Request()))),
-        threading.Thread(target=lambda: came(missing.wait_for_service())),
+        threading.Thread(target=wait_for_the_missing),
     ]
     for thread in threads:
         thread.start()
@@ -251,7 +258,12 @@ def test_shutdown_wakes_who_waits(context: Context, make_node: MakeNode) -> None
     for thread in threads:
         thread.join(PATIENCE)
         assert not thread.is_alive()
-    assert set(came.items) <= {None, False}
+    assert set(came.items) == {
+        None,
+        "node '/node': the context was shut down; ask rclpy.ok() before, or stop using it first",
+    }
+    with pytest.raises(RCLError):
+        client.service_is_ready()
 
 
 def test_a_client_ends_with_its_block(make_node: MakeNode) -> None:

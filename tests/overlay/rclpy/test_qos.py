@@ -60,7 +60,7 @@ def test_a_depth_is_enough() -> None:
 
 
 def test_keep_all_needs_no_depth_and_keeps_one_that_is_given() -> None:
-    assert QoSProfile(history=HistoryPolicy.KEEP_ALL).depth == 0
+    assert QoSProfile(history=HistoryPolicy.KEEP_ALL).depth == 10
     assert QoSProfile(history=HistoryPolicy.KEEP_ALL, depth=5).depth == 5
 
 

@@ -24,9 +24,7 @@ def test_ros_arguments_are_removed(given: list[str], left: list[str]) -> None:
 
 
 def test_arguments_that_cannot_be_read_are_not_removed() -> None:
-    with pytest.raises(
-        RCLInvalidROSArgsError, match=r'^Failed to parse ROS arguments: '
-    ):
+    with pytest.raises(RCLInvalidROSArgsError, match=r'^Failed to parse ROS arguments: '):
         tested.remove_ros_args(['p', '--ros-args', '-r', 'bad'])
     with pytest.raises(UnknownROSArgsError, match='--bad'):
         tested.remove_ros_args(['p', '--ros-args', '--bad'])

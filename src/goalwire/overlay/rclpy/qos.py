@@ -140,7 +140,7 @@ class QoSProfile:
         self.history = kwargs.get('history', HistoryPolicy.KEEP_LAST)
         if self.history is HistoryPolicy.KEEP_LAST and 'depth' not in kwargs:
             raise InvalidQoSProfileException('History set to KEEP_LAST without a depth setting.')
-        self.depth = kwargs.get('depth', 0)
+        self.depth = kwargs.get('depth', 10)  # under KEEP_ALL nobody heeds it, but others are told
         self.reliability = kwargs.get('reliability', ReliabilityPolicy.RELIABLE)
         self.durability = kwargs.get('durability', DurabilityPolicy.VOLATILE)
         self.lifespan = kwargs.get('lifespan', Duration())
