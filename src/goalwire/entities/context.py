@@ -65,11 +65,8 @@ class Context:
             if domain_id is not None and domain_id < 0:
                 raise RuntimeError(f'Domain id ({domain_id}) should not be lower than zero.')
             self.arguments = process_arguments(sys.argv if args is None else args)
-            if self.arguments.log_config_file is not None and initialize_logging:
-                raise RCLError(
-                    f"failed to configure logging: '{self.arguments.log_config_file}' cannot be used, the "
-                    "logging backend has no configuration files; leave '--log-config-file' out"
-                )
+            if initialize_logging:
+                _refuse_log_config_file(self.arguments)
             self._domain_id = _domain_from_environment() if domain_id is None else domain_id
         if initialize_logging:
             self._configure_logging()
@@ -211,6 +208,14 @@ class Context:
 def _report(mismatch: Mismatch) -> None:
     """Silence is a bug: say once what keeps two peers apart."""
     logging.get_logger('goalwire').warning(str(mismatch))
+
+
+def _refuse_log_config_file(arguments: Arguments) -> None:
+    if arguments.log_config_file is not None and arguments.external_lib_logs:
+        raise RCLError(
+            f"failed to initialize logging: '{arguments.log_config_file}' cannot be used, the logging backend "
+            "has no configuration files; leave '--log-config-file' out"
+        )
 
 
 def _domain_from_environment() -> int:
