@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from weakref import ref
 
 import pytest
+import rclpy
 import yaml
 from builtin_interfaces.msg import Time as TimeMessage
 from geometry_msgs.msg import Transform, TransformStamped, Vector3
@@ -238,6 +239,19 @@ def test_a_listeners_thread_takes_no_node_from_its_executor(context: Context, no
         executor.add_node(node)
         listener = TransformListener(Buffer(node=node), node, spin_thread=True)
         assert node.executor is executor
+        listener.unregister()
+
+
+@pytest.mark.usefixtures('isolated')
+def test_a_listener_without_a_node_makes_one_that_hears_transforms_and_nothing_else() -> None:
+    with rclpy.init(args=['--ros-args', '-p', 'use_sim_time:=true']):
+        buffer = Buffer()
+        listener = TransformListener(buffer, None, spin_thread=True)
+        topics = [subscription.topic_name for subscription in listener.node.subscriptions]
+        assert topics == ['/tf', '/tf_static']  # and no /clock
+        sender = StaticTransformBroadcaster(Node('sender'))
+        sender.sendTransform(transform('base', 1.0))
+        assert x_of(buffer.lookup_transform('map', 'base', LATEST, PATIENCE)) == 1.0
         listener.unregister()
 
 

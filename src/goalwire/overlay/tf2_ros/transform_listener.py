@@ -9,6 +9,7 @@ from typing import Any
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.subscription import Subscription
 from tf2_msgs.msg import TFMessage
@@ -46,7 +47,10 @@ class TransformListener:
         self.buffer = buffer
         self._own_node = node is None
         self.node = node or Node(
-            f'transform_listener_impl_{id(self):x}', enable_rosout=False, start_parameter_services=False
+            f'transform_listener_impl_{id(self):x}',
+            enable_rosout=False,
+            start_parameter_services=False,
+            parameter_overrides=[Parameter('use_sim_time', value=False)],  # it asks no clock: no /clock
         )
         # Reentrant: a callback of the default group may wait for transforms.
         self.group = ReentrantCallbackGroup()
