@@ -213,8 +213,8 @@ def _report(mismatch: Mismatch) -> None:
 def _refuse_log_config_file(arguments: Arguments) -> None:
     if arguments.log_config_file is not None and arguments.external_lib_logs:
         raise RCLError(
-            f"failed to initialize logging: '{arguments.log_config_file}' cannot be used, the logging backend "
-            "has no configuration files; leave '--log-config-file' out"
+            f"failed to initialize logging: '{arguments.log_config_file}' cannot be used, the logging "
+            "backend has no configuration files; leave '--log-config-file' out"
         )
 
 
