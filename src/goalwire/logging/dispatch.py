@@ -89,6 +89,9 @@ def emit(record: LogRecord) -> None:
 def console() -> Console:
     """Return the console, made from the environment when it is first wanted."""
     global _console  # noqa: PLW0603
+    made = _console
+    if made is not None:  # no lock, which in a forked child may be another thread's for ever
+        return made
     with _lock:
         if _console is None:
             _console = Console.from_environment(os.environ)

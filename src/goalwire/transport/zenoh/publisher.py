@@ -85,6 +85,7 @@ class ZenohHistoryPublisher(ZenohPublisher):
 
     def publish(self, payload: bytes) -> None:
         """Put one message; all subscriptions get those of several threads in the same order."""
+        self._place.check()  # before the turn, which in a forked child may be another thread's for ever
         with self._turn:
             super().publish(payload)
 
