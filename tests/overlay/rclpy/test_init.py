@@ -96,6 +96,16 @@ def test_leaving_the_block_shuts_down() -> None:
     assert get_current_signal_handlers_options() is SignalHandlerOptions.NO
 
 
+def test_a_block_may_come_after_another() -> None:
+    for _ in range(2):
+        with rclpy.init(args=[]) as opened:
+            assert rclpy.create_node('a').context is opened.context
+    with rclpy.init(args=[]):
+        rclpy.shutdown()
+        rclpy.init(args=[])
+    assert rclpy.ok(), 'a block ends its own context alone'
+
+
 def test_the_program_s_own_arguments_are_read(monkeypatch: pytest.MonkeyPatch) -> None:
     import sys
 

@@ -76,7 +76,8 @@ class InitContextManager:
     def __exit__(
         self, exc_type: type[BaseException] | None, exc: BaseException | None, traceback: TracebackType | None
     ) -> None:
-        try_shutdown(context=self.context)
+        default = self.context is get_default_context()
+        try_shutdown(context=None if default else self.context)  # None: the next init() gets a fresh one
         if self._installed:
             uninstall_signal_handlers()
 
