@@ -55,7 +55,7 @@ class LoopHost:
             self._runs.cancel_all()
             await self._tasks.__aexit__(kind, error, trace)
         finally:
-            self._tasks = self._engine = None
+            self._tasks = self._engine = self._loop = None
 
     async def wait(self) -> None:
         """Return after `end`, or when the lifeline has ended."""
@@ -63,8 +63,9 @@ class LoopHost:
 
     def end(self) -> None:
         """Let `wait` return. Any thread."""
-        if self._loop is None:
+        loop = self._loop
+        if loop is None:
             self._over.set()
         else:
             with suppress(RuntimeError):  # the loop is closed
-                self._loop.call_soon_threadsafe(self._over.set)
+                loop.call_soon_threadsafe(self._over.set)
