@@ -11,5 +11,5 @@ class Front:
     """What an executor needs of a node."""
 
     def __init__(self, core: NodeCore) -> None:
-        self.home = core.home
+        self.handle = core
         self.executor: Any = None

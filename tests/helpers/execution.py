@@ -34,6 +34,10 @@ class SmallNode:
         self.home = Home()
         self.executor: Any = None
 
+    @property
+    def handle(self) -> Self:
+        return self
+
 
 class Spinning:
     """Lets `executor` spin in a thread of its own while the block lasts; `error` is what spin raised."""

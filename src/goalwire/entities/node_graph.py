@@ -19,31 +19,35 @@ if TYPE_CHECKING:
 class NodeGraph:
     """Mixed into Node. Names are fully qualified; types are 'pkg/msg/Name'."""
 
-    core: NodeCore
+    if TYPE_CHECKING:
+
+        @property
+        def handle(self) -> NodeCore:
+            """What stands behind the node."""
 
     def get_node_names(self) -> list[str]:
         """Return the name of every node, without namespaces."""
-        return [node.node.name for node in self._graph.nodes()]
+        return [node.node.name for node in self._ros_graph.nodes()]
 
     def get_fully_qualified_node_names(self) -> list[str]:
         """Return '/namespace/name' of every node."""
-        return [node.node.qualified for node in self._graph.nodes()]
+        return [node.node.qualified for node in self._ros_graph.nodes()]
 
     def get_node_names_and_namespaces(self) -> list[tuple[str, str]]:
         """Return name and namespace of every node."""
-        return [(node.node.name, node.node.namespace) for node in self._graph.nodes()]
+        return [(node.node.name, node.node.namespace) for node in self._ros_graph.nodes()]
 
     def get_node_names_and_namespaces_with_enclaves(self) -> list[tuple[str, str, str]]:
         """Return name, namespace and enclave of every node."""
-        return [(node.node.name, node.node.namespace, node.node.enclave) for node in self._graph.nodes()]
+        return [(node.node.name, node.node.namespace, node.node.enclave) for node in self._ros_graph.nodes()]
 
     def get_topic_names_and_types(self, no_demangle: bool = False) -> NamesAndTypes:  # noqa: ARG002
         """Return every topic with its types; the wire has ROS names, so there is nothing to demangle."""
-        return self._graph.topic_names_and_types()
+        return self._ros_graph.topic_names_and_types()
 
     def get_service_names_and_types(self) -> NamesAndTypes:
         """Return every service with its types."""
-        return self._graph.service_names_and_types()
+        return self._ros_graph.service_names_and_types()
 
     def get_publisher_names_and_types_by_node(
         self,
@@ -52,7 +56,7 @@ class NodeGraph:
         no_demangle: bool = False,  # noqa: ARG002
     ) -> NamesAndTypes:
         """Return what a node publishes; raises NodeNameNonExistentError, RCLError for a bad name."""
-        return self._by_node(EndpointKind.PUBLISHER, node_name, node_namespace)
+        return self._ros_by_node(EndpointKind.PUBLISHER, node_name, node_namespace)
 
     def get_subscriber_names_and_types_by_node(
         self,
@@ -61,31 +65,31 @@ class NodeGraph:
         no_demangle: bool = False,  # noqa: ARG002
     ) -> NamesAndTypes:
         """Return what a node subscribes to; raises NodeNameNonExistentError, RCLError for a bad name."""
-        return self._by_node(EndpointKind.SUBSCRIPTION, node_name, node_namespace)
+        return self._ros_by_node(EndpointKind.SUBSCRIPTION, node_name, node_namespace)
 
     def get_service_names_and_types_by_node(self, node_name: str, node_namespace: str) -> NamesAndTypes:
         """Return the services of a node; raises NodeNameNonExistentError, RCLError for a bad name."""
-        return self._by_node(EndpointKind.SERVICE, node_name, node_namespace)
+        return self._ros_by_node(EndpointKind.SERVICE, node_name, node_namespace)
 
     def get_client_names_and_types_by_node(self, node_name: str, node_namespace: str) -> NamesAndTypes:
         """Return the services that a node calls; raises NodeNameNonExistentError, RCLError for a bad name."""
-        return self._by_node(EndpointKind.CLIENT, node_name, node_namespace)
+        return self._ros_by_node(EndpointKind.CLIENT, node_name, node_namespace)
 
     def count_publishers(self, topic_name: str) -> int:
         """Return how many publishers a topic has, this node's included."""
-        return self._count(EndpointKind.PUBLISHER, topic_name)
+        return self._ros_count(EndpointKind.PUBLISHER, topic_name)
 
     def count_subscribers(self, topic_name: str) -> int:
         """Return how many subscriptions a topic has, this node's included."""
-        return self._count(EndpointKind.SUBSCRIPTION, topic_name)
+        return self._ros_count(EndpointKind.SUBSCRIPTION, topic_name)
 
     def count_clients(self, service_name: str) -> int:
         """Return how many clients a service has, this node's included."""
-        return self._count(EndpointKind.CLIENT, service_name)
+        return self._ros_count(EndpointKind.CLIENT, service_name)
 
     def count_services(self, service_name: str) -> int:
         """Return how many servers a service has, this node's included."""
-        return self._count(EndpointKind.SERVICE, service_name)
+        return self._ros_count(EndpointKind.SERVICE, service_name)
 
     def wait_for_node(self, fully_qualified_node_name: str, timeout: float) -> bool:
         """Block until the node is there (True) or `timeout` seconds are over (False).
@@ -95,19 +99,19 @@ class NodeGraph:
         if not isinstance(timeout, int | float):
             raise TypeError(f'wait_for_node: the timeout must be a number of seconds, got {timeout!r}')
         namespace, _, name = fully_qualified_node_name.rpartition('/')
-        if not self.core.context.ok():
+        if not self.handle.context.ok():
             return False
-        graph = self.core.graph
+        graph = self.handle.graph
         return wait_for_graph(
-            self.core.context, lambda: graph.node_exists(name, namespace or '/'), max(timeout, 0.0)
+            self.handle.context, lambda: graph.node_exists(name, namespace or '/'), max(timeout, 0.0)
         )
 
     @property
-    def _graph(self) -> Graph:
-        self.core.check_open()
-        return self.core.graph
+    def _ros_graph(self) -> Graph:
+        self.handle.check_open()
+        return self.handle.graph
 
-    def _by_node(self, kind: EndpointKind, name: str, namespace: str) -> NamesAndTypes:
+    def _ros_by_node(self, kind: EndpointKind, name: str, namespace: str) -> NamesAndTypes:
         what = {
             EndpointKind.PUBLISHER: 'publisher',
             EndpointKind.SUBSCRIPTION: 'subscriber',
@@ -119,28 +123,28 @@ class NodeGraph:
             names.validate_namespace(namespace)
         except InvalidName as error:
             raise RCLError(f'failed to get {what} names and types: {error.reason}, result: 2') from None
-        graph = self._graph
+        graph = self._ros_graph
         if not graph.node_exists(name, namespace):
             raise NodeNameNonExistentError(
                 f"cannot get {what} names and types for nonexistent node: '{name}' in namespace '{namespace}'"
             )
         return graph.names_and_types_by_node(kind, name, namespace)
 
-    def _full_name(self, name: str) -> str:
+    def _ros_full_name(self, name: str) -> str:
         try:
-            return names.qualify_topic_name(name, self.core.name.name, self.core.name.namespace)
+            return names.qualify_topic_name(name, self.handle.name.name, self.handle.name.namespace)
         except InvalidName as error:
             raise ValueError(f"topic name '{name}' is invalid: {error.reason}") from None
 
-    def _count(self, kind: EndpointKind, name: str) -> int:
-        return self._graph.count(kind, self._full_name(name))
+    def _ros_count(self, kind: EndpointKind, name: str) -> int:
+        return self._ros_graph.count(kind, self._ros_full_name(name))
 
-    def topic_endpoints(self, kind: EndpointKind, topic: str, no_mangle: bool = False) -> list[GraphEntity]:
+    def _ros_endpoints(self, kind: EndpointKind, topic: str, no_mangle: bool = False) -> list[GraphEntity]:
         """Return the publishers or subscriptions of a topic, taken verbatim with `no_mangle`, else resolved.
 
         Raises ValueError for a bad name.
         """
-        full = topic if no_mangle else self._full_name(topic)
+        full = topic if no_mangle else self._ros_full_name(topic)
         if not no_mangle:
-            full = self.core.remaps.topic(full, self.core.name.name, self.core.name.namespace)
-        return self._graph.entities(kind, full)
+            full = self.handle.remaps.topic(full, self.handle.name.name, self.handle.name.namespace)
+        return self._ros_graph.entities(kind, full)

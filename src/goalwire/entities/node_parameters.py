@@ -48,16 +48,21 @@ class NodeParameters:
 
     PARAM_REL_TOL = RELATIVE_TOLERANCE
 
-    core: NodeCore
-    _parameter_events: ParameterEvents | None = None
+    if TYPE_CHECKING:
 
-    def _init_parameters(self, overrides: Iterable[Parameter], *, allow_undeclared: bool) -> None:
-        values: dict[str, ParameterValue] = dict(self.core.parameter_overrides())
+        @property
+        def handle(self) -> NodeCore:
+            """What stands behind the node."""
+
+    _ros_parameter_events: ParameterEvents | None = None
+
+    def _ros_init_parameters(self, overrides: Iterable[Parameter], *, allow_undeclared: bool) -> None:
+        values: dict[str, ParameterValue] = dict(self.handle.parameter_overrides())
         values.update({parameter.name: parameter.value for parameter in overrides})
         self._parameters = ParameterTable(values, allow_undeclared=allow_undeclared)
-        self._set_callbacks = SetCallbacks()
+        self._ros_set_callbacks = SetCallbacks()
 
-    def _declare_overrides(self) -> None:
+    def _ros_declare_overrides(self) -> None:
         values = self._parameters.overrides.items()
         self.declare_parameters('', [(name, value, Descriptor()) for name, value in values])
 
@@ -78,7 +83,7 @@ class NodeParameters:
         """
         alone = value is None and descriptor is None
         given = (name,) if alone else (name, value, descriptor)
-        return self._declare('', [given], ignore_override)[0]
+        return self._ros_declare('', [given], ignore_override)[0]
 
     def declare_parameters(
         self, namespace: str, parameters: Sequence[tuple[Any, ...]], ignore_override: bool = False
@@ -87,9 +92,9 @@ class NodeParameters:
 
         Raises as declare_parameter does; those before the one that is refused stay declared.
         """
-        return self._declare(namespace, parameters, ignore_override)
+        return self._ros_declare(namespace, parameters, ignore_override)
 
-    def _declare(self, namespace: str, given: Sequence[Sequence[Any]], ignore: bool) -> list[Parameter]:
+    def _ros_declare(self, namespace: str, given: Sequence[Sequence[Any]], ignore: bool) -> list[Parameter]:
         declared = declarations(namespace, given, {} if ignore else self._parameters.overrides)
         known = [parameter.name for parameter, _ in declared if parameter.name in self._parameters]
         if known:
@@ -97,7 +102,7 @@ class NodeParameters:
         for parameter, descriptor in declared:
             outcome = descriptor.judge(parameter)
             if outcome.successful:
-                outcome = self._change([parameter], {parameter.name: descriptor})
+                outcome = self._ros_change([parameter], {parameter.name: descriptor})
             if isinstance(outcome, WrongType):
                 raise InvalidParameterTypeException(parameter, descriptor.type.name)
             if not outcome.successful:
@@ -108,7 +113,7 @@ class NodeParameters:
         """Forget a parameter; raises ParameterNotDeclaredException, ParameterImmutableException."""
         if name not in self._parameters:
             raise ParameterNotDeclaredException(name)
-        self._refuse_read_only(name)
+        self._ros_refuse_read_only(name)
         self._parameters.undeclare(name)
 
     def has_parameter(self, name: str) -> bool:
@@ -121,7 +126,7 @@ class NodeParameters:
         """Return a parameter; raises ParameterNotDeclaredException or ParameterUninitializedException."""
         found = self._parameters.get(name)
         if found is None:
-            self._refuse_undeclared(name)
+            self._ros_refuse_undeclared(name)
             return Parameter(name)
         if self._parameters.is_uninitialized(found):
             raise ParameterUninitializedException(name)
@@ -155,7 +160,7 @@ class NodeParameters:
         found = self._parameters.get(name)
         if found is not None:
             return found.type_.value
-        self._refuse_undeclared(name)
+        self._ros_refuse_undeclared(name)
         return Type.NOT_SET
 
     def get_parameter_types(self, names: Sequence[str]) -> list[int | Type]:
@@ -169,7 +174,7 @@ class NodeParameters:
         """
         descriptor = self._parameters.descriptor(name)
         if descriptor is None:
-            self._refuse_undeclared(name)
+            self._ros_refuse_undeclared(name)
             descriptor = Descriptor()
         return descriptor_message(descriptor)
 
@@ -199,12 +204,12 @@ class NodeParameters:
 
     def set_parameters_atomically(self, parameter_list: Sequence[Parameter]) -> SetParametersResult:
         """Set all parameters or none; raises as set_parameters does."""
-        return result_message(self._set(list(parameter_list)))
+        return result_message(self._ros_set(list(parameter_list)))
 
-    def _set(self, parameters: list[Parameter]) -> Outcome:
+    def _ros_set(self, parameters: list[Parameter]) -> Outcome:
         _check_parameters(parameters)
-        if self._set_callbacks.before:
-            parameters = self._set_callbacks.prepare(parameters)
+        if self._ros_set_callbacks.before:
+            parameters = self._ros_set_callbacks.prepare(parameters)
             _check_parameters(parameters)
             if not parameters:
                 return NOTHING_LEFT
@@ -212,21 +217,21 @@ class NodeParameters:
         if undeclared and not self._parameters.allow_undeclared:
             raise ParameterNotDeclaredException(undeclared)
         outcome = self._parameters.judge(parameters)
-        return self._change(parameters) if outcome.successful else outcome
+        return self._ros_change(parameters) if outcome.successful else outcome
 
-    def _change(
+    def _ros_change(
         self, parameters: list[Parameter], declared: Mapping[str, Descriptor] | None = None
     ) -> Outcome:
         """Ask the callbacks, store, tell the world and the callbacks."""
-        outcome = self._set_callbacks.judge(parameters)
+        outcome = self._ros_set_callbacks.judge(parameters)
         if not outcome.successful:
             return outcome
-        if self.core.destroyed:
+        if self.handle.destroyed:
             raise InvalidHandle
         changes = self._parameters.store(parameters, declared)
-        if self._parameter_events is not None:
-            self._parameter_events.publish(changes)
-        self._set_callbacks.tell(parameters)
+        if self._ros_parameter_events is not None:
+            self._ros_parameter_events.publish(changes)
+        self._ros_set_callbacks.tell(parameters)
         return outcome
 
     def set_descriptor(
@@ -243,7 +248,7 @@ class NodeParameters:
         """
         parameter = self.get_parameter(name)
         if name in self._parameters:
-            self._refuse_read_only(name)
+            self._ros_refuse_read_only(name)
             wanted = described(descriptor)
             parameter = _suiting(wanted, parameter, alternative_value)
             self._parameters.describe(wanted, parameter)
@@ -253,33 +258,33 @@ class NodeParameters:
 
     def add_pre_set_parameters_callback(self, callback: Before) -> None:
         """Call `callback(parameters)` before a set; what it returns is set instead. Raises TypeError."""
-        _add(callback, self._set_callbacks.before)
+        _add(callback, self._ros_set_callbacks.before)
 
     def add_on_set_parameters_callback(self, callback: On) -> None:
         """Ask `callback(parameters)` for a SetParametersResult before they change. Raises TypeError."""
-        _add(callback, self._set_callbacks.on)
+        _add(callback, self._ros_set_callbacks.on)
 
     def add_post_set_parameters_callback(self, callback: After) -> None:
         """Call `callback(parameters)` after a set that changed them. Raises TypeError."""
-        _add(callback, self._set_callbacks.after)
+        _add(callback, self._ros_set_callbacks.after)
 
     def remove_pre_set_parameters_callback(self, callback: Before) -> None:
         """Forget a callback; raises ValueError where it was not added."""
-        self._set_callbacks.before.remove(callback)
+        self._ros_set_callbacks.before.remove(callback)
 
     def remove_on_set_parameters_callback(self, callback: On) -> None:
         """Forget a callback; raises ValueError where it was not added."""
-        self._set_callbacks.on.remove(callback)
+        self._ros_set_callbacks.on.remove(callback)
 
     def remove_post_set_parameters_callback(self, callback: After) -> None:
         """Forget a callback; raises ValueError where it was not added."""
-        self._set_callbacks.after.remove(callback)
+        self._ros_set_callbacks.after.remove(callback)
 
-    def _refuse_undeclared(self, name: str) -> None:
+    def _ros_refuse_undeclared(self, name: str) -> None:
         if not self._parameters.allow_undeclared:
             raise ParameterNotDeclaredException(name)
 
-    def _refuse_read_only(self, name: str) -> None:
+    def _ros_refuse_read_only(self, name: str) -> None:
         descriptor = self._parameters.descriptor(name)
         if descriptor is not None and descriptor.read_only:
             raise ParameterImmutableException(name)

@@ -47,13 +47,13 @@ class ParameterServices:
 
     def offer(self, make: MakeService[Any]) -> None:
         """Make the services, in ROS 2's order."""
-        name = self._node.core.name.name
+        name = self._node.handle.name.name
         for service, type_name, answer in (
             ('describe_parameters', 'DescribeParameters', self._describe),
             ('get_parameters', 'GetParameters', self._get),
             ('get_parameter_types', 'GetParameterTypes', self._get_types),
             ('list_parameters', 'ListParameters', self._list),
-            ('set_parameters', 'SetParameters', self._set),
+            ('set_parameters', 'SetParameters', self._ros_set),
             ('set_parameters_atomically', 'SetParametersAtomically', self._set_atomically),
         ):
             make(standard_service(f'rcl_interfaces/srv/{type_name}'), f'{name}/{service}', answer)
@@ -91,7 +91,7 @@ class ParameterServices:
         response.result = self._node.list_parameters(list(request.prefixes), request.depth)
         return response
 
-    def _set(
+    def _ros_set(
         self, request: SetParameters.Request, response: SetParameters.Response
     ) -> SetParameters.Response:
         response.results = [self._try([message]) for message in request.parameters]

@@ -45,7 +45,7 @@ class TypeDescriptions:
         parameter = self._node.get_parameter(START_PARAMETER)
         if parameter.type_ is Type.BOOL:
             return bool(parameter.value)
-        get_logger(self._node.core.logger_name).error(
+        get_logger(self._node.handle.logger_name).error(
             f"Invalid type for parameter '{START_PARAMETER}' {parameter.type_.name!r} should be bool"
         )
         return False
@@ -58,7 +58,7 @@ class TypeDescriptions:
         self, request: GetTypeDescription.Request, response: GetTypeDescription.Response
     ) -> GetTypeDescription.Response:
         """Describe the type of a hash, whatever its name: so does rcl."""
-        core = self._node.core
+        core = self._node.handle
         if _HASH.fullmatch(request.type_hash) is None:
             get_logger('rcl').error(f"Failed to parse type hash '{request.type_hash}'")
             response.failure_reason = 'Failed to parse type hash'

@@ -42,12 +42,23 @@ __all__ = [
 T = TypeVar('T')
 
 
-class NodeLike(Protocol):
-    """What an executor needs of a node. `executor` is set by `add_node` and holds no strong reference."""
+class HandleLike(Protocol):
+    """What stands behind a node."""
 
     @property
     def home(self) -> Home:
         """Where the node's entities post their work."""
+
+
+class NodeLike(Protocol):
+    """What an executor needs of a node. `executor` is set by `add_node` and holds no strong reference.
+
+    It takes no name of a node that is not rclpy's: programs derive from Node and have their own.
+    """
+
+    @property
+    def handle(self) -> HandleLike:
+        """See HandleLike."""
 
     executor: Any
 
@@ -107,13 +118,13 @@ class Executor(Engine):
         Raises ShutdownException after `shutdown`.
         """
         self._refuse_after_shutdown('add a node')
-        if node in self._nodes and node.home.queue is self._ready:
+        if node in self._nodes and node.handle.home.queue is self._ready:
             return False
         previous = node.executor
         if previous is not None and previous is not self:
             previous.remove_node(node)
         self._nodes.add(node)
-        node.home.attach(self._ready, self._agenda)
+        node.handle.home.attach(self._ready, self._agenda)
         node.executor = self
         self._ready.wake_one()
         return True
@@ -122,8 +133,8 @@ class Executor(Engine):
         """Run `node`'s callbacks no more. What is pending waits for the executor it is added to next."""
         self._nodes.discard(node)
         self._ask_again()  # so that what was refused goes with its node
-        if node.home.queue is self._ready:
-            node.home.detach()
+        if node.handle.home.queue is self._ready:
+            node.handle.home.detach()
 
     def get_nodes(self) -> list[Any]:
         """The nodes that were added and are still alive."""
@@ -204,7 +215,7 @@ class Executor(Engine):
             while True:
                 work = self._take(parker, condition, deadline)
                 if work is not None:
-                    node = next((node for node in self.get_nodes() if node.home is work.home), None)
+                    node = next((node for node in self.get_nodes() if node.handle.home is work.home), None)
                     return Task(partial(self._perform_and_raise, work)), work.entity, node
                 if self._is_shutdown:
                     raise ShutdownException

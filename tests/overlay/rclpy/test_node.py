@@ -21,11 +21,31 @@ from rclpy.exceptions import (
 )
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
 from rclpy.waitable import Waitable
 from std_msgs.msg import String
 
 from goalwire.entities.exceptions import RCLError, RCLInvalidROSArgsError
+
+PUBLIC = """
+PARAM_REL_TOL add_on_set_parameters_callback add_post_set_parameters_callback
+add_pre_set_parameters_callback add_waitable clients context count_clients count_publishers count_services
+count_subscribers create_client create_guard_condition create_publisher create_rate create_service
+create_subscription create_timer declare_parameter declare_parameters default_callback_group
+describe_parameter describe_parameters destroy_client destroy_guard_condition destroy_node destroy_publisher
+destroy_rate destroy_service destroy_subscription destroy_timer executor get_client_names_and_types_by_node
+get_clock get_fully_qualified_name get_fully_qualified_node_names get_logger get_name get_namespace
+get_node_names get_node_names_and_namespaces get_node_names_and_namespaces_with_enclaves get_parameter
+get_parameter_or get_parameter_type get_parameter_types get_parameters get_parameters_by_prefix
+get_publisher_names_and_types_by_node get_publishers_info_by_topic get_service_names_and_types
+get_service_names_and_types_by_node get_subscriber_names_and_types_by_node get_subscriptions_info_by_topic
+get_topic_names_and_types guards handle has_parameter list_parameters publishers
+remove_on_set_parameters_callback remove_post_set_parameters_callback remove_pre_set_parameters_callback
+remove_waitable resolve_service_name resolve_topic_name services set_descriptor set_parameters
+set_parameters_atomically subscriptions timers undeclare_parameter wait_for_node waitables
+"""
+"""What rclpy's Node offers."""
 
 
 def nothing(*_: object) -> Any: ...
@@ -415,3 +435,42 @@ def test_what_is_no_callback_group_is_refused_and_leaves_nothing_behind(node: No
         ):
             create()
     assert [list(node.timers), list(node.guards), list(node.subscriptions)] == [[], [], []]
+
+
+def test_a_program_s_own_names_do_not_meet_those_of_its_node(context: Context) -> None:
+    """What programs derive from Node, they fill with names of their own: ours are rclpy's, or _ros_…."""
+    rclpy_s_own = {
+        '_clients', '_clock', '_context', '_default_callback_group', '_guards', '_logger', '_parameters',
+        '_publishers', '_services', '_subscriptions', '_time_source', '_timers', '_type_description_service',
+    }  # fmt: skip
+    node = Node('any', context=context, enable_logger_service=True)
+    names = {name for name in dir(node) if not name.startswith(('__', '_ros_'))}
+    assert {name for name in names if name.startswith('_')} <= rclpy_s_own
+    published = set(PUBLIC.split())
+    assert {name for name in names if not name.startswith('_')} == published
+    node.destroy_node()
+
+
+def test_a_program_may_use_the_names_it_likes(context: Context) -> None:
+    class Arm(Node):
+        def __init__(self) -> None:
+            self.home, self.core, self._count, self._group, self._graph = 'h', 'c', 'n', 'g', 'w'
+            super().__init__('arm', context=context)
+            self.create_timer(0.001, self._offer)
+            self.offers = 0
+
+        def _offer(self) -> None:
+            self.offers += 1
+
+        def _set(self) -> None: ...
+
+    arm = Arm()
+    assert arm.count_publishers('nobody') == 0
+    arm.declare_parameter('speed', 1)
+    assert arm.set_parameters([Parameter('speed', value=2)])[0].successful
+    with SingleThreadedExecutor(context=context) as executor:
+        executor.add_node(arm)
+        executor.spin_once(timeout_sec=10)
+    assert arm.offers == 1
+    assert (arm.home, arm.core, arm._count, arm._group, arm._graph) == ('h', 'c', 'n', 'g', 'w')
+    arm.destroy_node()

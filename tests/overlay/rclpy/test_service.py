@@ -191,7 +191,7 @@ def test_a_request_that_is_no_message_never_reaches_the_callback(make_node: Make
     client = node.create_client(AddTwoInts, 'add')
     assert client.wait_for_service(10)
     support = service_support(AddTwoInts)
-    port = node.core.port.client(
+    port = node.handle.port.client(
         Endpoint(EndpointKind.CLIENT, '/add', support.type_name, support.type_hash, client.qos)
     )
     spin(node)

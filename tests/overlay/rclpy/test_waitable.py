@@ -291,7 +291,7 @@ def test_who_comes_while_another_thread_asks_has_it_asked_again(make_node: MakeN
             return ready
 
     slow = Slow()
-    lookout = Lookout(make_node().home, slow)
+    lookout = Lookout(make_node().handle.home, slow)
     first = threading.Thread(target=lookout.look)
     first.start()
     asked.expect(1)
@@ -530,8 +530,8 @@ def test_an_executor_keeps_no_node_alive_for_its_waitables(context: Context) -> 
     with SingleThreadedExecutor(context=context) as executor:
         executor.add_node(node)
         executor.spin_once(timeout_sec=0)
-        home = weakref.ref(node.home)
-        node.core.destroy()  # the context holds what is declared
+        home = weakref.ref(node.handle.home)
+        node.handle.destroy()  # the context holds what is declared
         del node
         gc.collect()
         assert home() is None

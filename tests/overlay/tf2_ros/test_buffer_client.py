@@ -40,14 +40,14 @@ class Server:
     """An action server that looks up transforms."""
 
     def __init__(self, node: Node) -> None:
-        self.core = BufferCore()
+        self.handle = BufferCore()
         self.hold = threading.Event()
         self.hold.set()
         self.goals: list[LookupTransform.Goal] = []
         ActionServer(node, LookupTransform, 'tf2_buffer_server', self._execute)
 
     def tell(self, parent: str, child: str, x: float, seconds: int) -> None:
-        self.core.set_transform(
+        self.handle.set_transform(
             TransformStamped(
                 header=Header(frame_id=parent, stamp=TimeMessage(sec=seconds)),
                 child_frame_id=child,
@@ -62,11 +62,11 @@ class Server:
         self.hold.wait(10)
         try:
             if goal.advanced:
-                result.transform = self.core.lookup_transform_full_core(
+                result.transform = self.handle.lookup_transform_full_core(
                     goal.target_frame, goal.target_time, goal.source_frame, goal.source_time, goal.fixed_frame
                 )
             else:
-                result.transform = self.core.lookup_transform_core(
+                result.transform = self.handle.lookup_transform_core(
                     goal.target_frame, goal.source_frame, goal.source_time
                 )
         except TransformException as error:

@@ -16,5 +16,5 @@ class LoggingService:
     """Offers a node's two services; its constructor makes one where `enable_logger_service` asks for it."""
 
     def __init__(self, node: BaseNode) -> None:
-        make = partial(node._offer, qos_profile=qos_profile_services_default)  # noqa: SLF001 - of one house
+        make = partial(node._ros_offer, qos_profile=qos_profile_services_default)  # noqa: SLF001 - of one house
         offer_logger_services(node.get_name(), make)

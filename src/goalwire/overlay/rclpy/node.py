@@ -21,7 +21,6 @@ from goalwire.entities.parameter_events import PARAMETER_EVENT, PARAMETER_EVENTS
 from goalwire.entities.standard_types import standard_message
 from goalwire.entities.type_support import ServiceSupport, ServiceType, service_support
 from goalwire.execution.callback_groups import checked_group
-from goalwire.execution.home import Home
 from goalwire.execution.waitable import SelfDriven, Waitable
 from goalwire.protocol.qos import PARAMETER_EVENTS
 from goalwire.transport.contract import EndpointKind
@@ -89,7 +88,7 @@ class BaseNode(NodeGraph, NodeParameters):
         self._context = get_default_context() if context is None else context
         if not self._context.ok():
             raise NotInitializedException('cannot create node')
-        self.core = NodeCore(
+        self._ros_core = NodeCore(
             self._context, node_name, namespace, cli_args=cli_args, use_global_arguments=use_global_arguments
         )
         self._publishers: list[Publisher[Any]] = []
@@ -98,18 +97,18 @@ class BaseNode(NodeGraph, NodeParameters):
         self._services: list[Service[Any, Any]] = []
         self._timers: list[Timer] = []
         self._guards: list[GuardCondition] = []
-        self._waitables: list[Waitable[Any]] = []
-        self._rates: dict[Rate, Timer] = {}
+        self._ros_waitables: list[Waitable[Any]] = []
+        self._ros_rates: dict[Rate, Timer] = {}
         self._default_callback_group: CallbackGroup = MutuallyExclusiveCallbackGroup()
-        self._clock = self.core.clock = self._make_clock()
-        self._logger = get_logger(self.core.logger_name)
+        self._clock = self.handle.clock = self._ros_make_clock()
+        self._logger = get_logger(self.handle.logger_name)
         if enable_rosout and self._context.arguments.rosout_logs:
-            self._context.rosout.join(self.core, QoSProfile.of(rosout_qos_profile).to_core())
-        self._init_parameters(parameter_overrides or [], allow_undeclared=allow_undeclared_parameters)
-        self._parameter_events = ParameterEvents(self.core, self._parameter_event_publisher())
+            self._context.rosout.join(self.handle, QoSProfile.of(rosout_qos_profile).to_core())
+        self._ros_init_parameters(parameter_overrides or [], allow_undeclared=allow_undeclared_parameters)
+        self._ros_parameter_events = ParameterEvents(self.handle, self._ros_parameter_event_publisher())
         try:
             if automatically_declare_parameters_from_overrides:
-                self._declare_overrides()
+                self._ros_declare_overrides()
             self._time_source = TimeSource(node=self)
             self._time_source.attach_clock(self._clock)
             if start_parameter_services:
@@ -120,7 +119,7 @@ class BaseNode(NodeGraph, NodeParameters):
                 LoggingService(self)
             self._type_description_service = TypeDescriptionService(self)
         except BaseException:  # an override that does not fit
-            self.core.destroy()
+            self.handle.destroy()
             raise
 
     # -- what it is ----------------------------------------------------------------------------------------
@@ -128,12 +127,7 @@ class BaseNode(NodeGraph, NodeParameters):
     @property
     def handle(self) -> NodeCore:
         """What stands behind the node: there is no C handle."""
-        return self.core
-
-    @property
-    def home(self) -> Home:
-        """Where the node's work goes: to its executor, or to a backlog until it has one."""
-        return self.core.home
+        return self._ros_core
 
     @property
     def context(self) -> Context:
@@ -142,18 +136,18 @@ class BaseNode(NodeGraph, NodeParameters):
 
     def get_name(self) -> str:
         """Return the name without its namespace; raises InvalidHandle once destroyed."""
-        self._check_alive()
-        return self.core.name.name
+        self._ros_check_alive()
+        return self.handle.name.name
 
     def get_namespace(self) -> str:
         """Return the namespace, '/' or '/a/b'; raises InvalidHandle once destroyed."""
-        self._check_alive()
-        return self.core.name.namespace
+        self._ros_check_alive()
+        return self.handle.name.namespace
 
     def get_fully_qualified_name(self) -> str:
         """Return '/a/b/name'; raises InvalidHandle once destroyed."""
-        self._check_alive()
-        return self.core.name.qualified
+        self._ros_check_alive()
+        return self.handle.name.qualified
 
     def get_clock(self) -> Clock:
         """Return the node's clock (ROS time)."""
@@ -163,31 +157,31 @@ class BaseNode(NodeGraph, NodeParameters):
         """Return the node's logger, 'a.b.name'."""
         return self._logger
 
-    def _make_clock(self) -> ROSClock:
+    def _ros_make_clock(self) -> ROSClock:
         """Make the node's clock."""
-        return self.core.clock
+        return self.handle.clock
 
     def resolve_topic_name(self, topic: str, *, only_expand: bool = False) -> str:
         """Return the fully-qualified name of a topic, remapped unless `only_expand`; raises RCLError."""
-        self._check_alive()
+        self._ros_check_alive()
         with _failure_to_resolve():
-            return self.core.resolve(topic, only_expand=only_expand)
+            return self.handle.resolve(topic, only_expand=only_expand)
 
     def resolve_service_name(self, service: str, *, only_expand: bool = False) -> str:
         """Return the fully-qualified name of a service, remapped unless `only_expand`; raises RCLError."""
-        self._check_alive()
+        self._ros_check_alive()
         with _failure_to_resolve():
-            return self.core.resolve(service, is_service=True, only_expand=only_expand)
+            return self.handle.resolve(service, is_service=True, only_expand=only_expand)
 
-    def _parameter_event_publisher(self) -> Publisher[Any]:
+    def _ros_parameter_event_publisher(self) -> Publisher[Any]:
         publisher: Publisher[Any] = Publisher(
-            self.core, standard_message(PARAMETER_EVENT), PARAMETER_EVENTS_TOPIC, PARAMETER_EVENTS
+            self.handle, standard_message(PARAMETER_EVENT), PARAMETER_EVENTS_TOPIC, PARAMETER_EVENTS
         )
         publisher.qos_profile = qos_profile_parameter_events
         self._publishers.append(publisher)
         return publisher
 
-    def _offer(
+    def _ros_offer(
         self,
         support: ServiceSupport,
         name: str,
@@ -197,13 +191,13 @@ class BaseNode(NodeGraph, NodeParameters):
         """Make a service whose classes are made when they are needed."""
         raise NotImplementedError
 
-    def _check_alive(self) -> None:
-        if self.core.destroyed:
+    def _ros_check_alive(self) -> None:
+        if self.handle.destroyed:
             raise InvalidHandle
 
     def __repr__(self) -> str:
         cls = type(self)
-        return f'<{cls.__module__}.{cls.__qualname__} object at {id(self):#x}: {self.core.name.qualified}>'
+        return f'<{cls.__module__}.{cls.__qualname__} object at {id(self):#x}: {self.handle.name.qualified}>'
 
     # -- what it owns --------------------------------------------------------------------------------------
 
@@ -240,50 +234,50 @@ class BaseNode(NodeGraph, NodeParameters):
     @property
     def waitables(self) -> Iterator[Waitable[Any]]:
         """The action servers and clients, and other waitables, of this node."""
-        yield from self._waitables
+        yield from self._ros_waitables
 
     def add_waitable(self, waitable: Waitable[Any]) -> None:
         """Let the node's executor run `waitable`, too."""
-        self._waitables.append(waitable)
+        self._ros_waitables.append(waitable)
         if not isinstance(waitable, SelfDriven):
             from goalwire.execution.lookout import Lookout
 
-            self.home.add_lookout(Lookout(self.home, waitable))
+            self.handle.home.add_lookout(Lookout(self.handle.home, waitable))
 
     def remove_waitable(self, waitable: Waitable[Any]) -> None:
         """Forget a waitable; raises ValueError where it is not the node's."""
-        self._waitables.remove(waitable)
-        self.home.drop_lookout(waitable)
+        self._ros_waitables.remove(waitable)
+        self.handle.home.drop_lookout(waitable)
 
     def get_publishers_info_by_topic(
         self, topic_name: str, no_mangle: bool = False
     ) -> list[TopicEndpointInfo]:
         """Return who publishes on a topic, and how; raises ValueError for a bad name."""
-        return self._endpoint_infos(EndpointKind.PUBLISHER, topic_name, no_mangle)
+        return self._ros_endpoint_infos(EndpointKind.PUBLISHER, topic_name, no_mangle)
 
     def get_subscriptions_info_by_topic(
         self, topic_name: str, no_mangle: bool = False
     ) -> list[TopicEndpointInfo]:
         """Return who subscribes to a topic, and how; raises ValueError for a bad name."""
-        return self._endpoint_infos(EndpointKind.SUBSCRIPTION, topic_name, no_mangle)
+        return self._ros_endpoint_infos(EndpointKind.SUBSCRIPTION, topic_name, no_mangle)
 
-    def _endpoint_infos(self, kind: EndpointKind, topic: str, no_mangle: bool) -> list[TopicEndpointInfo]:
+    def _ros_endpoint_infos(self, kind: EndpointKind, topic: str, no_mangle: bool) -> list[TopicEndpointInfo]:
         from rclpy.topic_endpoint_info import TopicEndpointInfo
 
         return [
-            TopicEndpointInfo.from_entity(entity) for entity in self.topic_endpoints(kind, topic, no_mangle)
+            TopicEndpointInfo.from_entity(entity) for entity in self._ros_endpoints(kind, topic, no_mangle)
         ]
 
 
 class Node(BaseNode):
     """A node whose callbacks an executor runs."""
 
-    _executor: ReferenceType[Executor] | None = None
+    _ros_executor: ReferenceType[Executor] | None = None
 
     @property
     def executor(self) -> Executor | None:
         """The executor that runs this node's callbacks."""
-        return self._executor() if self._executor is not None else None
+        return self._ros_executor() if self._ros_executor is not None else None
 
     @executor.setter
     def executor(self, new_executor: Executor | None) -> None:
@@ -293,17 +287,17 @@ class Node(BaseNode):
         if current is not None:
             current.remove_node(self)
         if new_executor is None:
-            self._executor = None
+            self._ros_executor = None
         else:
             new_executor.add_node(self)
-            self._executor = ref(new_executor)
+            self._ros_executor = ref(new_executor)
 
     @property
     def default_callback_group(self) -> CallbackGroup:
         """The exclusive group of every callback that names no group."""
         return self._default_callback_group
 
-    def _group(self, given: CallbackGroup | None) -> CallbackGroup:
+    def _ros_group(self, given: CallbackGroup | None) -> CallbackGroup:
         return self._default_callback_group if given is None else checked_group(given)
 
     # -- what it makes -------------------------------------------------------------------------------------
@@ -324,11 +318,11 @@ class Node(BaseNode):
         Raises InvalidTopicNameException, TypeError or RuntimeError for a bad type or profile,
         UnsupportedEventTypeError for an event that the wire cannot tell, InvalidQosOverridesError.
         """
-        self.core.check_open()
-        profile = self._overridden(QoSProfile.of(qos_profile), 'publisher', topic, qos_overriding_options)
-        publisher: Publisher[MsgT] = publisher_class(self.core, msg_type, topic, profile.to_core())
+        self.handle.check_open()
+        profile = self._ros_overridden(QoSProfile.of(qos_profile), 'publisher', topic, qos_overriding_options)
+        publisher: Publisher[MsgT] = publisher_class(self.handle, msg_type, topic, profile.to_core())
         publisher.qos_profile = profile
-        self._handle_events(publisher, event_callbacks, self._group(callback_group))
+        self._ros_handle_events(publisher, event_callbacks, self._ros_group(callback_group))
         self._publishers.append(publisher)
         return publisher
 
@@ -348,18 +342,20 @@ class Node(BaseNode):
 
         With `raw` the callback gets serialized bytes. Raises as create_publisher does.
         """
-        self.core.check_open()
-        profile = self._overridden(QoSProfile.of(qos_profile), 'subscription', topic, qos_overriding_options)
-        group = self._group(callback_group)
-        subscription = Subscription(self.core, msg_type, topic, callback, profile.to_core(), group, raw=raw)
+        self.handle.check_open()
+        profile = self._ros_overridden(
+            QoSProfile.of(qos_profile), 'subscription', topic, qos_overriding_options
+        )
+        group = self._ros_group(callback_group)
+        subscription = Subscription(self.handle, msg_type, topic, callback, profile.to_core(), group, raw=raw)
         subscription.qos_profile = profile
         subscription.callback_group = group
         group.add_entity(subscription)
-        self._handle_events(subscription, event_callbacks, group)
+        self._ros_handle_events(subscription, event_callbacks, group)
         self._subscriptions.append(subscription)
         return subscription
 
-    def _overridden(
+    def _ros_overridden(
         self, profile: QoSProfile, entity: str, topic: str, options: QoSOverridingOptions | None
     ) -> QoSProfile:
         """Return the profile with what the node's parameters say about this publisher or subscription."""
@@ -367,9 +363,9 @@ class Node(BaseNode):
             return profile
         from rclpy.qos_overriding_options import overridden
 
-        return overridden(self, entity, self.core.resolve(topic), profile, options)
+        return overridden(self, entity, self.handle.resolve(topic), profile, options)
 
-    def _handle_events(
+    def _ros_handle_events(
         self,
         endpoint: Publisher[Any] | Subscription[Any],
         callbacks: PublisherEventCallbacks | SubscriptionEventCallbacks | None,
@@ -383,7 +379,7 @@ class Node(BaseNode):
         except BaseException:
             endpoint.destroy()
             raise
-        self._waitables.extend(endpoint.event_handlers)
+        self._ros_waitables.extend(endpoint.event_handlers)
 
     def create_client(
         self,
@@ -394,10 +390,10 @@ class Node(BaseNode):
         callback_group: CallbackGroup | None = None,
     ) -> Client[RequestT, ResponseT]:
         """Create a service client. Raises InvalidServiceNameException, RuntimeError for a bad type."""
-        self.core.check_open()
-        group = self._group(callback_group)
+        self.handle.check_open()
+        group = self._ros_group(callback_group)
         client: Client[RequestT, ResponseT] = Client(
-            self.core, service_support(srv_type), srv_name, qos_profile.to_core(), group
+            self.handle, service_support(srv_type), srv_name, qos_profile.to_core(), group
         )
         client.srv_type = srv_type
         client.qos_profile = qos_profile
@@ -418,10 +414,10 @@ class Node(BaseNode):
 
         Raises InvalidServiceNameException, RuntimeError for a bad type.
         """
-        self.core.check_open()
-        return self._offer(service_support(srv_type), srv_name, callback, qos_profile, callback_group)
+        self.handle.check_open()
+        return self._ros_offer(service_support(srv_type), srv_name, callback, qos_profile, callback_group)
 
-    def _offer(
+    def _ros_offer(
         self,
         support: ServiceSupport,
         name: str,
@@ -429,8 +425,10 @@ class Node(BaseNode):
         qos_profile: QoSProfile,
         callback_group: CallbackGroup | None = None,
     ) -> Service[Any, Any]:
-        group = self._group(callback_group)
-        service: Service[Any, Any] = Service(self.core, support, name, callback, qos_profile.to_core(), group)
+        group = self._ros_group(callback_group)
+        service: Service[Any, Any] = Service(
+            self.handle, support, name, callback, qos_profile.to_core(), group
+        )
         service.qos_profile = qos_profile
         service.callback_group = group
         group.add_entity(service)
@@ -449,11 +447,11 @@ class Node(BaseNode):
 
         Raises RCLError below 0, TypeError or ValueError for what is no number.
         """
-        self.core.check_open()
+        self.handle.check_open()
         period_ns = int(float(timer_period_sec) * S_TO_NS)
         if period_ns < 0:
             raise RCLError('failed to create timer: timer period must be non-negative')
-        group = self._group(callback_group)
+        group = self._ros_group(callback_group)
         timer = Timer(
             callback,
             group,
@@ -461,10 +459,10 @@ class Node(BaseNode):
             self._clock if clock is None else clock,
             context=self._context,
             autostart=autostart,
-            home=self.core.home,
+            home=self.handle.home,
         )
         self._timers.append(timer)
-        self.core.own(timer)
+        self.handle.own(timer)
         group.add_entity(timer)
         return timer
 
@@ -472,11 +470,11 @@ class Node(BaseNode):
         self, callback: Callable[[], object] | None, callback_group: CallbackGroup | None = None
     ) -> GuardCondition:
         """Create a guard condition, whose callback runs after each trigger()."""
-        self.core.check_open()
-        group = self._group(callback_group)
-        guard = GuardCondition(callback, group, context=self._context, home=self.core.home)
+        self.handle.check_open()
+        group = self._ros_group(callback_group)
+        guard = GuardCondition(callback, group, context=self._context, home=self.handle.home)
         self._guards.append(guard)
-        self.core.own(guard)
+        self.handle.own(guard)
         group.add_entity(guard)
         return guard
 
@@ -486,22 +484,22 @@ class Node(BaseNode):
             raise ValueError('frequency must be > 0')
         timer = self.create_timer(1.0 / frequency, None, MutuallyExclusiveCallbackGroup(), clock)
         rate = Rate(timer, context=self._context)
-        self._rates[rate] = timer
+        self._ros_rates[rate] = timer
         return rate
 
     # -- how it ends ---------------------------------------------------------------------------------------
 
     def destroy_publisher(self, publisher: Publisher[Any]) -> bool:
         """Destroy a publisher of this node; False where it is not (any more)."""
-        return _destroy(publisher, self._publishers) and self._forget_events(publisher)
+        return _destroy(publisher, self._publishers) and self._ros_forget_events(publisher)
 
     def destroy_subscription(self, subscription: Subscription[Any]) -> bool:
         """Destroy a subscription of this node; False where it is not (any more)."""
-        return _destroy(subscription, self._subscriptions) and self._forget_events(subscription)
+        return _destroy(subscription, self._subscriptions) and self._ros_forget_events(subscription)
 
-    def _forget_events(self, endpoint: Publisher[Any] | Subscription[Any]) -> bool:
+    def _ros_forget_events(self, endpoint: Publisher[Any] | Subscription[Any]) -> bool:
         for handler in endpoint.event_handlers:
-            if handler in self._waitables:
+            if handler in self._ros_waitables:
                 self.remove_waitable(handler)
         return True
 
@@ -523,7 +521,7 @@ class Node(BaseNode):
 
     def destroy_rate(self, rate: Rate) -> bool:
         """Destroy a rate of this node; False where it is not (any more)."""
-        timer = self._rates.pop(rate, None)
+        timer = self._ros_rates.pop(rate, None)
         if timer is None:
             return False
         rate.destroy()
@@ -533,19 +531,19 @@ class Node(BaseNode):
     def destroy_node(self) -> None:
         """Destroy everything the node made, then the node. Idempotent."""
         self.executor = None
-        for waitable in reversed(list(self._waitables)):
+        for waitable in reversed(list(self._ros_waitables)):
             if isinstance(waitable, SelfDriven):
                 waitable.destroy()
             else:  # the program's own
                 self.remove_waitable(waitable)
-        for rate in list(self._rates):
+        for rate in list(self._ros_rates):
             self.destroy_rate(rate)
-        self.core.destroy()
+        self.handle.destroy()
         for owned in (self._publishers, self._subscriptions, self._clients, self._services):
             owned.clear()
         self._timers.clear()
         self._guards.clear()
-        self._waitables.clear()
+        self._ros_waitables.clear()
 
 
 @contextmanager

@@ -42,7 +42,7 @@ class ParameterEventHandler:
 
         self.node = node
         self.qos_profile = qos_profile
-        self._watch = ParameterWatch(node.core.name)
+        self._watch = ParameterWatch(node.handle.name)
         self.parameter_event_subscription = node.create_subscription(
             ParameterEvent,
             PARAMETER_EVENTS_TOPIC,

@@ -16,5 +16,5 @@ class ParameterService:
     """Offers the six parameter services of a node; its constructor makes one unless told not to."""
 
     def __init__(self, node: BaseNode) -> None:
-        make = partial(node._offer, qos_profile=qos_profile_parameters)  # noqa: SLF001 - of one house
+        make = partial(node._ros_offer, qos_profile=qos_profile_parameters)  # noqa: SLF001 - of one house
         ParameterServices(node).offer(make)

@@ -24,7 +24,7 @@ class TypeDescriptionService:
         self.enabled = descriptions.wanted()
         self._service: Service[Any, Any] | None = None
         if self.enabled:
-            make = partial(node._offer, qos_profile=qos_profile_services_default)  # noqa: SLF001 - of one house
+            make = partial(node._ros_offer, qos_profile=qos_profile_services_default)  # noqa: SLF001 - of one house
             self._service = descriptions.offer(make)
 
     def destroy(self) -> None:

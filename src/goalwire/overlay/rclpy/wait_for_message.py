@@ -28,5 +28,5 @@ def wait_for_message(
     A negative time is no limit. The node need not spin. Raises as Node.create_subscription does.
     """
     profile = QoSProfile.of(qos_profile)
-    message = entity.wait_for_message(node.core, msg_type, topic, profile.to_core(), time_to_wait)
+    message = entity.wait_for_message(node.handle, msg_type, topic, profile.to_core(), time_to_wait)
     return (False, None) if message is None else (True, message)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from threading import Thread
-from typing import Any
+from typing import Any, Self
 
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
@@ -120,6 +120,11 @@ class _ThreadHome:
     def __init__(self) -> None:
         self.home = Home()
         self.executor: object = None
+
+    @property
+    def handle(self) -> Self:
+        """Itself."""
+        return self
 
 
 def _spin(executor: SingleThreadedExecutor) -> None:

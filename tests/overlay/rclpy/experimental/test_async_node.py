@@ -62,7 +62,7 @@ def test_a_node_lives_as_long_as_its_block(make_async: MakeAsyncNode, loop: str)
             assert repr(node).endswith(': /ns/short>')
         with pytest.raises(InvalidHandle):
             node.get_name()
-        assert not node.core.context.graph.node_exists('short', '/ns')
+        assert not node.handle.context.graph.node_exists('short', '/ns')
 
     run(scenario(), loop)
 
@@ -114,7 +114,7 @@ def test_run_enters_the_node_and_returns_when_it_is_destroyed(make_async: MakeAs
         asyncio.get_running_loop().call_soon(publisher.publish, String(data='now'))
         await node.run()
         assert received == ['now']
-        assert node.core.destroyed
+        assert node.handle.destroyed
 
     run(scenario())
 
@@ -138,7 +138,7 @@ def test_run_returns_when_the_context_is_shut_down(
         thread.start()
         await node.run()
         thread.join()
-        assert node.core.destroyed
+        assert node.handle.destroyed
 
     run(scenario(), loop)
 
@@ -183,7 +183,7 @@ def test_cancelling_run_cancels_callbacks_and_destroys_the_node(make_async: Make
         running.cancel()
         with pytest.raises(asyncio.CancelledError):
             await running
-        assert node.core.destroyed
+        assert node.handle.destroyed
         assert len(asyncio.all_tasks()) == 1
 
     run(scenario())

@@ -71,7 +71,7 @@ class ActionClient(ActionClientCore, InboxWaitable, Generic[GoalT, ResultT, Feed
         support = action_support(action_type)
         InboxWaitable.__init__(self, group)
         try:
-            ActionClientCore.__init__(self, node.core, support, action_name, group, qos)
+            ActionClientCore.__init__(self, node.handle, support, action_name, group, qos)
         except NameValidationException as error:
             raise ValueError(
                 f"Failed to create action client due to invalid topic name '{action_name}' : {error}"

@@ -16,7 +16,7 @@ def get_action_client_names_and_types_by_node(
 ) -> NamesAndTypes:
     """Return the actions that a node calls; raises NodeNameNonExistentError."""
     _check_there(node, remote_node_name, remote_node_namespace)
-    return node.core.graph.action_clients_by_node(remote_node_name, remote_node_namespace)
+    return node.handle.graph.action_clients_by_node(remote_node_name, remote_node_namespace)
 
 
 def get_action_server_names_and_types_by_node(
@@ -24,16 +24,16 @@ def get_action_server_names_and_types_by_node(
 ) -> NamesAndTypes:
     """Return the actions that a node serves; raises NodeNameNonExistentError."""
     _check_there(node, remote_node_name, remote_node_namespace)
-    return node.core.graph.action_servers_by_node(remote_node_name, remote_node_namespace)
+    return node.handle.graph.action_servers_by_node(remote_node_name, remote_node_namespace)
 
 
 def get_action_names_and_types(node: Node) -> NamesAndTypes:
     """Return every action with its types."""
-    return node.core.graph.action_names_and_types()
+    return node.handle.graph.action_names_and_types()
 
 
 def _check_there(node: Node, name: str, namespace: str) -> None:
-    if not node.core.graph.node_exists(name, namespace):
+    if not node.handle.graph.node_exists(name, namespace):
         raise NodeNameNonExistentError(
             f"cannot get action names and types for nonexistent node: '{name}' in namespace '{namespace}'"
         )

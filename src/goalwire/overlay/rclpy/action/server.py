@@ -115,7 +115,7 @@ class ActionServer(ActionServerCore, InboxWaitable, Generic[GoalT, ResultT, Feed
         InboxWaitable.__init__(self, group)
         try:
             ActionServerCore.__init__(
-                self, node.core, support, action_name, callbacks, group, qos, _nanoseconds(result_timeout)
+                self, node.handle, support, action_name, callbacks, group, qos, _nanoseconds(result_timeout)
             )
         except NameValidationException as error:
             raise ValueError(

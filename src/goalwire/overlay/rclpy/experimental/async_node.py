@@ -81,15 +81,15 @@ class AsyncNode(BaseNode):
             automatically_declare_parameters_from_overrides=automatically_declare_parameters_from_overrides,
             enable_logger_service=enable_logger_service,
         )
-        self._host = LoopHost(self.core.home, self.context.lifeline, self._runs)
+        self._host = LoopHost(self.handle.home, self.context.lifeline, self._runs)
 
     # -- its life ------------------------------------------------------------------------------------------
 
     async def __aenter__(self) -> Self:
         """Let the running loop run the callbacks. Raises RuntimeError a second time, or once destroyed."""
-        self._check_alive()
+        self._ros_check_alive()
         if self._host.running:
-            raise RCLError(f"cannot enter the node '{self.core.name.qualified}': it is running already")
+            raise RCLError(f"cannot enter the node '{self.handle.name.qualified}': it is running already")
         await self._host.__aenter__()
         return self
 
@@ -114,7 +114,7 @@ class AsyncNode(BaseNode):
 
     def destroy_node(self) -> None:
         """Destroy everything the node made, then the node; `run` returns. Idempotent."""
-        self.core.destroy()
+        self.handle.destroy()
         self._clock.close()
         self._host.end()
 
@@ -132,10 +132,10 @@ class AsyncNode(BaseNode):
 
         Raises ShutDownError at shutdown.
         """
-        self._check_alive()
+        self._ros_check_alive()
         namespace, _, name = fully_qualified_node_name.rpartition('/')
         namespace = '/' + namespace.strip('/')
-        graph = self.core.graph
+        graph = self.handle.graph
         if not await graph_shows(self.context, lambda: graph.node_exists(name, namespace)):
             raise ShutDownError(f"the node '{fully_qualified_node_name}' did not come")
 
@@ -149,9 +149,9 @@ class AsyncNode(BaseNode):
         Subscriptions that ask for a QoS which it does not offer are warned of, as with Node. Raises
         InvalidTopicNameException, TypeError or RuntimeError for a bad type or profile or once destroyed.
         """
-        self._check_alive()
+        self._ros_check_alive()
         profile = QoSProfile.of(qos_profile)
-        publisher = AsyncPublisher(self.core, msg_type, topic, profile.to_core())
+        publisher = AsyncPublisher(self.handle, msg_type, topic, profile.to_core())
         publisher.qos_profile = profile
         publisher.event_handlers = event_handlers(
             publisher, None, _group(False)
@@ -176,11 +176,11 @@ class AsyncNode(BaseNode):
         `concurrent`, beside each other. There is no filter by content: a warning says so, and every message
         is delivered. Raises as create_publisher does.
         """
-        self._check_alive()
+        self._ros_check_alive()
         profile = QoSProfile.of(qos_profile)
         group = _group(concurrent)
         subscription = AsyncSubscription(
-            self.core, msg_type, topic, callback, profile.to_core(), group, raw=raw
+            self.handle, msg_type, topic, callback, profile.to_core(), group, raw=raw
         )
         subscription.qos_profile = profile
         subscription.callback_group = group
@@ -207,10 +207,10 @@ class AsyncNode(BaseNode):
         Requests are answered one after the other or, with `concurrent`, beside each other. Raises
         InvalidServiceNameException, RuntimeError for a bad type or once destroyed.
         """
-        self._check_alive()
-        return self._offer(service_support(srv_type), srv_name, callback, qos_profile, concurrent)
+        self._ros_check_alive()
+        return self._ros_offer(service_support(srv_type), srv_name, callback, qos_profile, concurrent)
 
-    def _offer(
+    def _ros_offer(
         self,
         support: ServiceSupport,
         name: str,
@@ -220,7 +220,7 @@ class AsyncNode(BaseNode):
     ) -> AsyncService[Any, Any]:
         group = _group(concurrent)
         service: AsyncService[Any, Any] = AsyncService(
-            self.core, support, name, callback, qos_profile.to_core(), group
+            self.handle, support, name, callback, qos_profile.to_core(), group
         )
         service.qos_profile = qos_profile
         service.callback_group = group
@@ -237,9 +237,9 @@ class AsyncNode(BaseNode):
         """Create a service client. Raises InvalidServiceNameException, RuntimeError for a bad type or once
         destroyed.
         """
-        self._check_alive()
+        self._ros_check_alive()
         client: AsyncClient[RequestT, ResponseT] = AsyncClient(
-            self.core, service_support(srv_type), srv_name, qos_profile.to_core()
+            self.handle, service_support(srv_type), srv_name, qos_profile.to_core()
         )
         client.srv_type = srv_type
         client.qos_profile = qos_profile
@@ -254,14 +254,14 @@ class AsyncNode(BaseNode):
 
         Raises RCLError below 0 or once destroyed, TypeError or ValueError for what is no number.
         """
-        self._check_alive()
+        self._ros_check_alive()
         period_ns = int(float(timer_period_sec) * S_TO_NS)
         if period_ns < 0:
             raise RCLError('failed to create timer: timer period must be non-negative')
         timer = AsyncTimer(
-            callback, _group(False), period_ns, self._clock, autostart=autostart, home=self.core.home
+            callback, _group(False), period_ns, self._clock, autostart=autostart, home=self.handle.home
         )
-        self.core.own(timer)
+        self.handle.own(timer)
         timer.on_destroy = self._adopted(timer, self._timers, timer)
         return timer
 
@@ -270,7 +270,7 @@ class AsyncNode(BaseNode):
         owned.append(entity)
 
         def forget() -> None:
-            self.core.disown(entity)
+            self.handle.disown(entity)
             with suppress(ValueError):
                 owned.remove(entity)
             if work is not None:
@@ -278,13 +278,13 @@ class AsyncNode(BaseNode):
 
         return forget
 
-    def _make_clock(self) -> AsyncClock:
+    def _ros_make_clock(self) -> AsyncClock:
         lifeline = self.context.lifeline
         return AsyncClock(clock_type=ClockType.ROS_TIME, source=lifeline.clock, lifeline=lifeline)
 
-    def _check_alive(self) -> None:
-        if self.core.destroyed:
-            raise DestroyedError(f"cannot use the node '{self.core.name.qualified}': it was destroyed")
+    def _ros_check_alive(self) -> None:
+        if self.handle.destroyed:
+            raise DestroyedError(f"cannot use the node '{self.handle.name.qualified}': it was destroyed")
 
 
 def _group(concurrent: bool) -> CallbackGroup:

@@ -20,7 +20,7 @@ class ListedClockSubscription(ClockSubscription, Subscription[Any]):
 def subscribe_to_clock(node: BaseNode, source: TimeSourceCore) -> ListedClockSubscription:
     """Make the subscription; jump callbacks run in the node's default callback group."""
     group = node._default_callback_group  # noqa: SLF001
-    subscription = ListedClockSubscription(node.core, group, source)
+    subscription = ListedClockSubscription(node.handle, group, source)
     subscription.qos_profile = QoSProfile(depth=CLOCK_QOS.depth, reliability=ReliabilityPolicy.BEST_EFFORT)
     subscription.callback_group = group
     group.add_entity(subscription)

@@ -46,7 +46,7 @@ class LifecycleNodeMixin(ManagedEntity):
         """Without `enable_communication_interface` there are no services; events are published even so."""
         node = self._as_node()
         clock = node.get_clock()
-        self._lifecycle = LifecycleCore(node.core, self, lambda: clock.now().nanoseconds)
+        self._lifecycle = LifecycleCore(node.handle, self, lambda: clock.now().nanoseconds)
         self._state_machine = self._lifecycle.machine  # programs read its current_state, for want of an API
         if enable_communication_interface:
             group = callback_group or node.default_callback_group
@@ -146,7 +146,7 @@ def _service_maker(
     qos = qos_profile_services_default
 
     def make(support: ServiceSupport, name: str, callback: Callable[..., object]) -> Service[Any, Any]:
-        service: Service[Any, Any] = Service(node.core, support, name, callback, qos.to_core(), group)
+        service: Service[Any, Any] = Service(node.handle, support, name, callback, qos.to_core(), group)
         service.qos_profile = qos
         service.callback_group = group
         group.add_entity(service)
