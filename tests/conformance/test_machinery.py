@@ -75,7 +75,7 @@ def raises(*kinds: str, text: str = 'bad') -> Outcome:
         (raises('ValueError'), gives('1')),
         (raises('TypeError', 'Exception'), raises('ValueError', 'Exception')),
         (raises('ValueError', 'Exception'), raises('EncodeError', 'ValueError', 'Exception')),
-        (raises('ValueError', text='bad'), raises('ValueError', text='worse')),
+        (raises('ValueError', text='bad'), raises('ValueError', text='too bad')),
         (Outcome('f()', 'None', printed='x'), gives('None')),
     ],
 )
@@ -84,6 +84,12 @@ def test_what_differs_is_reported_unless_it_is_listed(ours: Outcome, real: Outco
     assert complaint.splitlines()[0] == 'f()'
     assert list(complaints([ours], [real], {'f()': str(ours)})) == []
     assert list(complaints([ours], [real], {'f()': 'something else'}))
+
+
+def test_a_text_may_say_more() -> None:
+    assert not list(
+        complaints([raises('ValueError', text='too bad')], [raises('ValueError', text='bad\n')], {})
+    )
 
 
 def test_an_exception_derived_from_the_real_one_is_as_good() -> None:
