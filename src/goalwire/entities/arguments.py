@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from goalwire.entities.exceptions import RCLError, RCLInvalidROSArgsError, UnknownROSArgsError
-from goalwire.entities.parameter_files import with_files_read
 from goalwire.protocol.arguments import ArgumentError, Arguments, UnknownArguments, parse_arguments
 
 
@@ -14,7 +13,7 @@ def process_arguments(args: Sequence[str]) -> Arguments:
     if isinstance(args, str) or not all(isinstance(arg, str) for arg in args):
         raise TypeError(f'args must be a sequence of strings, as sys.argv is; got {args!r}')
     try:
-        return with_files_read(parse_arguments(args))
+        return _with_files(parse_arguments(args))
     except UnknownArguments as error:
         raise UnknownROSArgsError(str(error)) from None
     except ArgumentError as error:
@@ -26,8 +25,16 @@ def node_arguments(cli_args: Sequence[str] | None) -> Arguments:
     if not cli_args:
         return Arguments()
     try:
-        return with_files_read(parse_arguments(cli_args))
+        return _with_files(parse_arguments(cli_args))
     except UnknownArguments as error:
         raise UnknownROSArgsError(str(error)) from None
     except ArgumentError as error:
         raise RCLInvalidROSArgsError(f'Failed to parse ROS arguments: {error}') from None
+
+
+def _with_files(arguments: Arguments) -> Arguments:
+    if not arguments.params_files:
+        return arguments
+    from goalwire.entities.parameter_files import with_files_read
+
+    return with_files_read(arguments)

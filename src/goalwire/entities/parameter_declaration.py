@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from goalwire.entities.exceptions import InvalidParameterException
@@ -56,11 +55,11 @@ def _declaration(
     wanted = Descriptor() if descriptor is None else _checked(descriptor, where)
     if len(given) == 1:
         warnings.warn(_NO_TYPE.format(name), UserWarning, stacklevel=5)
-        wanted = replace(wanted, dynamic_typing=True)
+        wanted = wanted._replace(dynamic_typing=True)
     full_name = f'{prefix}{name}'
     if not full_name:
         raise InvalidParameterException(full_name)
-    wanted = replace(wanted, name=full_name, type=_type(full_name, value, wanted))
+    wanted = wanted._replace(name=full_name, type=_type(full_name, value, wanted))
     default = None if isinstance(value, Type) else value
     return Parameter(full_name, value=overrides.get(full_name, default)), wanted
 

@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
 def with_files_read(arguments: Arguments) -> Arguments:
     """Return the arguments with their parameter files' content; raises ArgumentError that names the file."""
-    if not arguments.params_files:
-        return arguments
     return replace(
         arguments,
         parameters=tuple(

@@ -12,7 +12,6 @@ from goalwire.logging.severity import LoggingSeverity
 from goalwire.protocol.names.lexer import Lexeme, Lexer, RuleSyntaxError, node_prefix, refuse_wildcard
 from goalwire.protocol.names.remapping import RemapRule, parse_remap_rule
 from goalwire.protocol.names.validation import InvalidName, validate_enclave
-from goalwire.protocol.parameter_values import parse_parameter_value
 
 if TYPE_CHECKING:
     from goalwire.protocol.parameters import ParameterValue
@@ -113,6 +112,8 @@ def parse_arguments(arguments: Sequence[str]) -> Arguments:
 
 def parse_parameter_rule(text: str) -> ParameterOverride:
     """Read `[node:]name:=value`; raises RuleSyntaxError with ROS 2's text."""
+    from goalwire.protocol.parameter_values import parse_parameter_value
+
     lexer = Lexer(text)
     node = node_prefix(lexer)
     name = _parameter_name_part(lexer)

@@ -6,8 +6,7 @@ The rules and the texts of the refusals are rclpy's (rclpy.node).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Generic, TypeVar
+from typing import Generic, NamedTuple, TypeVar
 
 from goalwire.protocol.parameters.outcome import ACCEPTED, Outcome, WrongType, refused
 from goalwire.protocol.parameters.parameter import Parameter, Type
@@ -19,8 +18,7 @@ RELATIVE_TOLERANCE = 1e-6
 NumberT = TypeVar('NumberT', int, float)
 
 
-@dataclass(frozen=True)
-class Range(Generic[NumberT]):
+class Range(NamedTuple, Generic[NumberT]):
     """The values from one end to the other, both inclusive, in steps from the lower one (0: any)."""
 
     from_value: NumberT
@@ -38,8 +36,7 @@ class Range(Generic[NumberT]):
         return max(self.from_value, self.to_value)
 
 
-@dataclass(frozen=True, slots=True)
-class Descriptor:
+class Descriptor(NamedTuple):
     """What a parameter is; the ranges hold one entry at most."""
 
     name: str = ''

@@ -59,9 +59,9 @@ def descriptor_message(descriptor: Descriptor) -> ParameterDescriptor:
         read_only=descriptor.read_only,
         dynamic_typing=descriptor.dynamic_typing,
         floating_point_range=[
-            FloatingPointRange(**vars(limits)) for limits in descriptor.floating_point_range
+            FloatingPointRange(**limits._asdict()) for limits in descriptor.floating_point_range
         ],
-        integer_range=[IntegerRange(**vars(limits)) for limits in descriptor.integer_range],
+        integer_range=[IntegerRange(**limits._asdict()) for limits in descriptor.integer_range],
     )
 
 

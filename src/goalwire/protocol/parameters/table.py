@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from threading import Lock
 
 from goalwire.protocol.parameters.descriptor import Descriptor
@@ -11,13 +10,15 @@ from goalwire.protocol.parameters.outcome import ACCEPTED, Outcome, refused
 from goalwire.protocol.parameters.parameter import Parameter, ParameterValue, Type
 
 
-@dataclass(slots=True)
 class Changes:
     """What a set did, as /parameter_events tells it."""
 
-    new: list[Parameter] = field(default_factory=list)
-    changed: list[Parameter] = field(default_factory=list)
-    deleted: list[Parameter] = field(default_factory=list)
+    __slots__ = ('changed', 'deleted', 'new')
+
+    def __init__(self) -> None:
+        self.new: list[Parameter] = []
+        self.changed: list[Parameter] = []
+        self.deleted: list[Parameter] = []
 
     def __bool__(self) -> bool:
         return bool(self.new or self.changed or self.deleted)
@@ -96,7 +97,7 @@ class ParameterTable:
         with self._lock:
             self._values[parameter.name] = parameter
             self._descriptors[parameter.name] = _following(
-                replace(descriptor, name=parameter.name), parameter
+                descriptor._replace(name=parameter.name), parameter
             )
 
     def undeclare(self, name: str) -> None:
@@ -122,5 +123,5 @@ class ParameterTable:
 def _following(descriptor: Descriptor, parameter: Parameter) -> Descriptor:
     """A dynamically typed parameter's descriptor tells the type of its value."""
     if descriptor.dynamic_typing and descriptor.type is not parameter.type_:
-        return replace(descriptor, type=parameter.type_)
+        return descriptor._replace(type=parameter.type_)
     return descriptor
