@@ -9,6 +9,7 @@ import statistics
 import threading
 import time
 from collections.abc import Callable
+from typing import Self
 
 from goalwire.execution.callback_groups import MutuallyExclusiveCallbackGroup
 from goalwire.execution.clock import Clock
@@ -37,6 +38,10 @@ class Node:
     def __init__(self) -> None:
         self.home = Home()
         self.executor: object = None
+
+    @property
+    def handle(self) -> Self:
+        return self
 
 
 def deliver(_executor: Executor, node: Node) -> float:

@@ -20,7 +20,9 @@ from rclpy.exceptions import (
     InvalidTopicNameException,
 )
 from rclpy.executors import SingleThreadedExecutor
-from rclpy.node import Node
+from rclpy.experimental import AsyncNode
+from rclpy.lifecycle import LifecycleNode
+from rclpy.node import BaseNode, Node
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
 from rclpy.waitable import Waitable
@@ -437,18 +439,22 @@ def test_what_is_no_callback_group_is_refused_and_leaves_nothing_behind(node: No
     assert [list(node.timers), list(node.guards), list(node.subscriptions)] == [[], [], []]
 
 
-def test_a_program_s_own_names_do_not_meet_those_of_its_node(context: Context) -> None:
+@pytest.mark.parametrize('node_class', [Node, LifecycleNode, AsyncNode])
+def test_a_program_s_own_names_do_not_meet_those_of_its_node(
+    context: Context, node_class: type[BaseNode]
+) -> None:
     """What programs derive from Node, they fill with names of their own: ours are rclpy's, or _ros_…."""
     rclpy_s_own = {
         '_clients', '_clock', '_context', '_default_callback_group', '_guards', '_logger', '_parameters',
         '_publishers', '_services', '_subscriptions', '_time_source', '_timers', '_type_description_service',
+        '_state_machine',
     }  # fmt: skip
-    node = Node('any', context=context, enable_logger_service=True)
+    node = node_class('any', context=context, enable_logger_service=True)
     names = {name for name in dir(node) if not name.startswith(('__', '_ros_'))}
     assert {name for name in names if name.startswith('_')} <= rclpy_s_own
-    published = set(PUBLIC.split())
-    assert {name for name in names if not name.startswith('_')} == published
-    node.destroy_node()
+    if node_class is Node:
+        assert {name for name in names if not name.startswith('_')} == set(PUBLIC.split())
+    node.handle.destroy()
 
 
 def test_a_program_may_use_the_names_it_likes(context: Context) -> None:

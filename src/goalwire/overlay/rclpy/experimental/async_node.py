@@ -66,7 +66,7 @@ class AsyncNode(BaseNode):
         enable_logger_service: bool = False,
     ) -> None:
         """Raises NotInitializedException before init(), and rclpy's name exceptions."""
-        self._runs = Runs()
+        self._ros_runs = Runs()
         super().__init__(
             node_name,
             context=context,
@@ -81,23 +81,23 @@ class AsyncNode(BaseNode):
             automatically_declare_parameters_from_overrides=automatically_declare_parameters_from_overrides,
             enable_logger_service=enable_logger_service,
         )
-        self._host = LoopHost(self.handle.home, self.context.lifeline, self._runs)
+        self._ros_host = LoopHost(self.handle.home, self.context.lifeline, self._ros_runs)
 
     # -- its life ------------------------------------------------------------------------------------------
 
     async def __aenter__(self) -> Self:
         """Let the running loop run the callbacks. Raises RuntimeError a second time, or once destroyed."""
         self._ros_check_alive()
-        if self._host.running:
+        if self._ros_host.running:
             raise RCLError(f"cannot enter the node '{self.handle.name.qualified}': it is running already")
-        await self._host.__aenter__()
+        await self._ros_host.__aenter__()
         return self
 
     async def __aexit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         try:
-            await self._host.__aexit__(kind, error, trace)
+            await self._ros_host.__aexit__(kind, error, trace)
         finally:
             self.destroy_node()
 
@@ -106,17 +106,17 @@ class AsyncNode(BaseNode):
 
         Outside the node's block this enters it and, at its end, destroys the node.
         """
-        if self._host.running:
-            await self._host.wait()
+        if self._ros_host.running:
+            await self._ros_host.wait()
             return
         async with self:
-            await self._host.wait()
+            await self._ros_host.wait()
 
     def destroy_node(self) -> None:
         """Destroy everything the node made, then the node; `run` returns. Idempotent."""
         self.handle.destroy()
         self._clock.close()
-        self._host.end()
+        self._ros_host.end()
 
     def get_clock(self) -> AsyncClock:
         """Return the node's clock (ROS time); `await node.get_clock().sleep(seconds)`."""
@@ -156,7 +156,7 @@ class AsyncNode(BaseNode):
         publisher.event_handlers = event_handlers(
             publisher, None, _group(False)
         )  # warn of QoS that do not fit
-        publisher.on_destroy = self._adopted(publisher, self._publishers)
+        publisher.on_destroy = self._ros_adopted(publisher, self._publishers)
         return publisher
 
     def create_subscription(
@@ -185,7 +185,7 @@ class AsyncNode(BaseNode):
         subscription.qos_profile = profile
         subscription.callback_group = group
         subscription.event_handlers = event_handlers(subscription, None, _group(False))
-        subscription.on_destroy = self._adopted(subscription, self._subscriptions, subscription.inbox)
+        subscription.on_destroy = self._ros_adopted(subscription, self._subscriptions, subscription.inbox)
         if content_filter_options is not None:
             self._logger.warning(
                 f"Topic '{subscription.full_name}': this wire cannot filter by content "
@@ -224,7 +224,7 @@ class AsyncNode(BaseNode):
         )
         service.qos_profile = qos_profile
         service.callback_group = group
-        service.on_destroy = self._adopted(service, self._services, service.inbox)
+        service.on_destroy = self._ros_adopted(service, self._services, service.inbox)
         return service
 
     def create_client(
@@ -244,7 +244,7 @@ class AsyncNode(BaseNode):
         client.srv_type = srv_type
         client.qos_profile = qos_profile
         client.calls = AwaitedCalls(client)
-        client.on_destroy = self._adopted(client, self._clients)
+        client.on_destroy = self._ros_adopted(client, self._clients)
         return client
 
     def create_timer(
@@ -262,10 +262,10 @@ class AsyncNode(BaseNode):
             callback, _group(False), period_ns, self._clock, autostart=autostart, home=self.handle.home
         )
         self.handle.own(timer)
-        timer.on_destroy = self._adopted(timer, self._timers, timer)
+        timer.on_destroy = self._ros_adopted(timer, self._timers, timer)
         return timer
 
-    def _adopted(self, entity: Any, owned: list[Any], work: Work | None = None) -> Callable[[], None]:
+    def _ros_adopted(self, entity: Any, owned: list[Any], work: Work | None = None) -> Callable[[], None]:
         """List an entity among the node's own, and return what is to be done when it is destroyed."""
         owned.append(entity)
 
@@ -274,7 +274,7 @@ class AsyncNode(BaseNode):
             with suppress(ValueError):
                 owned.remove(entity)
             if work is not None:
-                self._runs.cancel(work)
+                self._ros_runs.cancel(work)
 
         return forget
 

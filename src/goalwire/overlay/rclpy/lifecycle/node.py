@@ -44,64 +44,66 @@ class LifecycleNodeMixin(ManagedEntity):
         self, *, enable_communication_interface: bool = True, callback_group: CallbackGroup | None = None
     ) -> None:
         """Without `enable_communication_interface` there are no services; events are published even so."""
-        node = self._as_node()
+        node = self._ros_as_node()
         clock = node.get_clock()
-        self._lifecycle = LifecycleCore(node.handle, self, lambda: clock.now().nanoseconds)
-        self._state_machine = self._lifecycle.machine  # programs read its current_state, for want of an API
+        self._ros_lifecycle = LifecycleCore(node.handle, self, lambda: clock.now().nanoseconds)
+        self._state_machine = (
+            self._ros_lifecycle.machine
+        )  # programs read its current_state, for want of an API
         if enable_communication_interface:
             group = callback_group or node.default_callback_group
-            node._services += LifecycleServices(self._lifecycle).offer(_service_maker(node, group))  # noqa: SLF001
+            node._services += LifecycleServices(self._ros_lifecycle).offer(_service_maker(node, group))  # noqa: SLF001
 
-    def _as_node(self) -> Node:
+    def _ros_as_node(self) -> Node:
         return cast('Node', self)
 
     def trigger_configure(self) -> TransitionCallbackReturnType:
         """Make the node inactive; as all triggers raises RCLError where that is no transition from here."""
-        return self._lifecycle.trigger(CONFIGURE)
+        return self._ros_lifecycle.trigger(CONFIGURE)
 
     def trigger_cleanup(self) -> TransitionCallbackReturnType:
         """Make the inactive node unconfigured."""
-        return self._lifecycle.trigger(CLEANUP)
+        return self._ros_lifecycle.trigger(CLEANUP)
 
     def trigger_shutdown(self) -> TransitionCallbackReturnType:
         """Make the node finalized."""
-        return self._lifecycle.trigger_shutdown()
+        return self._ros_lifecycle.trigger_shutdown()
 
     def trigger_activate(self) -> TransitionCallbackReturnType:
         """Make the inactive node active."""
-        return self._lifecycle.trigger(ACTIVATE)
+        return self._ros_lifecycle.trigger(ACTIVATE)
 
     def trigger_deactivate(self) -> TransitionCallbackReturnType:
         """Make the active node inactive."""
-        return self._lifecycle.trigger(DEACTIVATE)
+        return self._ros_lifecycle.trigger(DEACTIVATE)
 
     def add_managed_entity(self, entity: ManagedEntity) -> None:
         """Let an entity go through the node's transitions; raises TypeError for what is no ManagedEntity."""
-        self._lifecycle.add(entity)
+        self._ros_lifecycle.add(entity)
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturnType:
         """Call each entity's on_configure."""
-        return self._lifecycle.call_entities('on_configure', state)
+        return self._ros_lifecycle.call_entities('on_configure', state)
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturnType:
         """Call each entity's on_cleanup."""
-        return self._lifecycle.call_entities('on_cleanup', state)
+        return self._ros_lifecycle.call_entities('on_cleanup', state)
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturnType:
         """Call each entity's on_shutdown."""
-        return self._lifecycle.call_entities('on_shutdown', state)
+        return self._ros_lifecycle.call_entities('on_shutdown', state)
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturnType:
         """Call each entity's on_activate."""
-        return self._lifecycle.call_entities('on_activate', state)
+        return self._ros_lifecycle.call_entities('on_activate', state)
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturnType:
         """Call each entity's on_deactivate."""
-        return self._lifecycle.call_entities('on_deactivate', state)
+        return self._ros_lifecycle.call_entities('on_deactivate', state)
 
     def on_error(self, state: LifecycleState) -> TransitionCallbackReturnType:
         """Call each entity's on_error."""
-        return self._lifecycle.call_entities('on_error', state)
+        return self._ros_lifecycle.call_entities('on_error', state)
 
     def create_lifecycle_publisher(
         self, msg_type: type[MsgT], topic: str, qos_profile: QoSProfile | int, **kwargs: Any
@@ -112,17 +114,17 @@ class LifecycleNodeMixin(ManagedEntity):
         """
         if 'publisher_class' in kwargs:
             raise TypeError("create_publisher() got an unexpected keyword argument 'publisher_class'")
-        publisher = self._as_node().create_publisher(
+        publisher = self._ros_as_node().create_publisher(
             msg_type, topic, qos_profile, publisher_class=LifecyclePublisher, **kwargs
         )
         assert isinstance(publisher, LifecyclePublisher)
-        self._lifecycle.add(publisher)
+        self._ros_lifecycle.add(publisher)
         return publisher
 
     def destroy_lifecycle_publisher(self, publisher: LifecyclePublisher[Any]) -> bool:
         """Destroy a publisher of this node; False where it is not (any more)."""
-        self._lifecycle.remove(publisher)
-        return self._as_node().destroy_publisher(publisher)
+        self._ros_lifecycle.remove(publisher)
+        return self._ros_as_node().destroy_publisher(publisher)
 
 
 class LifecycleNode(LifecycleNodeMixin, Node):
@@ -136,7 +138,7 @@ class LifecycleNode(LifecycleNodeMixin, Node):
     def destroy_publisher(self, publisher: Publisher[Any]) -> bool:
         """Destroy a publisher of this node, a managed one too; False where it is not (any more)."""
         if isinstance(publisher, LifecyclePublisher):
-            self._lifecycle.remove(publisher)
+            self._ros_lifecycle.remove(publisher)
         return Node.destroy_publisher(self, publisher)
 
 
