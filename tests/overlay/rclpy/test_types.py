@@ -19,6 +19,7 @@ def test_entities_are_tied_to_their_interfaces(tmp_path: Path) -> None:
         from rclpy.action.server import ServerGoalHandle
         from rclpy.client import Client
         from rclpy.executors import SingleThreadedExecutor
+        from rclpy.experimental import AsyncNode, AsyncPublisher
         from rclpy.node import Node
         from rclpy.publisher import Publisher
         from rclpy.service import Service
@@ -29,6 +30,12 @@ def test_entities_are_tied_to_their_interfaces(tmp_path: Path) -> None:
 
         Sent: TypeAlias = ClientGoalHandle[Fibonacci.Goal, Fibonacci.Result, Fibonacci.Feedback]
         Taken: TypeAlias = ServerGoalHandle[Fibonacci.Goal, Fibonacci.Result, Fibonacci.Feedback]
+
+        async def talk_in_a_loop() -> None:
+            async with AsyncNode('a') as node:
+                assert_type(node.create_publisher(String, 'a', 1), AsyncPublisher[String])
+                client = node.create_client(SetBool, 'b')
+                assert_type(await client.call(SetBool.Request()), SetBool.Response)
 
         def talk(node: Node) -> None:
             assert_type(node.create_publisher(String, 'a', 1), Publisher[String])
