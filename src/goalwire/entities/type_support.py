@@ -119,29 +119,29 @@ class ActionSupport:
     status: MessageSupport
 
 
-def check_for_type_support(cls: type) -> None:
+def check_for_type_support(msg_or_srv_type: type) -> None:
     """Raise AttributeError for what is no message, service or action class."""
-    if not hasattr(type(cls), '_TYPE_SUPPORT'):
+    if not hasattr(type(msg_or_srv_type), '_TYPE_SUPPORT'):
         raise AttributeError(
-            f"type object '{type(cls).__name__}' has no attribute '_TYPE_SUPPORT' {_ROS1_HINT}"
+            f"type object '{type(msg_or_srv_type).__name__}' has no attribute '_TYPE_SUPPORT' {_ROS1_HINT}"
         )
 
 
-def check_is_valid_msg_type(cls: type) -> None:
+def check_is_valid_msg_type(msg_type: type) -> None:
     """Raise RuntimeError for a service or action class, AttributeError for no interface class at all."""
-    check_for_type_support(cls)
-    if not hasattr(cls, 'get_fields_and_field_types'):
+    check_for_type_support(msg_type)
+    if not hasattr(msg_type, 'get_fields_and_field_types'):
         raise RuntimeError(
-            f'The message type provided is not valid ({cls}), this might be a service or action'
+            f'The message type provided is not valid ({msg_type}), this might be a service or action'
         )
 
 
-def check_is_valid_srv_type(cls: type) -> None:
+def check_is_valid_srv_type(srv_type: type) -> None:
     """Raise RuntimeError for a message or action class, AttributeError for no interface class at all."""
-    check_for_type_support(cls)
-    if not (hasattr(cls, 'Request') and hasattr(cls, 'Response')):
+    check_for_type_support(srv_type)
+    if not (hasattr(srv_type, 'Request') and hasattr(srv_type, 'Response')):
         raise RuntimeError(
-            f'The service type provided is not valid ({cls}), this might be a message or action'
+            f'The service type provided is not valid ({srv_type}), this might be a message or action'
         )
 
 
