@@ -10,7 +10,7 @@ from goalwire.entities.answering import Answering
 from goalwire.entities.exceptions import InvalidHandle
 from goalwire.entities.node import NodeCore
 from goalwire.entities.request_server import RequestServer
-from goalwire.entities.service_introspection import Introspected, Step
+from goalwire.entities.service_introspection import Introspected, ServiceIntrospection, Step
 from goalwire.entities.type_support import ServiceSupport
 from goalwire.execution.callback_groups import CallbackGroup
 from goalwire.execution.inbox import Inbox
@@ -42,7 +42,7 @@ class ServiceCore(Introspected):
         node.own(self)
 
     def _handle(self, request: Request, message: object) -> Coroutine[Any, Any, None] | None:
-        self._report(Step.REQUEST_RECEIVED, request, message)
+        _tell(self.introspection, Step.REQUEST_RECEIVED, request, message)
         answer = self.callback(message, self.support.response())
         if isinstance(answer, CoroutineType):
             return Answering(answer, request, self.answer)
@@ -58,13 +58,9 @@ class ServiceCore(Introspected):
                 f"Service '{self.full_name}': the callback returned {type(response).__name__}; "
                 f'return the {self.support.response.__name__} that it was given'
             )
+        introspection = self.introspection  # as it is now: who gets the reply may change it at once
         request.reply(self.support.encode_response(response))
-        self._report(Step.RESPONSE_SENT, request, response)
-
-    def _report(self, step: Step, request: Request, message: object) -> None:
-        introspection = self.introspection
-        if introspection is not None:
-            introspection.report(step, request.sample.gid, request.sample.sequence, message)
+        _tell(introspection, Step.RESPONSE_SENT, request, response)
 
     @property
     def inbox(self) -> Inbox[Request]:
@@ -81,7 +77,7 @@ class ServiceCore(Introspected):
         taken = self._server.take()
         if taken is not None:
             message, request = taken
-            self._report(Step.REQUEST_RECEIVED, request, message)
+            _tell(self.introspection, Step.REQUEST_RECEIVED, request, message)
         return taken
 
     @property
@@ -94,3 +90,8 @@ class ServiceCore(Introspected):
         self.node.disown(self)
         self.end_introspection()
         self._server.destroy()
+
+
+def _tell(introspection: ServiceIntrospection | None, step: Step, request: Request, message: object) -> None:
+    if introspection is not None:
+        introspection.report(step, request.sample.gid, request.sample.sequence, message)
