@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from goalwire.entities.exceptions import RCLError, RCLInvalidROSArgsError, UnknownROSArgsError
+from goalwire.logging import get_logger
 from goalwire.protocol.arguments import ArgumentError, Arguments, UnknownArguments, parse_arguments
 
 
@@ -13,7 +14,7 @@ def process_arguments(args: Sequence[str]) -> Arguments:
     if isinstance(args, str) or not all(isinstance(arg, str) for arg in args):
         raise TypeError(f'args must be a sequence of strings, as sys.argv is; got {args!r}')
     try:
-        return _with_files(parse_arguments(args))
+        return _completed(parse_arguments(args))
     except UnknownArguments as error:
         raise UnknownROSArgsError(str(error)) from None
     except ArgumentError as error:
@@ -25,14 +26,19 @@ def node_arguments(cli_args: Sequence[str] | None) -> Arguments:
     if not cli_args:
         return Arguments()
     try:
-        return _with_files(parse_arguments(cli_args))
+        return _completed(parse_arguments(cli_args))
     except UnknownArguments as error:
         raise UnknownROSArgsError(str(error)) from None
     except ArgumentError as error:
         raise RCLInvalidROSArgsError(f'Failed to parse ROS arguments: {error}') from None
 
 
-def _with_files(arguments: Arguments) -> Arguments:
+def _completed(arguments: Arguments) -> Arguments:
+    """Read the parameter files, and warn of remap rules as ROS 2's first releases took them."""
+    for rule in arguments.deprecated:
+        get_logger('rcl').warning(
+            f"Found remap rule '{rule}'. This syntax is deprecated. Use '--ros-args --remap {rule}' instead."
+        )
     if not arguments.params_files:
         return arguments
     from goalwire.entities.parameter_files import with_files_read

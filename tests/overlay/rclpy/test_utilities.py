@@ -30,6 +30,12 @@ def test_arguments_that_cannot_be_read_are_not_removed() -> None:
         tested.remove_ros_args(['p', '--ros-args', '--bad'])
 
 
+def test_a_remap_rule_outside_of_ros_args_counts_with_a_warning(capfd: pytest.CaptureFixture[str]) -> None:
+    assert tested.remove_ros_args(['a', '-r', 'x:=y']) == ['a', '-r']
+    text = "[rcl]: Found remap rule 'x:=y'. This syntax is deprecated. Use '--ros-args --remap x:=y' instead."
+    assert text in capfd.readouterr().err
+
+
 def test_the_program_s_own_arguments_are_the_default(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, 'argv', ['prog', 'x', '--ros-args', '-r', 'a:=b'])
     assert tested.remove_ros_args() == ['prog', 'x']
