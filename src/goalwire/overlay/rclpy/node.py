@@ -134,6 +134,11 @@ class BaseNode(NodeGraph, NodeParameters):
         """The context that the node lives in."""
         return self._context
 
+    @property
+    def default_callback_group(self) -> CallbackGroup:
+        """The exclusive group of every callback that names no group."""
+        return self._default_callback_group
+
     def get_name(self) -> str:
         """Return the name without its namespace; raises InvalidHandle once destroyed."""
         self._ros_check_alive()
@@ -268,6 +273,20 @@ class BaseNode(NodeGraph, NodeParameters):
             TopicEndpointInfo.from_entity(entity) for entity in self._ros_endpoints(kind, topic, no_mangle)
         ]
 
+    def destroy_node(self) -> None:
+        """Destroy everything the node made, then the node. Idempotent."""
+        for waitable in reversed(list(self._ros_waitables)):
+            if isinstance(waitable, SelfDriven):
+                waitable.destroy()
+            else:  # the program's own
+                self.remove_waitable(waitable)
+        self.handle.destroy()
+        for owned in (self._publishers, self._subscriptions, self._clients, self._services):
+            owned.clear()
+        self._timers.clear()
+        self._guards.clear()
+        self._ros_waitables.clear()
+
 
 class Node(BaseNode):
     """A node whose callbacks an executor runs."""
@@ -291,11 +310,6 @@ class Node(BaseNode):
         else:
             new_executor.add_node(self)
             self._ros_executor = ref(new_executor)
-
-    @property
-    def default_callback_group(self) -> CallbackGroup:
-        """The exclusive group of every callback that names no group."""
-        return self._default_callback_group
 
     def _ros_group(self, given: CallbackGroup | None) -> CallbackGroup:
         return self._default_callback_group if given is None else checked_group(given)
@@ -531,19 +545,9 @@ class Node(BaseNode):
     def destroy_node(self) -> None:
         """Destroy everything the node made, then the node. Idempotent."""
         self.executor = None
-        for waitable in reversed(list(self._ros_waitables)):
-            if isinstance(waitable, SelfDriven):
-                waitable.destroy()
-            else:  # the program's own
-                self.remove_waitable(waitable)
         for rate in list(self._ros_rates):
             self.destroy_rate(rate)
-        self.handle.destroy()
-        for owned in (self._publishers, self._subscriptions, self._clients, self._services):
-            owned.clear()
-        self._timers.clear()
-        self._guards.clear()
-        self._ros_waitables.clear()
+        super().destroy_node()
 
 
 @contextmanager

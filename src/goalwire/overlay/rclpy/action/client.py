@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from unique_identifier_msgs.msg import UUID
 
     from goalwire.execution.wait_set import WaitSet
-    from rclpy.node import Node
+    from rclpy.node import BaseNode
 
 __all__ = ['ActionClient', 'ClientGoalHandle', 'FeedbackMessage', 'ResultResponse']
 
@@ -48,7 +48,7 @@ class ActionClient(ActionClientCore, InboxWaitable, Generic[GoalT, ResultT, Feed
 
     def __init__(
         self,
-        node: Node,
+        node: BaseNode,
         action_type: type[ActionType[GoalT, ResultT, FeedbackT]],
         action_name: str,
         *,

@@ -8,11 +8,11 @@ from goalwire.entities.exceptions import NodeNameNonExistentError
 
 if TYPE_CHECKING:
     from goalwire.graph.names import NamesAndTypes
-    from rclpy.node import Node
+    from rclpy.node import BaseNode
 
 
 def get_action_client_names_and_types_by_node(
-    node: Node, remote_node_name: str, remote_node_namespace: str
+    node: BaseNode, remote_node_name: str, remote_node_namespace: str
 ) -> NamesAndTypes:
     """Return the actions that a node calls; raises NodeNameNonExistentError."""
     _check_there(node, remote_node_name, remote_node_namespace)
@@ -20,19 +20,19 @@ def get_action_client_names_and_types_by_node(
 
 
 def get_action_server_names_and_types_by_node(
-    node: Node, remote_node_name: str, remote_node_namespace: str
+    node: BaseNode, remote_node_name: str, remote_node_namespace: str
 ) -> NamesAndTypes:
     """Return the actions that a node serves; raises NodeNameNonExistentError."""
     _check_there(node, remote_node_name, remote_node_namespace)
     return node.handle.graph.action_servers_by_node(remote_node_name, remote_node_namespace)
 
 
-def get_action_names_and_types(node: Node) -> NamesAndTypes:
+def get_action_names_and_types(node: BaseNode) -> NamesAndTypes:
     """Return every action with its types."""
     return node.handle.graph.action_names_and_types()
 
 
-def _check_there(node: Node, name: str, namespace: str) -> None:
+def _check_there(node: BaseNode, name: str, namespace: str) -> None:
     if not node.handle.graph.node_exists(name, namespace):
         raise NodeNameNonExistentError(
             f"cannot get action names and types for nonexistent node: '{name}' in namespace '{namespace}'"

@@ -27,7 +27,7 @@ from rclpy.waitable import NumberOfEntities
 
 if TYPE_CHECKING:
     from goalwire.execution.wait_set import WaitSet
-    from rclpy.node import Node
+    from rclpy.node import BaseNode
 
 __all__ = [
     'ActionServer',
@@ -72,7 +72,7 @@ class ActionServer(ActionServerCore, InboxWaitable, Generic[GoalT, ResultT, Feed
 
     def __init__(
         self,
-        node: Node,
+        node: BaseNode,
         action_type: type[ActionType[GoalT, ResultT, FeedbackT]],
         action_name: str,
         execute_callback: _Execute[GoalT, ResultT, FeedbackT],

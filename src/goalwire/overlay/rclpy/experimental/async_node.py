@@ -114,7 +114,7 @@ class AsyncNode(BaseNode):
 
     def destroy_node(self) -> None:
         """Destroy everything the node made, then the node; `run` returns. Idempotent."""
-        self.handle.destroy()
+        super().destroy_node()
         self._clock.close()
         self._ros_host.end()
 
