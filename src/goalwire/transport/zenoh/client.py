@@ -10,9 +10,10 @@ import zenoh
 
 from goalwire.errors import RemoteError, TransportError
 from goalwire.transport.contract import ClientPort, Sample
+from goalwire.transport.place import Place
 from goalwire.transport.zenoh.attachment import encode, read
 from goalwire.transport.zenoh.config import reason
-from goalwire.transport.zenoh.core import Core, Place, taken_back
+from goalwire.transport.zenoh.core import Core, taken_back
 from goalwire.transport.zenoh.keyexpr import is_get_result
 from goalwire.transport.zenoh.thread_state import pin
 

@@ -1,18 +1,16 @@
-"""What every endpoint of one session shares, and what every declared thing has in common."""
+"""What every endpoint of one session shares."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from contextlib import suppress
 from itertools import count
-from threading import Event, RLock
+from threading import Event
 from typing import Never, Protocol
 
 import zenoh
 
-from goalwire.errors import ClosedError
 from goalwire.transport.fork import ForkGuard
-from goalwire.transport.zenoh.rejects import Rejects
+from goalwire.transport.rejects import Rejects
 
 
 class Declared(Protocol):
@@ -71,49 +69,3 @@ class Core:
         self.rejects = Rejects()
         self.in_flight = InFlight()
         self.next_id = count().__next__
-
-
-OTHER_CLOSER_S = 15.0
-"""How long to wait for another thread that closes the same; zenoh gives up on a mute peer after 10 s."""
-
-
-class Place:
-    """A declared thing's place on the wire: whether it is still held, and how it is given up."""
-
-    __slots__ = ('_guard', '_leave', '_turn', 'closed', 'title')
-
-    def __init__(self, title: str, guard: ForkGuard, leave: Callable[[], None]) -> None:
-        self.title = title
-        self.closed = False
-        self._guard = guard
-        self._leave = leave
-        self._turn = RLock()
-
-    @property
-    def is_forked(self) -> bool:
-        """True in a child forked since."""
-        return self._guard.is_forked
-
-    def check(self) -> None:
-        """Raise ClosedError or ForkedError where the place is no longer held."""
-        self._guard.check(self.title)
-        if self.closed:
-            raise ClosedError(
-                f'{self.title} was used after it, its node or its context had been closed; '
-                f'declare it again, or stop using it first'
-            )
-
-    def give_up(self) -> None:
-        """Undeclare, once; a forked child has nothing to undeclare.
-
-        Whoever comes second waits for the first, so that it may rely on the end as well; a call from within
-        the closing itself returns at once.
-        """
-        if self._guard.is_forked or not self._turn.acquire(timeout=OTHER_CLOSER_S):
-            return
-        try:
-            if not self.closed:
-                self.closed = True
-                self._leave()
-        finally:
-            self._turn.release()

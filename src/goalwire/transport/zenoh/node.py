@@ -23,9 +23,10 @@ from goalwire.transport.contract import (
     Request,
     Sample,
 )
+from goalwire.transport.place import Place
 from goalwire.transport.zenoh import client, publisher, subscription
 from goalwire.transport.zenoh.config import reason
-from goalwire.transport.zenoh.core import Core, Place, undeclare
+from goalwire.transport.zenoh.core import Core, undeclare
 from goalwire.transport.zenoh.keyexpr import data_key
 from goalwire.transport.zenoh.service import ZenohService
 from goalwire.transport.zenoh.tokens import encode_endpoint, encode_node, gid_of

@@ -12,9 +12,10 @@ from zenoh import ext
 
 from goalwire.errors import TransportError
 from goalwire.transport.contract import Endpoint, PublisherPort
+from goalwire.transport.place import Place
 from goalwire.transport.zenoh.attachment import encode
 from goalwire.transport.zenoh.config import reason
-from goalwire.transport.zenoh.core import Place, taken_back
+from goalwire.transport.zenoh.core import taken_back
 from goalwire.transport.zenoh.qos_text import actual_depth
 
 

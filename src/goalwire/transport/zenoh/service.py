@@ -10,9 +10,10 @@ import zenoh
 
 from goalwire.errors import LocalError, RemoteError
 from goalwire.transport.contract import Port, Request, Sample
+from goalwire.transport.place import Place
 from goalwire.transport.zenoh.attachment import encode, read
 from goalwire.transport.zenoh.config import reason as zenoh_says
-from goalwire.transport.zenoh.core import Core, Place
+from goalwire.transport.zenoh.core import Core
 from goalwire.transport.zenoh.thread_state import pin
 
 

@@ -10,8 +10,9 @@ import zenoh
 
 from goalwire.errors import TransportError
 from goalwire.transport.contract import GraphListener, NodeName, NodePort, Session, SessionOptions
+from goalwire.transport.place import Place
 from goalwire.transport.zenoh import config, discovery, environment, lifecycle
-from goalwire.transport.zenoh.core import Core, Place, undeclare
+from goalwire.transport.zenoh.core import Core, undeclare
 from goalwire.transport.zenoh.node import ZenohNode
 from goalwire.transport.zenoh.rendezvous import RENDEZVOUS
 

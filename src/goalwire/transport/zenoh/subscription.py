@@ -11,8 +11,9 @@ from zenoh import ext
 from goalwire.errors import RemoteError
 from goalwire.protocol.qos import QoS
 from goalwire.transport.contract import Endpoint, Port, Sample
+from goalwire.transport.place import Place
 from goalwire.transport.zenoh.attachment import read
-from goalwire.transport.zenoh.core import Core, Place
+from goalwire.transport.zenoh.core import Core
 from goalwire.transport.zenoh.keyexpr import CPU_BUFFERS
 from goalwire.transport.zenoh.qos_text import actual_depth
 from goalwire.transport.zenoh.thread_state import pin

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 
 from goalwire.transport.fork import ForkGuard
-from goalwire.transport.zenoh.core import Place
+from goalwire.transport.place import Place
 
 PATIENCE = 10.0
 
