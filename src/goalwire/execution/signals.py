@@ -63,7 +63,12 @@ def unregister(lifeline: Lifeline) -> None:
 
 
 def install_signal_handlers(options: SignalHandlerOptions = SignalHandlerOptions.ALL) -> None:
-    """Handle the signals of `options`, and no others. Does nothing outside the main thread."""
+    """Handle the signals of `options`, and no others. Does nothing outside the main thread.
+
+    Raises TypeError for what is no SignalHandlerOptions.
+    """
+    if not isinstance(options, SignalHandlerOptions):
+        raise TypeError(f'options must be SignalHandlerOptions, got {options!r}')
     if threading.current_thread() is not threading.main_thread():
         return
     uninstall_signal_handlers()
