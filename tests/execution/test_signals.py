@@ -318,7 +318,7 @@ def test_options_and_what_was_installed_before() -> None:
 
 def test_what_is_no_option_is_refused() -> None:
     with pytest.raises(TypeError, match='must be SignalHandlerOptions, got 5'):
-        install_signal_handlers(5)  # type: ignore[arg-type]
+        signals.install_signal_handlers(5)  # type: ignore[arg-type]
 
 
 def test_a_handler_that_the_program_installed_later_is_left_alone() -> None:
