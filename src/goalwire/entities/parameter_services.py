@@ -53,7 +53,7 @@ class ParameterServices:
             ('get_parameters', 'GetParameters', self._get),
             ('get_parameter_types', 'GetParameterTypes', self._get_types),
             ('list_parameters', 'ListParameters', self._list),
-            ('set_parameters', 'SetParameters', self._ros_set),
+            ('set_parameters', 'SetParameters', self._set),
             ('set_parameters_atomically', 'SetParametersAtomically', self._set_atomically),
         ):
             make(standard_service(f'rcl_interfaces/srv/{type_name}'), f'{name}/{service}', answer)
@@ -91,7 +91,7 @@ class ParameterServices:
         response.result = self._node.list_parameters(list(request.prefixes), request.depth)
         return response
 
-    def _ros_set(
+    def _set(
         self, request: SetParameters.Request, response: SetParameters.Response
     ) -> SetParameters.Response:
         response.results = [self._try([message]) for message in request.parameters]

@@ -397,13 +397,16 @@ def test_callbacks_before_a_set_must_leave_something(node: Node) -> None:
     assert value_of(node, 'i') == 1
 
 
-def test_what_a_callback_raises_comes_out_and_nothing_is_set(node: Node) -> None:
+def test_a_callback_that_fails_refuses_the_set(node: Node) -> None:
     node.declare_parameter('i', 1)
     node.add_on_set_parameters_callback(lambda _: 1 / 0)  # type: ignore[arg-type,return-value]
     with pytest.raises(ZeroDivisionError):
         node.set_parameters([Parameter('i', value=2)])
     node.add_on_set_parameters_callback(lambda _: None)  # type: ignore[arg-type,return-value]
-    with pytest.raises(CallbackError, match=r'return an rcl_interfaces\.msg\.SetParametersResult'):
+    (result,) = node.set_parameters([Parameter('i', value=2)])
+    assert result.reason.startswith('Callback returned an invalid type: ')
+    node.add_pre_set_parameters_callback(lambda _: None)  # type: ignore[arg-type,return-value]
+    with pytest.raises(CallbackError, match=r'returned None: return the list of parameters to set$'):
         node.set_parameters([Parameter('i', value=2)])
     assert value_of(node, 'i') == 1
 

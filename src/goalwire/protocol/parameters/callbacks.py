@@ -31,8 +31,8 @@ NOTHING_LEFT = refused(
 )
 
 
-class CallbackError(LocalError, TypeError, AttributeError):
-    """A parameter callback that returned something else than it must."""
+class CallbackError(LocalError, TypeError):
+    """A callback before a set that returned something else than parameters."""
 
 
 class SetCallbacks:
@@ -50,7 +50,7 @@ class SetCallbacks:
         return [wanted for callback in tuple(self.before) for wanted in _wanted(callback, parameters)]
 
     def judge(self, parameters: list[Parameter]) -> Outcome:
-        """Ask until one refuses; raises CallbackError."""
+        """Ask until one refuses, or returns something else than an answer."""
         for callback in tuple(self.on):
             outcome = _outcome(callback, parameters)
             if not outcome.successful:
@@ -67,7 +67,7 @@ def _wanted(callback: Before, parameters: list[Parameter]) -> Iterable[Parameter
     wanted = callback(parameters)
     if not isinstance(wanted, Sequence):
         raise CallbackError(
-            f'the pre-set parameters callback {callback!r} returned {wanted!r}: '
+            f"the pre-set parameters callback '{_name(callback)}' returned {wanted!r}: "
             'return the list of parameters to set'
         )
     return wanted
@@ -78,7 +78,11 @@ def _outcome(callback: On, parameters: list[Parameter]) -> Outcome:
     try:
         return Outcome(successful=verdict.successful, reason=verdict.reason)
     except AttributeError:
-        raise CallbackError(
-            f'the on-set parameters callback {callback!r} returned {verdict!r}: '
-            'return an rcl_interfaces.msg.SetParametersResult'
-        ) from None
+        return refused(
+            f"Callback returned an invalid type: '{_name(callback)}' returned {verdict!r}, "
+            'not an rcl_interfaces.msg.SetParametersResult'
+        )
+
+
+def _name(callback: object) -> str:
+    return getattr(callback, '__qualname__', None) or repr(callback)
