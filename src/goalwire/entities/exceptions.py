@@ -164,7 +164,7 @@ class InvalidParameterTypeException(ParameterException):
     """A value of another type than the parameter has."""
 
     def __init__(self, desired_parameter: Parameter, expected_type: str) -> None:
-        value, name = desired_parameter.value, desired_parameter.name
+        value, name = str(desired_parameter.value), desired_parameter.name
         super().__init__(
             f"Trying to set parameter '{name}' to '{value}' of type '{desired_parameter.type_.name}', "
             f"expecting type '{expected_type}'",
