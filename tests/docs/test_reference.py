@@ -18,7 +18,7 @@ from goalwire.protocol.arguments import parse_arguments
 SOURCE = ROOT / 'src' / 'goalwire'
 VARIABLE = re.compile(r'(AMENT|GOALWIRE|RCUTILS|RMW|ROS|ZENOH)_[A-Z_]+')
 NO_VARIABLES = {'AMENT_IGNORE', 'AMENT_PREFIX_PATH_ENV_VAR'}
-INTERNAL = {'InvalidName', 'RuleSyntaxError', 'ArgumentError', 'UnknownArguments'}
+INTERNAL = {'InvalidName', 'UnknownSubstitution', 'RuleSyntaxError', 'ArgumentError', 'UnknownArguments'}
 
 
 def _strings(file: Path) -> Iterator[str]:
