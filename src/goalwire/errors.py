@@ -67,7 +67,9 @@ class TimeSourceChangedError(LocalError):
     """A sleep was ended by a switch between system and simulated time (rclpy.exceptions)."""
 
     def __init__(self) -> None:
-        super().__init__('simulated time was switched on or off during the sleep: how long is left is unknown')
+        super().__init__(
+            'simulated time was switched on or off during the sleep: how long is left is unknown'
+        )
 
 
 class ForkedError(LocalError):

@@ -10,10 +10,10 @@ from example_interfaces.action import Fibonacci
 from helpers.collector import Collector
 from helpers.spinning import result_of
 
-from goalwire.entities.action_client import ActionClientCore
-from goalwire.entities.action_decisions import ActionCallbacks, CancelResponse, GoalResponse
-from goalwire.entities.action_server import ActionServerCore
-from goalwire.entities.goal_handle import ServerGoalHandle
+from goalwire.entities.actions.client import ActionClientCore
+from goalwire.entities.actions.decisions import ActionCallbacks, CancelResponse, GoalResponse
+from goalwire.entities.actions.goal_handle import ServerGoalHandle
+from goalwire.entities.actions.server import ActionServerCore
 from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import ServiceSupport, action_support
 from goalwire.errors import DecodeError

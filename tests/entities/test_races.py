@@ -11,11 +11,11 @@ from helpers.collector import Collector
 from helpers.spinning import result_of
 from std_srvs.srv import Trigger
 
-from goalwire.entities.action_client import ActionClientCore
-from goalwire.entities.action_decisions import ActionCallbacks, CancelResponse, GoalResponse
-from goalwire.entities.action_server import ActionServerCore
+from goalwire.entities.actions.client import ActionClientCore
+from goalwire.entities.actions.decisions import ActionCallbacks, CancelResponse, GoalResponse
+from goalwire.entities.actions.goal_handle import ServerGoalHandle
+from goalwire.entities.actions.server import ActionServerCore
 from goalwire.entities.client import ClientCore
-from goalwire.entities.goal_handle import ServerGoalHandle
 from goalwire.entities.node import NodeCore
 from goalwire.entities.service import ServiceCore
 from goalwire.entities.type_support import action_support, service_support

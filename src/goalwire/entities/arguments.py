@@ -41,6 +41,6 @@ def _completed(arguments: Arguments) -> Arguments:
         )
     if not arguments.params_files:
         return arguments
-    from goalwire.entities.parameter_files import with_files_read
+    from goalwire.entities.parameters.files import with_files_read
 
     return with_files_read(arguments)

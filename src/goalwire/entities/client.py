@@ -15,6 +15,7 @@ from goalwire.errors import ClosedError
 from goalwire.execution.blocking import block_on
 from goalwire.execution.callback_groups import CallbackGroup
 from goalwire.execution.future import Future
+from goalwire.execution.inbox import Arrivals
 from goalwire.execution.steady import deadline_after
 from goalwire.logging import get_logger
 from goalwire.protocol.qos import QoS
@@ -55,8 +56,8 @@ class ResponseFuture(Future[Any]):
             client.pending.pop(sample.sequence, None)
             if self.introspected is not None:
                 self.introspected.received(sample)
-            if self.pending():
-                self.set_raw(sample.payload)
+            if self.pending() and not self.set_raw(sample.payload):
+                client.arrivals.deliver(None)
             client.count_response()
 
     def on_end(self, reason: str) -> None:
@@ -104,6 +105,7 @@ class ClientCore(Introspected):
         self.unanswered = 0
         """How many requests no server answered: there was none, it went away, or it gave them up."""
         self._reported: set[str] = set()
+        self.arrivals = Arrivals(node.home, self)
         self.full_name = node.resolve(name, is_service=True)
         self._encode = support.encode_request
         endpoint = describe_endpoint(node, EndpointKind.CLIENT, self.full_name, support, qos)
@@ -208,4 +210,5 @@ class ClientCore(Introspected):
         self.end_introspection()
         for future in list(self.pending.values()):
             future.forget()
+        self.arrivals.close()
         port.close()

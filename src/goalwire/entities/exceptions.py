@@ -35,6 +35,8 @@ __all__ = [
     'ParameterUninitializedException',
     'RCLError',
     'RCLInvalidROSArgsError',
+    'RCUtilsError',
+    'RMWError',
     'ROSInterruptException',
     'ShutDownError',
     'TopicExpansionError',
@@ -45,6 +47,14 @@ __all__ = [
 
 class RCLError(LocalError, RuntimeError):
     """What rclpy raises where its C library refuses."""
+
+
+class RMWError(LocalError, RuntimeError):
+    """What rclpy raises where its middleware refuses. Programs catch it; goalwire has an error for each case."""
+
+
+class RCUtilsError(LocalError, RuntimeError):
+    """What rclpy raises where its C helpers refuse. Programs catch it; goalwire has an error for each case."""
 
 
 class ShutDownError(RCLError, ClosedError):

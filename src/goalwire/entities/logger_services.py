@@ -10,7 +10,7 @@ from goalwire.logging import get_logger_level, set_logger_level
 if TYPE_CHECKING:
     from rcl_interfaces.srv import GetLoggerLevels, SetLoggerLevels
 
-    from goalwire.entities.parameter_services import MakeService
+    from goalwire.entities.parameters.services import MakeService
 
 
 def offer_logger_services(node_name: str, make: MakeService[Any]) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Protocol, Self
 
 from goalwire.entities.arguments import node_arguments
 from goalwire.entities.exceptions import InvalidHandle, ShutDownError
@@ -75,6 +75,15 @@ class NodeCore:
     def destroyed(self) -> bool:
         """True once destroyed."""
         return self._port is None
+
+    def __enter__(self) -> Self:
+        """Hold the node, as programs hold rclpy's handles; raises InvalidHandle once destroyed."""
+        if self.destroyed:
+            raise InvalidHandle
+        return self
+
+    def __exit__(self, *_exception: object) -> None:
+        """Let go of it."""
 
     @property
     def graph(self) -> Graph:

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from type_description_interfaces.srv import GetTypeDescription
 
     from goalwire.entities.node import NodeCore
-    from goalwire.entities.node_parameters import NodeParameters
-    from goalwire.entities.parameter_services import MakeService
+    from goalwire.entities.parameters.node_parameters import NodeParameters
+    from goalwire.entities.parameters.services import MakeService
     from goalwire.interfaces.model import Default, Definition
 
 START_PARAMETER = 'start_type_description_service'

@@ -166,10 +166,13 @@ class Future(Generic[T]):
         """Whether it is done or cancelled."""
         return self._state != _PENDING
 
-    def set_raw(self, raw: object) -> None:
-        """Complete it with something that `_decode` makes the result of, when somebody asks for that."""
+    def set_raw(self, raw: object) -> bool:
+        """Complete it with something that `_decode` makes the result of, when somebody asks for that.
+
+        False where nobody was told: no thread or coroutine waits for it, and it has no done callback.
+        """
         self._raw = raw
-        self._become(FINISHED)
+        return self._become(FINISHED)
 
     def add_waker(self, waker: Callable[[], None]) -> None:
         """Call `waker` once, on the completing thread; at once if this is not pending."""
@@ -241,20 +244,26 @@ class Future(Generic[T]):
             reminder.retrieved = True
             self._reminder = None
 
-    def _become(self, state: int) -> None:
+    def _become(self, state: int) -> bool:
+        """Tell who waits for it; False where nobody did."""
         self._state = state
-        if self._wakers:
-            self._wake()
+        told = bool(self._wakers) and self._wake()
         if self._callbacks:
             self._call_back()
+            told = True
+        return told
 
-    def _wake(self) -> None:
+    def _wake(self) -> bool:
+        """Call the wakers that are left; False where another thread did."""
+        woken = False
         while self._wakers:
             try:
                 waker = self._wakers.pop(0)
             except IndexError:
-                return
+                break
             waker()
+            woken = True
+        return woken
 
     def _call_back(self) -> None:
         while self._callbacks:

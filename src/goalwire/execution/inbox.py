@@ -15,6 +15,9 @@ if TYPE_CHECKING:
 
 E = TypeVar('E')
 
+ARRIVALS_LIMIT = 1000
+"""Turns that one client saves up for spins to come; a program that never spins needs none."""
+
 
 class Inbox(Work, Generic[E]):
     """Events that wait for their callback, `depth` of them at most (None: without limit).
@@ -139,3 +142,21 @@ class Inbox(Work, Generic[E]):
         if self._events:
             self._posted = True
             self.home.post(self)
+
+
+class Arrivals(Inbox[None]):
+    """Answers whose futures nobody waits for: each is one callback's turn, in which nothing is left to do.
+
+    rclpy takes an answer in a turn of the executor, so `while not future.done(): rclpy.spin_once(node)` ends.
+    Here the future is done before that; the turn lets `spin_once` return. `owner` is whose turn it is.
+    """
+
+    __slots__ = ('_owner',)
+
+    def __init__(self, home: Home, owner: object) -> None:
+        super().__init__(home, None, bool, depth=ARRIVALS_LIMIT)
+        self._owner = owner
+
+    @property
+    def entity(self) -> object:
+        return self._owner

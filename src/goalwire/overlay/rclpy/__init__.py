@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Self
 from goalwire.errors import NotInitializedException
 from rclpy.context import Context
 from rclpy.signals import SignalHandlerOptions, install_signal_handlers, uninstall_signal_handlers
-from rclpy.utilities import get_default_context, ok, try_shutdown
+from rclpy.utilities import get_default_context, get_rmw_implementation_identifier, ok, try_shutdown
 from rclpy.utilities import shutdown as _shutdown
 
 if TYPE_CHECKING:
@@ -50,6 +50,7 @@ __all__ = [
     'create_node',
     'get_default_context',
     'get_global_executor',
+    'get_rmw_implementation_identifier',
     'init',
     'ok',
     'shutdown',

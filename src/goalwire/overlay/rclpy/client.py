@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar
 from goalwire.entities.client import ClientCore, ResponseFuture
 from goalwire.entities.exceptions import InvalidHandle
 from goalwire.entities.type_support import ServiceType
+from rclpy._borrowed import borrow
 from rclpy.clock import Clock
 from rclpy.qos import QoSProfile
 from rclpy.service_introspection import ServiceIntrospectionState
@@ -82,3 +83,6 @@ class Client(BaseClient[RequestT, ResponseT]):
         """Wait for a response no longer; its future stays pending."""
         if isinstance(future, ResponseFuture):
             future.forget()
+
+
+borrow(__name__)

@@ -9,6 +9,7 @@ from goalwire.execution.clock import (
     TimeJump,
     TimeJumpDictionary,
 )
+from rclpy._borrowed import borrow
 from rclpy.clock_type import ClockType
 
 __all__ = [
@@ -25,3 +26,5 @@ __all__ = [
 
 ClockHandle = Clock
 """What `Clock.handle` gives: there is no C clock behind it."""
+
+borrow(__name__)

@@ -1,5 +1,8 @@
 """rclpy.clock_type: which clock an instant was read from."""
 
 from goalwire.protocol.time import ClockType
+from rclpy._borrowed import borrow
 
 __all__ = ['ClockType']
+
+borrow(__name__)

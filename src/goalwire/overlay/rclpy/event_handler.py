@@ -29,6 +29,7 @@ from goalwire.protocol.qos_events import (
     incompatible_qos_warning,
     incompatible_type_warning,
 )
+from rclpy._borrowed import borrow
 from rclpy.logging import get_logger
 
 if TYPE_CHECKING:
@@ -285,3 +286,6 @@ def _handlers(
         except UnsupportedEventTypeError:
             if name not in _DEFAULTS:
                 raise
+
+
+borrow(__name__)

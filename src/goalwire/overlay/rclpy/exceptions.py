@@ -20,6 +20,7 @@ from goalwire.entities.exceptions import (
     ROSInterruptException,
 )
 from goalwire.errors import TimeSourceChangedError
+from rclpy._borrowed import borrow
 
 __all__ = [
     'InvalidHandle',
@@ -41,3 +42,5 @@ __all__ = [
     'ROSInterruptException',
     'TimeSourceChangedError',
 ]
+
+borrow(__name__)

@@ -11,6 +11,7 @@ from goalwire.execution.executor import (
 )
 from goalwire.execution.multi_threaded import MultiThreadedExecutor
 from goalwire.execution.single_threaded import SingleThreadedExecutor
+from rclpy._borrowed import borrow
 
 __all__ = [
     'ConditionReachedException',
@@ -23,3 +24,5 @@ __all__ = [
     'TimeoutObject',
     'await_or_execute',
 ]
+
+borrow(__name__)

@@ -2,6 +2,7 @@
 
 from goalwire.entities.exceptions import TopicExpansionError
 from goalwire.protocol import names
+from rclpy._borrowed import borrow
 
 
 def expand_topic_name(topic_name: str, node_name: str, node_namespace: str) -> str:
@@ -10,3 +11,6 @@ def expand_topic_name(topic_name: str, node_name: str, node_namespace: str) -> s
         return names.expand_topic_name(topic_name, node_name, node_namespace)
     except names.InvalidName as error:
         raise TopicExpansionError(error.kind, error.name, error.reason) from None
+
+
+borrow(__name__)

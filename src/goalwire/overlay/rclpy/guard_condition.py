@@ -1,5 +1,8 @@
 """rclpy.guard_condition: a callback that the program itself triggers."""
 
 from goalwire.execution.guard_condition import GuardCondition
+from rclpy._borrowed import borrow
 
 __all__ = ['GuardCondition']
+
+borrow(__name__)

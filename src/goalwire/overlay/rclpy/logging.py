@@ -13,6 +13,7 @@ from goalwire.logging import (
     set_logger_level,
     shutdown,
 )
+from rclpy._borrowed import borrow
 
 __all__ = [
     'LoggingSeverity',
@@ -29,3 +30,5 @@ __all__ = [
 ]
 
 _root_logger = RcutilsLogger()
+
+borrow(__name__)

@@ -6,6 +6,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from goalwire.entities.logger_services import offer_logger_services
+from rclpy._borrowed import borrow
 from rclpy.qos import qos_profile_services_default
 
 if TYPE_CHECKING:
@@ -18,3 +19,6 @@ class LoggingService:
     def __init__(self, node: BaseNode) -> None:
         make = partial(node._ros_offer, qos_profile=qos_profile_services_default)  # noqa: SLF001 - of one house
         offer_logger_services(node.get_name(), make)
+
+
+borrow(__name__)

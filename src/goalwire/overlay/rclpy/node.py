@@ -16,14 +16,15 @@ from goalwire.entities.exceptions import (
 )
 from goalwire.entities.node import NodeCore
 from goalwire.entities.node_graph import NodeGraph
-from goalwire.entities.node_parameters import NodeParameters
-from goalwire.entities.parameter_events import PARAMETER_EVENT, PARAMETER_EVENTS_TOPIC, ParameterEvents
+from goalwire.entities.parameters.events import PARAMETER_EVENT, PARAMETER_EVENTS_TOPIC, ParameterEvents
+from goalwire.entities.parameters.node_parameters import NodeParameters
 from goalwire.entities.standard_types import standard_message
 from goalwire.entities.type_support import ServiceSupport, ServiceType, service_support
 from goalwire.execution.callback_groups import checked_group
 from goalwire.execution.waitable import SelfDriven, Waitable
 from goalwire.protocol.qos import PARAMETER_EVENTS
 from goalwire.transport.contract import EndpointKind
+from rclpy._borrowed import borrow
 from rclpy.callback_groups import CallbackGroup, MutuallyExclusiveCallbackGroup
 from rclpy.client import Client
 from rclpy.clock import Clock, ROSClock
@@ -564,3 +565,6 @@ def _destroy(entity: Any, owned: list[Any]) -> bool:
     owned.remove(entity)
     entity.destroy()
     return True
+
+
+borrow(__name__)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from goalwire.protocol.parameters import SEPARATOR, Parameter, ParameterValue
 from goalwire.protocol.parameters.messages import value_of
+from rclpy._borrowed import borrow
 
 if TYPE_CHECKING:
     from rcl_interfaces.msg import Parameter as ParameterMessage
@@ -29,7 +30,7 @@ def parameter_value_to_python(parameter_value: ParameterValueMessage) -> Paramet
 
 def get_parameter_value(string_value: str) -> ParameterValueMessage:
     """Return the value that YAML text stands for; what is nothing else is a string."""
-    from goalwire.entities.parameter_loading import parameter_value_from_text
+    from goalwire.entities.parameters.loading import parameter_value_from_text
 
     return parameter_value_from_text(string_value)
 
@@ -44,6 +45,9 @@ def parameter_dict_from_yaml_file(
 
     With `use_wildcard` those of `/**`, too. Raises OSError, yaml.YAMLError, RuntimeError.
     """
-    from goalwire.entities.parameter_loading import parameters_from_yaml_file
+    from goalwire.entities.parameters.loading import parameters_from_yaml_file
 
     return parameters_from_yaml_file(parameter_file, target_nodes, namespace, use_wildcard=use_wildcard)
+
+
+borrow(__name__)

@@ -6,7 +6,8 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 from goalwire.entities.graph_waiting import wait_for_graph
-from goalwire.entities.parameter_events import PARAMETER_EVENTS_TOPIC
+from goalwire.entities.parameters.events import PARAMETER_EVENTS_TOPIC
+from rclpy._borrowed import borrow
 from rclpy.parameter import Parameter, parameter_dict_from_yaml_file
 from rclpy.qos import QoSProfile, qos_profile_parameter_events, qos_profile_services_default
 
@@ -211,3 +212,6 @@ def _call(
     if callback is not None:
         future.add_done_callback(callback)
     return future
+
+
+borrow(__name__)

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING
 
-from goalwire.entities import parameter_watch
-from goalwire.entities.parameter_events import PARAMETER_EVENTS_TOPIC
-from goalwire.entities.parameter_watch import (
+from goalwire.entities.parameters import watch as parameter_watch
+from goalwire.entities.parameters.events import PARAMETER_EVENTS_TOPIC
+from goalwire.entities.parameters.watch import (
     ParameterCallbackHandle,
     ParameterEventCallbackHandle,
     ParameterWatch,
 )
+from rclpy._borrowed import borrow
 from rclpy.qos import QoSProfile, qos_profile_parameter_events
 
 if TYPE_CHECKING:
@@ -89,3 +90,6 @@ class ParameterEventHandler:
     def remove_parameter_event_callback(self, handle: ParameterEventCallbackHandle) -> None:
         """Forget a callback; raises RuntimeError where it is not there."""
         self._watch.remove_event(handle)
+
+
+borrow(__name__)

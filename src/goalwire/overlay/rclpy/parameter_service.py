@@ -5,7 +5,8 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING
 
-from goalwire.entities.parameter_services import ParameterServices
+from goalwire.entities.parameters.services import ParameterServices
+from rclpy._borrowed import borrow
 from rclpy.qos import qos_profile_parameters
 
 if TYPE_CHECKING:
@@ -18,3 +19,6 @@ class ParameterService:
     def __init__(self, node: BaseNode) -> None:
         make = partial(node._ros_offer, qos_profile=qos_profile_parameters)  # noqa: SLF001 - of one house
         ParameterServices(node).offer(make)
+
+
+borrow(__name__)

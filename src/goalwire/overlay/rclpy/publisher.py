@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Self
 
 from goalwire.entities.exceptions import InvalidHandle
 from goalwire.entities.publisher import MsgT, PublisherCore
+from rclpy._borrowed import borrow
 from rclpy.duration import Duration
 from rclpy.qos import QoSProfile
 
@@ -58,3 +59,6 @@ class Publisher(PublisherCore[MsgT]):
         self, exc_type: type[BaseException] | None, exc: BaseException | None, traceback: TracebackType | None
     ) -> None:
         self.destroy()
+
+
+borrow(__name__)

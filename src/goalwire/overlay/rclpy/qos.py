@@ -17,6 +17,7 @@ from goalwire.protocol.qos import (
     ReliabilityPolicy,
 )
 from goalwire.protocol.qos_compatibility import QoSCompatibility, check_compatible
+from rclpy._borrowed import borrow
 from rclpy.duration import Duration
 
 __all__ = [
@@ -357,3 +358,6 @@ def qos_check_compatible(
 ) -> tuple[QoSCompatibility, str]:
     """Return whether messages flow from such a publisher to such a subscription under DDS, and why not."""
     return check_compatible(publisher_qos.to_core(), subscription_qos.to_core())
+
+
+borrow(__name__)

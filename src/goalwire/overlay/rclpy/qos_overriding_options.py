@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Self, TypeAlias, Union
 from goalwire.entities.exceptions import InvalidQosOverridesError, ParameterAlreadyDeclaredException
 from goalwire.protocol import qos_overrides as rules
 from goalwire.protocol.qos import PolicyKind
+from rclpy._borrowed import borrow
 from rclpy.duration import Duration
 from rclpy.qos import (
     QoSDurabilityPolicy,
@@ -124,3 +125,6 @@ def _declared(
     except ParameterAlreadyDeclaredException:
         parameter = node.get_parameter(name)
     return parameter.value
+
+
+borrow(__name__)

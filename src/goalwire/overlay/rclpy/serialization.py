@@ -6,6 +6,7 @@ from typing import TypeVar
 
 from goalwire.entities.type_support import message_support
 from goalwire.transport.contract import Payload
+from rclpy._borrowed import borrow
 
 MessageT = TypeVar('MessageT')
 
@@ -34,3 +35,6 @@ def deserialize_message(serialized_message: Payload, message_type: type[MessageT
     cls: type = message_type
     message: MessageT = message_support(cls).decode(serialized_message)
     return message
+
+
+borrow(__name__)

@@ -10,6 +10,7 @@ from goalwire.entities.exceptions import InvalidHandle
 from goalwire.entities.service import ServiceCore
 from goalwire.entities.type_support import ServiceType
 from goalwire.transport.contract import Request
+from rclpy._borrowed import borrow
 from rclpy.callback_groups import CallbackGroup
 from rclpy.clock import Clock
 from rclpy.qos import QoSProfile
@@ -74,3 +75,6 @@ class Service(ServiceCore, Generic[RequestT, ResponseT]):
         self, exc_type: type[BaseException] | None, exc: BaseException | None, traceback: TracebackType | None
     ) -> None:
         self.destroy()
+
+
+borrow(__name__)

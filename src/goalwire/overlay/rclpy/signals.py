@@ -7,6 +7,7 @@ from goalwire.execution.signals import (
     install_signal_handlers,
     uninstall_signal_handlers,
 )
+from rclpy._borrowed import borrow
 
 __all__ = [
     'SignalHandlerGuardCondition',
@@ -15,3 +16,5 @@ __all__ = [
     'install_signal_handlers',
     'uninstall_signal_handlers',
 ]
+
+borrow(__name__)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 from goalwire.entities.exceptions import InvalidHandle
 from goalwire.entities.subscription import MessageInfo, MsgT, SubscriptionCore
+from rclpy._borrowed import borrow
 from rclpy.callback_groups import CallbackGroup
 from rclpy.qos import QoSProfile
 
@@ -64,3 +65,6 @@ class Subscription(SubscriptionCore[MsgT]):
         self, exc_type: type[BaseException] | None, exc: BaseException | None, traceback: TracebackType | None
     ) -> None:
         self.destroy()
+
+
+borrow(__name__)

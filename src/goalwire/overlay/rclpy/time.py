@@ -1,6 +1,7 @@
 """rclpy.time: instants."""
 
 from goalwire.protocol.time import Time
+from rclpy._borrowed import borrow
 from rclpy.clock_type import ClockType
 from rclpy.constants import S_TO_NS
 from rclpy.duration import Duration
@@ -9,3 +10,5 @@ __all__ = ['S_TO_NS', 'ClockType', 'Duration', 'Time', 'TimeHandle']
 
 TimeHandle = Time
 """What has nanoseconds and a clock type: there is no C time behind it."""
+
+borrow(__name__)

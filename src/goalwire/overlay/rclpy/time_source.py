@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from weakref import ReferenceType, ref
 
 from goalwire.entities.time_source import CLOCK_TOPIC, USE_SIM_TIME_NAME, TimeSourceCore
+from rclpy._borrowed import borrow
 from rclpy.clock import ROSClock
 from rclpy.parameter import Parameter
 
@@ -82,3 +83,6 @@ class TimeSource(TimeSourceCore):
             from rclpy.impl.clock_subscription import unsubscribe_from_clock
 
             unsubscribe_from_clock(node, subscription)
+
+
+borrow(__name__)

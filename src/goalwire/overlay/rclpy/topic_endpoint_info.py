@@ -7,6 +7,7 @@ from enum import IntEnum
 from typing import Self, TypedDict, TypeVar, Unpack
 
 from goalwire.transport.contract import GraphEntity
+from rclpy._borrowed import borrow
 from rclpy.qos import HistoryPolicy, QoSPresetProfiles, QoSProfile
 from rclpy.type_hash import TypeHash
 
@@ -175,3 +176,6 @@ class TopicEndpointInfo:
                 f'  Liveliness lease duration: {qos.liveliness_lease_duration}',
             ]
         )
+
+
+borrow(__name__)

@@ -6,6 +6,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from goalwire.entities.type_description import START_PARAMETER, TypeDescriptions
+from rclpy._borrowed import borrow
 from rclpy.qos import qos_profile_services_default
 
 if TYPE_CHECKING:
@@ -34,3 +35,6 @@ class TypeDescriptionService:
             if service in self._node._services:  # noqa: SLF001
                 self._node._services.remove(service)  # noqa: SLF001
             service.destroy()
+
+
+borrow(__name__)

@@ -2,6 +2,7 @@
 
 from goalwire.entities.names import check_is_name, rclpy_exceptions
 from goalwire.protocol import names
+from rclpy._borrowed import borrow
 
 
 def validate_full_topic_name(name: str, *, is_service: bool = False) -> bool:
@@ -10,3 +11,6 @@ def validate_full_topic_name(name: str, *, is_service: bool = False) -> bool:
     with rclpy_exceptions():
         names.validate_full_topic_name(name, is_service=is_service)
     return True
+
+
+borrow(__name__)

@@ -2,6 +2,7 @@
 
 from goalwire.entities.names import check_is_name, rclpy_exceptions
 from goalwire.protocol import names
+from rclpy._borrowed import borrow
 
 
 def validate_node_name(node_name: str) -> bool:
@@ -10,3 +11,6 @@ def validate_node_name(node_name: str) -> bool:
     with rclpy_exceptions():
         names.validate_node_name(node_name)
     return True
+
+
+borrow(__name__)

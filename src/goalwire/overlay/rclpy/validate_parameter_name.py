@@ -1,5 +1,6 @@
 """rclpy.validate_parameter_name: a parameter needs a name."""
 
+from rclpy._borrowed import borrow
 from rclpy.exceptions import InvalidParameterException
 
 
@@ -8,3 +9,6 @@ def validate_parameter_name(name: str) -> bool:
     if not name:
         raise InvalidParameterException(name)
     return True
+
+
+borrow(__name__)

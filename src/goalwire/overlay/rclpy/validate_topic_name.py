@@ -2,6 +2,7 @@
 
 from goalwire.entities.names import check_is_name, rclpy_exceptions
 from goalwire.protocol import names
+from rclpy._borrowed import borrow
 
 TOPIC_SEPARATOR_STRING = '/'
 
@@ -12,3 +13,6 @@ def validate_topic_name(name: str, *, is_service: bool = False) -> bool:
     with rclpy_exceptions():
         names.validate_topic_name(name, is_service=is_service)
     return True
+
+
+borrow(__name__)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Literal, TypeVar
 
 from goalwire.entities import wait_for_message as entity
+from rclpy._borrowed import borrow
 from rclpy.qos import QoSProfile
 
 if TYPE_CHECKING:
@@ -30,3 +31,6 @@ def wait_for_message(
     profile = QoSProfile.of(qos_profile)
     message = entity.wait_for_message(node.handle, msg_type, topic, profile.to_core(), time_to_wait)
     return (False, None) if message is None else (True, message)
+
+
+borrow(__name__)

@@ -6,9 +6,10 @@ from collections.abc import Callable
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Generic, Self, overload
 
-from goalwire.entities.action_client import ActionClientCore
-from goalwire.entities.action_endpoints import ActionQoS
-from goalwire.entities.action_types import (
+from goalwire.entities.actions.client import ActionClientCore
+from goalwire.entities.actions.client_goal import ClientGoalHandle
+from goalwire.entities.actions.endpoints import ActionQoS
+from goalwire.entities.actions.types import (
     ActionType,
     FeedbackMessage,
     FeedbackMessageT,
@@ -17,11 +18,11 @@ from goalwire.entities.action_types import (
     ResultResponse,
     ResultT,
 )
-from goalwire.entities.client_goal import ClientGoalHandle
 from goalwire.entities.exceptions import NameValidationException
 from goalwire.entities.type_support import action_support
 from goalwire.execution.callback_groups import checked_group
 from goalwire.execution.waitable import InboxWaitable
+from rclpy._borrowed import borrow
 from rclpy.callback_groups import CallbackGroup
 from rclpy.qos import (
     QoSProfile,
@@ -141,3 +142,6 @@ class ActionClient(ActionClientCore, InboxWaitable, Generic[GoalT, ResultT, Feed
         self, t: type[BaseException] | None, v: BaseException | None, tb: TracebackType | None
     ) -> None:
         self.destroy()
+
+
+borrow(__name__)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from goalwire.entities.exceptions import NodeNameNonExistentError
+from rclpy._borrowed import borrow
 
 if TYPE_CHECKING:
     from goalwire.graph.names import NamesAndTypes
@@ -37,3 +38,6 @@ def _check_there(node: BaseNode, name: str, namespace: str) -> None:
         raise NodeNameNonExistentError(
             f"cannot get action names and types for nonexistent node: '{name}' in namespace '{namespace}'"
         )
+
+
+borrow(__name__)

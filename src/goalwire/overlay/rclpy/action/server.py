@@ -6,16 +6,17 @@ from collections.abc import Awaitable, Callable
 from types import TracebackType
 from typing import TYPE_CHECKING, Generic, Self, TypeAlias
 
-from goalwire.entities.action_decisions import ActionCallbacks, CancelResponse, GoalResponse
-from goalwire.entities.action_endpoints import ActionQoS
-from goalwire.entities.action_server import ActionServerCore
-from goalwire.entities.action_types import ActionType, FeedbackT, GoalT, ResultT
+from goalwire.entities.actions.decisions import ActionCallbacks, CancelResponse, GoalResponse
+from goalwire.entities.actions.endpoints import ActionQoS
+from goalwire.entities.actions.goal_handle import ServerGoalHandle
+from goalwire.entities.actions.server import ActionServerCore
+from goalwire.entities.actions.types import ActionType, FeedbackT, GoalT, ResultT
 from goalwire.entities.exceptions import NameValidationException, RCLError
-from goalwire.entities.goal_handle import ServerGoalHandle
 from goalwire.entities.type_support import action_support
 from goalwire.execution.callback_groups import checked_group
 from goalwire.execution.waitable import InboxWaitable
 from goalwire.protocol.goals.table import GoalEvent
+from rclpy._borrowed import borrow
 from rclpy.callback_groups import CallbackGroup
 from rclpy.constants import S_TO_NS
 from rclpy.qos import (
@@ -193,3 +194,6 @@ def _nanoseconds(result_timeout: object) -> int:
 def _check_callable(execute_callback: object) -> None:
     if not callable(execute_callback):
         raise TypeError('Failed to register goal execution callback: not callable')
+
+
+borrow(__name__)

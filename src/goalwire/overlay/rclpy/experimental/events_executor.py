@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from rclpy._borrowed import borrow
 from rclpy.executors import SingleThreadedExecutor
 
 __all__ = ['EventsExecutor']
@@ -9,3 +10,6 @@ __all__ = ['EventsExecutor']
 
 class EventsExecutor(SingleThreadedExecutor):
     """The single-threaded executor under the name that rclpy has for one driven by events: here all are."""
+
+
+borrow(__name__)

@@ -11,6 +11,7 @@ from goalwire.logging.filters import (
 )
 from goalwire.logging.logger import RcutilsLogger
 from goalwire.logging.severity import LoggingSeverity
+from rclpy._borrowed import borrow
 
 __all__ = [
     'CallerId',
@@ -23,3 +24,5 @@ __all__ = [
     'get_filters_from_kwargs',
     'supported_filters',
 ]
+
+borrow(__name__)

@@ -1,5 +1,6 @@
 """rclpy.lifecycle: managed nodes."""
 
+from rclpy._borrowed import borrow
 from rclpy.lifecycle.managed_entity import ManagedEntity, SimpleManagedEntity, TransitionCallbackReturn
 from rclpy.lifecycle.node import LifecycleNode, LifecycleNodeMixin, LifecycleState
 from rclpy.lifecycle.publisher import LifecyclePublisher
@@ -22,3 +23,5 @@ __all__ = [
     'State',
     'TransitionCallbackReturn',
 ]
+
+borrow(__name__)

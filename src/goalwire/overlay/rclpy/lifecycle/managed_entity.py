@@ -1,8 +1,11 @@
 """rclpy.lifecycle.managed_entity: what goes through a node's transitions with it."""
 
-from goalwire.entities.managed_entity import ManagedEntity, SimpleManagedEntity
+from goalwire.entities.lifecycle.managed_entity import ManagedEntity, SimpleManagedEntity
 from goalwire.protocol.lifecycle import TransitionCallbackReturnType
+from rclpy._borrowed import borrow
 
 TransitionCallbackReturn = TransitionCallbackReturnType
 
 __all__ = ['ManagedEntity', 'SimpleManagedEntity', 'TransitionCallbackReturn']
+
+borrow(__name__)

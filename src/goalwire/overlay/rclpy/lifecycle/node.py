@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
-from goalwire.entities.lifecycle import LifecycleCore
-from goalwire.entities.lifecycle_services import LifecycleServices
-from goalwire.entities.managed_entity import ManagedEntity
+from goalwire.entities.lifecycle.managed_entity import ManagedEntity
+from goalwire.entities.lifecycle.managed_node import LifecycleCore
+from goalwire.entities.lifecycle.services import LifecycleServices
 from goalwire.protocol.lifecycle import (
     ACTIVATE,
     CLEANUP,
@@ -16,6 +16,7 @@ from goalwire.protocol.lifecycle import (
     LifecycleState,
     TransitionCallbackReturnType,
 )
+from rclpy._borrowed import borrow
 from rclpy.lifecycle.managed_entity import TransitionCallbackReturn
 from rclpy.lifecycle.publisher import LifecyclePublisher
 from rclpy.node import Node
@@ -155,3 +156,6 @@ def _service_maker(
         return service
 
     return make
+
+
+borrow(__name__)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from goalwire.entities.managed_entity import SimpleManagedEntity
+from goalwire.entities.lifecycle.managed_entity import SimpleManagedEntity
 from goalwire.entities.publisher import MsgT
+from rclpy._borrowed import borrow
 from rclpy.publisher import Publisher
 
 
@@ -20,3 +21,6 @@ class LifecyclePublisher(SimpleManagedEntity, Publisher[MsgT]):
     def publish(self, msg: MsgT | bytes) -> None:
         """Publish while the node is active; otherwise do nothing. Raises as Publisher.publish does."""
         Publisher.publish(self, msg)
+
+
+borrow(__name__)

@@ -16,11 +16,11 @@ from threading import Lock
 from typing import Any
 
 from goalwire.codec import cdr
-from goalwire.entities.action_decisions import ActionCallbacks, Decisions
-from goalwire.entities.action_endpoints import ActionQoS, ActionServerEndpoints
-from goalwire.entities.action_execution import Execution, Results
+from goalwire.entities.actions.decisions import ActionCallbacks, Decisions
+from goalwire.entities.actions.endpoints import ActionQoS, ActionServerEndpoints
+from goalwire.entities.actions.execution import Execution, Results
+from goalwire.entities.actions.goal_handle import ServerGoalHandle
 from goalwire.entities.exceptions import InvalidHandle, RCLError, ShutDownError
-from goalwire.entities.goal_handle import ServerGoalHandle
 from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import ActionSupport
 from goalwire.errors import ClosedError, TransportError

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Generic
 
-from goalwire.entities.action_types import FeedbackT, GoalT, ResultT
-from goalwire.entities.goal_ids import goal_id_bytes, uuid_message
+from goalwire.entities.actions.goal_ids import goal_id_bytes, uuid_message
+from goalwire.entities.actions.types import FeedbackT, GoalT, ResultT
 from goalwire.protocol.goals.table import GoalStatus
 
 if TYPE_CHECKING:
@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from builtin_interfaces.msg import Time
     from unique_identifier_msgs.msg import UUID
 
-    from goalwire.entities.action_client import ActionClientCore
-    from goalwire.entities.action_types import ResultResponse
+    from goalwire.entities.actions.client import ActionClientCore
+    from goalwire.entities.actions.types import ResultResponse
     from goalwire.execution.future import Future
     from goalwire.execution.inbox import Inbox
     from goalwire.protocol.goals.ids import GoalId

@@ -12,12 +12,12 @@ from threading import Lock
 from typing import Any
 
 from goalwire.codec import cdr
-from goalwire.entities.action_endpoints import ActionQoS
+from goalwire.entities.actions.client_goal import ClientGoal, ClientGoalHandle
+from goalwire.entities.actions.endpoints import ActionQoS
+from goalwire.entities.actions.goal_ids import goal_id_bytes
 from goalwire.entities.client import NO_REASON, REASONS_LIMIT
-from goalwire.entities.client_goal import ClientGoal, ClientGoalHandle
 from goalwire.entities.endpoint import describe_endpoint
 from goalwire.entities.exceptions import InvalidHandle, ShutDownError
-from goalwire.entities.goal_ids import goal_id_bytes
 from goalwire.entities.graph_waiting import wait_for_graph
 from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import ActionSupport, MessageSupport, ServiceSupport
@@ -25,7 +25,7 @@ from goalwire.errors import ClosedError, RemoteError, ServerLostError
 from goalwire.execution.blocking import block_on
 from goalwire.execution.callback_groups import CallbackGroup
 from goalwire.execution.future import Future
-from goalwire.execution.inbox import Inbox
+from goalwire.execution.inbox import Arrivals, Inbox
 from goalwire.logging import get_logger
 from goalwire.protocol.goals import effects as effect
 from goalwire.protocol.goals import wire
@@ -88,6 +88,7 @@ class ActionClientCore:
         self._send_port = self._client(names.send_goal, support.send_goal, qos.goal)
         self._result_port = self._client(names.get_result, support.get_result, qos.result)
         self._cancel_port = self._client(names.cancel_goal, support.cancel_goal, qos.cancel)
+        self._arrivals = Arrivals(node.home, self)
         self._statuses: Inbox[Sample] = Inbox(node.home, group, self._on_status, depth=_STATUS_LIMIT)
         self._feedback_port = self._subscription(
             names.feedback, support.feedback, qos.feedback, self._deliver_feedback
@@ -181,8 +182,7 @@ class ActionClientCore:
                 case effect.GoalRejected():
                     self._goals.pop(record.goal_id, None)
         record.answered = True
-        if future.pending():  # it may have been cancelled
-            future.set_raw(sample.payload)
+        self._complete(future, sample.payload)
 
     def _on_goal_end(self, record: ClientGoal, reason: str) -> None:
         if not record.answered:
@@ -224,10 +224,13 @@ class ActionClientCore:
                 case effect.RequestResult(goal_id):
                     self._request_result(goal_id)
                 case effect.DeliverResult(waiter, _, payload):
-                    if waiter.pending():  # it may have been cancelled
-                        waiter.set_raw(payload)
+                    self._complete(waiter, payload)
                 case effect.FailResult():
                     pass  # as in ROS 2 its future stays pending; what happened has been logged
+
+    def _complete(self, future: _RawFuture, payload: Payload) -> None:
+        if future.pending() and not future.set_raw(payload):  # else it was cancelled
+            self._arrivals.deliver(None)
 
     def _advance(self, goal_id: GoalId, status: GoalStatus) -> None:
         goal = self._goals.get(goal_id) or self._ended.get(goal_id)
@@ -288,8 +291,7 @@ class ActionClientCore:
         future = _RawFuture(self, self.support.cancel_goal.decode_response)
 
         def on_reply(sample: Sample) -> None:
-            if future.pending():
-                future.set_raw(sample.payload)
+            self._complete(future, sample.payload)
 
         def on_end(reason: str) -> None:
             if future.pending():
@@ -375,6 +377,7 @@ class ActionClientCore:
         ):
             port.close()
         self._statuses.close()
+        self._arrivals.close()
         self._apply(self._reactor.on_close, InvalidHandle())
         for goal in (*self._goals.values(), *self._ended.values()):
             if goal.feedback is not None:

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
         SetParametersAtomically,
     )
 
-    from goalwire.entities.node_parameters import NodeParameters
+    from goalwire.entities.parameters.node_parameters import NodeParameters
     from goalwire.entities.type_support import ServiceSupport
 
 T_co = TypeVar('T_co', covariant=True)

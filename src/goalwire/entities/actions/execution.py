@@ -10,8 +10,8 @@ from goalwire.execution.work import Work
 from goalwire.protocol.goals.table import GoalStatus
 
 if TYPE_CHECKING:
-    from goalwire.entities.action_server import ActionServerCore
-    from goalwire.entities.goal_handle import ServerGoalHandle
+    from goalwire.entities.actions.goal_handle import ServerGoalHandle
+    from goalwire.entities.actions.server import ActionServerCore
     from goalwire.entities.type_support import ActionSupport
     from goalwire.logging import RcutilsLogger
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from threading import Lock
 
 from goalwire.entities.exceptions import RCLError
-from goalwire.entities.managed_entity import ManagedEntity, call_each, checked
+from goalwire.entities.lifecycle.managed_entity import ManagedEntity, call_each, checked
 from goalwire.entities.node import NodeCore
 from goalwire.entities.standard_types import standard_message
 from goalwire.errors import ClosedError, GoalwireError

@@ -8,11 +8,11 @@ from enum import Enum
 from types import CoroutineType
 from typing import TYPE_CHECKING, Any
 
-from goalwire.entities.goal_handle import ServerGoalHandle
+from goalwire.entities.actions.goal_handle import ServerGoalHandle
 from goalwire.protocol.goals import effects as effect
 
 if TYPE_CHECKING:
-    from goalwire.entities.action_server import ActionServerCore
+    from goalwire.entities.actions.server import ActionServerCore
     from goalwire.protocol.goals.ids import GoalId
     from goalwire.transport.contract import Request
 

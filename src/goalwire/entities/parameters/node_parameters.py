@@ -14,7 +14,7 @@ from goalwire.entities.exceptions import (
     ParameterNotDeclaredException,
     ParameterUninitializedException,
 )
-from goalwire.entities.parameter_declaration import Described, declarations, described
+from goalwire.entities.parameters.declaration import Described, declarations, described
 from goalwire.protocol.parameters import (
     RELATIVE_TOLERANCE,
     SEPARATOR,
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from rcl_interfaces.msg import ParameterValue as ParameterValueMessage
 
     from goalwire.entities.node import NodeCore
-    from goalwire.entities.parameter_events import ParameterEvents
+    from goalwire.entities.parameters.events import ParameterEvents
 
 
 class NodeParameters:

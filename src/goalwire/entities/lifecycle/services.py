@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Protocol, TypeVar
 
 from goalwire.entities.exceptions import RCLError
-from goalwire.entities.lifecycle import LifecycleCore
+from goalwire.entities.lifecycle.managed_node import LifecycleCore
 from goalwire.entities.standard_types import standard_service
 from goalwire.entities.type_support import ServiceSupport
 from goalwire.logging import get_logger
