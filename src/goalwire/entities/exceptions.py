@@ -50,11 +50,11 @@ class RCLError(LocalError, RuntimeError):
 
 
 class RMWError(LocalError, RuntimeError):
-    """What rclpy raises where its middleware refuses. Programs catch it; goalwire has an error for each case."""
+    """What rclpy raises where its middleware refuses; goalwire never does, programs catch it."""
 
 
 class RCUtilsError(LocalError, RuntimeError):
-    """What rclpy raises where its C helpers refuse. Programs catch it; goalwire has an error for each case."""
+    """What rclpy raises where its C helpers refuse; goalwire never does, programs catch it."""
 
 
 class ShutDownError(RCLError, ClosedError):

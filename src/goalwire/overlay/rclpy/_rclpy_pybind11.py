@@ -1,0 +1,71 @@
+"""What programs take from rclpy's C extension: its exceptions, and some functions that take handles."""
+
+from collections.abc import Sequence
+from types import SimpleNamespace
+
+from goalwire.entities.exceptions import (
+    InvalidHandle,
+    NodeNameNonExistentError,
+    RCLError,
+    RCLInvalidROSArgsError,
+    RCUtilsError,
+    RMWError,
+    UnknownROSArgsError,
+    UnsupportedEventTypeError,
+)
+from goalwire.entities.node import NodeCore
+from goalwire.entities.service_introspection import ServiceIntrospectionState
+from rclpy.clock_type import ClockType
+from rclpy.expand_topic_name import expand_topic_name
+from rclpy.impl.logging_severity import LoggingSeverity
+from rclpy.serialization import deserialize_message, serialize_message
+from rclpy.signals import SignalHandlerOptions
+from rclpy.utilities import get_rmw_implementation_identifier, remove_ros_args
+
+__all__ = [
+    'RCUTILS_LOG_SEVERITY',
+    'ClockType',
+    'InvalidHandle',
+    'NodeNameNonExistentError',
+    'RCLError',
+    'RCLInvalidROSArgsError',
+    'RCUtilsError',
+    'RMWError',
+    'SignalHandlerOptions',
+    'UnknownROSArgsError',
+    'UnsupportedEventTypeError',
+    'rclpy_deserialize',
+    'rclpy_expand_topic_name',
+    'rclpy_get_rmw_implementation_identifier',
+    'rclpy_remap_topic_name',
+    'rclpy_remove_ros_args',
+    'rclpy_resolve_name',
+    'rclpy_serialize',
+    'service_introspection',
+]
+
+RCUTILS_LOG_SEVERITY = LoggingSeverity
+service_introspection = SimpleNamespace(ServiceIntrospectionState=ServiceIntrospectionState)
+rclpy_deserialize = deserialize_message
+rclpy_expand_topic_name = expand_topic_name
+rclpy_get_rmw_implementation_identifier = get_rmw_implementation_identifier
+
+
+def rclpy_serialize(message: object, _message_type: type) -> bytes:
+    """Return the bytes of a message; raises EncodeError."""
+    return serialize_message(message)
+
+
+def rclpy_remap_topic_name(node: NodeCore, topic_name: str) -> str:
+    """Return what the rules of a node (Node.handle) make of a fully-qualified topic name."""
+    return node.resolve(topic_name)
+
+
+def rclpy_resolve_name(node: NodeCore, name: str, only_expand: bool, is_service: bool) -> str:
+    """Return the fully-qualified name of a topic or service of a node (Node.handle)."""
+    return node.resolve(name, is_service=is_service, only_expand=only_expand)
+
+
+def rclpy_remove_ros_args(args: Sequence[str]) -> list[str]:
+    """Return `args` without `--ros-args … --`; raises RCLInvalidROSArgsError."""
+    return remove_ros_args(args)
