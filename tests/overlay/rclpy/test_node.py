@@ -21,8 +21,9 @@ from rclpy.exceptions import (
 )
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.experimental import AsyncNode
+from rclpy.impl.base_node import BaseNode
 from rclpy.lifecycle import LifecycleNode
-from rclpy.node import BaseNode, Node
+from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
 from rclpy.waitable import Waitable

@@ -10,7 +10,7 @@ from rclpy._borrowed import borrow
 from rclpy.qos import qos_profile_services_default
 
 if TYPE_CHECKING:
-    from rclpy.node import BaseNode
+    from rclpy.impl.base_node import BaseNode
 
 
 class LoggingService:

@@ -25,7 +25,7 @@ from rclpy.qos import (
 if TYPE_CHECKING:
     from rcl_interfaces.msg import SetParametersResult
 
-    from rclpy.node import BaseNode
+    from rclpy.impl.base_node import BaseNode
 
 __all__ = [
     'InvalidQosOverridesError',

@@ -12,7 +12,7 @@ from rclpy.clock import ROSClock
 from rclpy.parameter import Parameter
 
 if TYPE_CHECKING:
-    from rclpy.node import BaseNode
+    from rclpy.impl.base_node import BaseNode
 
 __all__ = ['CLOCK_TOPIC', 'USE_SIM_TIME_NAME', 'TimeSource']
 
@@ -31,7 +31,7 @@ class TimeSource(TimeSourceCore):
 
         Raises TypeError for what is no node.
         """
-        from rclpy.node import BaseNode
+        from rclpy.impl.base_node import BaseNode
 
         if not isinstance(node, BaseNode):
             raise TypeError('Node must be of type rclpy.node.Node')

@@ -9,7 +9,7 @@ from rclpy._borrowed import borrow
 from rclpy.qos import QoSProfile
 
 if TYPE_CHECKING:
-    from rclpy.node import BaseNode
+    from rclpy.impl.base_node import BaseNode
 
 __all__ = ['wait_for_message']
 

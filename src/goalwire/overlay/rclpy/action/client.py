@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from unique_identifier_msgs.msg import UUID
 
     from goalwire.execution.wait_set import WaitSet
-    from rclpy.node import BaseNode
+    from rclpy.impl.base_node import BaseNode
 
 __all__ = ['ActionClient', 'ClientGoalHandle', 'FeedbackMessage', 'ResultResponse']
 

@@ -9,7 +9,7 @@ from rclpy._borrowed import borrow
 
 if TYPE_CHECKING:
     from goalwire.graph.names import NamesAndTypes
-    from rclpy.node import BaseNode
+    from rclpy.impl.base_node import BaseNode
 
 
 def get_action_client_names_and_types_by_node(

@@ -28,7 +28,7 @@ from rclpy.waitable import NumberOfEntities
 
 if TYPE_CHECKING:
     from goalwire.execution.wait_set import WaitSet
-    from rclpy.node import BaseNode
+    from rclpy.impl.base_node import BaseNode
 
 __all__ = [
     'ActionServer',

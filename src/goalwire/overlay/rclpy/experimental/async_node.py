@@ -25,7 +25,7 @@ from rclpy.experimental.async_publisher import AsyncPublisher
 from rclpy.experimental.async_service import AsyncService
 from rclpy.experimental.async_subscription import AsyncSubscription
 from rclpy.experimental.async_timer import AsyncTimer
-from rclpy.node import BaseNode
+from rclpy.impl.base_node import BaseNode
 from rclpy.qos import QoSProfile, qos_profile_rosout_default, qos_profile_services_default
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from rclpy.subscription import Subscription
 
 if TYPE_CHECKING:
     from goalwire.entities.time_source import TimeSourceCore
-    from rclpy.node import BaseNode
+    from rclpy.impl.base_node import BaseNode
 
 
 class ListedClockSubscription(ClockSubscription, Subscription[Any]):

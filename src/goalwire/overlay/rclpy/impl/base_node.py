@@ -1,0 +1,279 @@
+"""What Node and AsyncNode share: a node's names, its standing parts, and what it owns."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+from goalwire.entities.exceptions import (
+    InvalidHandle,
+    NameValidationException,
+    RCLError,
+    TopicExpansionError,
+)
+from goalwire.entities.node import NodeCore
+from goalwire.entities.node_graph import NodeGraph
+from goalwire.entities.parameters.events import PARAMETER_EVENT, PARAMETER_EVENTS_TOPIC, ParameterEvents
+from goalwire.entities.parameters.node_parameters import NodeParameters
+from goalwire.entities.standard_types import standard_message
+from goalwire.entities.type_support import ServiceSupport
+from goalwire.execution.waitable import SelfDriven, Waitable
+from goalwire.protocol.qos import PARAMETER_EVENTS
+from goalwire.transport.contract import EndpointKind
+from rclpy.callback_groups import CallbackGroup, MutuallyExclusiveCallbackGroup
+from rclpy.client import Client
+from rclpy.clock import Clock, ROSClock
+from rclpy.context import Context
+from rclpy.exceptions import NotInitializedException
+from rclpy.guard_condition import GuardCondition
+from rclpy.impl.rcutils_logger import RcutilsLogger
+from rclpy.logging import get_logger
+from rclpy.parameter_service import ParameterService
+from rclpy.publisher import Publisher
+from rclpy.qos import (
+    QoSProfile,
+    qos_profile_parameter_events,
+    qos_profile_rosout_default,
+)
+from rclpy.service import Service
+from rclpy.subscription import Subscription
+from rclpy.time_source import TimeSource
+from rclpy.timer import Rate, Timer
+from rclpy.type_description_service import TypeDescriptionService
+from rclpy.utilities import get_default_context
+
+if TYPE_CHECKING:
+    from rclpy.parameter import Parameter
+    from rclpy.topic_endpoint_info import TopicEndpointInfo
+
+
+class BaseNode(NodeGraph, NodeParameters):
+    """A node of the ROS 2 graph, whoever runs its callbacks: what Node and AsyncNode share."""
+
+    def __init__(
+        self,
+        node_name: str,
+        *,
+        context: Context | None = None,
+        cli_args: Sequence[str] | None = None,
+        namespace: str | None = None,
+        use_global_arguments: bool = True,
+        enable_rosout: bool = True,
+        rosout_qos_profile: QoSProfile | int = qos_profile_rosout_default,
+        start_parameter_services: bool = True,
+        parameter_overrides: list[Parameter] | None = None,
+        allow_undeclared_parameters: bool = False,
+        automatically_declare_parameters_from_overrides: bool = False,
+        enable_logger_service: bool = False,
+    ) -> None:
+        """Raises NotInitializedException before init(), and rclpy's name exceptions."""
+        self._context = get_default_context() if context is None else context
+        if not self._context.ok():
+            raise NotInitializedException('cannot create node')
+        self._ros_core = NodeCore(
+            self._context, node_name, namespace, cli_args=cli_args, use_global_arguments=use_global_arguments
+        )
+        self._publishers: list[Publisher[Any]] = []
+        self._subscriptions: list[Subscription[Any]] = []
+        self._clients: list[Client[Any, Any]] = []
+        self._services: list[Service[Any, Any]] = []
+        self._timers: list[Timer] = []
+        self._guards: list[GuardCondition] = []
+        self._ros_waitables: list[Waitable[Any]] = []
+        self._ros_rates: dict[Rate, Timer] = {}
+        self._default_callback_group: CallbackGroup = MutuallyExclusiveCallbackGroup()
+        self._clock = self.handle.clock = self._ros_make_clock()
+        self._logger = get_logger(self.handle.logger_name)
+        if enable_rosout and self._context.arguments.rosout_logs:
+            self._context.rosout.join(self.handle, QoSProfile.of(rosout_qos_profile).to_core())
+        self._ros_init_parameters(parameter_overrides or [], allow_undeclared=allow_undeclared_parameters)
+        self._ros_parameter_events = ParameterEvents(self.handle, self._ros_parameter_event_publisher())
+        try:
+            if automatically_declare_parameters_from_overrides:
+                self._ros_declare_overrides()
+            self._time_source = TimeSource(node=self)
+            self._time_source.attach_clock(self._clock)
+            if start_parameter_services:
+                ParameterService(self)
+            if enable_logger_service:
+                from rclpy.logging_service import LoggingService
+
+                LoggingService(self)
+            self._type_description_service = TypeDescriptionService(self)
+        except BaseException:  # an override that does not fit
+            self.handle.destroy()
+            raise
+
+    # -- what it is ----------------------------------------------------------------------------------------
+
+    @property
+    def handle(self) -> NodeCore:
+        """What stands behind the node: there is no C handle."""
+        return self._ros_core
+
+    @property
+    def context(self) -> Context:
+        """The context that the node lives in."""
+        return self._context
+
+    @property
+    def default_callback_group(self) -> CallbackGroup:
+        """The exclusive group of every callback that names no group."""
+        return self._default_callback_group
+
+    def get_name(self) -> str:
+        """Return the name without its namespace; raises InvalidHandle once destroyed."""
+        self._ros_check_alive()
+        return self.handle.name.name
+
+    def get_namespace(self) -> str:
+        """Return the namespace, '/' or '/a/b'; raises InvalidHandle once destroyed."""
+        self._ros_check_alive()
+        return self.handle.name.namespace
+
+    def get_fully_qualified_name(self) -> str:
+        """Return '/a/b/name'; raises InvalidHandle once destroyed."""
+        self._ros_check_alive()
+        return self.handle.name.qualified
+
+    def get_clock(self) -> Clock:
+        """Return the node's clock (ROS time)."""
+        return self._clock
+
+    def get_logger(self) -> RcutilsLogger:
+        """Return the node's logger, 'a.b.name'."""
+        return self._logger
+
+    def _ros_make_clock(self) -> ROSClock:
+        """Make the node's clock."""
+        return self.handle.clock
+
+    def resolve_topic_name(self, topic: str, *, only_expand: bool = False) -> str:
+        """Return the fully-qualified name of a topic, remapped unless `only_expand`; raises RCLError."""
+        self._ros_check_alive()
+        with _failure_to_resolve():
+            return self.handle.resolve(topic, only_expand=only_expand)
+
+    def resolve_service_name(self, service: str, *, only_expand: bool = False) -> str:
+        """Return the fully-qualified name of a service, remapped unless `only_expand`; raises RCLError."""
+        self._ros_check_alive()
+        with _failure_to_resolve():
+            return self.handle.resolve(service, is_service=True, only_expand=only_expand)
+
+    def _ros_parameter_event_publisher(self) -> Publisher[Any]:
+        publisher: Publisher[Any] = Publisher(
+            self.handle, standard_message(PARAMETER_EVENT), PARAMETER_EVENTS_TOPIC, PARAMETER_EVENTS
+        )
+        publisher.qos_profile = qos_profile_parameter_events
+        self._publishers.append(publisher)
+        return publisher
+
+    def _ros_offer(
+        self,
+        support: ServiceSupport,
+        name: str,
+        callback: Callable[..., object],
+        qos_profile: QoSProfile,
+    ) -> Service[Any, Any]:
+        """Make a service whose classes are made when they are needed."""
+        raise NotImplementedError
+
+    def _ros_check_alive(self) -> None:
+        if self.handle.destroyed:
+            raise InvalidHandle
+
+    def __repr__(self) -> str:
+        cls = type(self)
+        return f'<{cls.__module__}.{cls.__qualname__} object at {id(self):#x}: {self.handle.name.qualified}>'
+
+    # -- what it owns --------------------------------------------------------------------------------------
+
+    @property
+    def publishers(self) -> Iterator[Publisher[Any]]:
+        """The publishers made by this node."""
+        yield from self._publishers
+
+    @property
+    def subscriptions(self) -> Iterator[Subscription[Any]]:
+        """The subscriptions made by this node."""
+        yield from self._subscriptions
+
+    @property
+    def clients(self) -> Iterator[Client[Any, Any]]:
+        """The service clients made by this node."""
+        yield from self._clients
+
+    @property
+    def services(self) -> Iterator[Service[Any, Any]]:
+        """The service servers made by this node."""
+        yield from self._services
+
+    @property
+    def timers(self) -> Iterator[Timer]:
+        """The timers made by this node."""
+        yield from self._timers
+
+    @property
+    def guards(self) -> Iterator[GuardCondition]:
+        """The guard conditions made by this node."""
+        yield from self._guards
+
+    @property
+    def waitables(self) -> Iterator[Waitable[Any]]:
+        """The action servers and clients, and other waitables, of this node."""
+        yield from self._ros_waitables
+
+    def add_waitable(self, waitable: Waitable[Any]) -> None:
+        """Let the node's executor run `waitable`, too."""
+        self._ros_waitables.append(waitable)
+        if not isinstance(waitable, SelfDriven):
+            from goalwire.execution.lookout import Lookout
+
+            self.handle.home.add_lookout(Lookout(self.handle.home, waitable))
+
+    def remove_waitable(self, waitable: Waitable[Any]) -> None:
+        """Forget a waitable; raises ValueError where it is not the node's."""
+        self._ros_waitables.remove(waitable)
+        self.handle.home.drop_lookout(waitable)
+
+    def get_publishers_info_by_topic(
+        self, topic_name: str, no_mangle: bool = False
+    ) -> list[TopicEndpointInfo]:
+        """Return who publishes on a topic, and how; raises ValueError for a bad name."""
+        return self._ros_endpoint_infos(EndpointKind.PUBLISHER, topic_name, no_mangle)
+
+    def get_subscriptions_info_by_topic(
+        self, topic_name: str, no_mangle: bool = False
+    ) -> list[TopicEndpointInfo]:
+        """Return who subscribes to a topic, and how; raises ValueError for a bad name."""
+        return self._ros_endpoint_infos(EndpointKind.SUBSCRIPTION, topic_name, no_mangle)
+
+    def _ros_endpoint_infos(self, kind: EndpointKind, topic: str, no_mangle: bool) -> list[TopicEndpointInfo]:
+        from rclpy.topic_endpoint_info import TopicEndpointInfo
+
+        return [
+            TopicEndpointInfo.from_entity(entity) for entity in self._ros_endpoints(kind, topic, no_mangle)
+        ]
+
+    def destroy_node(self) -> None:
+        """Destroy everything the node made, then the node. Idempotent."""
+        for waitable in reversed(list(self._ros_waitables)):
+            if isinstance(waitable, SelfDriven):
+                waitable.destroy()
+            else:  # the program's own
+                self.remove_waitable(waitable)
+        self.handle.destroy()
+        for owned in (self._publishers, self._subscriptions, self._clients, self._services):
+            owned.clear()
+        self._timers.clear()
+        self._guards.clear()
+        self._ros_waitables.clear()
+
+
+@contextmanager
+def _failure_to_resolve() -> Iterator[None]:
+    try:
+        yield
+    except (NameValidationException, TopicExpansionError) as error:
+        raise RCLError(f'failed to resolve name: {error.reason}') from None
