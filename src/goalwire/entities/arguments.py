@@ -11,7 +11,7 @@ from goalwire.protocol.arguments import ArgumentError, Arguments, UnknownArgumen
 
 def process_arguments(args: Sequence[str]) -> Arguments:
     """Read a program's arguments; raises RCLError, UnknownROSArgsError, TypeError for what are no strings."""
-    if isinstance(args, str) or not all(isinstance(arg, str) for arg in args):
+    if not _are_strings(args):
         raise TypeError(f'args must be a sequence of strings, as sys.argv is; got {args!r}')
     try:
         return _completed(parse_arguments(args))
@@ -31,6 +31,12 @@ def node_arguments(cli_args: Sequence[str] | None) -> Arguments:
         raise UnknownROSArgsError(str(error)) from None
     except ArgumentError as error:
         raise RCLInvalidROSArgsError(f'Failed to parse ROS arguments: {error}') from None
+
+
+def _are_strings(args: object) -> bool:
+    return (
+        isinstance(args, Sequence) and not isinstance(args, str) and all(isinstance(arg, str) for arg in args)
+    )
 
 
 def _completed(arguments: Arguments) -> Arguments:

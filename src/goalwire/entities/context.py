@@ -223,5 +223,8 @@ def _domain_from_environment() -> int:
     if not text:
         return 0
     if not text.isdecimal():
-        raise RCLError(f"ROS_DOMAIN_ID is '{text}', which is no domain: set it to a whole number from 0 on")
+        raise RCLError(
+            f"failed to initialize rcl: ROS_DOMAIN_ID is not an integral number: it is '{text}'; "
+            'set it to a whole number from 0 on'
+        )
     return int(text)

@@ -1,5 +1,7 @@
 """Init and shutdown: the default context, contexts of one's own, what each refuses."""
 
+import os
+
 import rclpy
 import rclpy.utilities
 from rclpy.context import Context
@@ -163,3 +165,15 @@ rclpy.utilities.timeout_sec_to_nsec(1.5)
 rclpy.utilities.timeout_sec_to_nsec('x')
 isinstance(rclpy.utilities.get_rmw_implementation_identifier(), str)
 rclpy.utilities.get_rmw_implementation_identifier() == __import__('os').environ['RMW_IMPLEMENTATION']
+
+# -- the domain in the environment
+
+os.environ['ROS_DOMAIN_ID'] = 'abc'
+Context().init([])
+os.environ['ROS_DOMAIN_ID'] = '-1'
+Context().init([])
+os.environ['ROS_DOMAIN_ID'] = ''
+Context().init([])
+Context().init({'a': 1})
+Context().init(iter(['a']))
+Context().init(5)

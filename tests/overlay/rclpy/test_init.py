@@ -149,7 +149,9 @@ def test_unknown_arguments_are_refused() -> None:
         rclpy.init(args=['x', '--ros-args', '-p', 'a:=1', '--ros-args', 'bad'])
 
 
-@pytest.mark.parametrize('args', ['abc', [1], [None]], ids=repr)
+@pytest.mark.parametrize(
+    'args', ['abc', [1], [None], 5, {'a': 1}, iter(['a'])], ids=lambda args: type(args).__name__
+)
 def test_arguments_are_strings(args: Any) -> None:
     with pytest.raises(TypeError, match='sequence of strings'):
         rclpy.init(args=args)
@@ -162,7 +164,7 @@ def test_a_negative_domain_is_refused() -> None:
 
 def test_a_domain_that_is_no_number_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv('ROS_DOMAIN_ID', 'seven')
-    with pytest.raises(RCLError, match="ROS_DOMAIN_ID is 'seven'"):
+    with pytest.raises(RCLError, match="ROS_DOMAIN_ID is not an integral number: it is 'seven'"):
         rclpy.init(args=[])
 
 
