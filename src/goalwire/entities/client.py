@@ -169,14 +169,15 @@ class ClientCore(Introspected):
             wake()
 
     def server_is_there(self) -> bool:
-        """True while the graph shows a server of this name and type.
+        """True while there is a server of this name and type that can be called.
 
         Raises InvalidHandle once destroyed, ShutDownError after the context's end.
         """
         if self._port is None:
             raise InvalidHandle
         self.node.check_open()
-        return self.node.graph.has_service(self.full_name, self.support.type_name)
+        found = self.node.graph.has_service(self.full_name, self.support.type_name)
+        return found and self._port.reaches_server()
 
     def wait_for_service(self, timeout_sec: float | None = None) -> bool:
         """Block until there is a server (True) or the time is over (False); None waits without limit.

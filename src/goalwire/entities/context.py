@@ -194,8 +194,9 @@ class Context:
             raise NotInitializedException('cannot create node')
         if not self.lifeline.alive:
             raise RCLError('the given context is not valid, either init() was not called or shutdown() was')
-        session = registry.get().open(SessionOptions(domain_id=self._domain_id))
-        graph = Graph(session.id)
+        enclave = self.arguments.enclave or '/'
+        session = registry.get().open(SessionOptions(domain_id=self._domain_id, enclave=enclave))
+        graph = Graph(session.id, compares_definitions=session.compares_definitions)
         graph.on_mismatch(_report)
         try:
             session.watch_graph(graph)

@@ -84,6 +84,21 @@ class PublisherCore(Generic[MsgT]):
             raise InvalidHandle
         return len(self.node.graph.matched(self._endpoint))
 
+    def show_liveliness(self) -> None:
+        """Assert that the publisher is alive; raises InvalidHandle once destroyed."""
+        if self._port is None:
+            raise InvalidHandle
+        self._port.assert_liveliness()
+
+    def wait_for_acknowledgements(self, timeout_ns: int | None) -> bool:
+        """Wait until all reliable subscriptions have what was published; see PublisherPort.
+
+        Raises InvalidHandle once destroyed.
+        """
+        if self._port is None:
+            raise InvalidHandle
+        return self._port.wait_for_acknowledgements(timeout_ns)
+
     @property
     def events(self) -> EndpointEvents:
         """What can be told of this publisher beside messages; raises InvalidHandle once destroyed."""

@@ -73,7 +73,9 @@ class EndpointEvents:
         """`watch_arrivals`, of a subscription, lets its transport's threads call with each message."""
         self.node = node
         self.endpoint = endpoint
-        self._enforces_qos = node.context.session.enforces_qos
+        session = node.context.session
+        self._enforces_qos = session.enforces_qos
+        self._compares_definitions = session.compares_definitions
         self._port = port
         self._watch_arrivals = watch_arrivals
         self.lock = Lock()
@@ -190,7 +192,8 @@ class EndpointEvents:
         own = self.endpoint
         events = _FROM_GRAPH[own.kind]
         known_hashes = {peer.type_hash, own.type_hash} - {''}  # some peers tell none
-        if peer.type_name != own.type_name or len(known_hashes) > 1:
+        differs = len(known_hashes) > 1 and self._compares_definitions
+        if peer.type_name != own.type_name or differs:
             self._add(events.incompatible_type, total_count=1)
             return
         offers, asks = (own, peer) if own.kind is EndpointKind.PUBLISHER else (peer, own)

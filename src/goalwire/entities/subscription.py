@@ -155,7 +155,7 @@ def _info(sample: Sample) -> MessageInfo:
     return {
         'source_timestamp': sample.source_timestamp,
         'received_timestamp': sample.received_timestamp,
-        'publication_sequence_number': sample.sequence,
+        'publication_sequence_number': sample.sequence or None,
         'reception_sequence_number': None,
     }
 

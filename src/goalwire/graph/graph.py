@@ -38,9 +38,13 @@ class _Node:
 class Graph(GraphListener):
     """What a session's `watch_graph` fills. Every question is answered from an index, from any thread."""
 
-    def __init__(self, session: str | None = None) -> None:
-        """Mismatches are looked for where an endpoint of `session` is concerned; None: among all."""
+    def __init__(self, session: str | None = None, *, compares_definitions: bool = True) -> None:
+        """Mismatches are looked for where an endpoint of `session` is concerned; None: among all.
+
+        `compares_definitions` is the session's: it decides what a mismatch of definitions means.
+        """
         self._session = session
+        self._compares_definitions = compares_definitions
         self._lock = Lock()
         self._nodes: dict[_NodeKey, _Node] = {}
         self._nodes_by_name: dict[tuple[str, str], dict[_NodeKey, _Node]] = defaultdict(dict)
@@ -80,6 +84,10 @@ class Graph(GraphListener):
         if changed:
             self._counterparts.tell()
             self._change_watchers.tell()
+
+    def connected(self) -> None:
+        """Let those who wait for the graph look again."""
+        self._change_watchers.tell()
 
     def on_change(self, callback: Callable[[], object]) -> Watch[[]]:
         """Call `callback` after each change, on the thread that brought it, until the answer is closed.
@@ -263,7 +271,8 @@ class Graph(GraphListener):
         fellows = self._endpoints[entity.kind][entity.name]
         found = []
         others = (fellow for gid, fellow in fellows.items() if gid != entity.gid)
-        for mismatch in find_mismatches(entity, counterparts.values(), others):
+        separates = self._compares_definitions
+        for mismatch in find_mismatches(entity, counterparts.values(), others, separates=separates):
             ours = self._session is None or mismatch.concerns(self._session)
             if ours and mismatch.key not in self._mismatches:
                 self._mismatches[mismatch.key] = mismatch

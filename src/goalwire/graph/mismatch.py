@@ -14,7 +14,7 @@ class Reason(Enum):
     """What is wrong between two endpoints."""
 
     DEFINITION = 'definition'
-    """Same name, same type, another hash: no message ever passes."""
+    """Same name, same type, another hash."""
     TWO_SERVERS = 'two servers'
     """Two servers of one name: each gets every request, the client takes the first reply."""
     TWO_NODES = 'two nodes'
@@ -29,6 +29,8 @@ class Mismatch:
     name: str
     first: GraphEntity
     second: GraphEntity
+    separates: bool = True
+    """False on a wire that compares no definitions: messages pass all the same."""
 
     @property
     def key(self) -> tuple[object, ...]:
@@ -57,10 +59,15 @@ class Mismatch:
                 f"'{second.node.qualified}': every request reaches both and the first "
                 f'answer wins; stop or rename one'
             )
+        consequence = (
+            'nothing passes between them'
+            if self.separates
+            else 'this wire compares names alone, so messages pass and may be rejected or misread'
+        )
         return (
             f"{first.kind.value} in node '{first.node.qualified}' and {second.kind.value} in node "
             f"'{second.node.qualified}' share the name '{self.name}' and the type {first.type_name}, but "
-            f'not its definition ({first.type_hash} and {second.type_hash}): nothing passes between them; '
+            f'not its definition ({first.type_hash} and {second.type_hash}): {consequence}; '
             f'give both the same version of the interface package'
         )
 
@@ -79,12 +86,20 @@ def opposite(kind: EndpointKind) -> EndpointKind:
 
 
 def find_mismatches(
-    newcomer: GraphEntity, counterparts: Iterable[GraphEntity], fellows: Iterable[GraphEntity]
+    newcomer: GraphEntity,
+    counterparts: Iterable[GraphEntity],
+    fellows: Iterable[GraphEntity],
+    *,
+    separates: bool = True,
 ) -> Iterator[Mismatch]:
-    """Hold a new endpoint against those of its name: its counterparts, and its fellows of the same kind."""
+    """Hold a new endpoint against those of its name: its counterparts, and its fellows of the same kind.
+
+    `separates` says whether different definitions keep endpoints apart; a hash that is not told is no other.
+    """
     for peer in counterparts:
-        if peer.type_name == newcomer.type_name and peer.type_hash != newcomer.type_hash:
-            yield Mismatch(Reason.DEFINITION, newcomer.name, peer, newcomer)
+        hashes = {peer.type_hash, newcomer.type_hash} - {''}
+        if peer.type_name == newcomer.type_name and len(hashes) > 1:
+            yield Mismatch(Reason.DEFINITION, newcomer.name, peer, newcomer, separates)
     if newcomer.kind is EndpointKind.SERVICE and _counts_as_server(newcomer.name):
         for peer in fellows:
             if _are_namesakes(peer, newcomer):

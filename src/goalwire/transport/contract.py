@@ -69,7 +69,10 @@ class Endpoint:
 
 
 class Sample(NamedTuple):
-    """One message as it came from the wire; times in ns since the UNIX epoch, `gid` 16 bytes."""
+    """One message as it came from the wire; times in ns since the UNIX epoch, `gid` 16 bytes.
+
+    `sequence` is 0 where the wire does not number a topic's messages (DDS).
+    """
 
     payload: Payload
     sequence: int
@@ -121,6 +124,9 @@ class GraphListener(ABC):
     def vanished(self, entity: GraphEntity) -> None:
         """A node or endpoint has gone; removing an unknown one is harmless."""
 
+    def connected(self) -> None:  # noqa: B027 - most listeners have nothing to do
+        """What `ClientPort.reaches_server` answers may have changed."""
+
 
 class Port(ABC):
     """A declared endpoint."""
@@ -152,6 +158,16 @@ class PublisherPort(Port):
     def publish(self, payload: bytes) -> None:
         """Hand one message to the wire. Raises ClosedError, ForkedError or TransportError."""
 
+    def assert_liveliness(self) -> None:
+        """Show that the publisher is alive, where its QoS leaves that to its user."""
+
+    def wait_for_acknowledgements(self, timeout_ns: int | None) -> bool:  # noqa: ARG002
+        """Wait until all reliable subscriptions have what was published; False where the time is over first.
+
+        True, as here, where the wire acknowledges by flow control alone.
+        """
+        return True
+
 
 class ClientPort(Port):
     """A declared service client."""
@@ -169,6 +185,13 @@ class ClientPort(Port):
         server has answered, none was there, or the last one died. It gets the reason that a server gave for
         not answering, or ''. Both may fire before this returns.
         """
+
+    def reaches_server(self) -> bool:
+        """Whether a server that the graph shows can be called already, and its reply be heard.
+
+        True, as here, where the graph says it all; else `GraphListener.connected` tells of changes.
+        """
+        return True
 
 
 class NodePort(Port):
@@ -198,6 +221,8 @@ class Session(ABC):
     """What the graph shows as the `session` of this session's own nodes and endpoints."""
     enforces_qos = False
     """True where endpoints whose QoS do not go together exchange nothing (DDS); else QoS prevents nothing."""
+    compares_definitions = True
+    """True where different definitions of one type keep endpoints apart; DDS compares names alone."""
 
     @abstractmethod
     def node(self, name: NodeName) -> NodePort:
@@ -220,6 +245,8 @@ class SessionOptions:
     """What a context asks of its transport."""
 
     domain_id: int = 0
+    enclave: str = '/'
+    """Where a wire has one enclave for all nodes of a session (DDS)."""
 
 
 class Transport(ABC):

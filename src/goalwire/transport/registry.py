@@ -11,6 +11,7 @@ from goalwire.transport.contract import Transport
 DEFAULT = 'rmw_zenoh_cpp'
 _MODULES = {
     'rmw_zenoh_cpp': 'goalwire.transport.zenoh',
+    'rmw_cyclonedds_cpp': 'goalwire.transport.dds',
     'goalwire_memory': 'goalwire.transport.memory',
 }
 _loaded: dict[str, Transport] = {}

@@ -42,15 +42,15 @@ class Publisher(PublisherCore[MsgT]):
         return self
 
     def assert_liveliness(self) -> None:
-        """Nothing to do where liveliness is automatic. Raises InvalidHandle once destroyed."""
-        if self.destroyed:
-            raise InvalidHandle
+        """Show that this publisher is alive, where liveliness is not automatic; InvalidHandle once destroyed."""
+        self.show_liveliness()
 
     def wait_for_all_acked(self, timeout: Duration = _FOREVER) -> bool:
-        """Return True: the wire acknowledges by flow control, nothing waits unacknowledged here."""
-        if self.destroyed:
-            raise InvalidHandle
-        return True
+        """Wait until every reliable subscription has all that was published; False where that takes too long.
+
+        At once True on a wire that acknowledges by flow control alone. Raises InvalidHandle once destroyed.
+        """
+        return self.wait_for_acknowledgements(None if timeout.nanoseconds < 0 else timeout.nanoseconds)
 
     def __enter__(self) -> Self:
         return self

@@ -1,0 +1,22 @@
+"""ROS 2 over DDS, as rmw_cyclonedds_cpp speaks it; the library is loaded at the first open."""
+
+from __future__ import annotations
+
+from goalwire.transport.contract import Session, SessionOptions, Transport
+
+
+class DdsTransport(Transport):
+    """The wire of rmw_cyclonedds_cpp."""
+
+    identifier = 'rmw_cyclonedds_cpp'
+
+    def open(self, options: SessionOptions) -> Session:
+        """Join a domain as the environment says. Raises TransportError or ForkedError."""
+        from goalwire.transport.dds.session import open_session
+
+        return open_session(options)
+
+
+TRANSPORT = DdsTransport()
+
+__all__ = ['TRANSPORT', 'DdsTransport']

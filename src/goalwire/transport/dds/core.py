@@ -1,0 +1,66 @@
+"""What every endpoint of one session shares."""
+
+from __future__ import annotations
+
+from itertools import count
+
+from goalwire.transport.dds.abi import Library
+from goalwire.transport.dds.discovery import Discovery
+from goalwire.transport.dds.domain import DOMAINS
+from goalwire.transport.dds.feed import Feed
+from goalwire.transport.dds.peers import Peers
+from goalwire.transport.dds.pump import Pump
+from goalwire.transport.dds.status import Statuses
+from goalwire.transport.dds.user_data import encode_participant, service_id
+from goalwire.transport.dds.wire import Participant
+from goalwire.transport.fork import ForkGuard
+from goalwire.transport.rejects import Rejects
+
+
+class Core:
+    """One participant, its two threads and what they know."""
+
+    def __init__(self, library: Library, domain_id: int, enclave: str) -> None:
+        """Join the domain; raises TransportError."""
+        self.library = library
+        self.domain_id = domain_id
+        self.enclave = enclave
+        self.guard = ForkGuard()
+        self.rejects = Rejects()
+        self.feed = Feed()
+        domain = DOMAINS.acquire(library, domain_id)
+        try:
+            self.participant = Participant(library, domain_id, encode_participant(enclave))
+            self.id = self.participant.guid.hex()
+            self.peers = Peers(library)
+            self.intakes = domain.intakes
+            self.pump = Pump(self.participant, 'goalwire-dds-io')
+            self.discovery = Discovery(self.participant, self.feed, self.rejects)
+        except BaseException:
+            self._leave()
+            raise
+        self.statuses = Statuses(library, self.discovery.pump)
+        self.announcement = self.discovery.announcement
+        self.next_id = count().__next__
+        self._next_service = count(1).__next__
+
+    def next_service_id(self) -> str:
+        """Return what the two ends of one more client or server share."""
+        return service_id(self.participant.guid, self._next_service())
+
+    def announce(self) -> None:
+        """Have the others told of what has changed here."""
+        self.discovery.pump.wake()
+
+    def close(self) -> None:
+        """Stop the threads and leave the domain."""
+        self.feed.close()
+        self.pump.close()
+        self.discovery.close()
+        self._leave()
+
+    def _leave(self) -> None:
+        participant = getattr(self, 'participant', None)
+        if participant is not None:
+            participant.close()
+        DOMAINS.release(self.library, self.domain_id)

@@ -1,0 +1,88 @@
+"""Who is behind an instance handle: the endpoint that a reader or writer is matched with."""
+
+from __future__ import annotations
+
+import ctypes
+from ctypes import c_uint64
+from typing import NamedTuple
+
+from goalwire.transport.dds.abi import BuiltinEndpoint, Function, Library
+from goalwire.transport.dds.qos import read_user_data
+from goalwire.transport.dds.user_data import GUID_PREFIX_SIZE, decode_endpoint
+
+_CACHE_LIMIT = 10_000
+_FAST_DDS = b'\x01\x0f'
+
+
+class Peer(NamedTuple):
+    """A matched endpoint."""
+
+    gid: bytes
+    service_id: str
+    client_id: str
+
+    @property
+    def participant(self) -> bytes:
+        """What its GUID shares with all endpoints of its participant."""
+        return self.gid[:GUID_PREFIX_SIZE]
+
+    @property
+    def speaks_fast_dds(self) -> bool:
+        """True where the peer's implementation is Fast DDS, whose services have no header."""
+        return self.gid[:2] == _FAST_DDS
+
+    @property
+    def server(self) -> str:
+        """What the two ends of one server share."""
+        return self.service_id or self.participant.hex()
+
+
+class Peers:
+    """The matched endpoints asked for so far; a handle means the same one for ever."""
+
+    def __init__(self, library: Library) -> None:
+        self._library = library
+        self._known: dict[int, Peer] = {}
+
+    def publication(self, reader: int, handle: int) -> Peer | None:
+        """Return the writer that a reader is matched with; None where it has gone."""
+        return self._known.get(handle) or self._ask(
+            self._library.dds_get_matched_publication_data, reader, handle
+        )
+
+    def publications(self, reader: int) -> list[Peer]:
+        """Return every writer that a reader is matched with."""
+        handles = _handles(self._library.dds_get_matched_publications, reader)
+        return [peer for handle in handles if (peer := self.publication(reader, handle)) is not None]
+
+    def subscriptions(self, writer: int) -> list[Peer]:
+        """Return every reader that a writer is matched with."""
+        ask = self._library.dds_get_matched_subscription_data
+        handles = _handles(self._library.dds_get_matched_subscriptions, writer)
+        found = (self._known.get(handle) or self._ask(ask, writer, handle) for handle in handles)
+        return [peer for peer in found if peer is not None]
+
+    def _ask(self, function: Function, entity: int, handle: int) -> Peer | None:
+        address = function(entity, handle)
+        if not address:
+            return None
+        try:
+            endpoint = ctypes.cast(address, ctypes.POINTER(BuiltinEndpoint)).contents
+            data = decode_endpoint(read_user_data(self._library, endpoint.qos))
+            peer = Peer(bytes(endpoint.key), data.service_id, data.client_id)
+        finally:
+            self._library.dds_builtintopic_free_endpoint(address)
+        if len(self._known) >= _CACHE_LIMIT:
+            self._known.clear()
+        self._known[handle] = peer
+        return peer
+
+
+def _handles(function: Function, entity: int) -> list[int]:
+    room = 16
+    while True:
+        handles = (c_uint64 * room)()
+        count = function(entity, handles, room)
+        if count <= room:
+            return list(handles[: max(count, 0)])
+        room = 2 * count

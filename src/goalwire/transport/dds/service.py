@@ -1,0 +1,161 @@
+"""Service servers: a reader of requests and a writer of replies, which go to all clients (dds-wire A2)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from ctypes import c_ssize_t
+from threading import Lock
+from time import monotonic_ns, time_ns
+
+from goalwire.errors import LocalError, RemoteError
+from goalwire.transport.contract import Endpoint, Port, Request, Sample
+from goalwire.transport.dds.core import Core
+from goalwire.transport.dds.declaring import Declaration
+from goalwire.transport.dds.intake import Intake
+from goalwire.transport.dds.names import Role
+from goalwire.transport.dds.service_ends import make_reader, make_writer
+from goalwire.transport.dds.service_header import Header, unwrap, wrap
+from goalwire.transport.dds.status import PUBLICATION_MATCHED
+from goalwire.transport.dds.user_data import EndpointData
+from goalwire.transport.dds.wire import Taken
+from goalwire.transport.failures import report_failure
+
+MATCHING_NS = 100_000_000
+"""How long a reply waits for its client's reader (as in rmw_cyclonedds)."""
+_BLOCKING_NS = 1_000_000_000
+"""How long a reply waits for room where some client does not read."""
+_REACHED_LIMIT = 10_000
+
+
+class DdsRequest(Request):
+    """One request waiting for its reply."""
+
+    __slots__ = ('_client_id', '_header', '_is_answered', '_service', 'sample')
+
+    def __init__(self, service: DdsService, header: Header, client_id: str, sample: Sample) -> None:
+        self.sample = sample
+        self._service = service
+        self._header = header
+        self._client_id = client_id
+        self._is_answered = False
+
+    def reply(self, payload: bytes) -> None:
+        """Answer. Raises LocalError the second time, ForkedError after a fork."""
+        service = self._service
+        if self._is_answered:
+            raise LocalError(f'{service.place.title}: this request was answered before; answer it once')
+        self._is_answered = True
+        if service.release(self):
+            service.send(self._header, self._client_id, payload)
+
+    def drop(self, reason: str = '') -> None:  # noqa: ARG002 - no place for it on this wire
+        """Give the request up. On this wire nothing can tell the client: its call ends with the server."""
+        self._service.release(self)
+
+
+class DdsService(Port):
+    """A declared service server."""
+
+    def __init__(
+        self, core: Core, new: Declaration, endpoint: Endpoint, deliver: Callable[[Request], None]
+    ) -> None:
+        data = EndpointData(endpoint.type_hash, service_id=core.next_service_id())
+        self._core = core
+        self.place = new.place
+        self._writer = make_writer(core, Role.REPLY, endpoint, data, new.undo, _BLOCKING_NS)
+        self.reader = make_reader(core, Role.REQUEST, endpoint, data, new.undo)
+        self.gid = self.reader.guid
+        self._deliver = deliver
+        self._lock = Lock()
+        self._waiting: set[DdsRequest] = set()
+        self._reached: set[str] = set()
+        new.undo.callback(self._drop_all)
+        new.take_in(self.reader.topic, Intake(self.reader, new.place.title, self._on_message))
+
+    def _on_message(self, message: Taken) -> None:
+        peer = self._core.peers.publication(self.reader.handle, message.publication)
+        if peer is None:
+            return  # the client has gone
+        if peer.speaks_fast_dds:
+            self._core.rejects.add(
+                'request', f'{self.place.title}: from Fast DDS, whose clients expect what Cyclone cannot send'
+            )
+            return
+        try:
+            header, payload = unwrap(message.payload)
+        except RemoteError as error:
+            self._core.rejects.add('request', f'{self.place.title}: {error}')
+            return
+        sample = Sample(payload, header.sequence, message.source_timestamp, time_ns(), peer.gid)
+        request = DdsRequest(self, header, peer.client_id, sample)
+        with self._lock:
+            self._waiting.add(request)
+        try:
+            self._deliver(request)
+        except Exception as error:
+            report_failure(self.place.title, error)
+            request.drop()
+
+    def release(self, request: DdsRequest) -> bool:
+        """Take a request off the list; True for the one caller that found it there."""
+        if self.place.is_forked:
+            self.place.check()
+        with self._lock:
+            if request in self._waiting:
+                self._waiting.remove(request)
+                return True
+            return False
+
+    def send(self, header: Header, client_id: str, payload: bytes) -> None:
+        """Send one reply, once its client can hear it; what cannot be sent is counted."""
+        if client_id and client_id not in self._reached and not self._reaches(client_id):
+            self._core.rejects.add('reply', f'{self.place.title}: the client does not listen to replies')
+            return
+        result = self._writer.write(wrap(header, payload))
+        if result and not self.place.closed:
+            error = self._core.library.dds_strretcode(result).decode()
+            self._core.rejects.add('reply', f'{self.place.title}: Cyclone DDS refused it: {error}')
+        self._core.intakes.drain(self._writer.topic)
+
+    def _reaches(self, client_id: str) -> bool:
+        """Wait until the client's reader is matched with our writer."""
+        if not self._is_matched(client_id) and not self._wait_for_match(client_id):
+            return False
+        if len(self._reached) >= _REACHED_LIMIT:
+            self._reached.clear()
+        self._reached.add(client_id)
+        return True
+
+    def _is_matched(self, client_id: str) -> bool:
+        return any(
+            peer.client_id == client_id for peer in self._core.peers.subscriptions(self._writer.handle)
+        )
+
+    def _wait_for_match(self, client_id: str) -> bool:
+        library = self._core.library
+        deadline = monotonic_ns() + MATCHING_NS
+        waiting = library.dds_create_waitset(self._core.participant.handle)
+        library.dds_set_status_mask(self._writer.handle, PUBLICATION_MATCHED)
+        library.dds_waitset_attach(waiting, self._writer.handle, 1)
+        try:
+            while not self._is_matched(client_id):
+                left = deadline - monotonic_ns()
+                if left <= 0 or library.dds_waitset_wait(waiting, (c_ssize_t * 1)(), 1, left) <= 0:
+                    return self._is_matched(client_id)
+                self._core.statuses.reset(self._writer.handle, PUBLICATION_MATCHED)
+            return True
+        finally:
+            library.dds_delete(waiting)
+
+    def _drop_all(self) -> None:
+        with self._lock:
+            self._waiting.clear()
+
+    @property
+    def gids(self) -> tuple[tuple[bytes, ...], tuple[bytes, ...]]:
+        """What it reads and writes with."""
+        return (self.reader.guid,), (self._writer.guid,)
+
+    def close(self) -> None:
+        """Undeclare; whose requests wait learns of it from the graph."""
+        self.place.give_up()

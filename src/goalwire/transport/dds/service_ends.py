@@ -1,0 +1,54 @@
+"""The two ends of a client or a server: a writer and a reader with one id."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from dataclasses import replace
+
+from goalwire.protocol.qos import HistoryPolicy
+from goalwire.transport.contract import Endpoint
+from goalwire.transport.dds.abi import INFINITY
+from goalwire.transport.dds.core import Core
+from goalwire.transport.dds.names import Role, dds_topic, dds_type
+from goalwire.transport.dds.qos import endpoint_qos
+from goalwire.transport.dds.user_data import EndpointData, encode_endpoint
+from goalwire.transport.dds.wire import Reader, Writer
+
+_UNDER_WAY = 100
+"""Messages that may wait for a reader's acknowledgement. More would let one mute client hold up the server of
+all others; the ten of ROS 2's profile lose some of a burst."""
+
+
+def make_writer(
+    core: Core,
+    role: Role,
+    endpoint: Endpoint,
+    data: EndpointData,
+    undo: ExitStack,
+    blocking_ns: int = INFINITY,
+) -> Writer:
+    """Declare the sending end."""
+    verbatim = endpoint.qos.avoid_ros_namespace_conventions
+    topic = dds_topic(role, endpoint.name, verbatim=verbatim)
+    kept = (
+        endpoint.qos
+        if endpoint.qos.keeps_all
+        else replace(endpoint.qos, depth=max(endpoint.qos.depth, _UNDER_WAY))
+    )
+    with endpoint_qos(core.library, kept, encode_endpoint(data), blocking_ns=blocking_ns) as qos:
+        writer = Writer(core.participant, topic, dds_type(role, endpoint.type_name), qos)
+    undo.callback(writer.delete)
+    undo.callback(core.statuses.forget, writer.handle)
+    return writer
+
+
+def make_reader(core: Core, role: Role, endpoint: Endpoint, data: EndpointData, undo: ExitStack) -> Reader:
+    """Declare the receiving end. It keeps all: what it drops would be a call without an answer."""
+    verbatim = endpoint.qos.avoid_ros_namespace_conventions
+    topic = dds_topic(role, endpoint.name, verbatim=verbatim)
+    kept = replace(endpoint.qos, history=HistoryPolicy.KEEP_ALL)
+    with endpoint_qos(core.library, kept, encode_endpoint(data)) as qos:
+        reader = Reader(core.participant, topic, dds_type(role, endpoint.type_name), qos)
+    undo.callback(reader.delete)
+    undo.callback(core.statuses.forget, reader.handle)
+    return reader

@@ -1,0 +1,124 @@
+"""Publishers and subscriptions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from time import time_ns
+
+from goalwire.errors import TransportError
+from goalwire.protocol.qos import QoS
+from goalwire.protocol.qos_events import EventStatus, EventType
+from goalwire.transport.contract import Endpoint, Port, PublisherPort, Sample
+from goalwire.transport.dds.abi import INFINITY
+from goalwire.transport.dds.core import Core
+from goalwire.transport.dds.declaring import Declaration
+from goalwire.transport.dds.intake import Intake
+from goalwire.transport.dds.names import Role, dds_topic, dds_type
+from goalwire.transport.dds.qos import endpoint_qos
+from goalwire.transport.dds.user_data import EndpointData, encode_endpoint
+from goalwire.transport.dds.wire import Reader, Taken, Writer
+
+NOT_COUNTED = 0
+"""The sequence number of a message: DDS does not tell."""
+_FEEDBACK_DEPTH = 1000
+
+
+def wire_qos(endpoint: Endpoint) -> QoS:
+    """Return the QoS of a topic's reader or writer.
+
+    Feedback that may be published faster than it is taken is kept beyond its profile's ten messages.
+    """
+    qos = endpoint.qos
+    is_feedback = endpoint.waits_for_room or endpoint.name.endswith('/_action/feedback')
+    if is_feedback and not qos.keeps_all:
+        return replace(qos, depth=max(qos.depth, _FEEDBACK_DEPTH))
+    return qos
+
+
+class DdsPublisher(PublisherPort):
+    """A declared publisher."""
+
+    def __init__(self, core: Core, new: Declaration, endpoint: Endpoint) -> None:
+        verbatim = endpoint.qos.avoid_ros_namespace_conventions
+        topic = dds_topic(Role.TOPIC, endpoint.name, verbatim=verbatim)
+        data = encode_endpoint(EndpointData(endpoint.type_hash))
+        with endpoint_qos(core.library, wire_qos(endpoint), data) as qos:
+            writer = Writer(core.participant, topic, dds_type(Role.TOPIC, endpoint.type_name), qos)
+        new.undo.callback(writer.delete)
+        new.undo.callback(core.statuses.forget, writer.handle)
+        self.gid = writer.guid
+        self.writer = writer
+        self._core = core
+        self._place = new.place
+        self._topic = topic
+        self._write = writer.write
+        self._drain = core.intakes.drain
+
+    def publish(self, payload: bytes) -> None:
+        """Write one message; what several threads publish at once may arrive in either order."""
+        place = self._place
+        if place.closed or place.is_forked:
+            place.check()
+        result = self._write(payload)
+        if result:
+            place.check()  # closed by another thread in the meantime
+            raise TransportError(
+                f'{place.title}: Cyclone DDS refused a message: '
+                f'{self._core.library.dds_strretcode(result).decode()}'
+            )
+        self._drain(self._topic)
+
+    def watch_event(self, event: EventType, changed: Callable[[EventStatus], None]) -> bool:
+        """Tell of an event that the library notices."""
+        return self._core.statuses.watch_event(self.writer.handle, event, changed)
+
+    def assert_liveliness(self) -> None:
+        """Show that the publisher is alive, where that is up to its user."""
+        self._place.check()
+        self._core.library.dds_assert_liveliness(self.writer.handle)
+
+    def wait_for_acknowledgements(self, timeout_ns: int | None) -> bool:
+        """Wait until every reliable reader has all that was published; False where that takes too long."""
+        self._place.check()
+        patience = INFINITY if timeout_ns is None else timeout_ns
+        return self._core.library.dds_wait_for_acks(self.writer.handle, patience) == 0
+
+    def close(self) -> None:
+        """Undeclare."""
+        self._place.give_up()
+
+
+class DdsSubscription(Port):
+    """A declared subscription."""
+
+    def __init__(
+        self, core: Core, new: Declaration, endpoint: Endpoint, deliver: Callable[[Sample], None]
+    ) -> None:
+        verbatim = endpoint.qos.avoid_ros_namespace_conventions
+        topic = dds_topic(Role.TOPIC, endpoint.name, verbatim=verbatim)
+        data = encode_endpoint(EndpointData(endpoint.type_hash))
+        with endpoint_qos(core.library, wire_qos(endpoint), data, ignore_local=endpoint.ignore_local) as qos:
+            reader = Reader(core.participant, topic, dds_type(Role.TOPIC, endpoint.type_name), qos)
+        new.undo.callback(reader.delete)
+        new.undo.callback(core.statuses.forget, reader.handle)
+        self.gid = reader.guid
+        self.reader = reader
+        self._core = core
+        self._place = new.place
+        self._deliver = deliver
+        new.take_in(topic, Intake(reader, new.place.title, self._on_message))
+
+    def _on_message(self, message: Taken) -> None:
+        payload, sent, publication = message
+        peer = self._core.peers.publication(self.reader.handle, publication)
+        gid = publication.to_bytes(16, 'little') if peer is None else peer.gid
+        self._deliver(Sample(payload, NOT_COUNTED, sent, time_ns(), gid))
+
+    def watch_event(self, event: EventType, changed: Callable[[EventStatus], None]) -> bool:
+        """Tell of an event that the library notices."""
+        return self._core.statuses.watch_event(self.reader.handle, event, changed)
+
+    def close(self) -> None:
+        """Undeclare."""
+        self._place.give_up()

@@ -1,0 +1,216 @@
+"""Participants, writers and readers of raw CDR: the library's handles, as little above them as possible.
+
+A topic is declared as one octet, of which the library validates exactly the first byte, and without type
+information: so any message passes untouched, and discovery looks as rmw_cyclonedds' does.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import threading
+from ctypes import byref, c_uint32, c_uint64, c_void_p, string_at
+from functools import cache
+from typing import NamedTuple
+
+from goalwire.errors import LocalError, TransportError
+from goalwire.transport.dds.abi import (
+    ANY_STATE,
+    SERIALIZED_DATA,
+    Guid,
+    Library,
+    Piece,
+    SampleInfo,
+    TopicDescriptor,
+)
+
+BATCH = 32
+"""Samples taken from a reader at once."""
+LARGE = 65_536
+"""Bytes from which on a message is copied with other threads running."""
+
+_RESTRICTS_REPRESENTATION = 0x80
+_XCDR1 = 1
+_ONE_OCTET = (c_uint32 * 3)(0x01010000, 0, 0)
+_PADDING = b'\0\0\0'
+
+
+class OutPiece(ctypes.Structure):
+    """As abi.Piece, of a bytes object, which it keeps alive."""
+
+    _fields_ = [(field[0], ctypes.c_char_p if field[0] == 'base' else field[1]) for field in Piece._fields_]
+
+
+class Taken(NamedTuple):
+    """One message as it came out of a reader; the time in ns since the UNIX epoch."""
+
+    payload: bytes
+    source_timestamp: int
+    publication: int
+    """The instance handle of its writer."""
+
+
+class _Scratch(threading.local):
+    """Where one thread takes samples to."""
+
+    def __init__(self) -> None:
+        self.samples = (c_void_p * BATCH)()
+        self.infos = (SampleInfo * BATCH)()
+        self.piece = Piece()
+
+
+_scratch = _Scratch()
+
+
+def check(library: Library, result: int, what: str) -> int:
+    """Return a handle or count; raises TransportError where it is a failure."""
+    if result < 0:
+        raise TransportError(f'{what}: Cyclone DDS says: {library.dds_strretcode(result).decode()}')
+    return result
+
+
+def guid_of(library: Library, entity: int) -> bytes:
+    """Return the 16 bytes that name an entity on the wire."""
+    guid = Guid()
+    check(library, library.dds_get_guid(entity, byref(guid)), 'guid')
+    return bytes(guid)
+
+
+@cache
+def _descriptor(type_name: str) -> TopicDescriptor:
+    return TopicDescriptor(
+        size=1,
+        align=1,
+        flags=_RESTRICTS_REPRESENTATION,
+        type_name=type_name.encode(),
+        op_count=2,
+        ops=_ONE_OCTET,
+        meta=b'',
+        representations=_XCDR1,
+    )
+
+
+class Participant:
+    """One participant: what a session is on DDS."""
+
+    def __init__(self, library: Library, domain_id: int, user_data: bytes) -> None:
+        self.library = library
+        qos = library.dds_create_qos()
+        library.dds_qset_userdata(qos, user_data, len(user_data))
+        try:
+            self.handle = library.dds_create_participant(domain_id, qos, None)
+        finally:
+            library.dds_delete_qos(qos)
+        check(
+            library,
+            self.handle,
+            f'cannot join domain {domain_id} (it has written why to standard error; check that the network '
+            f'interface is up, CYCLONEDDS_URI, and how many programs share the domain on this machine)',
+        )
+        self.guid = guid_of(library, self.handle)
+
+    def topic(self, name: str, type_name: str) -> int:
+        """Declare a topic; delete it when its reader or writer is there."""
+        made = self.library.dds_create_topic(self.handle, _descriptor(type_name), name.encode(), None, None)
+        return check(self.library, made, f"topic '{name}' of type {type_name}")
+
+    def close(self) -> None:
+        """Leave, with all that was declared."""
+        self.library.dds_delete(self.handle)
+
+
+class Writer:
+    """One writer."""
+
+    def __init__(self, participant: Participant, topic: str, type_name: str, qos: int) -> None:
+        self.library = library = participant.library
+        self.topic = topic
+        declared = participant.topic(topic, type_name)
+        try:
+            self.handle = library.dds_create_writer(participant.handle, declared, qos, None)
+            check(library, self.handle, f"writer of '{topic}'")
+            self._serdata_type = _serdata_type(participant, self.handle, topic, declared)
+        finally:
+            library.dds_delete(declared)
+        self.guid = guid_of(library, self.handle)
+        instance = c_uint64()
+        library.dds_get_instance_handle(self.handle, byref(instance))
+        self.instance = instance.value
+
+    def write(self, payload: bytes) -> int:
+        """Send one message; return 0 or the library's error, TIMEOUT where there was no room in time.
+
+        Raises LocalError for bytes that are no message.
+        """
+        size, library = len(payload), self.library
+        padding = -size % 4  # the network layer counts on it
+        make = library.ddsi_serdata_from_ser_iov if size < LARGE else library.from_large
+        if padding:
+            pieces = (OutPiece * 2)(OutPiece(payload, size), OutPiece(_PADDING, padding))
+            made = make(self._serdata_type, SERIALIZED_DATA, 2, byref(pieces), size + padding)
+        else:
+            made = make(self._serdata_type, SERIALIZED_DATA, 1, byref(OutPiece(payload, size)), size)
+        if not made:
+            raise LocalError(
+                f"topic '{self.topic}': {size} bytes that begin with {payload[:4].hex() or 'nothing'} are no "
+                f'serialized message, which begins with 00010000 and has 5 bytes or more'
+            )
+        return library.dds_writecdr(self.handle, made)
+
+    def delete(self) -> None:
+        """Take it off the wire."""
+        self.library.dds_delete(self.handle)
+
+
+def _serdata_type(participant: Participant, writer: int, topic: str, declared: int) -> int:
+    """Return the library's own handle of a topic's type, which serialized messages are made with."""
+    found = c_void_p()
+    get = participant.library.dds_get_entity_sertype
+    if get is not None:
+        check(participant.library, get(writer, byref(found)), f"type of '{topic}'")
+        return found.value or 0
+    from goalwire.transport.dds.old_library import serdata_type
+
+    return serdata_type(participant, declared)
+
+
+class Reader:
+    """One reader, and the condition that is true while it has something to take."""
+
+    def __init__(self, participant: Participant, topic: str, type_name: str, qos: int) -> None:
+        self.library = library = participant.library
+        self.topic = topic
+        declared = participant.topic(topic, type_name)
+        try:
+            self.handle = library.dds_create_reader(participant.handle, declared, qos, None)
+        finally:
+            library.dds_delete(declared)
+        check(library, self.handle, f"reader of '{topic}'")
+        self.condition = library.dds_create_readcondition(self.handle, ANY_STATE)
+        self.guid = guid_of(library, self.handle)
+
+    def take(self) -> tuple[int, list[Taken]]:
+        """Take up to BATCH samples; return how many there were, and the messages among them."""
+        library = self.library
+        samples, infos = _scratch.samples, _scratch.infos
+        count = library.dds_takecdr(self.handle, samples, BATCH, infos, ANY_STATE)
+        taken = []
+        for index in range(count):
+            sample, info = samples[index] or 0, infos[index]
+            if info.valid_data:
+                payload = _content(library, sample)
+                taken.append(Taken(payload, info.source_timestamp, info.publication_handle))
+            library.ddsi_serdata_unref(sample)
+        return count, taken
+
+    def delete(self) -> None:
+        """Take it off the wire."""
+        self.library.dds_delete(self.handle)
+
+
+def _content(library: Library, sample: int) -> bytes:
+    """Return a sample's bytes, encapsulation first."""
+    size, piece = library.ddsi_serdata_size(sample), _scratch.piece
+    held = library.ddsi_serdata_to_ser_ref(sample, 0, size, byref(piece))
+    content = string_at(piece.base, size)
+    library.ddsi_serdata_to_ser_unref(held, byref(piece))
+    return content
