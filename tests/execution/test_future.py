@@ -180,6 +180,20 @@ def test_raw_results_are_decoded_once_and_only_when_asked_for() -> None:
     assert Decoded.decoded == before + 1
 
 
+def test_set_raw_tells_whether_anybody_waited() -> None:
+    assert not Future[object]().set_raw(b'x')
+    watched = Future[object]()
+    watched.add_waker(lambda: None)
+    assert watched.set_raw(b'x')
+    listened = Future[object]()
+    listened.add_done_callback(lambda _: None)
+    assert listened.set_raw(b'x')
+    left = Future[object]()
+    left.add_waker(print)
+    left.remove_waker(print)
+    assert not left.set_raw(b'x')
+
+
 def test_raw_results_that_do_not_decode_are_the_futures_exception() -> None:
     future = Decoded()
     future.set_raw('no number')

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from typing import Any, TypeVar
 
 import pytest
@@ -55,6 +56,29 @@ class Patient:
         else:
             handle.succeed()
         return Result(sequence=[handle.request.order])
+
+
+def test_spin_once_returns_for_each_answer_that_only_a_loop_looks_at(
+    make_node: MakeNode, spin: Spin, executor: Executor
+) -> None:
+    server, node = make_node('server'), make_node()
+    spin(server)
+    ActionServer(server, Fibonacci, 'fibonacci', succeed)
+    client = ActionClient(node, Fibonacci, 'fibonacci')
+    assert client.wait_for_server(PATIENCE)
+    executor.add_node(node)
+    begun = time.monotonic()
+    sent = client.send_goal_async(Goal(order=3))
+    while not sent.done():
+        executor.spin_once(timeout_sec=PATIENCE)
+    result = given(sent.result()).get_result_async()
+    while not result.done():
+        executor.spin_once(timeout_sec=PATIENCE)
+    cancelled = given(sent.result()).cancel_goal_async()
+    while not cancelled.done():
+        executor.spin_once(timeout_sec=PATIENCE)
+    assert given(cancelled.result()).return_code == GOAL_TERMINATED
+    assert time.monotonic() - begun < PATIENCE
 
 
 # -- cancelling ------------------------------------------------------------------------------------------

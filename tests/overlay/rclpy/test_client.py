@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from typing import Any, TypeAlias, assert_type
 
 import pytest
@@ -90,6 +91,29 @@ def test_a_future_is_pending_then_done(make_node: MakeNode, executor: Executor) 
     assert future.exception() is None
     with pytest.raises(KeyError):
         _ = client.get_pending_request(1)
+
+
+def test_spin_once_returns_for_a_response_that_only_a_loop_looks_at(
+    make_node: MakeNode, spin: Spin, executor: Executor
+) -> None:
+    """The loop of many tutorials: spin once, look at the future, spin once more. No spin may time out."""
+    server, node = make_node('server'), make_node()
+    server.create_service(AddTwoInts, 'add', add)
+    client = node.create_client(AddTwoInts, 'add')
+    assert client.wait_for_service(PATIENCE)
+    spin(server)
+    executor.add_node(node)
+    begun = time.monotonic()
+    for number in range(5):
+        future = client.call_async(Request(a=number))
+        while not future.done():
+            executor.spin_once(timeout_sec=PATIENCE)
+        assert future.result() == Response(sum=number)
+    first = client.call_async(Request())
+    result_of(client.call_async(Request()))  # when it is here, so is the first, which nobody waited for
+    executor.spin_once(timeout_sec=PATIENCE)
+    assert first.done()
+    assert time.monotonic() - begun < PATIENCE
 
 
 def test_done_callbacks_run_in_the_executor_in_order(make_node: MakeNode, executor: Executor) -> None:
