@@ -10,7 +10,7 @@ from goalwire.transport.contract import Request
 
 
 class Answering(Coroutine[Any, Any, None]):
-    """Steps `callback`; `answer(request, response)` gets what it returns.
+    """Steps `callback`; `answer(response, request)` gets what it returns.
 
     Where it raises, is cancelled or is closed, the request is given up, also before its first step: an
     `async def` around it would not even have begun, and could not clean up.
@@ -22,7 +22,7 @@ class Answering(Coroutine[Any, Any, None]):
         self,
         callback: Coroutine[Any, Any, object],
         request: Request,
-        answer: Callable[[Request, object], None],
+        answer: Callable[[object, Request], None],
     ) -> None:
         self._callback = callback
         self._request = request
@@ -58,7 +58,7 @@ class Answering(Coroutine[Any, Any, None]):
                 return step()
             except StopIteration as end:
                 response = end.value
-            self._answer(self._request, response)
+            self._answer(response, self._request)
         except BaseException as error:
             self._request.drop(why_unanswered(error))
             raise

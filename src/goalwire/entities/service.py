@@ -45,12 +45,16 @@ class ServiceCore(Introspected):
         _tell(self.introspection, Step.REQUEST_RECEIVED, request, message)
         answer = self.callback(message, self.support.response())
         if isinstance(answer, CoroutineType):
-            return Answering(answer, request, self.answer)
-        self.answer(request, answer)
+            return Answering(answer, request, self.send_response)
+        self.send_response(answer, request)
         return None
 
-    def answer(self, request: Request, response: object) -> None:
-        """Send the response. Raises TypeError for another type, InvalidHandle once destroyed."""
+    def send_response(self, response: object, header: Request) -> None:
+        """Answer the request that `header` stands for: every response goes this way, as in rclpy.
+
+        So a program may put its own function here, and answer later. Raises TypeError for another type,
+        InvalidHandle once destroyed.
+        """
         if self._server.destroyed:
             raise InvalidHandle
         if not isinstance(response, self.support.response):
@@ -59,8 +63,8 @@ class ServiceCore(Introspected):
                 f'return the {self.support.response.__name__} that it was given'
             )
         introspection = self.introspection  # as it is now: who gets the reply may change it at once
-        request.reply(self.support.encode_response(response))
-        _tell(introspection, Step.RESPONSE_SENT, request, response)
+        header.reply(self.support.encode_response(response))
+        _tell(introspection, Step.RESPONSE_SENT, header, response)
 
     @property
     def inbox(self) -> Inbox[Request]:
@@ -68,7 +72,7 @@ class ServiceCore(Introspected):
         return self._server.inbox
 
     def take(self) -> tuple[Any, Request] | None:
-        """Take the oldest request that waits, past the callback, with what to `answer`; else None.
+        """Take the oldest request that waits, past the callback, with the header of its response; else None.
 
         Raises InvalidHandle once destroyed.
         """

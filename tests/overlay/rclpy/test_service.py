@@ -219,6 +219,25 @@ def test_a_destroyed_service_gives_up_the_requests_that_wait(context: Context, m
         service.send_response(Response(), None)  # type: ignore[arg-type]
 
 
+def test_a_program_may_take_over_how_responses_are_sent_and_answer_later(
+    make_node: MakeNode, spin: Spin
+) -> None:
+    held: Collector[tuple[Any, Any]] = Collector()
+    servers, node = make_node('servers'), make_node()
+    callback: Callable[[Any, Any], Any] = lambda request, _response: request  # noqa: E731 - no response
+    service = servers.create_service(AddTwoInts, 'add', callback)
+    send = service.send_response
+    service.send_response = lambda response, header: held((response, header))  # type: ignore[method-assign]
+    client = node.create_client(AddTwoInts, 'add')
+    spin(servers)
+    assert client.wait_for_service(10)
+    future = client.call_async(Request(a=2, b=3))
+    request, header = held.expect()[0]
+    assert not future.done()
+    send(Response(sum=request.a + request.b), header)
+    assert result_of(future) == Response(sum=5)
+
+
 def test_a_service_ends_with_its_block(make_node: MakeNode) -> None:
     with make_node().create_service(AddTwoInts, 'add', add) as service:
         assert service.service_name == '/add'

@@ -55,10 +55,6 @@ class Service(ServiceCore, Generic[RequestT, ResponseT]):
         """The name as it was given."""
         return self.name
 
-    def send_response(self, response: object, header: Request) -> None:
-        """Answer the request that `header` stands for. Raises TypeError, InvalidHandle."""
-        self.answer(header, response)
-
     def service_take_request(self, srv_request_type: type[RequestT]) -> tuple[RequestT, Request] | None:
         """Take a request and its header, as rclpy's handle offers it to waitables; else None."""
         return self.take()

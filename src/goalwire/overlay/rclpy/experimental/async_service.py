@@ -13,12 +13,12 @@ class AsyncService(Service[RequestT, ResponseT]):
 
     on_destroy: Callable[[], object] | None = None
 
-    def answer(self, request: Request, response: object) -> None:
+    def send_response(self, response: object, header: Request) -> None:
         """Send the response; where the callback has destroyed its service or node, the client is told so."""
         if self.destroyed:
-            request.drop('its service was destroyed')
+            header.drop('its service was destroyed')
         else:
-            super().answer(request, response)
+            super().send_response(response, header)
 
     def destroy(self) -> None:
         """Undeclare, and cancel the callbacks that run, save one that calls this. Idempotent.
