@@ -14,7 +14,8 @@ from helpers.leaks import Inventory
 from goalwire.transport import registry
 from goalwire.transport.contract import Session, SessionOptions
 
-TRANSPORTS = ['goalwire_memory', 'rmw_zenoh_cpp']
+TRANSPORTS = os.environ.get('GOALWIRE_TEST_TRANSPORTS', 'goalwire_memory,rmw_zenoh_cpp').split(',')
+"""The wires that scenarios for all of them run on."""
 
 OpenSession: TypeAlias = Callable[[], Session]
 
@@ -39,8 +40,11 @@ def _open_memory_sessions() -> int:
 
 @pytest.fixture(params=TRANSPORTS)
 def transport_name(request: pytest.FixtureRequest) -> str:
-    """Each transport in turn, by its RMW_IMPLEMENTATION name."""
+    """Each transport in turn, by its RMW_IMPLEMENTATION name, but for those that the test is marked with."""
     name: str = request.param
+    for mark in request.node.iter_markers('differs_on'):
+        if mark.args[0] == name:
+            pytest.skip(mark.args[1])
     return name
 
 

@@ -60,7 +60,7 @@ class World:
         self.port = TellingPort()
         self.graph = Graph()
         self.home = Home()
-        session = SimpleNamespace(enforces_qos=enforces_qos)
+        session = SimpleNamespace(enforces_qos=enforces_qos, compares_definitions=True)
         context = SimpleNamespace(session=session)
         node = SimpleNamespace(home=self.home, graph=self.graph, context=context)
         endpoint = Endpoint(EndpointKind.PUBLISHER, '/chat', STRING, type_hash, DEFAULT)

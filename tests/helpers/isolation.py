@@ -83,6 +83,7 @@ def isolated_env(transport: str, log_dir: Path | None = None) -> dict[str, str]:
     return kept | {
         'RMW_IMPLEMENTATION': transport,
         'ROS_DOMAIN_ID': str(fresh_domain()),
+        'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
         'GOALWIRE_ROUTER_PORT': str(free_port()),
         'ROS_LOG_DIR': str(log_dir or log_directory()),
     }

@@ -15,6 +15,7 @@ from goalwire.transport.contract import (
     GraphEntity,
     GraphListener,
     NodeName,
+    Payload,
     Port,
     PublisherPort,
     Request,
@@ -26,6 +27,7 @@ HASH = f'RIHS01_{"a1" * 32}'
 OTHER_HASH = f'RIHS01_{"b2" * 32}'
 STRING = 'std_msgs/msg/String'
 ADD = 'example_interfaces/srv/AddTwoInts'
+_ENCAPSULATION = b'\0\1\0\0'
 PATIENCE = 10.0
 """Seconds that only failures take."""
 
@@ -48,11 +50,90 @@ def service_endpoint(kind: EndpointKind, name: str) -> Endpoint:
     return Endpoint(kind, name, ADD, HASH, QoS())
 
 
+DDS = 'rmw_cyclonedds_cpp'
+
+
+def numbers(transport: str, expected: list[int]) -> list[int]:
+    """Return the sequence numbers that samples of a topic have on a wire: DDS does not tell them."""
+    return [0] * len(expected) if transport == DDS else expected
+
+
+def message(content: bytes) -> bytes:
+    """Return a serialized message, as every transport carries it: an encapsulation and one uint8[]."""
+    return b''.join((_ENCAPSULATION, len(content).to_bytes(4, 'little'), content))
+
+
+def content(payload: Payload) -> bytes:
+    """Return what `message` was given, whatever padding a wire has put behind it."""
+    raw = bytes(payload)
+    assert raw[:4] == _ENCAPSULATION
+    size = int.from_bytes(raw[4:8], 'little')
+    assert len(raw) - 8 - size in range(4)
+    return raw[8 : 8 + size]
+
+
+class ContentPublisher(PublisherPort):
+    """A publisher of messages that are one uint8[]."""
+
+    def __init__(self, port: PublisherPort) -> None:
+        self.port = port
+        self.gid = port.gid
+
+    def publish(self, payload: bytes) -> None:
+        """Publish one message."""
+        self.port.publish(message(payload))
+
+    def close(self) -> None:
+        """Undeclare."""
+        self.port.close()
+
+
+class ContentClient(ClientPort):
+    """A client whose requests and replies are one uint8[]."""
+
+    def __init__(self, port: ClientPort) -> None:
+        self.port = port
+        self.gid = port.gid
+
+    def request(
+        self, payload: bytes, on_reply: Callable[[Sample], None], on_end: Callable[[str], None]
+    ) -> int:
+        """Send one request."""
+
+        def unwrap(reply: Sample) -> None:
+            on_reply(reply._replace(payload=content(reply.payload)))
+
+        return self.port.request(message(payload), unwrap, on_end)
+
+    def reaches_server(self) -> bool:
+        """Whether a request would be answered."""
+        return self.port.reaches_server()
+
+    def close(self) -> None:
+        """Undeclare."""
+        self.port.close()
+
+
+class ContentRequest(Request):
+    """A request that is one uint8[], and so is its reply."""
+
+    def __init__(self, request: Request) -> None:
+        self._request = request
+        self.sample = request.sample._replace(payload=content(request.sample.payload))
+
+    def reply(self, payload: bytes) -> None:
+        self._request.reply(message(payload))
+
+    def drop(self, reason: str = '') -> None:
+        self._request.drop(reason)
+
+
 class SeenGraph(GraphListener):
     """What a session has been told of the graph, to be waited on."""
 
     def __init__(self) -> None:
         self._entities: dict[tuple[str, int, bytes, EndpointKind], GraphEntity] = {}
+        self._connections = 0
         self._changed = threading.Condition()
 
     def appeared(self, entity: GraphEntity) -> None:
@@ -64,6 +145,16 @@ class SeenGraph(GraphListener):
         with self._changed:
             self._entities.pop((entity.session, entity.node_id, entity.gid, entity.kind), None)
             self._changed.notify_all()
+
+    def connected(self) -> None:
+        with self._changed:
+            self._connections += 1
+            self._changed.notify_all()
+
+    def wait_for(self, predicate: Callable[[], bool]) -> None:
+        """Wait for something that changes with what is connected."""
+        with self._changed:
+            assert self._changed.wait_for(predicate, PATIENCE)
 
     def now(self, kind: EndpointKind | None = None, name: str = '') -> list[GraphEntity]:
         """Return what is there at this moment; a node is asked for by its qualified name."""
@@ -96,9 +187,10 @@ class Side:
         session.watch_graph(self.graph)
         self.node = session.node(NodeName(node_name))
 
-    def publisher(self, name: str, qos: QoS | None = None, *, type_hash: str = HASH) -> PublisherPort:
+    def publisher(self, name: str, qos: QoS | None = None, *, type_hash: str = HASH) -> ContentPublisher:
         """Declare a publisher."""
-        return self.node.publisher(topic_endpoint(EndpointKind.PUBLISHER, name, qos, type_hash=type_hash))
+        endpoint = topic_endpoint(EndpointKind.PUBLISHER, name, qos, type_hash=type_hash)
+        return ContentPublisher(self.node.publisher(endpoint))
 
     def subscription(
         self,
@@ -109,16 +201,26 @@ class Side:
         ignore_local: bool = False,
     ) -> Port:
         """Declare a subscription."""
+
+        def unwrap(sample: Sample) -> None:
+            deliver(sample._replace(payload=content(sample.payload)))
+
         kind = EndpointKind.SUBSCRIPTION
-        return self.node.subscription(topic_endpoint(kind, name, qos, ignore_local=ignore_local), deliver)
+        return self.node.subscription(topic_endpoint(kind, name, qos, ignore_local=ignore_local), unwrap)
 
     def service(self, name: str, deliver: Callable[[Request], None]) -> Port:
         """Declare a service server."""
-        return self.node.service(service_endpoint(EndpointKind.SERVICE, name), deliver)
+        endpoint = service_endpoint(EndpointKind.SERVICE, name)
+        return self.node.service(endpoint, lambda request: deliver(ContentRequest(request)))
 
-    def client(self, name: str) -> ClientPort:
+    def client(self, name: str) -> ContentClient:
         """Declare a service client."""
-        return self.node.client(service_endpoint(EndpointKind.CLIENT, name))
+        return ContentClient(self.node.client(service_endpoint(EndpointKind.CLIENT, name)))
+
+    def expect_server(self, client: ContentClient, name: str, number: int = 1) -> None:
+        """Wait until the graph shows that many servers, and the client can call."""
+        self.graph.expect(EndpointKind.SERVICE, name, number)
+        self.graph.wait_for(client.reaches_server)
 
 
 class Answers:
@@ -134,7 +236,7 @@ class Answers:
         self.reasons.append(reason)
         self._ends(len(self.replies.items))
 
-    def ask(self, client: ClientPort, payload: bytes = b'request') -> int:
+    def ask(self, client: ContentClient, payload: bytes = b'request') -> int:
         """Send one request; return its sequence number."""
         return client.request(payload, self.replies, self.on_end)
 

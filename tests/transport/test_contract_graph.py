@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import pytest
-from helpers.wire import ADD, HASH, STRING, SeenGraph, Side, topic_endpoint
+from helpers.wire import ADD, DDS, HASH, STRING, SeenGraph, Side, topic_endpoint
 
 from goalwire.protocol.qos import (
     DurabilityPolicy,
@@ -38,7 +39,9 @@ def declare_one_of_each(side: Side) -> dict[EndpointKind, Port]:
 NAMES = {PUBLISHER: '/chatter', SUBSCRIPTION: '/listened', SERVICE: '/served', CLIENT: '/called'}
 
 
-def test_every_kind_of_endpoint_is_shown_to_the_others_with_all_that_is_known_of_it(sides: Sides) -> None:
+def test_every_kind_of_endpoint_is_shown_to_the_others_with_all_that_is_known_of_it(
+    sides: Sides, transport_name: str
+) -> None:
     alpha, beta = sides
     ports = declare_one_of_each(alpha)
     (owner,) = beta.graph.expect(NODE, '/alpha')
@@ -47,7 +50,8 @@ def test_every_kind_of_endpoint_is_shown_to_the_others_with_all_that_is_known_of
         assert entity.node == NodeName('alpha')
         assert (entity.session, entity.node_id) == (owner.session, owner.node_id)
         assert entity.type_name == (STRING if kind in {PUBLISHER, SUBSCRIPTION} else ADD)
-        assert entity.type_hash == HASH
+        told = transport_name != DDS or kind in {PUBLISHER, SUBSCRIPTION}
+        assert entity.type_hash == (HASH if told else '')  # DDS tells the hashes of a service's halves
         assert entity.gid == port.gid
 
 
@@ -138,11 +142,13 @@ def test_a_session_that_closes_leaves_with_all_its_nodes(sides: Sides) -> None:
         ),
     ],
 )
-def test_the_graph_shows_the_qos_asked_for(sides: Sides, qos: QoS) -> None:
+def test_the_graph_shows_the_qos_asked_for(sides: Sides, transport_name: str, qos: QoS) -> None:
     alpha, beta = sides
     alpha.publisher('/chatter', qos)
     (entity,) = beta.graph.expect(PUBLISHER, '/chatter')
-    for policy in ('depth', 'history', 'reliability', 'durability', 'liveliness'):
+    has_depth = transport_name != DDS or not qos.keeps_all
+    assert entity.qos.depth == (qos.depth if has_depth else 0)
+    for policy in ('history', 'reliability', 'durability', 'liveliness'):
         assert getattr(entity.qos, policy) == getattr(qos, policy)
     for duration in ('deadline_ns', 'lifespan_ns', 'lease_ns'):
         if asked := getattr(qos, duration):
@@ -159,11 +165,12 @@ def test_the_graph_shows_the_qos_asked_for(sides: Sides, qos: QoS) -> None:
         NodeName('x' * 200, '/' + '/'.join(['deep'] * 20)),
     ],
 )
-def test_a_node_is_shown_under_its_full_name(sides: Sides, name: NodeName) -> None:
+def test_a_node_is_shown_under_its_full_name(sides: Sides, transport_name: str, name: NodeName) -> None:
     alpha, beta = sides
     alpha.session.node(name)
     (entity,) = beta.graph.expect(NODE, name.qualified)
-    assert entity.node == name
+    enclave = '/' if transport_name == DDS else name.enclave  # there a session has one
+    assert entity.node == replace(name, enclave=enclave)
 
 
 @pytest.mark.parametrize(

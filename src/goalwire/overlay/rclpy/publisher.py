@@ -42,7 +42,7 @@ class Publisher(PublisherCore[MsgT]):
         return self
 
     def assert_liveliness(self) -> None:
-        """Show that this publisher is alive, where liveliness is not automatic; InvalidHandle once destroyed."""
+        """Show that this publisher is alive, where that is up to it; InvalidHandle once destroyed."""
         self.show_liveliness()
 
     def wait_for_all_acked(self, timeout: Duration = _FOREVER) -> bool:

@@ -12,7 +12,6 @@ from threading import Lock, get_ident
 from goalwire.transport.dds.wire import BATCH, Reader, Taken
 from goalwire.transport.failures import report_failure
 
-
 PATIENCE_S = 0.1
 """How long a sender waits for a thread that is just delivering. Only two that wait for each other take it."""
 
@@ -37,10 +36,11 @@ class Intake:
 
     def drain_own(self) -> None:
         """Deliver what this thread has written, after what another one is just delivering."""
-        turn = self._turn
-        if turn.acquire(blocking=False):
+        if self._turn.acquire(blocking=False):
             self._take_turn()
-        elif self._deliverer != get_ident() and turn.acquire(timeout=PATIENCE_S):
+            return
+        is_ours = self._deliverer == get_ident()  # further up: it takes this one too
+        if not is_ours and self._turn.acquire(timeout=PATIENCE_S):
             self._take_turn()
 
     def _take_turn(self) -> None:

@@ -50,6 +50,13 @@ class Peers:
             self._library.dds_get_matched_publication_data, reader, handle
         )
 
+    def is_matched(self, reader: int, handle: int) -> bool:
+        """Whether a reader is matched with that writer now."""
+        address = self._library.dds_get_matched_publication_data(reader, handle)
+        if address:
+            self._library.dds_builtintopic_free_endpoint(address)
+        return bool(address)
+
     def publications(self, reader: int) -> list[Peer]:
         """Return every writer that a reader is matched with."""
         handles = _handles(self._library.dds_get_matched_publications, reader)

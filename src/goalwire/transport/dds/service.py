@@ -6,6 +6,7 @@ from collections.abc import Callable
 from ctypes import c_ssize_t
 from threading import Lock
 from time import monotonic_ns, time_ns
+from typing import NamedTuple
 
 from goalwire.errors import LocalError, RemoteError
 from goalwire.transport.contract import Endpoint, Port, Request, Sample
@@ -27,16 +28,23 @@ _BLOCKING_NS = 1_000_000_000
 _REACHED_LIMIT = 10_000
 
 
+class Client(NamedTuple):
+    """Who asked: its id, '' for one that has none, and the handle of its request writer."""
+
+    id: str
+    writer: int
+
+
 class DdsRequest(Request):
     """One request waiting for its reply."""
 
-    __slots__ = ('_client_id', '_header', '_is_answered', '_service', 'sample')
+    __slots__ = ('_client', '_header', '_is_answered', '_service', 'sample')
 
-    def __init__(self, service: DdsService, header: Header, client_id: str, sample: Sample) -> None:
+    def __init__(self, service: DdsService, header: Header, client: Client, sample: Sample) -> None:
         self.sample = sample
         self._service = service
         self._header = header
-        self._client_id = client_id
+        self._client = client
         self._is_answered = False
 
     def reply(self, payload: bytes) -> None:
@@ -46,7 +54,7 @@ class DdsRequest(Request):
             raise LocalError(f'{service.place.title}: this request was answered before; answer it once')
         self._is_answered = True
         if service.release(self):
-            service.send(self._header, self._client_id, payload)
+            service.send(self._header, self._client, payload)
 
     def drop(self, reason: str = '') -> None:  # noqa: ARG002 - no place for it on this wire
         """Give the request up. On this wire nothing can tell the client: its call ends with the server."""
@@ -87,7 +95,8 @@ class DdsService(Port):
             self._core.rejects.add('request', f'{self.place.title}: {error}')
             return
         sample = Sample(payload, header.sequence, message.source_timestamp, time_ns(), peer.gid)
-        request = DdsRequest(self, header, peer.client_id, sample)
+        client = Client(peer.client_id, message.publication)
+        request = DdsRequest(self, header, client, sample)
         with self._lock:
             self._waiting.add(request)
         try:
@@ -106,10 +115,9 @@ class DdsService(Port):
                 return True
             return False
 
-    def send(self, header: Header, client_id: str, payload: bytes) -> None:
+    def send(self, header: Header, client: Client, payload: bytes) -> None:
         """Send one reply, once its client can hear it; what cannot be sent is counted."""
-        if client_id and client_id not in self._reached and not self._reaches(client_id):
-            self._core.rejects.add('reply', f'{self.place.title}: the client does not listen to replies')
+        if client.id and client.id not in self._reached and not self._reaches(client):
             return
         result = self._writer.write(wrap(header, payload))
         if result and not self.place.closed:
@@ -117,32 +125,39 @@ class DdsService(Port):
             self._core.rejects.add('reply', f'{self.place.title}: Cyclone DDS refused it: {error}')
         self._core.intakes.drain(self._writer.topic)
 
-    def _reaches(self, client_id: str) -> bool:
+    def _reaches(self, client: Client) -> bool:
         """Wait until the client's reader is matched with our writer."""
-        if not self._is_matched(client_id) and not self._wait_for_match(client_id):
+        if not self._wait_for_match(client):
+            if self._is_there(client):
+                self._core.rejects.add('reply', f'{self.place.title}: its client does not listen to replies')
             return False
         if len(self._reached) >= _REACHED_LIMIT:
             self._reached.clear()
-        self._reached.add(client_id)
+        self._reached.add(client.id)
         return True
 
-    def _is_matched(self, client_id: str) -> bool:
-        return any(
-            peer.client_id == client_id for peer in self._core.peers.subscriptions(self._writer.handle)
-        )
+    def _is_there(self, client: Client) -> bool:
+        return self._core.peers.is_matched(self.reader.handle, client.writer)
 
-    def _wait_for_match(self, client_id: str) -> bool:
-        library = self._core.library
+    def _is_matched(self, client: Client) -> bool:
+        readers = self._core.peers.subscriptions(self._writer.handle)
+        return any(peer.client_id == client.id for peer in readers)
+
+    def _wait_for_match(self, client: Client) -> bool:
+        if self._is_matched(client):
+            return True
+        library, writer = self._core.library, self._writer.handle
         deadline = monotonic_ns() + MATCHING_NS
         waiting = library.dds_create_waitset(self._core.participant.handle)
-        library.dds_set_status_mask(self._writer.handle, PUBLICATION_MATCHED)
-        library.dds_waitset_attach(waiting, self._writer.handle, 1)
+        library.dds_set_status_mask(writer, PUBLICATION_MATCHED)
+        library.dds_waitset_attach(waiting, writer, 1)
         try:
-            while not self._is_matched(client_id):
+            while not self._is_matched(client):
                 left = deadline - monotonic_ns()
-                if left <= 0 or library.dds_waitset_wait(waiting, (c_ssize_t * 1)(), 1, left) <= 0:
-                    return self._is_matched(client_id)
-                self._core.statuses.reset(self._writer.handle, PUBLICATION_MATCHED)
+                if left <= 0 or not self._is_there(client):
+                    return False
+                library.dds_waitset_wait(waiting, (c_ssize_t * 1)(), 1, left)
+                self._core.statuses.reset(writer, PUBLICATION_MATCHED)
             return True
         finally:
             library.dds_delete(waiting)
