@@ -8,6 +8,7 @@ for room on the wire: log lines come from any thread, those of the transport too
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from struct import Struct
 from threading import Lock
 from typing import TYPE_CHECKING
@@ -71,8 +72,10 @@ class Rosout:
             if not fellows:
                 del self._outlets[name]
         if heir is not None:
-            self._ways[name] = heir.open()
-        elif was_first:
+            with suppress(ClosedError):  # the context has ended: nobody listens any more
+                self._ways[name] = heir.open()
+                return
+        if was_first:
             self._ways.pop(name, None)
 
     def close(self) -> None:

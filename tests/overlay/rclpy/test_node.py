@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, cast
 
 import pytest
 from example_interfaces.srv import AddTwoInts
@@ -429,6 +429,7 @@ def test_what_is_no_callback_group_is_refused_and_leaves_nothing_behind(node: No
     for create in (
         lambda: node.create_timer(1, print, group),
         lambda: node.create_guard_condition(print, group),
+        lambda: node.create_publisher(String, 'a', 1, callback_group=group),
         lambda: node.create_subscription(String, 'a', print, 1, callback_group=group),
         lambda: node.create_client(AddTwoInts, 'a', callback_group=group),
         lambda: node.create_service(AddTwoInts, 'a', nothing, callback_group=group),
@@ -438,6 +439,14 @@ def test_what_is_no_callback_group_is_refused_and_leaves_nothing_behind(node: No
         ):
             create()
     assert [list(node.timers), list(node.guards), list(node.subscriptions)] == [[], [], []]
+    assert node.count_publishers('a') == 0
+
+
+def test_a_node_that_cannot_be_made_is_not_in_the_graph(make_node: MakeNode, context: Context) -> None:
+    other, profile = make_node('other'), cast('Any', 'no profile')
+    with pytest.raises(TypeError, match='Expected QoSProfile or int'):
+        Node('never', context=context, rosout_qos_profile=profile)
+    assert other.get_node_names() == ['other']
 
 
 @pytest.mark.parametrize('node_class', [Node, LifecycleNode, AsyncNode])

@@ -219,6 +219,15 @@ def test_a_node_that_goes_leaves_its_fellows_publisher_alone(
     assert texts(rosout.expect()) == ['still here']
 
 
+def test_nodes_of_one_name_may_be_destroyed_after_a_signal(context: Context, make_node: MakeNode) -> None:
+    first, second = make_node('twin'), make_node('twin')
+    context.lifeline.end('SIGINT')
+    first.destroy_node()
+    second.destroy_node()
+    assert first.handle.destroyed
+    assert second.handle.destroyed
+
+
 def printed_after(end: Callable[[], object], logger: rclpy.logging.RcutilsLogger) -> bool:
     end()
     return logger.info('too late for /rosout')

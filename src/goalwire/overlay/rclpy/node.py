@@ -89,9 +89,10 @@ class Node(BaseNode):
         """
         self.handle.check_open()
         profile = self._ros_overridden(QoSProfile.of(qos_profile), 'publisher', topic, qos_overriding_options)
+        group = self._ros_group(callback_group)
         publisher: Publisher[MsgT] = publisher_class(self.handle, msg_type, topic, profile.to_core())
         publisher.qos_profile = profile
-        self._ros_handle_events(publisher, event_callbacks, self._ros_group(callback_group))
+        self._ros_handle_events(publisher, event_callbacks, group)
         self._publishers.append(publisher)
         return publisher
 
@@ -248,7 +249,7 @@ class Node(BaseNode):
         return guard
 
     def create_rate(self, frequency: float, clock: Clock | None = None) -> Rate:
-        """Create a rate of `frequency` Hz; needs a thread that spins. Raises ValueError unless > 0."""
+        """Create a rate of `frequency` Hz, to sleep by; raises ValueError unless it is above 0."""
         if frequency <= 0:
             raise ValueError('frequency must be > 0')
         timer = self.create_timer(1.0 / frequency, None, MutuallyExclusiveCallbackGroup(), clock)

@@ -85,25 +85,29 @@ class BaseNode(NodeGraph, NodeParameters):
         self._default_callback_group: CallbackGroup = MutuallyExclusiveCallbackGroup()
         self._clock = self.handle.clock = self._ros_make_clock()
         self._logger = get_logger(self.handle.logger_name)
-        if enable_rosout and self._context.arguments.rosout_logs:
-            self._context.rosout.join(self.handle, QoSProfile.of(rosout_qos_profile).to_core())
-        self._ros_init_parameters(parameter_overrides or [], allow_undeclared=allow_undeclared_parameters)
-        self._ros_parameter_events = ParameterEvents(self.handle, self._ros_parameter_event_publisher())
         try:
+            if enable_rosout and self._context.arguments.rosout_logs:
+                self._context.rosout.join(self.handle, QoSProfile.of(rosout_qos_profile).to_core())
+            self._ros_init_parameters(parameter_overrides or [], allow_undeclared=allow_undeclared_parameters)
+            self._ros_parameter_events = ParameterEvents(self.handle, self._ros_parameter_event_publisher())
             if automatically_declare_parameters_from_overrides:
                 self._ros_declare_overrides()
-            self._time_source = TimeSource(node=self)
-            self._time_source.attach_clock(self._clock)
-            if start_parameter_services:
-                ParameterService(self)
-            if enable_logger_service:
-                from rclpy.logging_service import LoggingService
-
-                LoggingService(self)
-            self._type_description_service = TypeDescriptionService(self)
-        except BaseException:  # an override that does not fit
+            self._ros_make_standing_parts(start_parameter_services, enable_logger_service)
+        except BaseException:  # an override that does not fit, say
             self.handle.destroy()
             raise
+
+    def _ros_make_standing_parts(self, parameter_services: bool, logger_services: bool) -> None:
+        """Make what every node has, but not before its parameters: these decide about some of it."""
+        self._time_source = TimeSource(node=self)
+        self._time_source.attach_clock(self._clock)
+        if parameter_services:
+            ParameterService(self)
+        if logger_services:
+            from rclpy.logging_service import LoggingService
+
+            LoggingService(self)
+        self._type_description_service = TypeDescriptionService(self)
 
     # -- what it is ----------------------------------------------------------------------------------------
 
