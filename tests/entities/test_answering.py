@@ -26,7 +26,7 @@ class Asked(Request):
         self.became.append(reason)
 
 
-def _answer(request: Request, response: object) -> None:
+def _answer(response: object, request: Request) -> None:
     request.reply(str(response).encode())
 
 
@@ -73,7 +73,7 @@ def test_an_error_gives_the_request_up_and_goes_on() -> None:
 
 
 def test_an_answer_that_cannot_be_sent_gives_the_request_up() -> None:
-    def refuse(_request: Request, _response: object) -> None:
+    def refuse(_response: object, _request: Request) -> None:
         raise TypeError('no response')
 
     async def scenario(asked: Asked) -> None:
