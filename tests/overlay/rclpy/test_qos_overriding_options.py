@@ -7,7 +7,6 @@ from typing import Any
 
 import pytest
 from helpers.spinning import MakeNode
-from rcl_interfaces.msg import SetParametersResult
 from rclpy.exceptions import InvalidParameterTypeException, InvalidTopicNameException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -18,7 +17,7 @@ from rclpy.qos import (
     ReliabilityPolicy,
     qos_profile_unknown,
 )
-from rclpy.qos_overriding_options import InvalidQosOverridesError, QoSOverridingOptions
+from rclpy.qos_overriding_options import InvalidQosOverridesError, QosCallbackResult, QoSOverridingOptions
 from std_msgs.msg import String
 
 from goalwire.protocol.parameters import ParameterValue
@@ -129,9 +128,9 @@ def test_all_policies_can_be_overridden_but_a_subscription_has_no_lifespan(make_
 def test_a_callback_judges_the_outcome(make_node: MakeNode) -> None:
     seen: list[QoSProfile] = []
 
-    def judge(profile: QoSProfile) -> SetParametersResult:
+    def judge(profile: QoSProfile) -> QosCallbackResult:
         seen.append(profile)
-        return SetParametersResult(successful=profile.depth < 5, reason='too deep')
+        return QosCallbackResult(successful=profile.depth < 5, reason='too deep')
 
     options = QoSOverridingOptions.with_default_policies(callback=judge)
     node = with_overrides(make_node, {'qos_overrides./shallow.publisher.depth': 1})

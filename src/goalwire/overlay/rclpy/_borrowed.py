@@ -24,8 +24,8 @@ HOMES = {
     'pathlib': 'Path',
     'rcl_interfaces.msg': (
         'FloatingPointRange IntegerRange ListParametersResult LoggerLevel ParameterDescriptor '
-        'ParameterEvent ParameterMsg=Parameter ParameterType ParameterValue SetLoggerLevelsResult '
-        'SetParametersResult'
+        'ParameterEvent ParameterMsg=Parameter ParameterType ParameterValue '
+        'QosCallbackResult=SetParametersResult SetLoggerLevelsResult SetParametersResult'
     ),
     'rcl_interfaces.srv': (
         'DescribeParameters GetLoggerLevels GetParameterTypes GetParameters ListParameters SetLoggerLevels '
@@ -204,8 +204,8 @@ BORROWED = {
     'rclpy.qos_overriding_options': (
         'Callable Duration Iterable List Optional Parameter ParameterAlreadyDeclaredException '
         'ParameterDescriptor Publisher QoSDurabilityPolicy QoSHistoryPolicy QoSLivelinessPolicy '
-        'QoSPolicyKind QoSProfile QoSReliabilityPolicy SetParametersResult Subscription TYPE_CHECKING Text '
-        'Type Union rclpy'
+        'QoSPolicyKind QoSProfile QoSReliabilityPolicy QosCallbackResult SetParametersResult Subscription '
+        'TYPE_CHECKING Text Type Union rclpy'
     ),
     'rclpy.serialization': '_rclpy check_for_type_support',
     'rclpy.service': (

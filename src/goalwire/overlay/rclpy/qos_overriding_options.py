@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
     from rclpy.impl.base_node import BaseNode
 
+    QosCallbackResult: TypeAlias = SetParametersResult
+
 __all__ = [
     'InvalidQosOverridesError',
     'QoSOverridingOptions',
@@ -35,7 +37,6 @@ __all__ = [
     'QosCallbackType',
 ]
 
-QosCallbackResult: TypeAlias = 'SetParametersResult'
 QosCallbackType = Callable[[QoSProfile], 'SetParametersResult']
 QoSProfileAttributes = Union[  # noqa: UP007 - as rclpy has it
     QoSHistoryPolicy, int, QoSReliabilityPolicy, QoSDurabilityPolicy, Duration, QoSLivelinessPolicy, bool
