@@ -130,7 +130,7 @@ class Context:
     def on_shutdown(self, callback: ShutdownCallback) -> None:
         """Call `callback` at the end (at once where it has come). Methods are held weakly, as in rclpy."""
         if not callable(callback):
-            raise TypeError('callback should be a callable, got {}', type(callback))
+            raise TypeError(f'callback should be a callable, got {type(callback)}')
         with self._lock:
             if not self._shut_down:
                 reference = WeakMethod(callback) if isinstance(callback, MethodType) else (lambda: callback)

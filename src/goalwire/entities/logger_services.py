@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from goalwire.entities.standard_types import standard_service
+from goalwire.entities.standard_types import MakeService, standard_service
 from goalwire.logging import get_logger_level, set_logger_level
 
 if TYPE_CHECKING:
     from rcl_interfaces.srv import GetLoggerLevels, SetLoggerLevels
-
-    from goalwire.entities.parameters.services import MakeService
 
 
 def offer_logger_services(node_name: str, make: MakeService[Any]) -> None:

@@ -177,6 +177,8 @@ class EndpointEvents:
         if first:  # outside the lock: those who are there are told of at once
             own = self.endpoint
             self._watch = self.node.graph.watch_counterparts(own.kind, own.name, self._on_counterpart)
+            if self._closed:  # by another thread, which found nothing to close
+                self._watch.close()
 
     def _on_counterpart(self, peer: GraphEntity, is_there: bool) -> None:
         if is_there:

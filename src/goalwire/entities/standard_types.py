@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
+from typing import Protocol, TypeVar
 
 from goalwire.entities.type_support import MessageSupport, ServiceSupport
 
@@ -71,6 +72,14 @@ MESSAGE_HASHES = {
         False,
     ),
 }
+
+T_co = TypeVar('T_co', covariant=True)
+
+
+class MakeService(Protocol[T_co]):
+    """How a front makes a service of its own kind, one of those that every node has."""
+
+    def __call__(self, support: ServiceSupport, name: str, callback: Callable[..., object], /) -> T_co: ...
 
 
 @cache

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from goalwire.entities.standard_types import standard_service
+from goalwire.entities.standard_types import MakeService, standard_service
 from goalwire.entities.type_support import ActionSupport, MessageSupport, ServiceSupport
 from goalwire.logging import get_logger
 from goalwire.protocol.parameters import Descriptor, Type
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
     from goalwire.entities.node import NodeCore
     from goalwire.entities.parameters.node_parameters import NodeParameters
-    from goalwire.entities.parameters.services import MakeService
     from goalwire.interfaces.model import Default, Definition
 
 START_PARAMETER = 'start_type_description_service'

@@ -247,7 +247,7 @@ class ActionClientCore:
             if goal is None:
                 return
             self._ended[goal_id] = goal  # first: feedback is looked up under no lock, here or there
-            del self._goals[goal_id]
+            self._goals.pop(goal_id, None)  # another thread may destroy the client meanwhile
             if len(self._ended) > REMEMBERED:
                 self._ended.popitem(last=False)
 

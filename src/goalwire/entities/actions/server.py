@@ -2,13 +2,11 @@
 
 The rules are in goalwire.protocol.goals.server. Effects on the wire are performed in the reactor's order, by
 one thread at a time and under no lock; the user's callbacks run on the executor, in the server's group, and
-hold nothing up. What is declared: action_endpoints. Asking the user: action_decisions. Running a goal:
-action_execution.
+hold nothing up. What is declared: `endpoints`. Asking the user: `decisions`. Running a goal: `execution`.
 """
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
@@ -35,6 +33,7 @@ from goalwire.protocol.goals.ids import GoalId
 from goalwire.protocol.goals.server import RESULT_TIMEOUT_NS, GoalServer
 from goalwire.protocol.goals.table import GoalEvent, GoalStatus, InvalidTransition
 from goalwire.transport.contract import Payload, Request
+from goalwire.transport.outbox import Outbox
 
 Effects = list[effect.ServerEffect[Request, bytes]]
 _USERS = (effect.AskGoal, effect.Accepted, effect.Execute, effect.AskCancel)
@@ -61,8 +60,7 @@ class ActionServerCore:
         self.logger: RcutilsLogger = get_logger(node.logger_name).get_child('action_server')
         self.reactor: GoalServer[Request, bytes] = GoalServer(result_timeout_ns)
         self._lock = Lock()
-        self._outbox: deque[effect.ServerEffect[Request, bytes]] = deque()
-        self._performing = Lock()
+        self._outbox: Outbox[effect.ServerEffect[Request, bytes]] = Outbox(self._try_one)
         self._alarm = ClockAlarm(node.home, node.clock, partial(node.home.post, Expiry(self)))
         self._alarm.follow()
         self._destroyed = False
@@ -91,19 +89,11 @@ class ActionServerCore:
         """Feed the reactor, perform its effects on the wire, return those that call the user."""
         with self._lock:
             effects = event(*args)
-            self._outbox.extend(item for item in effects if not isinstance(item, _USERS))
-        self._perform()
+            for item in effects:
+                if not isinstance(item, _USERS):
+                    self._outbox.post(item)
+        self._outbox.drain()
         return [item for item in effects if isinstance(item, _USERS)]
-
-    def _perform(self) -> None:
-        while self._outbox:
-            if not self._performing.acquire(blocking=False):
-                return  # that thread looks again
-            try:
-                while self._outbox:
-                    self._try_one(self._outbox.popleft())
-            finally:
-                self._performing.release()
 
     def _try_one(self, item: effect.ServerEffect[Request, bytes]) -> None:
         """Perform one effect; one that fails holds up neither the next nor the event that came with it."""

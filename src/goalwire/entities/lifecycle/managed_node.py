@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from threading import Lock
 
+from goalwire.entities.endpoint import describe_endpoint
 from goalwire.entities.exceptions import RCLError
 from goalwire.entities.lifecycle.managed_entity import ManagedEntity, call_each, checked
 from goalwire.entities.node import NodeCore
@@ -19,7 +20,7 @@ from goalwire.protocol.lifecycle import (
     TransitionCallbackReturnType,
 )
 from goalwire.protocol.qos import DEFAULT
-from goalwire.transport.contract import Endpoint, EndpointKind, PublisherPort
+from goalwire.transport.contract import EndpointKind, PublisherPort
 
 _NOT_REGISTERED = 'Failed to trigger lifecycle state machine transition: Transition is not registered.'
 
@@ -128,9 +129,7 @@ class TransitionEvents:
         self._logger = get_logger(node.logger_name)
         self._support = standard_message('lifecycle_msgs/msg/TransitionEvent')
         name = node.resolve('~/transition_event')
-        endpoint = Endpoint(
-            EndpointKind.PUBLISHER, name, self._support.type_name, self._support.type_hash, DEFAULT
-        )
+        endpoint = describe_endpoint(node, EndpointKind.PUBLISHER, name, self._support, DEFAULT)
         self._port: PublisherPort = node.port.publisher(endpoint)
         node.own(self)
 

@@ -2,28 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Protocol, TypeVar
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
 
 from goalwire.entities.exceptions import RCLError
 from goalwire.entities.lifecycle.managed_node import LifecycleCore
-from goalwire.entities.standard_types import standard_service
-from goalwire.entities.type_support import ServiceSupport
+from goalwire.entities.standard_types import MakeService, standard_service
 from goalwire.logging import get_logger
 from goalwire.protocol.lifecycle import STATES, TRANSITIONS, Transition, TransitionCallbackReturnType
 
 if TYPE_CHECKING:
     from lifecycle_msgs.msg import TransitionDescription
     from lifecycle_msgs.srv import ChangeState, GetAvailableStates, GetAvailableTransitions, GetState
-
-T_co = TypeVar('T_co', covariant=True)
-ServiceT = TypeVar('ServiceT')
-
-
-class MakeService(Protocol[T_co]):
-    """How a front makes a service of its own kind."""
-
-    def __call__(self, support: ServiceSupport, name: str, callback: Callable[..., object], /) -> T_co: ...
 
 
 class LifecycleServices:
@@ -34,19 +24,17 @@ class LifecycleServices:
         self._machine = core.machine
         self._logger = get_logger(core.node.logger_name)
 
-    def offer(self, make: MakeService[ServiceT]) -> list[ServiceT]:
+    def offer(self, make: MakeService[Any]) -> None:
         """Make the services, in ROS 2's order."""
         node = self._core.node.name.qualified
-        return [
-            make(standard_service(f'lifecycle_msgs/srv/{type_name}'), f'{node}/{name}', answer)
-            for name, type_name, answer in (
-                ('change_state', 'ChangeState', self._change_state),
-                ('get_state', 'GetState', self._get_state),
-                ('get_available_states', 'GetAvailableStates', self._get_states),
-                ('get_available_transitions', 'GetAvailableTransitions', self._get_transitions),
-                ('get_transition_graph', 'GetAvailableTransitions', self._get_graph),
-            )
-        ]
+        for service, type_name, answer in (
+            ('change_state', 'ChangeState', self._change_state),
+            ('get_state', 'GetState', self._get_state),
+            ('get_available_states', 'GetAvailableStates', self._get_states),
+            ('get_available_transitions', 'GetAvailableTransitions', self._get_transitions),
+            ('get_transition_graph', 'GetAvailableTransitions', self._get_graph),
+        ):
+            make(standard_service(f'lifecycle_msgs/srv/{type_name}'), f'{node}/{service}', answer)
 
     def _change_state(
         self, request: ChangeState.Request, response: ChangeState.Response

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any
 
 from goalwire.entities.exceptions import (
     InvalidHandle,
     ParameterNotDeclaredException,
     ParameterUninitializedException,
 )
-from goalwire.entities.standard_types import standard_service
+from goalwire.entities.standard_types import MakeService, standard_service
 from goalwire.protocol.parameters import Outcome, Parameter, Type
 from goalwire.protocol.parameters.messages import result_message
 
@@ -28,15 +27,6 @@ if TYPE_CHECKING:
     )
 
     from goalwire.entities.parameters.node_parameters import NodeParameters
-    from goalwire.entities.type_support import ServiceSupport
-
-T_co = TypeVar('T_co', covariant=True)
-
-
-class MakeService(Protocol[T_co]):
-    """How a front makes a service of its own kind."""
-
-    def __call__(self, support: ServiceSupport, name: str, callback: Callable[..., object], /) -> T_co: ...
 
 
 class ParameterServices:

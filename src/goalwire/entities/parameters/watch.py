@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, TypeAlias
 
+from goalwire.entities.parameters.events import PARAMETER_EVENT
 from goalwire.entities.standard_types import standard_message
 from goalwire.errors import LocalError
 
@@ -52,9 +53,7 @@ class ParameterWatch:
     def tell(self, event: ParameterEvent | bytes) -> None:
         """Call back; a serialized event reaches the event callbacks as it is."""
         decoded: ParameterEvent = (
-            standard_message('rcl_interfaces/msg/ParameterEvent').decode(event)
-            if isinstance(event, bytes)
-            else event
+            standard_message(PARAMETER_EVENT).decode(event) if isinstance(event, bytes) else event
         )
         for handle in tuple(self._on_parameter):
             parameter = parameter_from_event(decoded, handle.parameter_name, handle.node_name)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from goalwire.entities.lifecycle.managed_entity import ManagedEntity
@@ -22,10 +22,8 @@ from rclpy.lifecycle.publisher import LifecyclePublisher
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import qos_profile_services_default
-from rclpy.service import Service
 
 if TYPE_CHECKING:
-    from goalwire.entities.type_support import ServiceSupport
     from rclpy.callback_groups import CallbackGroup
     from rclpy.qos import QoSProfile
 
@@ -48,12 +46,14 @@ class LifecycleNodeMixin(ManagedEntity):
         node = self._ros_as_node()
         clock = node.get_clock()
         self._ros_lifecycle = LifecycleCore(node.handle, self, lambda: clock.now().nanoseconds)
-        self._state_machine = (
-            self._ros_lifecycle.machine
-        )  # programs read its current_state, for want of an API
+        self._state_machine = self._ros_lifecycle.machine  # whose current_state programs read
         if enable_communication_interface:
-            group = callback_group or node.default_callback_group
-            node._services += LifecycleServices(self._ros_lifecycle).offer(_service_maker(node, group))  # noqa: SLF001
+            make = partial(
+                node._ros_offer,  # noqa: SLF001 - of one house
+                qos_profile=qos_profile_services_default,
+                callback_group=callback_group,
+            )
+            LifecycleServices(self._ros_lifecycle).offer(make)
 
     def _ros_as_node(self) -> Node:
         return cast('Node', self)
@@ -141,21 +141,6 @@ class LifecycleNode(LifecycleNodeMixin, Node):
         if isinstance(publisher, LifecyclePublisher):
             self._ros_lifecycle.remove(publisher)
         return Node.destroy_publisher(self, publisher)
-
-
-def _service_maker(
-    node: Node, group: CallbackGroup
-) -> Callable[[ServiceSupport, str, Callable[..., object]], Service[Any, Any]]:
-    qos = qos_profile_services_default
-
-    def make(support: ServiceSupport, name: str, callback: Callable[..., object]) -> Service[Any, Any]:
-        service: Service[Any, Any] = Service(node.handle, support, name, callback, qos.to_core(), group)
-        service.qos_profile = qos
-        service.callback_group = group
-        group.add_entity(service)
-        return service
-
-    return make
 
 
 borrow(__name__)
