@@ -35,12 +35,12 @@ class Type(Enum):
         """Return the type that a Python value has; raises TypeError where it has none."""
         if value is None:
             return cls.NOT_SET
-        for kind, scalar, _ in _KINDS:
-            if scalar is not None and _is(value, kind):
+        for kind, scalar, _ in SCALARS:
+            if is_kind(value, kind):
                 return scalar
         if isinstance(value, (list, tuple, array)):
-            for kind, _, sequence in _KINDS:
-                if all(_is(element, kind) for element in value):
+            for kind, sequence in _SEQUENCES.items():
+                if all(is_kind(element, kind) for element in value):
                     return sequence
             raise TypeError(f"The given value is not a list of one of the allowed types '{value}'.")
         raise TypeError(f"The given value is not one of the allowed types '{value}'.")
@@ -48,25 +48,26 @@ class Type(Enum):
     def check(self, value: object) -> bool:
         """True where `value` may be a parameter of this type."""
         if isinstance(value, (list, tuple, array)) and not value:
-            return self in _SEQUENCES
+            return self in _SEQUENCES.values()
         try:
             return Type.from_parameter_value(value) is self and _fits(value)
         except TypeError:
             return False
 
 
-# The Python type of an element, the type of one, the type of several: the first that fits wins.
-_KINDS: tuple[tuple[type, Type | None, Type], ...] = (
-    (bytes, None, Type.BYTE_ARRAY),
+SCALARS: tuple[tuple[type, Type, Type], ...] = (
     (bool, Type.BOOL, Type.BOOL_ARRAY),
     (int, Type.INTEGER, Type.INTEGER_ARRAY),
     (float, Type.DOUBLE, Type.DOUBLE_ARRAY),
     (str, Type.STRING, Type.STRING_ARRAY),
 )
-_SEQUENCES = frozenset(sequence for _, _, sequence in _KINDS)
+"""The Python type, the parameter's type for one value, and for several."""
+# By the type of an element. The first that fits wins: an empty sequence holds bytes, as in rclpy.
+_SEQUENCES: dict[type, Type] = {bytes: Type.BYTE_ARRAY} | {kind: several for kind, _, several in SCALARS}
 
 
-def _is(value: object, kind: type) -> bool:
+def is_kind(value: object, kind: type) -> bool:
+    """True where `value` is of a type; a bool is no int here."""
     return isinstance(value, kind) and not (kind is int and isinstance(value, bool))
 
 

@@ -6,17 +6,9 @@ from datetime import date
 from typing import TypeAlias, cast
 
 from goalwire.errors import LocalError
-from goalwire.protocol.parameters.parameter import ParameterValue, Type
+from goalwire.protocol.parameters.parameter import SCALARS, ParameterValue, Type, is_kind
 
 Typed: TypeAlias = tuple[Type, ParameterValue]
-
-_SCALARS: tuple[tuple[type, Type, Type], ...] = (
-    (bool, Type.BOOL, Type.BOOL_ARRAY),
-    (int, Type.INTEGER, Type.INTEGER_ARRAY),
-    (float, Type.DOUBLE, Type.DOUBLE_ARRAY),
-    (str, Type.STRING, Type.STRING_ARRAY),
-)
-"""The Python type, the type of one, the type of several. The first that fits wins: `[]` holds booleans."""
 
 
 class FileShapeError(LocalError, RuntimeError):
@@ -50,19 +42,15 @@ def typed_value(name: str, value: object) -> Typed:
 
 def _typed(value: object) -> Typed | None:
     if isinstance(value, list):
-        for kind, _, several in _SCALARS:
-            if all(_is(element, kind) for element in value) and several.check(value):
+        for kind, _, several in SCALARS:  # the first that fits wins: `[]` holds booleans
+            if all(is_kind(element, kind) for element in value) and several.check(value):
                 return several, value
         return None
-    for kind, one, _ in _SCALARS:
-        if _is(value, kind):
+    for kind, one, _ in SCALARS:
+        if is_kind(value, kind):
             fits = one.check(value)
             return (one, cast('ParameterValue', value)) if fits else (Type.DOUBLE, float(cast('int', value)))
     return None
-
-
-def _is(value: object, kind: type) -> bool:
-    return isinstance(value, kind) and not (kind is int and isinstance(value, bool))
 
 
 def flat_values(content: object, nodes: list[str] | None, *, use_wildcard: bool) -> dict[str, object]:

@@ -25,7 +25,7 @@ class Changes:
 
 
 class ParameterTable:
-    """Reads from any thread; a set is applied as a whole."""
+    """Read by any thread, without a lock; sets are applied one after the other."""
 
     def __init__(self, overrides: dict[str, ParameterValue], *, allow_undeclared: bool = False) -> None:
         self.allow_undeclared = allow_undeclared
