@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 from helpers.collector import Collector
 from helpers.spinning import MakeNode, Spin, wait_until
+from helpers.wire import DDS
 from rclpy.context import Context
 from rclpy.exceptions import InvalidHandle
 from rclpy.executors import Executor, SingleThreadedExecutor
@@ -50,7 +51,7 @@ def test_messages_arrive_in_order(context: Context, make_node: MakeNode, executo
 
 
 def test_a_callback_of_two_arguments_learns_when_and_as_which_message_it_was_sent(
-    context: Context, make_node: MakeNode, spin: Spin
+    context: Context, make_node: MakeNode, spin: Spin, transport_name: str
 ) -> None:
     node, came = make_node(), Collector[tuple[str, MessageInfo]]()
     publisher = node.create_publisher(String, 'chat', 10)
@@ -67,7 +68,7 @@ def test_a_callback_of_two_arguments_learns_when_and_as_which_message_it_was_sen
     assert before - 1_000_000 <= one['source_timestamp'] <= two['source_timestamp']
     assert one['received_timestamp'] >= one['source_timestamp']
     sequences = [one['publication_sequence_number'], two['publication_sequence_number']]
-    assert sequences == [1, 2]
+    assert sequences == ([None, None] if transport_name == DDS else [1, 2])
 
 
 def test_a_raw_subscription_gets_the_bytes(context: Context, make_node: MakeNode, spin: Spin) -> None:
@@ -76,7 +77,10 @@ def test_a_raw_subscription_gets_the_bytes(context: Context, make_node: MakeNode
     meet(publisher, node.create_subscription(String, 'chat', came, 10, raw=True), context)
     spin(node)
     publisher.publish(String(data='text'))
-    assert came.expect() == [serialize_message(String(data='text'))]
+    (raw,) = came.expect()
+    sent = serialize_message(String(data='text'))
+    assert raw == sent.ljust(len(raw), b'\0')  # DDS fills messages up to a multiple of four
+    assert len(raw) - len(sent) in range(4)
 
 
 def test_bytes_are_published_as_they_are(context: Context, make_node: MakeNode, spin: Spin) -> None:
@@ -143,7 +147,11 @@ def test_a_payload_that_is_no_message_never_reaches_the_callback(
     subscription = node.create_subscription(String, 'chat', came, 10)
     meet(publisher, subscription, context)
     spin(node)
-    for payload in (b'', b'\x00\x01\x00\x00\xff\xff\xff\x7f', b'\x00\x01\x00\x00\x05\x00\x00\x00abc'):
+    for payload in (
+        b'\x00\x01\x00\x00\x05',
+        b'\x00\x01\x00\x00\xff\xff\xff\x7f',
+        b'\x00\x01\x00\x00\x05\x00\x00\x00abc',
+    ):
         publisher.publish(payload)
     publisher.publish(String(data='sound'))
     assert [message.data for message in came.expect()] == ['sound']

@@ -79,7 +79,7 @@ def test_a_message_from_before_comes_with_a_profile_that_asks_for_it(make_node: 
 
 def test_a_message_that_cannot_be_read_is_passed_over(make_node: MakeNode) -> None:
     node = make_node()
-    with Teller(make_node('teller'), b'\x00\x01\x00\x00', String(data='fine')):
+    with Teller(make_node('teller'), b'\x00\x01\x00\x00\xff', String(data='fine')):
         assert wait_for_message(String, node, 'chat', time_to_wait=10) == (True, String(data='fine'))
 
 

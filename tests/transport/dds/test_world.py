@@ -1,0 +1,154 @@
+"""The graph out of endpoints and of what participants tell, without any DDS."""
+
+from __future__ import annotations
+
+from goalwire.protocol.qos import DEFAULT
+from goalwire.transport.contract import EndpointKind, GraphEntity
+from goalwire.transport.dds.names import Role
+from goalwire.transport.dds.participant_info import NodeInfo, ParticipantInfo
+from goalwire.transport.dds.world import UNKNOWN_NAME, Change, Found, World
+
+PEER = bytes([1]) * 16
+
+
+def gid(number: int) -> bytes:
+    return bytes([number]) * 16
+
+
+def found(number: int, role: Role = Role.TOPIC, *, is_reader: bool = False) -> Found:
+    return Found(gid(number), PEER, role, is_reader, '/chatter', 'std_msgs/msg/String', '', DEFAULT)
+
+
+def info(*nodes: NodeInfo) -> ParticipantInfo:
+    return ParticipantInfo(PEER, nodes)
+
+
+def node(name: str, *writers: int) -> NodeInfo:
+    return NodeInfo('/', name, (), tuple(gid(number) for number in writers))
+
+
+def met(speaks_ros: bool = True) -> World:
+    world = World()
+    world.participant_came(PEER, '/')
+    if speaks_ros:
+        world.ros_speaker_came(PEER)
+    return world
+
+
+def said(changes: list[Change]) -> list[str]:
+    """Return changes as text: '+talker', '+talker/chatter', '-talker'."""
+
+    def text(entity: GraphEntity) -> str:
+        name = entity.node.name
+        return name if entity.kind is EndpointKind.NODE else f'{name}{entity.name}'
+
+    return [f'{"+" if is_there else "-"}{text(entity)}' for is_there, entity in changes]
+
+
+def test_an_endpoint_is_shown_when_its_node_is_told() -> None:
+    world = met()
+    assert world.endpoint_came(found(5)) == []
+    assert said(world.told(info(node('talker', 5)))) == ['+talker', '+talker/chatter']
+
+
+def test_a_node_may_be_told_before_its_endpoints_are_found() -> None:
+    world = met()
+    assert said(world.told(info(node('talker', 5)))) == ['+talker']
+    assert said(world.endpoint_came(found(5))) == ['+talker/chatter']
+
+
+def test_the_same_telling_twice_changes_nothing() -> None:
+    world = met()
+    world.told(info(node('talker', 5)))
+    world.endpoint_came(found(5))
+    assert world.told(info(node('talker', 5))) == []
+    assert world.endpoint_came(found(5)) == []
+
+
+def test_each_end_of_a_topic_or_service_has_its_kind_and_replies_have_none() -> None:
+    world = met(speaks_ros=False)
+    ends = [(role, is_reader) for role in Role for is_reader in (False, True)]
+    kinds = [
+        entity.kind
+        for number, (role, is_reader) in enumerate(ends, 10)
+        for _, entity in world.endpoint_came(found(number, role, is_reader=is_reader))
+    ]
+    assert kinds == [
+        EndpointKind.PUBLISHER,
+        EndpointKind.SUBSCRIPTION,
+        EndpointKind.CLIENT,
+        EndpointKind.SERVICE,
+    ]
+
+
+def test_an_endpoint_that_goes_is_hidden_once() -> None:
+    world = met()
+    world.told(info(node('talker', 5)))
+    world.endpoint_came(found(5))
+    assert said(world.endpoint_went(gid(5))) == ['-talker/chatter']
+    assert world.endpoint_went(gid(5)) == []
+
+
+def test_a_node_that_is_told_no_more_is_gone_and_its_endpoints_hidden() -> None:
+    world = met()
+    world.told(info(node('talker', 5), node('other')))
+    world.endpoint_came(found(5))
+    assert said(world.told(info(node('other')))) == ['-talker/chatter', '-talker']
+    assert world.unclaimed == {gid(5)}
+
+
+def test_a_participant_goes_with_all_it_had() -> None:
+    world = met()
+    world.told(info(node('talker', 5, 6)))
+    world.endpoint_came(found(5))
+    assert sorted(said(world.participant_went(PEER))) == ['-talker', '-talker/chatter']
+    assert world.participant_went(PEER) == []
+    assert world.endpoint_went(gid(5)) == []
+
+
+def test_what_a_departed_participant_had_told_brings_it_not_back() -> None:
+    world = met()
+    world.participant_went(PEER)
+    assert world.told(info(node('talker'))) == []
+    assert world.endpoint_came(found(5)) == []
+
+
+def test_an_endpoint_that_no_node_claims_is_nobodys_after_a_while() -> None:
+    world = met()
+    world.endpoint_came(found(5))
+    assert said(world.give_up_on({gid(5)})) == [f'+{UNKNOWN_NAME}/chatter']
+    assert world.unclaimed == set()
+    assert said(world.told(info(node('talker', 5)))) == [
+        '+talker',
+        f'-{UNKNOWN_NAME}/chatter',
+        '+talker/chatter',
+    ]
+
+
+def test_what_was_claimed_in_time_is_not_given_up() -> None:
+    world = met()
+    world.endpoint_came(found(5))
+    world.told(info(node('talker', 5)))
+    assert world.give_up_on({gid(5)}) == []
+
+
+def test_an_endpoint_of_a_participant_without_ros_2_is_nobodys_at_once() -> None:
+    world = met(speaks_ros=False)
+    assert said(world.endpoint_came(found(5))) == [f'+{UNKNOWN_NAME}/chatter']
+
+
+def test_twins_are_recognised_by_their_endpoints() -> None:
+    world = met()
+    changes = world.told(info(node('twin', 5), node('twin', 6)))
+    first, second = (entity.node_id for _, entity in changes)
+    assert first != second
+    world.endpoint_came(found(6))
+    ((is_there, gone),) = world.told(info(node('twin', 6)))
+    assert (is_there, gone.node_id) == (False, first)
+
+
+def test_an_endpoint_may_move_to_another_node() -> None:
+    world = met()
+    world.told(info(node('one', 5), node('two')))
+    world.endpoint_came(found(5))
+    assert said(world.told(info(node('one'), node('two', 5)))) == ['-one/chatter', '+two/chatter']
