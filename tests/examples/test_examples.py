@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 import pytest
-from helpers.isolation import isolated_env
+from helpers.isolation import NETWORK, isolated_env
 from helpers.processes import Program
 
 pytestmark = pytest.mark.slow
@@ -38,7 +38,7 @@ Start: TypeAlias = Callable[..., Program]
 @pytest.fixture
 def start() -> Iterator[Start]:
     """`start(name, *arguments)` runs an example; all run in one world, and none outlives the test."""
-    env = isolated_env('rmw_zenoh_cpp')
+    env = isolated_env(NETWORK)
     with ExitStack() as stack:
         yield lambda name, *arguments: stack.enter_context(
             Program(EXAMPLES / f'{name}.py', *arguments, env=env)

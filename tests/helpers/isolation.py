@@ -24,6 +24,9 @@ _FIRST_CLAIM = _FIRST_PORT + SLOTS * _PORTS_PER_SLOT
 _OTHERS = ('AMENT_', 'COLCON_', 'CYCLONEDDS_', 'FASTRTPS_', 'GOALWIRE_', 'RCUTILS_', 'RMW_', 'ROS_', 'ZENOH_')
 """Beginnings of the variables that would let the machine's own ROS 2 into a test."""
 
+NETWORK = os.environ.get('GOALWIRE_TEST_NETWORK', 'rmw_zenoh_cpp')
+"""The wire of tests with several processes that are not about a wire."""
+
 _ports = count()
 _domains = count()
 

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from helpers.isolation import isolated_env
+from helpers.isolation import NETWORK, isolated_env
 from helpers.processes import Program
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ _MAIN = 'from humanoid.cli import main; raise SystemExit(main())'
 
 def robot_env() -> dict[str, str]:
     """An isolated world on Zenoh in which the robot's package and its interfaces are found."""
-    return isolated_env('rmw_zenoh_cpp') | {
+    return isolated_env(NETWORK) | {
         'PYTHONPATH': str(ROOT / 'robot' / 'humanoid'),
         'GOALWIRE_INTERFACE_PATH': str(ROOT / 'robot'),
     }

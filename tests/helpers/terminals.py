@@ -16,7 +16,7 @@ import signal
 from contextlib import ExitStack
 from pathlib import Path
 
-from helpers.isolation import isolated_env
+from helpers.isolation import NETWORK, isolated_env
 from helpers.markdown import Block, blocks
 from helpers.processes import Program
 
@@ -41,7 +41,7 @@ class _Player:
     def __init__(self, folder: Path, stack: ExitStack) -> None:
         self._folder = folder
         self._stack = stack
-        self._env = isolated_env('rmw_zenoh_cpp')
+        self._env = isolated_env(NETWORK)
         self.staying: list[tuple[Program, list[str]]] = []
         """Programs of terminals that end with ^C, and what they still have to print."""
         self.count = 0

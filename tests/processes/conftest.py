@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import pytest
-from helpers.isolation import isolated_env
+from helpers.isolation import NETWORK, isolated_env
 from helpers.programs import Start, programs_in
 
 
 @pytest.fixture
 def world() -> dict[str, str]:
     """An environment on Zenoh that only this test's programs share."""
-    return isolated_env('rmw_zenoh_cpp')
+    return isolated_env(NETWORK)
 
 
 @pytest.fixture

@@ -147,12 +147,8 @@ def test_a_payload_that_is_no_message_never_reaches_the_callback(
     subscription = node.create_subscription(String, 'chat', came, 10)
     meet(publisher, subscription, context)
     spin(node)
-    for payload in (
-        b'\x00\x01\x00\x00\x05',
-        b'\x00\x01\x00\x00\xff\xff\xff\x7f',
-        b'\x00\x01\x00\x00\x05\x00\x00\x00abc',
-    ):
-        publisher.publish(payload)
+    for body in (b'\x05', b'\xff\xff\xff\x7f', b'\x05\x00\x00\x00abc'):
+        publisher.publish(b'\x00\x01\x00\x00' + body)
     publisher.publish(String(data='sound'))
     assert [message.data for message in came.expect()] == ['sound']
     assert subscription.rejected == 3
