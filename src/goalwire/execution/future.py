@@ -63,6 +63,7 @@ class Future(Generic[T]):
     """
 
     __slots__ = (
+        '__dict__',  # programs keep things of their own there
         '__weakref__',
         '_callbacks',
         '_exception',

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 class GuardCondition(Work):
     """Triggers that come before the callback has run count as one."""
 
-    __slots__ = ('_destroyed', '_posted', 'callback', 'events', 'watchers')
+    __slots__ = ('__dict__', '_destroyed', '_posted', 'callback', 'events', 'watchers')
 
     counts_up = True
 

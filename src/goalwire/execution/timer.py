@@ -34,6 +34,7 @@ class Timer(Work):
     """
 
     __slots__ = (
+        '__dict__',  # programs keep things of their own there
         '_alarm',
         '_callback',
         '_canceled',

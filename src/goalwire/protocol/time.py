@@ -46,7 +46,7 @@ def _total(seconds: float | str, nanoseconds: float) -> int:
 class Duration:
     """A span of time; negative ones are allowed."""
 
-    __slots__ = ('_nanoseconds',)
+    __slots__ = ('__dict__', '__weakref__', '_nanoseconds')  # programs keep things of their own there
 
     def __init__(self, *, seconds: float = 0, nanoseconds: float = 0) -> None:
         """Add the two parts up. Raises OverflowError past an int64, ValueError for what is no number."""
@@ -108,7 +108,7 @@ Infinite = Duration(nanoseconds=_INT64_MAX)
 class Time:
     """An instant on one kind of clock. Instants of different clocks are not comparable: TypeError."""
 
-    __slots__ = ('_clock_type', '_nanoseconds')
+    __slots__ = ('__dict__', '__weakref__', '_clock_type', '_nanoseconds')
 
     def __init__(
         self, *, seconds: float = 0, nanoseconds: float = 0, clock_type: ClockType = ClockType.SYSTEM_TIME

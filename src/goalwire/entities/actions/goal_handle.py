@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
     """What execute, cancel and handle_accepted callbacks get. It may outlive its goal."""
 
-    __slots__ = ('_server', '_uuid', 'goal_id_bytes', 'request')
+    __slots__ = ('__dict__', '__weakref__', '_server', '_uuid', 'goal_id_bytes', 'request')
 
     def __init__(
         self, action_server: ActionServerCore, goal_info: GoalId | GoalInfo, goal_request: GoalT

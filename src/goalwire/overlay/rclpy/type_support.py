@@ -1,6 +1,9 @@
-"""rclpy.type_support: tells message classes, service classes and others apart."""
+"""rclpy.type_support: tells message classes, service classes and others apart; what annotations call them.
 
-from typing import TypeVar
+The generic names are those of rclpy 9 (ROS 2 Kilted); `MsgType` and its kin are those of rclpy 7.
+"""
+
+from typing import TYPE_CHECKING, Protocol, TypeAlias, TypeVar
 
 from goalwire.entities.type_support import (
     check_for_type_support,
@@ -9,11 +12,96 @@ from goalwire.entities.type_support import (
 )
 from rclpy._borrowed import borrow
 
+if TYPE_CHECKING:
+    from builtin_interfaces.msg import Time
+    from unique_identifier_msgs.msg import UUID
+
+__all__ = [
+    'Action',
+    'ActionT',
+    'FeedbackMessage',
+    'FeedbackT',
+    'GetResultService',
+    'GetResultServiceRequest',
+    'GetResultServiceResponse',
+    'GoalT',
+    'Msg',
+    'MsgT',
+    'ResultT',
+    'SendGoalService',
+    'SendGoalServiceRequest',
+    'SendGoalServiceResponse',
+    'Srv',
+    'SrvRequestT',
+    'SrvResponseT',
+    'SrvT',
+    'check_for_type_support',
+    'check_is_valid_msg_type',
+    'check_is_valid_srv_type',
+]
+
 MsgType = TypeVar('MsgType')
 SrvType = TypeVar('SrvType')
 SrvTypeRequest = TypeVar('SrvTypeRequest')
 SrvTypeResponse = TypeVar('SrvTypeResponse')
 
-__all__ = ['check_for_type_support', 'check_is_valid_msg_type', 'check_is_valid_srv_type']
+MsgT = TypeVar('MsgT')
+SrvT = TypeVar('SrvT')
+SrvRequestT = TypeVar('SrvRequestT')
+SrvResponseT = TypeVar('SrvResponseT')
+ActionT = TypeVar('ActionT')
+GoalT = TypeVar('GoalT')
+ResultT = TypeVar('ResultT')
+FeedbackT = TypeVar('FeedbackT')
+
+
+class Msg(Protocol):
+    """A message."""
+
+
+class Srv(Protocol):
+    """A service's class."""
+
+
+class Action(Protocol):
+    """An action's class."""
+
+
+class SendGoalServiceRequest(Msg, Protocol[GoalT]):
+    """What asks for a goal."""
+
+    goal_id: 'UUID'
+    goal: GoalT
+
+
+class SendGoalServiceResponse(Msg, Protocol):
+    """Whether it was accepted."""
+
+    accepted: bool
+    stamp: 'Time'
+
+
+class GetResultServiceRequest(Msg, Protocol):
+    """What asks for a goal's result."""
+
+    goal_id: 'UUID'
+
+
+class GetResultServiceResponse(Msg, Protocol[ResultT]):
+    """How a goal ended."""
+
+    status: int
+    result: ResultT
+
+
+class FeedbackMessage(Msg, Protocol[FeedbackT]):
+    """What a goal's feedback comes in."""
+
+    goal_id: 'UUID'
+    feedback: FeedbackT
+
+
+SendGoalService: TypeAlias = Srv
+GetResultService: TypeAlias = Srv
 
 borrow(__name__)
