@@ -19,10 +19,21 @@ GoalwireError
 ├── RemoteError           a peer sent something that breaks the rules
 │   └── DecodeError       bytes that are no message of the expected type (also a ValueError)
 ├── TransportError        the wire itself failed: no session, refused configuration
-├── NoServerError         nobody serves that name
-├── ServerLostError       the server went away before it answered
-└── DeadlineError         the answer did not come in time (also a TimeoutError)
+└── CallError             a call or goal that did not end well
+    ├── NoServerError     nobody served that name in time (also a TimeoutError)
+    ├── DeadlineError     the answer did not come in time (also a TimeoutError)
+    ├── ServerLostError   the server went away before it answered
+    ├── ServerFailedError the server gave the request up
+    ├── GoalRefused       the action server did not accept the goal
+    └── GoalFailed        the goal ended without success
+        ├── GoalAborted   … since it could not be reached
+        └── GoalCanceled  … since it was cancelled
 """
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
 
 
 class GoalwireError(Exception):
@@ -135,13 +146,61 @@ class TransportError(GoalwireError):
     """The wire itself failed."""
 
 
-class NoServerError(GoalwireError):
-    """Nobody serves that name."""
+class CallError(GoalwireError):
+    """A call or goal that did not end well."""
+
+    def __init__(
+        self, message: str = '', *, name: str = '', peers: Sequence[str] = (), waited: float = 0.0
+    ) -> None:
+        super().__init__(message)
+        self.name = name
+        """The fully-qualified name of the service or action."""
+        self.peers = tuple(peers)
+        """The nodes that served it when it was called."""
+        self.waited = waited
+        """How long the caller has waited, in s."""
 
 
-class ServerLostError(GoalwireError):
-    """The server went away before it answered."""
+class NoServerError(CallError, TimeoutError):
+    """Nobody served that name in time."""
 
 
-class DeadlineError(GoalwireError, TimeoutError):
+class DeadlineError(CallError, TimeoutError):
     """The answer did not come in time."""
+
+
+class ServerLostError(CallError):
+    """The server went away before it answered, or forgot the goal."""
+
+
+class ServerFailedError(CallError):
+    """The server gave the request up: its callback failed, or it has too much to do."""
+
+
+class GoalRefused(CallError):
+    """The action server did not accept the goal."""
+
+
+class GoalFailed(CallError):
+    """The goal ended without success."""
+
+    def __init__(
+        self,
+        message: str = '',
+        *,
+        result: Any = None,
+        name: str = '',
+        peers: Sequence[str] = (),
+        waited: float = 0.0,
+    ) -> None:
+        super().__init__(message, name=name, peers=peers, waited=waited)
+        self.result = result
+        """What the server sent along: a result of the action, of default values where it had none."""
+
+
+class GoalAborted(GoalFailed):
+    """The goal could not be reached; raised by an action server's handler, it ends the goal so."""
+
+
+class GoalCanceled(GoalFailed):
+    """The goal was cancelled."""

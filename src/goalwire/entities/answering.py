@@ -10,23 +10,26 @@ from goalwire.transport.contract import Request
 
 
 class Answering(Coroutine[Any, Any, None]):
-    """Steps `callback`; `answer(response, request)` gets what it returns.
+    """Steps `callback`; `answer(response, request)` gets what it returns, `failed(error)` what it raises.
 
     Where it raises, is cancelled or is closed, the request is given up, also before its first step: an
     `async def` around it would not even have begun, and could not clean up.
     """
 
-    __slots__ = ('_answer', '_callback', '_request')
+    __slots__ = ('_answer', '_callback', '_failed', '_request')
 
     def __init__(
         self,
         callback: Coroutine[Any, Any, object],
         request: Request,
         answer: Callable[[object, Request], None],
+        failed: Callable[[Exception], None] | None = None,
     ) -> None:
+        """Without `failed` errors go on, to who steps this."""
         self._callback = callback
         self._request = request
         self._answer = answer
+        self._failed = failed
 
     def send(self, value: Any) -> Any:
         """Go on, as coroutines do."""
@@ -61,5 +64,7 @@ class Answering(Coroutine[Any, Any, None]):
             self._answer(response, self._request)
         except BaseException as error:
             self._request.drop(why_unanswered(error))
-            raise
+            if self._failed is None or not isinstance(error, Exception):
+                raise
+            self._failed(error)
         raise StopIteration

@@ -11,7 +11,7 @@ from goalwire.entities.graph_waiting import wait_for_graph
 from goalwire.entities.node import NodeCore
 from goalwire.entities.service_introspection import Introspected, IntrospectedCall
 from goalwire.entities.type_support import ServiceSupport
-from goalwire.errors import ClosedError
+from goalwire.errors import CallError, ClosedError, ServerFailedError, ServerLostError
 from goalwire.execution.blocking import block_on
 from goalwire.execution.callback_groups import CallbackGroup
 from goalwire.execution.future import Future
@@ -25,6 +25,12 @@ REASONS_LIMIT = 10
 """Different reasons for missing answers that one client logs: servers choose their words."""
 
 NO_REASON = 'there is none, or it went away'
+
+
+def unanswered(what: str, reason: str) -> CallError:
+    """Return what a server's silence means: it went away or, where it said so, gave the request up."""
+    kind = ServerFailedError if reason else ServerLostError
+    return kind(f'no server answered the {what} ({reason or NO_REASON})')
 
 
 class ResponseFuture(Future[Any]):
@@ -68,7 +74,7 @@ class ResponseFuture(Future[Any]):
         self.unanswered, self.reason = True, reason
         self._client = None
         if client.pending.pop(self.sequence, None) is not None:
-            client.report_unanswered(reason)
+            client.on_unanswered(self)
 
     def cancel(self) -> None:
         """Give the response up."""
@@ -143,7 +149,7 @@ class ClientCore(Introspected):
             future.introspected.sent(sequence)
         self.pending[sequence] = future
         if future.over and self.pending.pop(sequence, None) is not None and future.unanswered:
-            self.report_unanswered(future.reason)  # the end came before the sequence number
+            self.on_unanswered(future)  # the end came before the sequence number
 
     def call(self, request: Any, timeout_sec: float | None = None) -> Any:
         """Send a request and wait for its response; None where it did not come in time.
@@ -185,6 +191,10 @@ class ClientCore(Introspected):
         Raises as server_is_there does.
         """
         return wait_for_graph(self.node.context, self.server_is_there, timeout_sec)
+
+    def on_unanswered(self, future: ResponseFuture) -> None:
+        """Nobody will answer this request."""
+        self.report_unanswered(future.reason)
 
     def report_unanswered(self, reason: str) -> None:
         """Count a request that nobody will answer, and say so once for each of the first reasons."""

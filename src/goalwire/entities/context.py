@@ -67,7 +67,7 @@ class Context:
             self.arguments = process_arguments(sys.argv if args is None else args)
             if initialize_logging:
                 _refuse_log_config_file(self.arguments)
-            self._domain_id = _domain_from_environment() if domain_id is None else domain_id
+            self._domain_id = domain_from_environment() if domain_id is None else domain_id
         if initialize_logging:
             self._configure_logging()
         signals.register(self.lifeline)
@@ -219,7 +219,8 @@ def _refuse_log_config_file(arguments: Arguments) -> None:
         )
 
 
-def _domain_from_environment() -> int:
+def domain_from_environment() -> int:
+    """Return the domain that ROS_DOMAIN_ID names, 0 where it is not set; raises RCLError."""
     text = os.environ.get('ROS_DOMAIN_ID', '').strip()
     if not text:
         return 0

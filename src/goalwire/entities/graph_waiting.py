@@ -34,8 +34,11 @@ def wait_for_graph(context: Context, predicate: Callable[[], bool], timeout_sec:
         changes.close()
 
 
-async def graph_shows(context: Context, predicate: Callable[[], bool]) -> bool:
-    """Wait, in a coroutine under any asyncio loop, until `predicate()` holds (True) or the context ends."""
+async def graph_shows(context: Context, predicate: Callable[[], bool], deadline: int | None = None) -> bool:
+    """Wait, in a coroutine under any asyncio loop, until `predicate()` holds (True).
+
+    False where the context ends, or its steady clock shows `deadline`.
+    """
     from goalwire.execution.asyncio_waiting import AsyncWaiter
 
     if predicate():
@@ -48,7 +51,10 @@ async def graph_shows(context: Context, predicate: Callable[[], bool]) -> bool:
         while lifeline.alive:
             if predicate():
                 return True
-            await waiter.wait()
+            left = None if deadline is None else deadline - lifeline.clock.now()
+            if left is not None and left <= 0:
+                return False
+            await waiter.wait(left)
         return False
     finally:
         end.close()

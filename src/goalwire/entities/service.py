@@ -9,7 +9,7 @@ from typing import Any
 from goalwire.entities.answering import Answering
 from goalwire.entities.exceptions import InvalidHandle
 from goalwire.entities.node import NodeCore
-from goalwire.entities.request_server import RequestServer
+from goalwire.entities.request_server import RequestServer, why_unanswered
 from goalwire.entities.service_introspection import Introspected, ServiceIntrospection, Step
 from goalwire.entities.type_support import ServiceSupport
 from goalwire.execution.callback_groups import CallbackGroup
@@ -20,6 +20,9 @@ from goalwire.transport.contract import Request
 
 class ServiceCore(Introspected):
     """Answers requests of one service: `callback(request, response)` returns the response or a coroutine."""
+
+    failed: Callable[[Exception], None] | None = None
+    """Gets what the callback raises, once the request is given up; None lets it come out of spin."""
 
     def __init__(
         self,
@@ -43,10 +46,16 @@ class ServiceCore(Introspected):
 
     def _handle(self, request: Request, message: object) -> Coroutine[Any, Any, None] | None:
         _tell(self.introspection, Step.REQUEST_RECEIVED, request, message)
-        answer = self.callback(message, self.support.response())
-        if isinstance(answer, CoroutineType):
-            return Answering(answer, request, self.send_response)
-        self.send_response(answer, request)
+        try:
+            answer = self.callback(message, self.support.response())
+            if isinstance(answer, CoroutineType):
+                return Answering(answer, request, self.send_response, self.failed)
+            self.send_response(answer, request)
+        except Exception as error:
+            if self.failed is None:
+                raise
+            request.drop(why_unanswered(error))
+            self.failed(error)
         return None
 
     def send_response(self, response: object, header: Request) -> None:

@@ -62,8 +62,10 @@ class AsyncWaiter:
         self._woken = False
 
 
-async def settle(future: Awaitable, lifeline: Lifeline) -> bool:
-    """Wait until `future` is no longer pending (True), or the lifeline has ended (False)."""
+async def settle(future: Awaitable, lifeline: Lifeline, deadline: int | None = None) -> bool:
+    """Wait until `future` is no longer pending (True), or the lifeline has ended or its clock shows
+    `deadline` (False).
+    """
     if not future.pending():
         return True
     loop = asyncio.get_running_loop()
@@ -71,9 +73,14 @@ async def settle(future: Awaitable, lifeline: Lifeline) -> bool:
     wake = partial(bridge_to(loop).complete, sleeper)
     watch = lifeline.watch(wake)
     future.add_waker(wake)
+    timer = None
+    if deadline is not None:
+        timer = loop.call_later(delay_s(deadline - lifeline.clock.now()), wake)
     try:
         await sleeper
     finally:
+        if timer is not None:
+            timer.cancel()
         future.remove_waker(wake)
         watch.close()
     return not future.pending()

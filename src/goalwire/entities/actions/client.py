@@ -12,16 +12,16 @@ from threading import Lock
 from typing import Any
 
 from goalwire.codec import cdr
-from goalwire.entities.actions.client_goal import ClientGoal, ClientGoalHandle
+from goalwire.entities.actions.client_goal import ClientGoal, ClientGoalHandle, FeedbackQueue
 from goalwire.entities.actions.endpoints import ActionQoS
 from goalwire.entities.actions.goal_ids import goal_id_bytes
-from goalwire.entities.client import NO_REASON, REASONS_LIMIT
+from goalwire.entities.client import NO_REASON, REASONS_LIMIT, unanswered
 from goalwire.entities.endpoint import describe_endpoint
 from goalwire.entities.exceptions import InvalidHandle, ShutDownError
 from goalwire.entities.graph_waiting import wait_for_graph
 from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import ActionSupport, MessageSupport, ServiceSupport
-from goalwire.errors import ClosedError, RemoteError, ServerLostError
+from goalwire.errors import ClosedError, RemoteError
 from goalwire.execution.blocking import block_on
 from goalwire.execution.callback_groups import CallbackGroup
 from goalwire.execution.future import Future
@@ -115,13 +115,19 @@ class ActionClientCore:
         Raises TypeError for another type than the action's Goal, EncodeError where a field cannot go on the
         wire, GoalIdTaken for an id that is under way, InvalidHandle once destroyed.
         """
+        goal_id = new_goal_id() if goal_uuid is None else goal_id_bytes(goal_uuid)
+        feedback = None if feedback_callback is None else self._feedback_inbox(feedback_callback)
+        return self.send_as(goal_id, goal, feedback)
+
+    def send_as(
+        self, goal_id: GoalId, goal: Any, feedback: FeedbackQueue | None
+    ) -> Future[ClientGoalHandle[Any, Any, Any]]:
+        """Send a goal; feedback goes to the queue, as it comes from the wire. Raises as `send` does."""
         if not isinstance(goal, self._goal_class):
             raise TypeError(f'Expected {self._goal_class}, got {type(goal)}')
         self._check_alive()
-        goal_id = new_goal_id() if goal_uuid is None else goal_id_bytes(goal_uuid)
         payload = wire.wrap(goal_id, self._encode_goal(goal))
-        inbox = None if feedback_callback is None else self._feedback_inbox(feedback_callback)
-        record = ClientGoal(goal_id, inbox)
+        record = ClientGoal(goal_id, feedback)
         with self._lock:
             self._reactor.on_send(goal_id)
             self._ended.pop(goal_id, None)
@@ -135,10 +141,10 @@ class ActionClientCore:
                 self._send_port,
                 payload,
                 lambda sample: self._on_goal_reply(record, future, sample),
-                lambda reason: self._on_goal_end(record, reason),
+                lambda reason: self._on_goal_end(record, future, reason),
             )
         except BaseException:
-            self._drop(record)
+            self._drop(record, '')
             raise
         return future
 
@@ -184,15 +190,15 @@ class ActionClientCore:
         record.answered = True
         self._complete(future, sample.payload)
 
-    def _on_goal_end(self, record: ClientGoal, reason: str) -> None:
+    def _on_goal_end(self, record: ClientGoal, future: _RawFuture, reason: str) -> None:
         if not record.answered:
-            self._drop(record)
-            self._report_lost('goal', reason)
+            self._drop(record, reason)
+            self._on_unanswered(future, 'goal', reason)
 
-    def _drop(self, record: ClientGoal) -> None:
+    def _drop(self, record: ClientGoal, reason: str) -> None:
         """Forget a goal that no server has taken."""
         self._goals.pop(record.goal_id, None)
-        self._apply(self._reactor.on_send_failed, record.goal_id, self._lost('goal'))
+        self._apply(self._reactor.on_send_failed, record.goal_id, unanswered('goal', reason))
 
     # -- what the server tells -----------------------------------------------------------------------------
 
@@ -225,8 +231,8 @@ class ActionClientCore:
                     self._request_result(goal_id)
                 case effect.DeliverResult(waiter, _, payload):
                     self._complete(waiter, payload)
-                case effect.FailResult():
-                    pass  # as in ROS 2 its future stays pending; what happened has been logged
+                case effect.FailResult(waiter, error):
+                    self._on_failed(waiter, error)
 
     def _complete(self, future: _RawFuture, payload: Payload) -> None:
         if future.pending() and not future.set_raw(payload):  # else it was cancelled
@@ -275,14 +281,14 @@ class ActionClientCore:
 
         def on_end(reason: str) -> None:
             if not answered:
-                self._apply(self._reactor.on_result_failed, goal_id, self._lost('result'))
+                self._apply(self._reactor.on_result_failed, goal_id, unanswered('result', reason))
                 self._forget(goal_id)
                 self._report_lost('result', reason)
 
         try:
             self._request(self._result_port, wire.encode_result_request(goal_id), on_reply, on_end)
         except BaseException:  # nothing was sent: the next who asks tries again
-            self._apply(self._reactor.on_result_failed, goal_id, self._lost('result'))
+            self._apply(self._reactor.on_result_failed, goal_id, unanswered('result', ''))
             raise
 
     def cancel_goal(self, goal_id: GoalId, stamp_ns: int = 0) -> Future[Any]:
@@ -295,7 +301,7 @@ class ActionClientCore:
 
         def on_end(reason: str) -> None:
             if future.pending():
-                self._report_lost('cancel request', reason)
+                self._on_unanswered(future, 'cancel request', reason)
 
         self._request(self._cancel_port, wire.encode_cancel_request(goal_id, stamp_ns), on_reply, on_end)
         return future
@@ -310,8 +316,12 @@ class ActionClientCore:
         block_on(future, None, self.node.context.lifeline)
         return future.result()
 
-    def _lost(self, what: str) -> ServerLostError:
-        return ServerLostError(f"Action '{self.name}': no server answered the {what}")
+    def _on_unanswered(self, future: _RawFuture, what: str, reason: str) -> None:
+        self._on_failed(future, unanswered(what, reason))
+        self._report_lost(what, reason)
+
+    def _on_failed(self, future: Future[Any], error: Exception) -> None:
+        """No answer will come: as in ROS 2 the future stays pending, and a warning tells."""
 
     def _report_lost(self, what: str, reason: str) -> None:
         """Say once for each kind of request, and each of the first reasons, that nobody will answer it."""
@@ -351,7 +361,7 @@ class ActionClientCore:
     def inboxes(self) -> list[Inbox[Any]]:
         """Where statuses and the feedback of each goal wait for the executor."""
         goals = (*self._goals.copy().values(), *self._ended.copy().values())
-        return [self._statuses, *(goal.feedback for goal in goals if goal.feedback is not None)]
+        return [self._statuses, *(goal.feedback for goal in goals if isinstance(goal.feedback, Inbox))]
 
     @property
     def destroyed(self) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Generic
+from typing import TYPE_CHECKING, Any, Generic, Protocol
 
 from goalwire.entities.actions.goal_ids import goal_id_bytes, uuid_message
 from goalwire.entities.actions.types import FeedbackT, GoalT, ResultT
@@ -16,9 +16,18 @@ if TYPE_CHECKING:
     from goalwire.entities.actions.client import ActionClientCore
     from goalwire.entities.actions.types import ResultResponse
     from goalwire.execution.future import Future
-    from goalwire.execution.inbox import Inbox
     from goalwire.protocol.goals.ids import GoalId
     from goalwire.transport.contract import Sample
+
+
+class FeedbackQueue(Protocol):
+    """Where the feedback of one goal waits to be used."""
+
+    def deliver(self, event: Sample, /) -> object:
+        """Queue a message as it came from the wire. Any thread."""
+
+    def close(self) -> None:
+        """Drop what waits and refuse what comes."""
 
 
 class ClientGoal:
@@ -26,7 +35,7 @@ class ClientGoal:
 
     __slots__ = ('answered', 'feedback', 'goal_id', 'status')
 
-    def __init__(self, goal_id: GoalId, feedback: Inbox[Sample] | None) -> None:
+    def __init__(self, goal_id: GoalId, feedback: FeedbackQueue | None) -> None:
         self.goal_id = goal_id
         self.feedback = feedback
         self.answered = False

@@ -1,0 +1,87 @@
+"""A queue from any thread to the coroutines of one asyncio loop, which end when it does."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import deque
+from typing import TYPE_CHECKING, Generic, TypeVar
+
+from goalwire.execution.bridge import bridge_to
+
+if TYPE_CHECKING:
+    from typing import Self
+
+T = TypeVar('T')
+
+_BURST = 64
+"""Items that one coroutine may take in a row before others have their turn."""
+
+
+class Stream(Generic[T]):
+    """`async for` gives what is delivered, in order, to one of those who wait.
+
+    `depth` items wait at most (None: without limit); beyond it the oldest is dropped, and counted. Who
+    delivers appends, then looks for sleepers; who goes to sleep shows itself, then looks for items.
+    """
+
+    def __init__(self, depth: int | None = None) -> None:
+        """Belongs to the running loop; raises RuntimeError outside one."""
+        self._loop = asyncio.get_running_loop()
+        self._bridge = bridge_to(self._loop)
+        self._items: deque[T] = deque(maxlen=depth)
+        self._sleepers: list[asyncio.Future[None]] = []
+        self._closed = False
+        self._in_a_row = 0
+        self.dropped = 0
+
+    def __len__(self) -> int:
+        return len(self._items)
+
+    def deliver(self, item: T) -> None:
+        """Queue an item. Any thread; one that is closed ignores it."""
+        if self._closed:
+            return
+        if len(self._items) == self._items.maxlen:
+            self.dropped += 1
+        self._items.append(item)
+        self._wake()
+
+    def close(self) -> None:
+        """End: what waits is still given out, then `async for` ends. Any thread; idempotent."""
+        self._closed = True
+        self._wake()
+
+    def _wake(self) -> None:
+        for sleeper in self._sleepers.copy():
+            self._bridge.complete(sleeper)
+
+    def __aiter__(self) -> Self:
+        return self
+
+    async def __anext__(self) -> T:
+        """Wait for the next item. Raises StopAsyncIteration once closed and empty."""
+        await self._breathe()
+        while True:
+            try:
+                return self._items.popleft()
+            except IndexError:
+                if self._closed and not self._items:
+                    raise StopAsyncIteration from None
+            await self._sleep()
+
+    async def _breathe(self) -> None:
+        """Let the loop's other tasks run now and then, although items are there already."""
+        self._in_a_row += 1
+        if self._in_a_row > _BURST:
+            self._in_a_row = 0
+            await asyncio.sleep(0)
+
+    async def _sleep(self) -> None:
+        self._in_a_row = 0
+        sleeper: asyncio.Future[None] = self._loop.create_future()
+        self._sleepers.append(sleeper)
+        try:
+            if not (self._items or self._closed):
+                await sleeper
+        finally:
+            self._sleepers.remove(sleeper)
