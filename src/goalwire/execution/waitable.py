@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Coroutine
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar
 
 if TYPE_CHECKING:
     from types import TracebackType
@@ -130,7 +130,18 @@ class SelfDriven(Waitable[T]):
 
 
 class InboxWaitable(SelfDriven['tuple[Inbox[Any], Any] | None']):
-    """Something with several inboxes. Its methods do by hand, one by one, what executors do by themselves."""
+    """Something with several inboxes. Its methods do by hand, one by one, what executors do by themselves.
+
+    Used as a context it is destroyed at the block's end.
+    """
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, t: type[BaseException] | None, v: BaseException | None, tb: TracebackType | None
+    ) -> None:
+        self.destroy()
 
     def inboxes(self) -> list[Inbox[Any]]:
         """Where its events wait."""

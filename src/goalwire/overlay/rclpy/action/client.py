@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from types import TracebackType
-from typing import TYPE_CHECKING, Any, Generic, Self, overload
+from typing import TYPE_CHECKING, Any, Generic, overload
 
 from goalwire.entities.actions.client import ActionClientCore
 from goalwire.entities.actions.client_goal import ClientGoalHandle
@@ -134,14 +133,6 @@ class ActionClient(ActionClientCore, InboxWaitable, Generic[GoalT, ResultT, Feed
         if not self.destroyed:
             self._node.remove_waitable(self)
         ActionClientCore.destroy(self)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, t: type[BaseException] | None, v: BaseException | None, tb: TracebackType | None
-    ) -> None:
-        self.destroy()
 
 
 borrow(__name__)

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Awaitable, Callable
-from types import TracebackType
-from typing import TYPE_CHECKING, Generic, Self, TypeAlias
+from typing import TYPE_CHECKING, Generic, TypeAlias
 
 from goalwire.entities.actions.decisions import ActionCallbacks, CancelResponse, GoalResponse
 from goalwire.entities.actions.endpoints import ActionQoS
@@ -175,14 +174,6 @@ class ActionServer(ActionServerCore, InboxWaitable, Generic[GoalT, ResultT, Feed
         if not self.destroyed:
             self._node.remove_waitable(self)
         ActionServerCore.destroy(self)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, t: type[BaseException] | None, v: BaseException | None, tb: TracebackType | None
-    ) -> None:
-        self.destroy()
 
 
 def _nanoseconds(result_timeout: object) -> int:

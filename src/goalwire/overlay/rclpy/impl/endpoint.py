@@ -1,0 +1,94 @@
+"""What publishers, subscriptions, clients and services have in common under rclpy's names."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from types import TracebackType
+from typing import TYPE_CHECKING, Self
+
+from goalwire.entities.exceptions import InvalidHandle
+from rclpy.clock import Clock
+from rclpy.qos import QoSProfile
+from rclpy.service_introspection import ServiceIntrospectionState
+
+if TYPE_CHECKING:
+    from goalwire.protocol.qos import QoS
+    from rclpy.event_handler import EventHandler
+
+
+class Endpoint:
+    """Mixed into an entity of goalwire.entities, which does the work. Its block ends with its destruction."""
+
+    qos_profile: QoSProfile
+
+    if TYPE_CHECKING:
+        full_name: str
+
+        @property
+        def destroyed(self) -> bool:
+            """True once destroyed."""
+
+        def destroy(self) -> None:
+            """Release it. Idempotent."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, exc_type: type[BaseException] | None, exc: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self.destroy()
+
+    @property
+    def handle(self) -> Self:
+        """The entity itself: there is no C handle behind it."""
+        return self
+
+    def _checked_name(self) -> str:
+        if self.destroyed:
+            raise InvalidHandle
+        return self.full_name
+
+
+class TopicEndpoint(Endpoint):
+    """A publisher or a subscription."""
+
+    event_handlers: Sequence[EventHandler] = ()
+    """The handlers of its events: the program's own and the default ones."""
+
+    @property
+    def topic_name(self) -> str:
+        """The fully-qualified name; raises InvalidHandle once destroyed."""
+        return self._checked_name()
+
+
+class ServiceEndpoint(Endpoint):
+    """A client or a service."""
+
+    if TYPE_CHECKING:
+        name: str
+
+        def introspect(self, clock: Clock, qos: QoS, state: ServiceIntrospectionState) -> None:
+            """See goalwire.entities.service_introspection."""
+
+    @property
+    def service_name(self) -> str:
+        """The fully-qualified name; raises InvalidHandle once destroyed."""
+        return self._checked_name()
+
+    @property
+    def srv_name(self) -> str:
+        """The name as it was given."""
+        return self.name
+
+    def configure_introspection(
+        self,
+        clock: Clock,
+        service_event_qos_profile: QoSProfile,
+        introspection_state: ServiceIntrospectionState,
+    ) -> None:
+        """Publish each step of calls on `<service>/_service_event`, or stop that (OFF).
+
+        Raises TypeError for what is no state, InvalidHandle once destroyed.
+        """
+        self.introspect(clock, service_event_qos_profile.to_core(), introspection_state)
