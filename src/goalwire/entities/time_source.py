@@ -12,11 +12,14 @@ from goalwire.protocol.qos import QoS, ReliabilityPolicy
 from goalwire.protocol.time import S_TO_NS, ClockType, Time
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from rosgraph_msgs.msg import Clock as ClockMessage
 
     from goalwire.entities.node import NodeCore
     from goalwire.execution.callback_groups import CallbackGroup
     from goalwire.execution.clock import ROSClock
+    from goalwire.protocol.parameters import Parameter
     from goalwire.transport.contract import Sample
 
 CLOCK_TOPIC = '/clock'
@@ -63,6 +66,12 @@ class TimeSourceCore:
         if clock not in self._clocks:
             self._clocks.append(clock)
             clock.on_doze.append(self.catch_up)
+
+    def _follow(self, parameters: Sequence[Parameter]) -> None:
+        """Take the new value of `use_sim_time` over, once it is set: a callback after sets."""
+        for parameter in parameters:
+            if parameter.name == USE_SIM_TIME_NAME and isinstance(parameter.value, bool):
+                self.ros_time_is_active = parameter.value
 
     def catch_up(self) -> bool:
         """Called by a thread before it sleeps until a time: True where it has set the clocks itself."""

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 from weakref import ReferenceType, ref
 
 from goalwire.entities.time_source import CLOCK_TOPIC, USE_SIM_TIME_NAME, TimeSourceCore
 from rclpy._borrowed import borrow
 from rclpy.clock import ROSClock
-from rclpy.parameter import Parameter
 
 if TYPE_CHECKING:
     from rclpy.impl.base_node import BaseNode
@@ -58,12 +56,6 @@ class TimeSource(TimeSourceCore):
         if not isinstance(clock, ROSClock):
             raise ValueError('Only clocks with type ROS_TIME can be attached.')  # noqa: TRY004 - rclpy's own
         super().attach_clock(clock)
-
-    def _follow(self, parameters: Sequence[Parameter]) -> None:
-        """Take the parameter's new value over, once it is set."""
-        for parameter in parameters:
-            if parameter.name == USE_SIM_TIME_NAME and isinstance(parameter.value, bool):
-                self.ros_time_is_active = parameter.value
 
     def _attached(self) -> BaseNode | None:
         return None if self._node is None else self._node()
