@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterator
-from functools import partial
 from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 from goalwire.entities.exceptions import InvalidHandle, UnsupportedEventTypeError
 from goalwire.entities.publisher import PublisherCore
+from goalwire.entities.qos_warnings import default_callback
 from goalwire.execution.waitable import NumberOfEntities, SelfDriven
 from goalwire.protocol.qos_events import (
     EventStatus,
@@ -26,11 +26,8 @@ from goalwire.protocol.qos_events import (
     PublisherEvent,
     RequestedDeadlineMissed,
     SubscriptionEvent,
-    incompatible_qos_warning,
-    incompatible_type_warning,
 )
 from rclpy._borrowed import borrow
-from rclpy.logging import get_logger
 
 if TYPE_CHECKING:
     from goalwire.entities.subscription import SubscriptionCore
@@ -248,24 +245,6 @@ _PUBLISHER_EVENTS: dict[str, EventType] = {
 }
 
 
-def _warn_of_qos(endpoint: _Endpoint, event: EventType, topic: str, status: IncompatibleQoS) -> None:
-    text = incompatible_qos_warning(
-        event, topic, status.last_policy_kind, wire=endpoint.events.wire_that_delivers_all_the_same
-    )
-    get_logger(endpoint.node.logger_name).warning(text)
-
-
-def _warn_of_type(endpoint: _Endpoint, _event: EventType, topic: str, _status: IncompatibleType) -> None:
-    get_logger(endpoint.node.logger_name).warning(incompatible_type_warning(topic))
-
-
-_DEFAULTS: dict[str, Callable[..., None]] = {
-    'incompatible_qos': _warn_of_qos,
-    'incompatible_type': _warn_of_type,
-}
-"""What is logged where the program asks for nothing. Where a wire cannot tell these, rclpy says nothing."""
-
-
 def _handlers(
     callbacks: SubscriptionEventCallbacks | PublisherEventCallbacks,
     events: dict[str, EventType],
@@ -274,9 +253,8 @@ def _handlers(
     topic: str,
 ) -> Iterator[EventHandler]:
     for name, event in events.items():
-        callback = getattr(callbacks, name)
-        if not callback and callbacks.use_default_callbacks and name in _DEFAULTS:
-            callback = partial(_DEFAULTS[name], endpoint, event, topic)
+        default = default_callback(endpoint, event, topic)
+        callback = getattr(callbacks, name) or (default if callbacks.use_default_callbacks else None)
         if not callback:
             continue
         try:
@@ -284,7 +262,7 @@ def _handlers(
                 callback_group=group, callback=callback, event_type=event, parent_impl=endpoint
             )
         except UnsupportedEventTypeError:
-            if name not in _DEFAULTS:
+            if default is None:  # else, as in rclpy, nobody is told where a wire cannot tell
                 raise
 
 

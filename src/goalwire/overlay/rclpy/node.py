@@ -6,24 +6,17 @@ from collections.abc import Awaitable, Callable
 from typing import TYPE_CHECKING, Any, TypeVar
 from weakref import ReferenceType, ref
 
-from goalwire.entities.exceptions import (
-    NodeNameNonExistentError,
-    RCLError,
-)
+from goalwire.entities.exceptions import NodeNameNonExistentError
 from goalwire.entities.type_support import ServiceSupport, ServiceType, service_support
 from goalwire.execution.callback_groups import checked_group
 from rclpy._borrowed import borrow
 from rclpy.callback_groups import CallbackGroup, MutuallyExclusiveCallbackGroup
 from rclpy.client import Client
 from rclpy.clock import Clock
-from rclpy.constants import S_TO_NS
 from rclpy.guard_condition import GuardCondition
-from rclpy.impl.base_node import BaseNode
+from rclpy.impl.base_node import BaseNode, timer_period_ns
 from rclpy.publisher import Publisher
-from rclpy.qos import (
-    QoSProfile,
-    qos_profile_services_default,
-)
+from rclpy.qos import QoSProfile, qos_profile_services_default
 from rclpy.service import Service
 from rclpy.subscription import Subscription
 from rclpy.timer import Rate, Timer
@@ -218,9 +211,7 @@ class Node(BaseNode):
         Raises RCLError below 0, TypeError or ValueError for what is no number.
         """
         self.handle.check_open()
-        period_ns = int(float(timer_period_sec) * S_TO_NS)
-        if period_ns < 0:
-            raise RCLError('failed to create timer: timer period must be non-negative')
+        period_ns = timer_period_ns(timer_period_sec)
         group = self._ros_group(callback_group)
         timer = Timer(
             callback,

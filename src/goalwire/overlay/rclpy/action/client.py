@@ -23,11 +23,7 @@ from goalwire.execution.callback_groups import checked_group
 from goalwire.execution.waitable import InboxWaitable
 from rclpy._borrowed import borrow
 from rclpy.callback_groups import CallbackGroup
-from rclpy.qos import (
-    QoSProfile,
-    qos_profile_action_status_default,
-    qos_profile_services_default,
-)
+from rclpy.qos import QoSProfile, qos_profile_action_status_default, qos_profile_services_default
 from rclpy.task import Future
 from rclpy.waitable import NumberOfEntities
 

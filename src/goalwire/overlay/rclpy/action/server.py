@@ -18,11 +18,7 @@ from goalwire.protocol.goals.table import GoalEvent
 from rclpy._borrowed import borrow
 from rclpy.callback_groups import CallbackGroup
 from rclpy.constants import S_TO_NS
-from rclpy.qos import (
-    QoSProfile,
-    qos_profile_action_status_default,
-    qos_profile_services_default,
-)
+from rclpy.qos import QoSProfile, qos_profile_action_status_default, qos_profile_services_default
 from rclpy.waitable import NumberOfEntities
 
 if TYPE_CHECKING:

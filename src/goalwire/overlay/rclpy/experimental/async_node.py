@@ -17,7 +17,6 @@ from goalwire.execution.asyncio_host import LoopHost
 from goalwire.execution.asyncio_runs import Runs
 from rclpy.callback_groups import CallbackGroup, MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
 from rclpy.clock_type import ClockType
-from rclpy.constants import S_TO_NS
 from rclpy.context import Context
 from rclpy.event_handler import event_handlers
 from rclpy.experimental.async_client import AsyncClient
@@ -25,7 +24,7 @@ from rclpy.experimental.async_publisher import AsyncPublisher
 from rclpy.experimental.async_service import AsyncService
 from rclpy.experimental.async_subscription import AsyncSubscription
 from rclpy.experimental.async_timer import AsyncTimer
-from rclpy.impl.base_node import BaseNode
+from rclpy.impl.base_node import BaseNode, timer_period_ns
 from rclpy.qos import QoSProfile, qos_profile_rosout_default, qos_profile_services_default
 
 if TYPE_CHECKING:
@@ -153,9 +152,7 @@ class AsyncNode(BaseNode):
         profile = QoSProfile.of(qos_profile)
         publisher = AsyncPublisher(self.handle, msg_type, topic, profile.to_core())
         publisher.qos_profile = profile
-        publisher.event_handlers = event_handlers(
-            publisher, None, _group(False)
-        )  # warn of QoS that do not fit
+        publisher.event_handlers = event_handlers(publisher, None, _group(False))  # they warn
         publisher.on_destroy = self._ros_adopted(publisher, self._publishers)
         return publisher
 
@@ -255,9 +252,7 @@ class AsyncNode(BaseNode):
         Raises RCLError below 0 or once destroyed, TypeError or ValueError for what is no number.
         """
         self._ros_check_alive()
-        period_ns = int(float(timer_period_sec) * S_TO_NS)
-        if period_ns < 0:
-            raise RCLError('failed to create timer: timer period must be non-negative')
+        period_ns = timer_period_ns(timer_period_sec)
         timer = AsyncTimer(
             callback, _group(False), period_ns, self._clock, autostart=autostart, home=self.handle.home
         )

@@ -24,6 +24,7 @@ from goalwire.transport.contract import EndpointKind
 from rclpy.callback_groups import CallbackGroup, MutuallyExclusiveCallbackGroup
 from rclpy.client import Client
 from rclpy.clock import Clock, ROSClock
+from rclpy.constants import S_TO_NS
 from rclpy.context import Context
 from rclpy.exceptions import NotInitializedException
 from rclpy.guard_condition import GuardCondition
@@ -31,11 +32,7 @@ from rclpy.impl.rcutils_logger import RcutilsLogger
 from rclpy.logging import get_logger
 from rclpy.parameter_service import ParameterService
 from rclpy.publisher import Publisher
-from rclpy.qos import (
-    QoSProfile,
-    qos_profile_parameter_events,
-    qos_profile_rosout_default,
-)
+from rclpy.qos import QoSProfile, qos_profile_parameter_events, qos_profile_rosout_default
 from rclpy.service import Service
 from rclpy.subscription import Subscription
 from rclpy.time_source import TimeSource
@@ -273,6 +270,14 @@ class BaseNode(NodeGraph, NodeParameters):
         self._timers.clear()
         self._guards.clear()
         self._ros_waitables.clear()
+
+
+def timer_period_ns(timer_period_sec: float) -> int:
+    """Return a period in ns; raises RCLError below 0, TypeError or ValueError for what is no number."""
+    period = int(float(timer_period_sec) * S_TO_NS)
+    if period < 0:
+        raise RCLError('failed to create timer: timer period must be non-negative')
+    return period
 
 
 @contextmanager

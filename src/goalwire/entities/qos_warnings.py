@@ -1,0 +1,47 @@
+"""What is logged of an endpoint's events where the program asks for nothing, in ROS 2's words."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+from goalwire.logging import get_logger
+from goalwire.protocol.qos_events import (
+    EventType,
+    IncompatibleQoS,
+    PublisherEvent,
+    SubscriptionEvent,
+    incompatible_qos_warning,
+    incompatible_type_warning,
+)
+
+if TYPE_CHECKING:
+    from goalwire.entities.publisher import PublisherCore
+    from goalwire.entities.subscription import SubscriptionCore
+
+    TopicEndpoint: TypeAlias = PublisherCore[Any] | SubscriptionCore[Any]
+
+
+def default_callback(endpoint: TopicEndpoint, event: EventType, topic: str) -> Callable[[Any], object] | None:
+    """Return what warns of an event, with the topic's name as it was given; None where nobody is warned."""
+    warn = _WARNINGS.get(event)
+    return None if warn is None else partial(warn, endpoint, event, topic)
+
+
+def _warn_of_qos(endpoint: TopicEndpoint, event: EventType, topic: str, status: IncompatibleQoS) -> None:
+    wire = endpoint.events.wire_that_delivers_all_the_same
+    text = incompatible_qos_warning(event, topic, status.last_policy_kind, wire=wire)
+    get_logger(endpoint.node.logger_name).warning(text)
+
+
+def _warn_of_type(endpoint: TopicEndpoint, _event: EventType, topic: str, _status: object) -> None:
+    get_logger(endpoint.node.logger_name).warning(incompatible_type_warning(topic))
+
+
+_WARNINGS: dict[EventType, Callable[..., None]] = {
+    PublisherEvent.RCL_PUBLISHER_OFFERED_INCOMPATIBLE_QOS: _warn_of_qos,
+    SubscriptionEvent.RCL_SUBSCRIPTION_REQUESTED_INCOMPATIBLE_QOS: _warn_of_qos,
+    PublisherEvent.RCL_PUBLISHER_INCOMPATIBLE_TYPE: _warn_of_type,
+    SubscriptionEvent.RCL_SUBSCRIPTION_INCOMPATIBLE_TYPE: _warn_of_type,
+}
