@@ -19,6 +19,7 @@ from goalwire.entities.exceptions import NotInitializedException, RCLError
 from goalwire.entities.local_servers import LocalServers
 from goalwire.entities.rosout import Rosout
 from goalwire.execution import signals
+from goalwire.execution.handle import handle_of
 from goalwire.execution.lifeline import Lifeline
 from goalwire.graph.graph import Graph
 from goalwire.graph.mismatch import Mismatch
@@ -85,6 +86,11 @@ class Context:
     def initialized(self) -> bool:
         """True from init() on, after the end too."""
         return self._domain_id is not None
+
+    @property
+    def handle(self) -> Self:
+        """What programs hold it by."""
+        return handle_of(self)
 
     def ok(self) -> bool:
         """True between init() and the end, whoever ends it."""

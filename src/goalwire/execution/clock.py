@@ -7,6 +7,7 @@ from weakref import ReferenceType, ref
 
 from goalwire.errors import LocalError, NotInitializedException
 from goalwire.execution.blocking import thread_lent
+from goalwire.execution.handle import handle_of
 from goalwire.execution.jump import ClockChange, JumpHandle, JumpThreshold, TimeJump, TimeJumpDictionary
 from goalwire.execution.lifeline import ContextLike, default_context
 from goalwire.execution.steady import STEADY, SteadyClock
@@ -68,8 +69,8 @@ class Clock:
 
     @property
     def handle(self) -> Clock:
-        """What rclpy's C layer would know it by: itself."""
-        return self
+        """What programs hold it by."""
+        return handle_of(self)
 
     @property
     def overridden(self) -> bool:

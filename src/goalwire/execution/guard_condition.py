@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from goalwire.errors import InvalidHandle
+from goalwire.execution.handle import handle_of
 from goalwire.execution.home import Home
 from goalwire.execution.work import Work
 
@@ -44,10 +45,10 @@ class GuardCondition(Work):
 
     @property
     def handle(self) -> GuardCondition:
-        """What rclpy's C layer would know it by: itself. Raises InvalidHandle once destroyed."""
+        """What programs hold it by. Raises InvalidHandle once destroyed."""
         if self._destroyed:
             raise InvalidHandle
-        return self
+        return handle_of(self)
 
     def trigger(self) -> None:
         """Have the callback called soon. Any thread, signal handlers too. InvalidHandle once destroyed."""

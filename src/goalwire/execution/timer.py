@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from goalwire.errors import InvalidHandle
 from goalwire.execution.clock import ClockChange, ROSClock
 from goalwire.execution.clock_alarm import ClockAlarm
+from goalwire.execution.handle import entity_of, handle_of
 from goalwire.execution.home import Home
 from goalwire.execution.rate import Rate
 from goalwire.execution.timer_info import TimerInfo, taking_info
@@ -73,7 +74,7 @@ class Timer(Work):
                 f'a timer period of {timer_period_ns} ns does not fit into 64 bits: make it shorter'
             )
         self.callback = callback
-        self._clock: Clock = clock.handle  # what is no clock is refused here, with rclpy's words
+        self._clock: Clock = entity_of(clock.handle)  # what is no clock is refused here, with rclpy's words
         self._period = int(timer_period_ns)
         self._lock = Lock()
         self.watchers: Sequence[Callable[[], None]] = ()
@@ -105,9 +106,9 @@ class Timer(Work):
 
     @property
     def handle(self) -> Timer:
-        """What rclpy's C layer would know it by: itself. Raises InvalidHandle once destroyed."""
+        """What programs hold it by. Raises InvalidHandle once destroyed."""
         self._check()
-        return self
+        return handle_of(self)
 
     @property
     def clock(self) -> Clock:

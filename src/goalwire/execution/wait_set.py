@@ -8,6 +8,8 @@ from __future__ import annotations
 from threading import Lock
 from typing import TYPE_CHECKING, Any, Literal, Protocol, cast
 
+from goalwire.execution.handle import entity_of
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
@@ -127,7 +129,7 @@ class WaitSet:
         return events != self._seen[entity] if entity.counts_up else events > 0
 
     def _add(self, kind: Kind, handle: object) -> int:
-        found: Any = handle
+        found: Any = entity_of(handle)
         entity: Waited = getattr(found, 'inbox', found)
         if not hasattr(entity, 'watchers'):
             raise TypeError(

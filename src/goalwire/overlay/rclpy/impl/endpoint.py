@@ -7,6 +7,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
 from goalwire.entities.exceptions import InvalidHandle
+from goalwire.execution.handle import handle_of
 from rclpy.clock import Clock
 from rclpy.qos import QoSProfile
 from rclpy.service_introspection import ServiceIntrospectionState
@@ -41,8 +42,8 @@ class Endpoint:
 
     @property
     def handle(self) -> Self:
-        """The entity itself: there is no C handle behind it."""
-        return self
+        """What programs hold it by: its block does not destroy it."""
+        return handle_of(self)
 
     def _checked_name(self) -> str:
         if self.destroyed:

@@ -1,0 +1,53 @@
+"""What programs hold of rclpy's C++ objects: `with node.get_clock().handle, subscription.handle: …`."""
+
+from __future__ import annotations
+
+from types import TracebackType
+from typing import Self, TypeVar, cast
+
+from goalwire.errors import InvalidHandle
+
+T = TypeVar('T')
+
+
+class Handle:
+    """An entity seen as its handle: a block that holds it, and whatever else the entity has.
+
+    There is no C layer beneath. The block of the entity itself ends with its destruction, so this is another
+    object.
+    """
+
+    __slots__ = ('_entity',)
+
+    def __init__(self, entity: object) -> None:
+        self._entity = entity
+
+    def __getattr__(self, name: str) -> object:
+        return getattr(self._entity, name)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Handle) and other._entity is self._entity
+
+    def __hash__(self) -> int:
+        return object.__hash__(self._entity)
+
+    def __enter__(self) -> Self:
+        """Raises InvalidHandle where the entity is destroyed."""
+        if getattr(self._entity, 'destroyed', False):
+            raise InvalidHandle
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Let go of it; it lives on."""
+
+
+def handle_of(entity: T) -> T:
+    """Return the handle of `entity`, which has all of its attributes."""
+    return cast('T', Handle(entity))
+
+
+def entity_of(handle: T) -> T:
+    """Return the entity that a handle is of; anything else as it is."""
+    return cast('T', handle._entity) if isinstance(handle, Handle) else handle  # noqa: SLF001
