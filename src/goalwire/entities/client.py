@@ -197,9 +197,12 @@ class ClientCore(Introspected):
         self.report_unanswered(future.reason)
 
     def report_unanswered(self, reason: str) -> None:
-        """Count a request that nobody will answer, and say so once for each of the first reasons."""
+        """Count a request that nobody will answer, and say so once for each of the first reasons.
+
+        Not at the end of the context: it is this side that goes then.
+        """
         self.unanswered += 1
-        if reason in self._reported or len(self._reported) == REASONS_LIMIT:
+        if not self.node.context.ok() or reason in self._reported or len(self._reported) == REASONS_LIMIT:
             return
         self._reported.add(reason)
         get_logger(self.node.logger_name).warning(

@@ -142,6 +142,19 @@ def test_a_forgotten_request_stays_pending_for_ever(pair: AddClient, make_node: 
     assert (future.done(), future.cancelled()) == (False, False)
 
 
+def test_the_end_of_ones_own_context_is_not_blamed_on_the_server(
+    make_node: MakeNode, capfd: pytest.CaptureFixture[str]
+) -> None:
+    node = make_node()  # nobody spins it
+    node.create_service(AddTwoInts, 'slow', add)
+    client = node.create_client(AddTwoInts, 'slow')
+    assert client.wait_for_service(PATIENCE)
+    future = client.call_async(Request())
+    node.context.shutdown()
+    assert not future.done()
+    assert 'no server answered' not in capfd.readouterr().err
+
+
 def test_a_cancelled_request_is_forgotten(make_node: MakeNode, executor: Executor) -> None:
     node = make_node()
     node.create_service(AddTwoInts, 'add', add)

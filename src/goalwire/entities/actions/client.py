@@ -325,7 +325,9 @@ class ActionClientCore:
 
     def _report_lost(self, what: str, reason: str) -> None:
         """Say once for each kind of request, and each of the first reasons, that nobody will answer it."""
-        if self._destroyed or (what, reason) in self._reported or len(self._reported) == REASONS_LIMIT:
+        if self._destroyed or not self.node.context.ok():
+            return  # it is this side that goes
+        if (what, reason) in self._reported or len(self._reported) == REASONS_LIMIT:
             return
         self._reported.add((what, reason))
         self._logger.warning(
