@@ -355,6 +355,15 @@ def test_a_node_lists_what_it_made(node: Node) -> None:
     assert type(node.default_callback_group) is MutuallyExclusiveCallbackGroup
 
 
+def test_the_block_of_a_node_ends_with_its_destruction(make_node: MakeNode) -> None:
+    with make_node('brief') as node:
+        publisher = node.create_publisher(String, 'a', 1)
+        assert publisher.logger_name == node.get_logger().name == 'brief'
+    for destroyed in (lambda: node.create_timer(1, print), lambda: publisher.logger_name):
+        with pytest.raises(InvalidHandle):
+            destroyed()
+
+
 def test_a_destroyed_node_takes_everything_along(make_node: MakeNode, context: Context) -> None:
     from example_interfaces.action import Fibonacci
 

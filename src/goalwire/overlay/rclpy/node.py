@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Awaitable, Callable
-from typing import TYPE_CHECKING, Any, TypeVar
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Self, TypeVar
 from weakref import ReferenceType, ref
 
 from goalwire.entities.exceptions import NodeNameNonExistentError
@@ -37,9 +38,17 @@ __all__ = ['HIDDEN_NODE_PREFIX', 'Node', 'NodeNameNonExistentError']
 
 
 class Node(BaseNode):
-    """A node whose callbacks an executor runs."""
+    """A node whose callbacks an executor runs. Its block ends with its destruction, as in newer rclpy."""
 
     _ros_executor: ReferenceType[Executor] | None = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, exc_type: type[BaseException] | None, exc: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self.destroy_node()
 
     @property
     def executor(self) -> Executor | None:

@@ -13,6 +13,7 @@ from rclpy.qos import QoSProfile
 from rclpy.service_introspection import ServiceIntrospectionState
 
 if TYPE_CHECKING:
+    from goalwire.entities.node import NodeCore
     from goalwire.protocol.qos import QoS
     from rclpy.event_handler import EventHandler
 
@@ -24,6 +25,7 @@ class Endpoint:
 
     if TYPE_CHECKING:
         full_name: str
+        node: NodeCore
 
         @property
         def destroyed(self) -> bool:
@@ -44,6 +46,13 @@ class Endpoint:
     def handle(self) -> Self:
         """What programs hold it by: its block does not destroy it."""
         return handle_of(self)
+
+    @property
+    def logger_name(self) -> str:
+        """The name of its node's logger, as in newer rclpy; raises InvalidHandle once destroyed."""
+        if self.destroyed:
+            raise InvalidHandle
+        return self.node.logger_name
 
     def _checked_name(self) -> str:
         if self.destroyed:
