@@ -17,7 +17,9 @@ COMPANIONS = [
     'tf2_geometry_msgs',
     'tf2_py',
     'tf2_ros',
+    'tf2_sensor_msgs',
 ]
+WITH_NUMPY = ['tf_transformations']
 HEAVY = ['asyncio', 'numpy', 'rich', 'yaml']
 
 
@@ -40,15 +42,16 @@ def test_importing_one_loads_nothing_heavy(name: str) -> None:
 
 
 def test_those_of_a_ros_2_on_the_path_come_first(tmp_path: Path) -> None:
-    for name in COMPANIONS:
+    companions = COMPANIONS + WITH_NUMPY
+    for name in companions:
         (tmp_path / name).mkdir()
         (tmp_path / name / '__init__.py').write_text('', encoding='utf-8')
-    imports = ', '.join(COMPANIONS)
+    imports = ', '.join(companions)
     files = run(f'import {imports}\nfor m in ({imports}): print(m.__file__)', PYTHONPATH=str(tmp_path))
-    assert files.splitlines() == [str(tmp_path / name / '__init__.py') for name in COMPANIONS]
+    assert files.splitlines() == [str(tmp_path / name / '__init__.py') for name in companions]
 
 
-@pytest.mark.parametrize('name', COMPANIONS)
+@pytest.mark.parametrize('name', COMPANIONS + WITH_NUMPY)
 def test_what_one_promises_is_there(name: str) -> None:
     module = __import__(name)
     for attribute in getattr(module, '__all__', ()):
@@ -88,6 +91,9 @@ from tf2_ros.static_transform_broadcaster import StaticTransformBroadcaster
 from tf2_ros.static_transform_listener import StaticTransformListener
 from tf2_ros.transform_broadcaster import TransformBroadcaster
 from tf2_ros.transform_listener import TransformListener
+from tf2_sensor_msgs import do_transform_cloud
+from tf2_sensor_msgs.tf2_sensor_msgs import do_transform_cloud
+from tf_transformations import euler_from_quaternion, quaternion_from_euler, quaternion_multiply
 from unique_identifier_msgs.msg import UUID
 """
 

@@ -1,0 +1,75 @@
+"""tf_transformations: rotations as quaternions (x, y, z, w), Euler angles (radians) and 4 x 4 matrices.
+
+Axes of Euler angles are written 's' for angles about fixed axes, 'r' about axes that turn along, and then the
+three axes; 'sxyz' is roll, pitch, yaw. Arguments may be any sequences of numbers.
+"""
+
+from tf_transformations.euler import (
+    euler_from_matrix,
+    euler_from_quaternion,
+    euler_matrix,
+    quaternion_from_euler,
+)
+from tf_transformations.matrices import (
+    compose_matrix,
+    concatenate_matrices,
+    decompose_matrix,
+    identity_matrix,
+    inverse_matrix,
+    is_same_transform,
+    reflection_from_matrix,
+    reflection_matrix,
+    rotation_from_matrix,
+    rotation_matrix,
+    scale_from_matrix,
+    scale_matrix,
+    superimposition_matrix,
+    translation_from_matrix,
+    translation_matrix,
+)
+from tf_transformations.quaternions import (
+    quaternion_about_axis,
+    quaternion_conjugate,
+    quaternion_from_matrix,
+    quaternion_inverse,
+    quaternion_matrix,
+    quaternion_multiply,
+    quaternion_slerp,
+    random_quaternion,
+    random_rotation_matrix,
+)
+from tf_transformations.vectors import random_vector, unit_vector, vector_norm
+
+__all__ = [
+    'compose_matrix',
+    'concatenate_matrices',
+    'decompose_matrix',
+    'euler_from_matrix',
+    'euler_from_quaternion',
+    'euler_matrix',
+    'identity_matrix',
+    'inverse_matrix',
+    'is_same_transform',
+    'quaternion_about_axis',
+    'quaternion_conjugate',
+    'quaternion_from_euler',
+    'quaternion_from_matrix',
+    'quaternion_inverse',
+    'quaternion_matrix',
+    'quaternion_multiply',
+    'quaternion_slerp',
+    'random_quaternion',
+    'random_rotation_matrix',
+    'random_vector',
+    'reflection_from_matrix',
+    'reflection_matrix',
+    'rotation_from_matrix',
+    'rotation_matrix',
+    'scale_from_matrix',
+    'scale_matrix',
+    'superimposition_matrix',
+    'translation_from_matrix',
+    'translation_matrix',
+    'unit_vector',
+    'vector_norm',
+]

@@ -1,0 +1,80 @@
+"""Euler angles: three turns, about fixed axes ('s…') or about axes that turn along ('r…')."""
+
+from __future__ import annotations
+
+from functools import reduce
+from itertools import pairwise
+from math import atan2, hypot
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from tf_transformations.quaternions import quaternion_about_axis, quaternion_matrix, quaternion_multiply
+from tf_transformations.vectors import Array, floats
+
+_LOCKED = 4 * np.finfo(np.float64).eps
+
+
+class _Axes(NamedTuple):
+    """The axes of three turns in the order in which fixed axes have them."""
+
+    first: int
+    second: int
+    third: int
+    turning: bool
+
+
+def _parsed(axes: str) -> _Axes:
+    frame, letters = axes[:1], axes[1:]
+    neighbours = pairwise(letters)
+    if frame not in ('s', 'r') or len(letters) != 3 or set(letters) - set('xyz'):
+        raise ValueError(f"axes {axes!r}: write 's' (fixed) or 'r' (turning), then three axes, as in 'sxyz'")
+    if any(one == next_one for one, next_one in neighbours):
+        raise ValueError(f'axes {axes!r}: two turns in a row about one axis are one turn')
+    order = letters if frame == 's' else letters[::-1]  # turning axes are fixed ones in the other order
+    first, second, third = ('xyz'.index(letter) for letter in order)
+    return _Axes(first, second, third, frame == 'r')
+
+
+def quaternion_from_euler(ai: float, aj: float, ak: float, axes: str = 'sxyz') -> Array:
+    """Return the rotation that turns by three angles. Raises ValueError for axes that are none."""
+    parsed = _parsed(axes)
+    angles = (ak, aj, ai) if parsed.turning else (ai, aj, ak)
+    turns = [
+        quaternion_about_axis(angle, np.eye(3)[axis]) for angle, axis in zip(angles, parsed[:3], strict=True)
+    ]
+    return reduce(lambda done, turn: quaternion_multiply(turn, done), turns)
+
+
+def euler_matrix(ai: float, aj: float, ak: float, axes: str = 'sxyz') -> Array:
+    """Return the 4 x 4 matrix that turns by three angles. Raises ValueError for axes that are none."""
+    return quaternion_matrix(quaternion_from_euler(ai, aj, ak, axes))
+
+
+def euler_from_matrix(matrix: ArrayLike, axes: str = 'sxyz') -> tuple[float, float, float]:
+    """Return the three angles of a rotation. Raises ValueError for axes that are none.
+
+    Where only the sum or difference of the outer two counts (gimbal lock), the last of fixed axes, the first
+    of turning ones, is 0.
+    """
+    m, (i, j, third, turning) = floats(matrix)[:3, :3], _parsed(axes)
+    k = 3 - i - j
+    sign = 1 if (j - i) % 3 == 1 else -1  # whether the axes are right-handed in this order
+    if third == i:
+        sine = hypot(m[i, j], m[i, k])
+        middle = atan2(sine, m[i, i])
+        outer, outer_lock = (atan2(m[i, j], m[i, k]), atan2(m[j, i], -m[k, i])), sine < _LOCKED
+    else:
+        cosine = hypot(m[i, i], m[j, i])
+        middle = atan2(-m[k, i], cosine)
+        outer, outer_lock = (atan2(m[k, j], m[k, k]), atan2(m[j, i], m[i, i])), cosine < _LOCKED
+    if outer_lock:
+        outer = (atan2(-m[j, k], m[j, j]), 0.0)
+    angles = (sign * outer[0], sign * middle, sign * outer[1])
+    return angles[::-1] if turning else angles
+
+
+def euler_from_quaternion(quaternion: ArrayLike, axes: str = 'sxyz') -> tuple[float, float, float]:
+    """Return the three angles of a rotation, as euler_from_matrix."""
+    return euler_from_matrix(quaternion_matrix(quaternion), axes)
