@@ -3,11 +3,19 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+import os
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import pytest
 from helpers.captured import Captured
+from helpers.isolation import isolated_env
+from helpers.wire import Side
+
+from goalwire.errors import TransportError
+from goalwire.transport.contract import EndpointKind, SessionOptions
+from goalwire.transport.dds import TRANSPORT
+from goalwire.transport.dds.library import find_library
 
 CAPTURED = Path(__file__).parents[2] / 'data' / 'dds' / 'captured.jsonl'
 
@@ -19,3 +27,33 @@ def captured() -> list[Captured]:
     return [
         Captured(line['what'], line['topic'], bytes.fromhex(line['hex']), line['meaning']) for line in lines
     ]
+
+
+@pytest.fixture
+def alone(monkeypatch: pytest.MonkeyPatch) -> dict[str, str]:
+    """A domain of its own on DDS; returns the environment, for child processes in the same domain."""
+    try:
+        find_library()
+    except TransportError as error:
+        pytest.skip(str(error))
+    env = isolated_env('rmw_cyclonedds_cpp')
+    for name in set(os.environ) - set(env):
+        monkeypatch.delenv(name)
+    for name, value in env.items():
+        monkeypatch.setenv(name, value)
+    return env
+
+
+@pytest.fixture
+def dds_sides(alone: dict[str, str]) -> Iterator[tuple[Side, Side]]:
+    """Two sessions with the nodes /alpha and /beta, each knowing of the other."""
+    options = SessionOptions(int(alone['ROS_DOMAIN_ID']))
+    alpha, beta = TRANSPORT.open(options), TRANSPORT.open(options)
+    try:
+        sides = Side(alpha, 'alpha'), Side(beta, 'beta')
+        sides[0].graph.expect(EndpointKind.NODE, '/beta')
+        sides[1].graph.expect(EndpointKind.NODE, '/alpha')
+        yield sides
+    finally:
+        alpha.close()
+        beta.close()

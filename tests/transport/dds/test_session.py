@@ -1,0 +1,227 @@
+"""What DDS alone has: peers that are no ROS 2, malformed messages, events, the end of a reply's client."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+from helpers.collector import Collector
+from helpers.wire import ADD, HASH, Answers, Side, message, topic_endpoint
+
+from goalwire.errors import LocalError, TransportError
+from goalwire.protocol.qos import DurabilityPolicy, LivelinessPolicy, QoS
+from goalwire.protocol.qos_events import (
+    EventStatus,
+    LivelinessChanged,
+    LivelinessLost,
+    Matched,
+    OfferedDeadlineMissed,
+    PublisherEvent,
+    RequestedDeadlineMissed,
+    SubscriptionEvent,
+)
+from goalwire.transport.contract import EndpointKind, Request, Sample, SessionOptions
+from goalwire.transport.dds import TRANSPORT
+from goalwire.transport.dds.loading import load
+from goalwire.transport.dds.names import DISCOVERY_TOPIC, DISCOVERY_TYPE, Role, dds_topic, dds_type
+from goalwire.transport.dds.qos import endpoint_qos
+from goalwire.transport.dds.session import DdsSession
+from goalwire.transport.dds.wire import Participant, Writer
+from goalwire.transport.dds.world import UNKNOWN_NAME
+
+Sides = tuple[Side, Side]
+
+
+class Stranger:
+    """A participant that knows nothing of ROS 2's conventions."""
+
+    def __init__(self, domain_id: int) -> None:
+        self.participant = Participant(load(), domain_id, b'')
+
+    def writer(self, topic: str, type_name: str, qos: QoS | None = None) -> Writer:
+        library = self.participant.library
+        with endpoint_qos(library, qos or QoS(), b'') as made:
+            return Writer(self.participant, topic, type_name, made)
+
+
+@pytest.fixture
+def stranger(dds_sides: Sides, alone: dict[str, str]) -> Iterator[Stranger]:
+    stranger = Stranger(int(alone['ROS_DOMAIN_ID']))
+    yield stranger
+    stranger.participant.close()
+
+
+def rejects(side: Side, kind: str) -> int:
+    session = side.session
+    assert isinstance(session, DdsSession)
+    return session.statistics().get(kind, 0)
+
+
+def test_an_endpoint_without_ros_2_is_nobodys_and_heard(dds_sides: Sides, stranger: Stranger) -> None:
+    alpha, _ = dds_sides
+    came: Collector[Sample] = Collector()
+    alpha.subscription('/chatter', came)
+    writer = stranger.writer('rt/chatter', 'std_msgs::msg::dds_::String_')
+    (seen,) = alpha.graph.expect(EndpointKind.PUBLISHER, '/chatter')
+    assert (seen.node.name, seen.type_hash, seen.gid) == (UNKNOWN_NAME, '', writer.guid)
+    assert writer.write(message(b'hello')) == 0
+    assert came.expect(1)[0].gid == writer.guid
+
+
+@pytest.mark.parametrize('payload', [b'\0\1\0\0\0', b'\0\1\0\0' + bytes(16)])
+def test_a_request_without_a_header_is_rejected_and_counted(
+    dds_sides: Sides, stranger: Stranger, payload: bytes
+) -> None:
+    alpha, _ = dds_sides
+    asked: Collector[Request] = Collector()
+    alpha.service('/add', asked)
+    writer = stranger.writer(dds_topic(Role.REQUEST, '/add'), dds_type(Role.REQUEST, ADD))
+    alpha.graph.expect(EndpointKind.CLIENT, '/add')
+    assert writer.write(payload) == 0
+    fence = Answers()
+    client = alpha.client('/add')
+    fence.ask(client, b'sound')
+    assert asked.expect(1)[0].sample.gid == client.gid
+    assert rejects(alpha, 'request') == 1
+
+
+def test_an_announcement_that_cannot_be_read_is_rejected_and_the_next_one_read(
+    dds_sides: Sides, stranger: Stranger
+) -> None:
+    alpha, beta = dds_sides
+    writer = stranger.writer(
+        DISCOVERY_TOPIC, DISCOVERY_TYPE, QoS(durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    )
+    assert writer.write(b'\0\1\0\0' + b'\xff' * 40) == 0
+    beta.publisher('/after')
+    alpha.graph.expect(EndpointKind.PUBLISHER, '/after')
+    alpha.graph.wait_for(lambda: rejects(alpha, 'ros_discovery_info') == 1)
+
+
+def test_bytes_that_are_no_message_are_refused_by_name(dds_sides: Sides) -> None:
+    port = dds_sides[0].publisher('/chatter').port
+    for payload in (b'', b'\0\1\0\0', b'hello world!'):
+        with pytest.raises(LocalError, match=f"topic 'rt/chatter': {len(payload)} bytes"):
+            port.publish(payload)
+
+
+def test_a_domain_beyond_the_ports_is_refused(alone: dict[str, str]) -> None:
+    with pytest.raises(TransportError, match=r'domain 233 has no ports .*to at most 232'):
+        TRANSPORT.open(SessionOptions(233))
+
+
+def test_a_configuration_that_cyclone_refuses_is_pointed_out(
+    alone: dict[str, str], monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv('CYCLONEDDS_URI', '<CycloneDDS><Domain><NoSuchThing/></Domain></CycloneDDS>')
+    with pytest.raises(TransportError, match=r'refused the configuration .* check CYCLONEDDS_URI'):
+        TRANSPORT.open(SessionOptions(int(alone['ROS_DOMAIN_ID'])))
+    assert 'NoSuchThing' in capfd.readouterr().err
+
+
+# -- events ------------------------------------------------------------------------------------------------
+
+
+def test_missed_deadlines_are_told_on_both_sides(dds_sides: Sides) -> None:
+    alpha, beta = dds_sides
+    offered: Collector[EventStatus] = Collector()
+    requested: Collector[EventStatus] = Collector()
+    qos = QoS(deadline_ns=20_000_000)
+    publisher = alpha.publisher('/chatter', qos)
+    subscription = beta.subscription('/chatter', lambda _: None, qos)
+    assert publisher.port.watch_event(PublisherEvent.RCL_PUBLISHER_OFFERED_DEADLINE_MISSED, offered)
+    assert subscription.watch_event(SubscriptionEvent.RCL_SUBSCRIPTION_REQUESTED_DEADLINE_MISSED, requested)
+    alpha.graph.expect(EndpointKind.SUBSCRIPTION, '/chatter')
+    publisher.publish(b'the only one')
+    assert isinstance(offered.expect(2)[-1], OfferedDeadlineMissed)
+    assert isinstance(requested.expect(2)[-1], RequestedDeadlineMissed)
+
+
+def test_a_publisher_that_does_not_assert_its_liveliness_loses_it_and_may_regain_it(dds_sides: Sides) -> None:
+    alpha, beta = dds_sides
+    lost: Collector[EventStatus] = Collector()
+    changed: Collector[EventStatus] = Collector()
+    qos = QoS(liveliness=LivelinessPolicy.MANUAL_BY_TOPIC, lease_ns=100_000_000)
+    publisher = alpha.publisher('/chatter', qos)
+    subscription = beta.subscription('/chatter', lambda _: None, qos)
+    assert publisher.port.watch_event(PublisherEvent.RCL_PUBLISHER_LIVELINESS_LOST, lost)
+    assert subscription.watch_event(SubscriptionEvent.RCL_SUBSCRIPTION_LIVELINESS_CHANGED, changed)
+    changed.wait_for(lambda seen: LivelinessChanged(0, 0, 1, 0) in seen)
+    assert lost.expect(1)[-1] == LivelinessLost(1)
+    publisher.port.assert_liveliness()
+    publisher.publish(b'here again')
+    changed.wait_for(lambda seen: seen[-1] == LivelinessChanged(1, 0, 0, 0))
+
+
+def test_a_match_is_told_to_who_comes_after_it_too(dds_sides: Sides) -> None:
+    alpha, beta = dds_sides
+    matched: Collector[EventStatus] = Collector()
+    publisher = alpha.publisher('/chatter')
+    port = beta.subscription('/chatter', lambda _: None)
+    alpha.graph.expect(EndpointKind.SUBSCRIPTION, '/chatter')
+    assert publisher.port.watch_event(PublisherEvent.RCL_PUBLISHER_MATCHED, matched)
+    assert matched.expect(1)[-1] == Matched(1, 0, 1, 0)
+    port.close()
+    assert matched.expect(2)[-1] == Matched(1, 0, 0, 0)
+
+
+def test_another_type_of_the_same_name_is_left_to_the_graph(dds_sides: Sides) -> None:
+    port = dds_sides[0].publisher('/chatter').port
+    assert not port.watch_event(PublisherEvent.RCL_PUBLISHER_INCOMPATIBLE_TYPE, lambda _: None)
+
+
+def test_acknowledgements_may_be_waited_for(dds_sides: Sides) -> None:
+    alpha, beta = dds_sides
+    came: Collector[Sample] = Collector()
+    publisher = alpha.publisher('/chatter')
+    beta.subscription('/chatter', came)
+    alpha.graph.expect(EndpointKind.SUBSCRIPTION, '/chatter')
+    publisher.publish(b'hello')
+    assert publisher.port.wait_for_acknowledgements(10_000_000_000)
+    assert len(came.items) == 1
+
+
+# -- services ----------------------------------------------------------------------------------------------
+
+
+def test_a_client_reaches_a_server_only_while_there_is_one(dds_sides: Sides) -> None:
+    alpha, beta = dds_sides
+    client = alpha.client('/add')
+    assert not client.reaches_server()
+    server = beta.service('/add', lambda request: request.reply(b''))
+    alpha.expect_server(client, '/add')
+    server.close()
+    alpha.graph.wait_for(lambda: not client.reaches_server())
+
+
+def test_a_reply_to_a_client_that_has_gone_is_no_fault(dds_sides: Sides) -> None:
+    alpha, beta = dds_sides
+    asked: Collector[Request] = Collector()
+    beta.service('/add', asked)
+    client = alpha.client('/add')
+    alpha.expect_server(client, '/add')
+    Answers().ask(client)
+    (request,) = asked.expect(1)
+    client.close()
+    request.reply(b'nobody is there to hear it')
+    assert rejects(beta, 'reply') == 0
+
+
+def test_many_requests_at_once_are_all_answered(dds_sides: Sides) -> None:
+    alpha, beta = dds_sides
+    asked: Collector[Request] = Collector()
+    beta.service('/add', asked)
+    client = alpha.client('/add')
+    alpha.expect_server(client, '/add')
+    answers = Answers()
+    for number in range(500):
+        answers.ask(client, b'%d' % number)
+    for request in asked.expect(500):
+        request.reply(bytes(request.sample.payload))
+    assert len(answers.expect(replies=500, ends=500)) == 500
+
+
+def test_a_type_hash_is_told_and_read(dds_sides: Sides) -> None:
+    alpha, beta = dds_sides
+    alpha.node.publisher(topic_endpoint(EndpointKind.PUBLISHER, '/chatter'))
+    assert beta.graph.expect(EndpointKind.PUBLISHER, '/chatter')[0].type_hash == HASH
