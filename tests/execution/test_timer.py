@@ -189,6 +189,20 @@ def test_a_destroyed_timer_raises_invalid_handle() -> None:
         _ = timer.handle
 
 
+def test_a_timer_that_is_destroyed_while_it_sets_its_alarm_leaves_none_behind(node: SmallNode) -> None:
+    class Interrupted(Clock):
+        def steady_time_of(self, time_ns: int) -> int:
+            if timers:
+                timers.pop().destroy()  # as another thread may, right now
+            return super().steady_time_of(time_ns)
+
+    timers: list[Timer] = []
+    timer = Timer(bool, None, MS, Interrupted(clock_type=ClockType.STEADY_TIME), home=node.handle.home)
+    timers.append(timer)
+    timer.reset()
+    assert node.handle.home._alarms == set()
+
+
 def test_a_period_beyond_64_bits_is_refused() -> None:
     with pytest.raises(TypeError, match='does not fit into 64 bits'):
         World().timer(1e19)

@@ -245,6 +245,8 @@ class Timer(Work):
     def _schedule(self) -> None:
         if not (self._canceled or self._taken):
             self._alarm.set(self._next_call)
+            if self._destroyed:  # by another thread, which found nothing to drop
+                self._alarm.drop()
         for wake in self.watchers:
             wake()
 
