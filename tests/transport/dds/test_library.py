@@ -35,7 +35,7 @@ def test_an_override_is_taken_before_all_others(monkeypatch: pytest.MonkeyPatch,
 def test_an_override_that_is_not_there_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(OVERRIDE, '/nowhere/libddsc.so')
     with pytest.raises(
-        TransportError, match="GOALWIRE_LIBDDSC is '/nowhere/libddsc.so', and there is no such"
+        TransportError, match=r"GOALWIRE_LIBDDSC is '/nowhere/libddsc.so', and there is no such"
     ):
         find_library()
 
