@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Callable, Sequence
+from collections.abc import Awaitable, Callable
 from contextlib import suppress
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self, TypeVar
@@ -17,7 +17,6 @@ from goalwire.execution.asyncio_host import LoopHost
 from goalwire.execution.asyncio_runs import Runs
 from rclpy.callback_groups import CallbackGroup, MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
 from rclpy.clock_type import ClockType
-from rclpy.context import Context
 from rclpy.event_handler import event_handlers
 from rclpy.experimental.async_client import AsyncClient
 from rclpy.experimental.async_publisher import AsyncPublisher
@@ -25,11 +24,10 @@ from rclpy.experimental.async_service import AsyncService
 from rclpy.experimental.async_subscription import AsyncSubscription
 from rclpy.experimental.async_timer import AsyncTimer
 from rclpy.impl.base_node import BaseNode, timer_period_ns
-from rclpy.qos import QoSProfile, qos_profile_rosout_default, qos_profile_services_default
+from rclpy.qos import QoSProfile, qos_profile_services_default
 
 if TYPE_CHECKING:
     from goalwire.execution.work import Work
-    from rclpy.parameter import Parameter
     from rclpy.subscription_content_filter_options import ContentFilterOptions
 
 MsgT = TypeVar('MsgT')
@@ -48,38 +46,8 @@ class AsyncNode(BaseNode):
 
     _clock: AsyncClock
 
-    def __init__(
-        self,
-        node_name: str,
-        *,
-        context: Context | None = None,
-        cli_args: Sequence[str] | None = None,
-        namespace: str | None = None,
-        use_global_arguments: bool = True,
-        enable_rosout: bool = True,
-        rosout_qos_profile: QoSProfile | int = qos_profile_rosout_default,
-        start_parameter_services: bool = True,
-        parameter_overrides: list[Parameter] | None = None,
-        allow_undeclared_parameters: bool = False,
-        automatically_declare_parameters_from_overrides: bool = False,
-        enable_logger_service: bool = False,
-    ) -> None:
-        """Raises NotInitializedException before init(), and rclpy's name exceptions."""
+    def _ros_prepare(self) -> None:
         self._ros_runs = Runs()
-        super().__init__(
-            node_name,
-            context=context,
-            cli_args=cli_args,
-            namespace=namespace,
-            use_global_arguments=use_global_arguments,
-            enable_rosout=enable_rosout,
-            rosout_qos_profile=rosout_qos_profile,
-            start_parameter_services=start_parameter_services,
-            parameter_overrides=parameter_overrides,
-            allow_undeclared_parameters=allow_undeclared_parameters,
-            automatically_declare_parameters_from_overrides=automatically_declare_parameters_from_overrides,
-            enable_logger_service=enable_logger_service,
-        )
         self._ros_host = LoopHost(self.handle.home, self.context.lifeline, self._ros_runs)
 
     # -- its life ------------------------------------------------------------------------------------------

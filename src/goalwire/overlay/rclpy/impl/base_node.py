@@ -71,6 +71,7 @@ class BaseNode(NodeGraph, NodeParameters):
         self._ros_core = NodeCore(
             self._context, node_name, namespace, cli_args=cli_args, use_global_arguments=use_global_arguments
         )
+        self._ros_prepare()
         self._publishers: list[Publisher[Any]] = []
         self._subscriptions: list[Subscription[Any]] = []
         self._clients: list[Client[Any, Any]] = []
@@ -145,6 +146,9 @@ class BaseNode(NodeGraph, NodeParameters):
     def get_logger(self) -> RcutilsLogger:
         """Return the node's logger, 'a.b.name'."""
         return self._logger
+
+    def _ros_prepare(self) -> None:
+        """Make what the entities of the node will need, before the first one is made."""
 
     def _ros_make_clock(self) -> ROSClock:
         """Make the node's clock."""
