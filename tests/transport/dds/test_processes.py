@@ -1,0 +1,134 @@
+"""Several processes on DDS: large messages, a reader that is stopped, a peer that is killed."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+import time
+from pathlib import Path
+
+import pytest
+from helpers.collector import Collector
+from helpers.processes import Program
+from helpers.wire import PATIENCE, Side
+
+from goalwire.protocol.qos import HistoryPolicy, QoS
+from goalwire.transport.contract import EndpointKind, Sample, SessionOptions
+from goalwire.transport.dds import TRANSPORT
+
+KEEP_ALL = QoS(history=HistoryPolicy.KEEP_ALL)
+
+LEASE = '<CycloneDDS><Domain><Discovery><LeaseDuration>2s</LeaseDuration></Discovery></Domain></CycloneDDS>'
+
+ECHO = """
+    import os, sys
+    from helpers.wire import Side
+    from goalwire.protocol.qos import HistoryPolicy, QoS
+    from goalwire.transport.contract import SessionOptions
+    from goalwire.transport.dds import TRANSPORT
+
+    session = TRANSPORT.open(SessionOptions(int(os.environ['ROS_DOMAIN_ID'])))
+    side = Side(session, sys.argv[1])
+    publisher = side.publisher('/back', QoS(history=HistoryPolicy.KEEP_ALL))
+    side.subscription(
+        '/there', lambda sample: publisher.publish(sample.payload), QoS(history=HistoryPolicy.KEEP_ALL)
+    )
+    print('ready', flush=True)
+    sys.stdin.readline()
+    session.close()
+"""
+
+
+@pytest.fixture
+def environment(alone: dict[str, str]) -> dict[str, str]:
+    return alone | {'PYTHONPATH': os.pathsep.join([str(Path(__file__).parents[2])])}
+
+
+@pytest.mark.slow
+def test_sixty_four_megabytes_pass_both_ways(environment: dict[str, str]) -> None:
+    session = TRANSPORT.open(SessionOptions(int(environment['ROS_DOMAIN_ID'])))
+    try:
+        side, came = Side(session, 'near'), Collector[Sample]()
+        side.subscription('/back', came, KEEP_ALL)
+        publisher = side.publisher('/there', KEEP_ALL)
+        with Program(ECHO, 'far', env=environment) as far:
+            far.expect('ready')
+            side.graph.expect(EndpointKind.SUBSCRIPTION, '/there')
+            side.graph.expect(EndpointKind.PUBLISHER, '/back')
+            publisher.publish(b'met')
+            came.expect(1)
+            sent = os.urandom(1 << 20) * 64
+            publisher.publish(sent)
+            assert came.expect(2, 50.0)[-1].payload == sent
+            far.write_line('')
+            far.succeed()
+    finally:
+        session.close()
+
+
+@pytest.mark.slow
+def test_a_stopped_reliable_reader_holds_up_who_waits_for_it_and_nobody_else(
+    environment: dict[str, str],
+) -> None:
+    session = TRANSPORT.open(SessionOptions(int(environment['ROS_DOMAIN_ID'])))
+    gaps: list[float] = []
+    over = threading.Event()
+
+    def tick() -> None:
+        last = time.monotonic()
+        while not over.wait(0.005):
+            now = time.monotonic()
+            gaps.append(now - last)
+            last = now
+
+    def pour() -> None:
+        for _ in range(40):
+            waits.publish(bytes(100_000))
+
+    try:
+        side, came = Side(session, 'near'), Collector[Sample]()
+        to_all, waits = side.publisher('/small', QoS()), side.publisher('/there', KEEP_ALL)
+        side.subscription('/small', came)
+        with Program(ECHO, 'far', env=environment) as far:
+            far.expect('ready')
+            side.graph.expect(EndpointKind.SUBSCRIPTION, '/there')
+            far.send_signal(signal.SIGSTOP)
+            blocked = threading.Thread(target=pour)
+            blocked.start()
+            ticker = threading.Thread(target=tick)
+            ticker.start()
+            for _ in range(200):
+                to_all.publish(b'x')
+            came.expect(200)
+            over.wait(1.0)
+            over.set()
+            ticker.join()
+            assert blocked.is_alive(), 'the stopped reader should have held it up'
+            far.send_signal(signal.SIGCONT)
+            blocked.join(PATIENCE)
+            assert not blocked.is_alive()
+            far.write_line('')
+            far.succeed()
+    finally:
+        over.set()
+        session.close()
+    assert max(gaps) < 0.5
+
+
+@pytest.mark.slow
+def test_a_killed_peer_is_gone_within_the_lease_that_it_announced(environment: dict[str, str]) -> None:
+    session = TRANSPORT.open(SessionOptions(int(environment['ROS_DOMAIN_ID'])))
+    try:
+        side = Side(session, 'near')
+        with Program(ECHO, 'far', env=environment | {'CYCLONEDDS_URI': LEASE}) as far:
+            far.expect('ready')
+            side.graph.expect(EndpointKind.NODE, '/far')
+            side.graph.expect(EndpointKind.SUBSCRIPTION, '/there')
+            far.kill()
+            began = time.monotonic()
+            side.graph.expect(EndpointKind.NODE, '/far', 0)
+            side.graph.expect(EndpointKind.SUBSCRIPTION, '/there', 0)
+            assert time.monotonic() - began < 4.0
+    finally:
+        session.close()
