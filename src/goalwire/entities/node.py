@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import ExitStack
 from typing import TYPE_CHECKING, Protocol, Self
 
 from goalwire.entities.arguments import node_arguments
@@ -126,9 +127,13 @@ class NodeCore:
         return list(self._owned.values())
 
     def destroy(self) -> None:
-        """Destroy what the node owns, newest first, then the node. Idempotent."""
-        for entity in reversed(self.owned()):
-            entity.destroy()
+        """Destroy what the node owns, newest first, then the node, whatever any of it raises. Idempotent."""
+        with ExitStack() as ends:
+            ends.callback(self._leave)
+            for entity in self.owned():
+                ends.callback(entity.destroy)
+
+    def _leave(self) -> None:
         self._owned.clear()
         port, self._port = self._port, None
         if port is not None:

@@ -25,6 +25,7 @@ from rclpy.impl.base_node import BaseNode
 from rclpy.lifecycle import LifecycleNode
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
 from rclpy.waitable import Waitable
 from std_msgs.msg import String
@@ -411,6 +412,21 @@ def test_a_destroyed_node_takes_everything_along(make_node: MakeNode, context: C
     wait_until(context, lambda: other.get_node_names() == ['stays'])
     assert own(other.get_topic_names_and_types()) == []
     assert own(other.get_service_names_and_types()) == []
+
+
+def test_a_node_goes_whole_where_an_entity_fails_to(make_node: MakeNode) -> None:
+    class Stubborn(Publisher[String]):
+        def destroy(self) -> None:
+            super().destroy()
+            raise ValueError('stubborn')
+
+    other, node = make_node('other'), make_node('fails')
+    early = node.create_service(AddTwoInts, 'add', nothing)
+    node.create_publisher(String, 'a', 1, publisher_class=Stubborn)
+    with pytest.raises(ValueError, match='stubborn'):
+        node.destroy_node()
+    assert early.destroyed
+    assert other.get_node_names() == ['other']
 
 
 def test_a_node_moves_between_executors(node: Node, context: Context) -> None:

@@ -81,9 +81,11 @@ class AsyncNode(BaseNode):
 
     def destroy_node(self) -> None:
         """Destroy everything the node made, then the node; `run` returns. Idempotent."""
-        super().destroy_node()
-        self._clock.close()
-        self._ros_host.end()
+        try:
+            super().destroy_node()
+        finally:
+            self._clock.close()
+            self._ros_host.end()
 
     def get_clock(self) -> AsyncClock:
         """Return the node's clock (ROS time); `await node.get_clock().sleep(seconds)`."""
