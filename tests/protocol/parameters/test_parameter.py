@@ -111,3 +111,9 @@ def test_a_message_of_an_unknown_type_is_told_with_its_name() -> None:
 
     with pytest.raises(ValueError, match=r"^parameter 'a': 99 is not a valid Parameter\.Type$"):
         Parameter.from_parameter_msg(Message(name='a', value=ParameterValue(type=99)))
+
+
+def test_annotations_may_name_the_type_of_the_value() -> None:
+    annotation: Any = Parameter
+    assert annotation[str].__origin__ is Parameter
+    assert annotation[str]('name', value='x').value == 'x'

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from array import array
 from enum import Enum
+from types import GenericAlias
 from typing import TYPE_CHECKING, TypeAlias
 
 if TYPE_CHECKING:
@@ -125,6 +126,10 @@ class Parameter:
         self._name = name
         self._type = type_
         self._value = value
+
+    def __class_getitem__(cls, item: object) -> GenericAlias:
+        """`Parameter[str]` in annotations, as newer rclpy allows."""
+        return GenericAlias(cls, item)
 
     @property
     def name(self) -> str:
