@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import cast
 
 from goalwire.entities.asyncio_calls import AwaitedCalls
 from rclpy.client import BaseClient, RequestT, ResponseT
+from rclpy.impl.adopted import Adopted
 
 
-class AsyncClient(BaseClient[RequestT, ResponseT]):
+class AsyncClient(Adopted, BaseClient[RequestT, ResponseT]):
     """Made by AsyncNode.create_client."""
 
     calls: AwaitedCalls
-    on_destroy: Callable[[], object] | None = None
 
     async def call(self, request: RequestT) -> ResponseT:  # type: ignore[override]  # rclpy's name for it
         """Send a request and wait for its response, for ever where nobody answers: use asyncio.timeout.
@@ -34,5 +33,3 @@ class AsyncClient(BaseClient[RequestT, ResponseT]):
         """Undeclare, and cancel the calls that wait for their responses. Idempotent."""
         self.calls.cancel()
         super().destroy()
-        if self.on_destroy is not None:
-            self.on_destroy()
