@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from typing import NamedTuple
 
 from helpers.collector import Collector
 
@@ -72,16 +73,29 @@ def content(payload: Payload) -> bytes:
     return raw[8 : 8 + size]
 
 
+class Wrapping(NamedTuple):
+    """How contents become payloads, and payloads contents."""
+
+    pack: Callable[[bytes], bytes]
+    unpack: Callable[[Payload], bytes]
+
+
+IN_CDR = Wrapping(message, content)
+BARE = Wrapping(bytes, bytes)
+"""Contents travel as they are: not every wire takes them."""
+
+
 class ContentPublisher(PublisherPort):
     """A publisher of messages that are one uint8[]."""
 
-    def __init__(self, port: PublisherPort) -> None:
+    def __init__(self, port: PublisherPort, wrapping: Wrapping) -> None:
         self.port = port
+        self._pack = wrapping.pack
         self.gid = port.gid
 
     def publish(self, payload: bytes) -> None:
         """Publish one message."""
-        self.port.publish(message(payload))
+        self.port.publish(self._pack(payload))
 
     def close(self) -> None:
         """Undeclare."""
@@ -91,8 +105,9 @@ class ContentPublisher(PublisherPort):
 class ContentClient(ClientPort):
     """A client whose requests and replies are one uint8[]."""
 
-    def __init__(self, port: ClientPort) -> None:
+    def __init__(self, port: ClientPort, wrapping: Wrapping) -> None:
         self.port = port
+        self._wrapping = wrapping
         self.gid = port.gid
 
     def request(
@@ -101,9 +116,9 @@ class ContentClient(ClientPort):
         """Send one request."""
 
         def unwrap(reply: Sample) -> None:
-            on_reply(reply._replace(payload=content(reply.payload)))
+            on_reply(reply._replace(payload=self._wrapping.unpack(reply.payload)))
 
-        return self.port.request(message(payload), unwrap, on_end)
+        return self.port.request(self._wrapping.pack(payload), unwrap, on_end)
 
     def reaches_server(self) -> bool:
         """Whether a request would be answered."""
@@ -117,12 +132,13 @@ class ContentClient(ClientPort):
 class ContentRequest(Request):
     """A request that is one uint8[], and so is its reply."""
 
-    def __init__(self, request: Request) -> None:
+    def __init__(self, request: Request, wrapping: Wrapping) -> None:
         self._request = request
-        self.sample = request.sample._replace(payload=content(request.sample.payload))
+        self._pack = wrapping.pack
+        self.sample = request.sample._replace(payload=wrapping.unpack(request.sample.payload))
 
     def reply(self, payload: bytes) -> None:
-        self._request.reply(message(payload))
+        self._request.reply(self._pack(payload))
 
     def drop(self, reason: str = '') -> None:
         self._request.drop(reason)
@@ -181,8 +197,9 @@ class SeenGraph(GraphListener):
 class Side:
     """One session with one node."""
 
-    def __init__(self, session: Session, node_name: str) -> None:
+    def __init__(self, session: Session, node_name: str, wrapping: Wrapping = IN_CDR) -> None:
         self.session = session
+        self._wrapping = wrapping
         self.graph = SeenGraph()
         session.watch_graph(self.graph)
         self.node = session.node(NodeName(node_name))
@@ -190,7 +207,7 @@ class Side:
     def publisher(self, name: str, qos: QoS | None = None, *, type_hash: str = HASH) -> ContentPublisher:
         """Declare a publisher."""
         endpoint = topic_endpoint(EndpointKind.PUBLISHER, name, qos, type_hash=type_hash)
-        return ContentPublisher(self.node.publisher(endpoint))
+        return ContentPublisher(self.node.publisher(endpoint), self._wrapping)
 
     def subscription(
         self,
@@ -203,7 +220,7 @@ class Side:
         """Declare a subscription."""
 
         def unwrap(sample: Sample) -> None:
-            deliver(sample._replace(payload=content(sample.payload)))
+            deliver(sample._replace(payload=self._wrapping.unpack(sample.payload)))
 
         kind = EndpointKind.SUBSCRIPTION
         return self.node.subscription(topic_endpoint(kind, name, qos, ignore_local=ignore_local), unwrap)
@@ -211,11 +228,12 @@ class Side:
     def service(self, name: str, deliver: Callable[[Request], None]) -> Port:
         """Declare a service server."""
         endpoint = service_endpoint(EndpointKind.SERVICE, name)
-        return self.node.service(endpoint, lambda request: deliver(ContentRequest(request)))
+        return self.node.service(endpoint, lambda request: deliver(ContentRequest(request, self._wrapping)))
 
     def client(self, name: str) -> ContentClient:
         """Declare a service client."""
-        return ContentClient(self.node.client(service_endpoint(EndpointKind.CLIENT, name)))
+        client = self.node.client(service_endpoint(EndpointKind.CLIENT, name))
+        return ContentClient(client, self._wrapping)
 
     def expect_server(self, client: ContentClient, name: str, number: int = 1) -> None:
         """Wait until the graph shows that many servers, and the client can call."""

@@ -10,7 +10,7 @@ from typing import TypeAlias
 import pytest
 import zenoh
 from helpers.isolation import isolated_env
-from helpers.wire import Side
+from helpers.wire import BARE, Side
 
 from goalwire.transport.contract import SessionOptions
 from goalwire.transport.zenoh import TRANSPORT, lifecycle
@@ -36,7 +36,7 @@ def open_side(world: dict[str, str]) -> Iterator[OpenSide]:
 
     def open_one(node_name: str) -> Side:
         session = TRANSPORT.open(SessionOptions(int(world['ROS_DOMAIN_ID'])))
-        sides.append(Side(session, node_name))
+        sides.append(Side(session, node_name, BARE))
         return sides[-1]
 
     yield open_one

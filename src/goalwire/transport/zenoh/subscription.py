@@ -6,69 +6,59 @@ from collections.abc import Callable
 from time import time_ns
 
 import zenoh
-from zenoh import ext
 
 from goalwire.errors import RemoteError
-from goalwire.protocol.qos import QoS
 from goalwire.transport.contract import Endpoint, Port, Sample
 from goalwire.transport.place import Place
 from goalwire.transport.zenoh.attachment import read
-from goalwire.transport.zenoh.core import Core
+from goalwire.transport.zenoh.core import Core, Declared
+from goalwire.transport.zenoh.history import HistorySubscriber
 from goalwire.transport.zenoh.keyexpr import CPU_BUFFERS
 from goalwire.transport.zenoh.qos_text import actual_depth
 from goalwire.transport.zenoh.thread_state import pin
 from goalwire.transport.zenoh.tokens import uses_cpu_channel
 
-Subscriber = zenoh.Subscriber[None] | ext.AdvancedSubscriber[None]
 
-
-def declare(core: Core, key: str, endpoint: Endpoint, deliver: Callable[[Sample], None]) -> list[Subscriber]:
+def declare(core: Core, key: str, endpoint: Endpoint, deliver: Callable[[Sample], None]) -> list[Declared]:
     """Declare what brings messages of `key` to `deliver`: one subscriber, or two for types with buffers."""
-    subscribers = [_declare_one(core, key, endpoint, deliver)]
-    if uses_cpu_channel(endpoint):  # each message comes through exactly one of the two
-        subscribers.append(_declare_one(core, f'{key}/{CPU_BUFFERS}', endpoint, deliver))
-    return subscribers
-
-
-def _declare_one(core: Core, key: str, endpoint: Endpoint, deliver: Callable[[Sample], None]) -> Subscriber:
-    handler = _handler(core, endpoint.name, deliver)
+    read = _reader(core, endpoint.name)
     origin = zenoh.Locality.REMOTE if endpoint.ignore_local else None
     if endpoint.qos.is_transient_local:
-        return _declare_with_history(core.zenoh, key, endpoint.qos, handler, origin)
-    return core.zenoh.declare_subscriber(key, handler, allowed_origin=origin)
+        subscriber = HistorySubscriber(core, key, actual_depth(endpoint.qos), read, deliver)
+        subscriber.declare(recovers=endpoint.qos.is_reliable, origin=origin)
+        return [subscriber]
+    keys = [key]
+    if uses_cpu_channel(endpoint):  # each message comes through exactly one of the two
+        keys.append(f'{key}/{CPU_BUFFERS}')
+    return [
+        core.zenoh.declare_subscriber(each, _handler(core, read, deliver), allowed_origin=origin)
+        for each in keys
+    ]
 
 
-def _declare_with_history(
-    session: zenoh.Session,
-    key: str,
-    qos: QoS,
-    handler: zenoh.handlers.Callback[zenoh.Sample],
-    origin: zenoh.Locality | None,
-) -> Subscriber:
-    recovery = ext.RecoveryConfig(periodic_queries=None, heartbeat=True)
-    return ext.declare_advanced_subscriber(
-        session,
-        key,
-        handler,
-        allowed_origin=origin,
-        history=ext.HistoryConfig(detect_late_publishers=True, max_samples=actual_depth(qos)),
-        recovery=recovery if qos.is_reliable else None,
-        subscriber_detection=True,
-    )
+def _reader(core: Core, name: str) -> Callable[[zenoh.Sample], Sample | None]:
+    """Return what makes a Sample of zenoh's, or None, counted, of one that breaks the rules."""
 
-
-def _handler(
-    core: Core, name: str, deliver: Callable[[Sample], None]
-) -> zenoh.handlers.Callback[zenoh.Sample]:
-    def on_sample(sample: zenoh.Sample) -> None:
-        pin()
+    def read_sample(sample: zenoh.Sample) -> Sample | None:
         received = time_ns()
         try:
             sequence, sent, gid = read(sample.attachment)
         except RemoteError as error:
             core.rejects.add('message', f"on topic '{name}': {error}")
-            return
-        deliver(Sample(sample.payload.to_bytes(), sequence, sent, received, gid))
+            return None
+        return Sample(sample.payload.to_bytes(), sequence, sent, received, gid)
+
+    return read_sample
+
+
+def _handler(
+    core: Core, read: Callable[[zenoh.Sample], Sample | None], deliver: Callable[[Sample], None]
+) -> zenoh.handlers.Callback[zenoh.Sample]:
+    def on_sample(raw: zenoh.Sample) -> None:
+        pin()
+        sample = read(raw)
+        if sample is not None:
+            deliver(sample)
 
     def on_drop() -> None:
         core.in_flight.leave(on_sample)
