@@ -32,7 +32,7 @@ def test_what_is_new_and_what_changes_is_told_apart(table: ParameterTable) -> No
     assert declare(table, 'n', None, type=Type.INTEGER) == (['n'], [], [])
     several = [Parameter('n', value=1), Parameter('i', value=2), Parameter('n', value=3)]
     assert names(table.store(several)) == (['n'], ['i', 'n'], [])
-    assert [parameter.value for parameter in table] == [2, 1.5, 3]
+    assert [parameter.value for parameter in table.values()] == [2, 1.5, 3]
 
 
 def test_a_parameter_without_a_value_goes_and_frees_its_name(table: ParameterTable) -> None:
@@ -76,5 +76,12 @@ def test_a_new_descriptor_keeps_the_name(table: ParameterTable) -> None:
 def test_a_value_that_is_still_missing_is_known_from_one_that_may_be(table: ParameterTable) -> None:
     declare(table, 'typed', None, type=Type.INTEGER)
     declare(table, 'dynamic', None, dynamic_typing=True)
-    missing = [parameter.name for parameter in table if table.is_uninitialized(parameter)]
+    missing = [parameter.name for parameter in table.values() if table.is_uninitialized(parameter)]
     assert missing == ['typed']
+
+
+def test_a_table_is_a_mapping_that_may_change_while_it_is_gone_through(table: ParameterTable) -> None:
+    for name, parameter in table.items():
+        assert parameter is table[name]
+        table.undeclare(name)
+    assert (dict(table), len(table), table.get('first')) == ({}, 0, None)

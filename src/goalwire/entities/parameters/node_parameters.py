@@ -148,7 +148,7 @@ class NodeParameters:
         start = f'{prefix}{SEPARATOR}' if prefix else ''
         return {
             parameter.name[len(start) :]: parameter
-            for parameter in self._parameters
+            for parameter in self._parameters.values()
             if parameter.name.startswith(start)
         }
 
@@ -189,7 +189,7 @@ class NodeParameters:
         """
         from rcl_interfaces.msg import ListParametersResult
 
-        names, heads = list_names(self._parameters.names(), prefixes, depth)
+        names, heads = list_names(list(self._parameters), prefixes, depth)
         return ListParametersResult(names=names, prefixes=heads)
 
     # -- setting -------------------------------------------------------------------------------------------

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import ItemsView, Iterator, Mapping, Sequence, ValuesView
 from threading import Lock
 
 from goalwire.protocol.parameters.descriptor import Descriptor
@@ -24,8 +24,11 @@ class Changes:
         return bool(self.new or self.changed or self.deleted)
 
 
-class ParameterTable:
-    """Read by any thread, without a lock; sets are applied one after the other."""
+class ParameterTable(Mapping[str, Parameter]):
+    """The declared parameters by name, as programs know `Node._parameters`, in order of declaration.
+
+    Read by any thread, without a lock; sets are applied one after the other.
+    """
 
     def __init__(self, overrides: dict[str, ParameterValue], *, allow_undeclared: bool = False) -> None:
         self.allow_undeclared = allow_undeclared
@@ -37,17 +40,22 @@ class ParameterTable:
     def __contains__(self, name: object) -> bool:
         return name in self._values
 
-    def __iter__(self) -> Iterator[Parameter]:
-        """All parameters, in order of declaration."""
-        return iter(tuple(self._values.values()))
+    def __getitem__(self, name: str) -> Parameter:
+        return self._values[name]
 
-    def names(self) -> list[str]:
-        """Return the declared names, in order of declaration."""
-        return list(self._values)
+    def __iter__(self) -> Iterator[str]:
+        return iter(tuple(self._values))
 
-    def get(self, name: str) -> Parameter | None:
-        """Return a declared parameter, or None."""
-        return self._values.get(name)
+    def __len__(self) -> int:
+        return len(self._values)
+
+    def values(self) -> ValuesView[Parameter]:
+        """Return the parameters of this moment."""
+        return self._values.copy().values()
+
+    def items(self) -> ItemsView[str, Parameter]:
+        """Return names and parameters of this moment."""
+        return self._values.copy().items()
 
     def descriptor(self, name: str) -> Descriptor | None:
         """Return the descriptor of a declared parameter, or None."""
