@@ -82,6 +82,6 @@ def test_a_value_that_is_still_missing_is_known_from_one_that_may_be(table: Para
 
 def test_a_table_is_a_mapping_that_may_change_while_it_is_gone_through(table: ParameterTable) -> None:
     for name, parameter in table.items():
-        assert parameter is table[name]
+        assert table.get(name) is parameter
         table.undeclare(name)
     assert (dict(table), len(table), table.get('first')) == ({}, 0, None)
