@@ -22,6 +22,11 @@ class Handle:
     def __init__(self, entity: object) -> None:
         self._entity = entity
 
+    @property  # type: ignore[misc]
+    def __class__(self) -> type:
+        """The entity's: a handle passes for what it is the handle of."""
+        return type(self._entity)
+
     def __getattr__(self, name: str) -> object:
         return getattr(self._entity, name)
 

@@ -52,6 +52,7 @@ def test_the_blocks_of_clock_context_and_node_leave_them_alone(make_node: MakeNo
 def test_a_handle_has_what_its_entity_has(make_node: MakeNode) -> None:
     publisher = make_node().create_publisher(String, 'chat', 1)
     assert publisher.handle.topic_name == '/chat'
+    assert isinstance(publisher.handle, type(publisher))
     assert publisher.handle == publisher.handle
     assert len({publisher.handle, publisher.handle}) == 1
     with pytest.raises(AttributeError, match='pointer'):
