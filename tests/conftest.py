@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import sys
 from collections.abc import Callable, Iterator
 from typing import TypeAlias
@@ -20,6 +21,10 @@ TRANSPORTS = os.environ.get('GOALWIRE_TEST_TRANSPORTS', 'goalwire_memory,rmw_zen
 OpenSession: TypeAlias = Callable[[], Session]
 
 os.environ['ROS_LOG_DIR'] = str(log_directory())  # never the home of who runs the tests
+
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    # A shell's background jobs are deaf to Ctrl-C, and so would be the programs that tests start.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(autouse=True)
