@@ -16,7 +16,7 @@ from goalwire.errors import GoalwireError
 from goalwire.protocol.arguments import parse_arguments
 
 SOURCE = ROOT / 'src' / 'goalwire'
-VARIABLE = re.compile(r'(AMENT|GOALWIRE|RCUTILS|RMW|ROS|ZENOH)_[A-Z_]+')
+VARIABLE = re.compile(r'(AMENT|CYCLONEDDS|GOALWIRE|RCUTILS|RMW|ROS|ZENOH)_[A-Z_]+')
 NO_VARIABLES = {'AMENT_IGNORE', 'AMENT_PREFIX_PATH_ENV_VAR'}
 INTERNAL = {'InvalidName', 'UnknownSubstitution', 'RuleSyntaxError', 'ArgumentError', 'UnknownArguments'}
 

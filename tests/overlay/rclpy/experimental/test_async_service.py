@@ -129,7 +129,9 @@ def test_a_callback_may_destroy_its_own_service_and_go_on(make_async: MakeAsyncN
     run(scenario())
 
 
-@pytest.mark.differs_on(DDS, 'a server cannot say that it will not answer')
+@pytest.mark.differs_on(
+    DDS, 'a server cannot say that it will not answer: the call ends when the server goes'
+)
 def test_a_request_whose_callback_never_began_is_given_up(
     make_async: MakeAsyncNode, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -1,0 +1,35 @@
+"""What a wire does otherwise is told in the docs: the table is that of the tests' marks."""
+
+from __future__ import annotations
+
+import ast
+
+from helpers.markdown import DOCS, ROOT, rows
+
+
+def constants(tree: ast.Module) -> dict[str, object]:
+    """Return the names that a module gives to constants."""
+    return {
+        target.id: node.value.value
+        for node in tree.body
+        if isinstance(node, ast.Assign) and isinstance(node.value, ast.Constant)
+        for target in node.targets
+        if isinstance(target, ast.Name)
+    }
+
+
+def marks() -> set[object]:
+    """Return what the tests are marked with that do not run on DDS."""
+    found: set[object] = set()
+    for file in (ROOT / 'tests').rglob('test_*.py'):
+        tree = ast.parse(file.read_text(encoding='utf-8'))
+        named = constants(tree)
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Call) and getattr(node.func, 'attr', '') == 'differs_on':
+                text = node.args[1]
+                found.add(named[text.id] if isinstance(text, ast.Name) else ast.literal_eval(text))
+    return found
+
+
+def test_the_table_of_differences_is_that_of_the_marks() -> None:
+    assert {row[0] for row in rows(DOCS / 'dds.md', 'on DDS')} == marks()
