@@ -1,3 +1,64 @@
-"""goalwire: ROS 2's topics, services and actions for Python, from one pip install."""
+"""goalwire: ROS 2's topics, services and actions for Python, from one pip install.
+
+The names here are those of the asyncio API; each is imported when it is first asked for. Programs for ROS 2
+import rclpy.
+"""
+
+TYPE_CHECKING = False  # typing's, which this module does not wait for
+
+if TYPE_CHECKING:
+    from goalwire.aio import ActionClient as ActionClient
+    from goalwire.aio import ActionServer as ActionServer
+    from goalwire.aio import Client as Client
+    from goalwire.aio import Goal as Goal
+    from goalwire.aio import Node as Node
+    from goalwire.aio import Parameters as Parameters
+    from goalwire.aio import Publisher as Publisher
+    from goalwire.aio import Run as Run
+    from goalwire.aio import Service as Service
+    from goalwire.aio import Subscription as Subscription
+    from goalwire.aio import Timer as Timer
+    from goalwire.errors import CallError as CallError
+    from goalwire.errors import DeadlineError as DeadlineError
+    from goalwire.errors import GoalAborted as GoalAborted
+    from goalwire.errors import GoalCanceled as GoalCanceled
+    from goalwire.errors import GoalFailed as GoalFailed
+    from goalwire.errors import GoalRefused as GoalRefused
+    from goalwire.errors import GoalwireError as GoalwireError
+    from goalwire.errors import NoServerError as NoServerError
+    from goalwire.errors import ServerFailedError as ServerFailedError
+    from goalwire.errors import ServerLostError as ServerLostError
+    from goalwire.protocol.qos import DurabilityPolicy as DurabilityPolicy
+    from goalwire.protocol.qos import HistoryPolicy as HistoryPolicy
+    from goalwire.protocol.qos import LivelinessPolicy as LivelinessPolicy
+    from goalwire.protocol.qos import QoS as QoS
+    from goalwire.protocol.qos import ReliabilityPolicy as ReliabilityPolicy
 
 __version__ = '0.1.0'
+
+_NAMES = {
+    'goalwire.aio': (
+        'ActionClient ActionServer Client Goal Node Parameters Publisher Run Service Subscription Timer'
+    ),
+    'goalwire.errors': (
+        'CallError DeadlineError GoalAborted GoalCanceled GoalFailed GoalRefused GoalwireError NoServerError '
+        'ServerFailedError ServerLostError'
+    ),
+    'goalwire.protocol.qos': 'DurabilityPolicy HistoryPolicy LivelinessPolicy QoS ReliabilityPolicy',
+}
+_HOMES = {name: home for home, names in _NAMES.items() for name in names.split()}
+
+
+def __getattr__(name: str) -> object:
+    home = _HOMES.get(name)
+    if home is None:
+        raise AttributeError(f"module 'goalwire' has no attribute '{name}'")
+    from importlib import import_module
+
+    found: object = getattr(import_module(home), name)
+    globals()[name] = found
+    return found
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_HOMES})

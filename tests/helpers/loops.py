@@ -6,9 +6,16 @@ import asyncio
 import importlib.util
 from collections.abc import Callable, Coroutine
 from importlib import import_module
-from typing import Any, TypeVar
+from typing import Any, Protocol, TypeVar
 
 T = TypeVar('T')
+
+
+class Play(Protocol):
+    """Runs a scenario to its end in a loop, and returns what it returns."""
+
+    def __call__(self, scenario: Callable[[], Coroutine[Any, Any, T]], /) -> T: ...
+
 
 PATIENCE = 10.0
 """s that only failures take."""

@@ -41,10 +41,16 @@ class Attempt:
 
         Raises NoServerError at the deadline, ShutDownError.
         """
-        if not await graph_shows(self._context, is_there, self.deadline):
-            self._check_alive()
-            raise self.error(NoServerError, 'no server came')
+        await self.shows(is_there, 'no server came', NoServerError)
         self._servers = self._context.graph.entities(EndpointKind.SERVICE, served_as)
+
+    async def shows(
+        self, predicate: Callable[[], bool], problem: str, kind: type[CallError] = DeadlineError
+    ) -> None:
+        """Wait until the graph looks as wanted. Raises `kind` at the deadline, ShutDownError."""
+        if not await graph_shows(self._context, predicate, self.deadline):
+            self._check_alive()
+            raise self.error(kind, problem)
 
     async def settle(self, future: Awaitable) -> None:
         """Wait until `future` is no longer pending. Raises DeadlineError, ShutDownError."""

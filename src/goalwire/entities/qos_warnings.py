@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
 from typing import TYPE_CHECKING, Any, TypeAlias
 
+from goalwire.entities.exceptions import UnsupportedEventTypeError
 from goalwire.logging import get_logger
 from goalwire.protocol.qos_events import (
     EventType,
@@ -15,6 +17,7 @@ from goalwire.protocol.qos_events import (
     incompatible_qos_warning,
     incompatible_type_warning,
 )
+from goalwire.transport.contract import EndpointKind
 
 if TYPE_CHECKING:
     from goalwire.entities.publisher import PublisherCore
@@ -27,6 +30,17 @@ def default_callback(endpoint: TopicEndpoint, event: EventType, topic: str) -> C
     """Return what warns of an event, with the topic's name as it was given; None where nobody is warned."""
     warn = _WARNINGS.get(event)
     return None if warn is None else partial(warn, endpoint, event, topic)
+
+
+def warn_by_default(endpoint: TopicEndpoint, topic: str) -> None:
+    """Warn of all that default callbacks warn of, as far as the wire can tell."""
+    publishes = endpoint.events.endpoint.kind is EndpointKind.PUBLISHER
+    for event in _WARNINGS:
+        if isinstance(event, PublisherEvent) is publishes:
+            callback = default_callback(endpoint, event, topic)
+            assert callback is not None
+            with suppress(UnsupportedEventTypeError):
+                endpoint.events.reader(event, None, callback)
 
 
 def _warn_of_qos(endpoint: TopicEndpoint, event: EventType, topic: str, status: IncompatibleQoS) -> None:

@@ -59,8 +59,7 @@ class SubscriptionCore(Generic[MsgT]):
         self._decode: Callable[..., Any] = bytes if raw else self.support.decode
         self.set_callback(callback)
         self.full_name = node.resolve(topic)
-        depth = None if qos.keeps_all else qos.depth or _DEFAULT_DEPTH
-        self.inbox: Inbox[Sample] = Inbox(node.home, group, self._handle, depth=depth)
+        self.inbox: Inbox[Sample] = Inbox(node.home, group, self._handle, depth=queue_depth(qos))
         endpoint = describe_endpoint(node, EndpointKind.SUBSCRIPTION, self.full_name, self.support, qos)
         self._endpoint = endpoint
         self._events: EndpointEvents | None = None
@@ -99,11 +98,18 @@ class SubscriptionCore(Generic[MsgT]):
         if self._port is None:
             raise InvalidHandle
         while (sample := self.inbox.take()) is not None:
-            try:
-                return self._decode(sample.payload), _info(sample)
-            except RemoteError as error:
-                self._reject(error)
+            taken = self.read(sample)
+            if taken is not None:
+                return taken
         return None
+
+    def read(self, sample: Sample) -> tuple[Any, MessageInfo] | None:
+        """Return the message of a sample; None where it cannot be decoded, which is counted and logged."""
+        try:
+            return self._decode(sample.payload), _info(sample)
+        except RemoteError as error:
+            self._reject(error)
+            return None
 
     def _reject(self, error: RemoteError) -> None:
         self.rejected += 1
@@ -149,6 +155,11 @@ class SubscriptionCore(Generic[MsgT]):
                 self._events.close()
             port.close()
             self.inbox.close()
+
+
+def queue_depth(qos: QoS) -> int | None:
+    """Return how many messages may wait for a subscription; None for any number."""
+    return None if qos.keeps_all else qos.depth or _DEFAULT_DEPTH
 
 
 def _info(sample: Sample) -> MessageInfo:

@@ -30,7 +30,7 @@ class Stream(Generic[T]):
         self._bridge = bridge_to(self._loop)
         self._items: deque[T] = deque(maxlen=depth)
         self._sleepers: list[asyncio.Future[None]] = []
-        self._closed = False
+        self.closed = False
         self._in_a_row = 0
         self.dropped = 0
 
@@ -39,7 +39,7 @@ class Stream(Generic[T]):
 
     def deliver(self, item: T) -> None:
         """Queue an item. Any thread; one that is closed ignores it."""
-        if self._closed:
+        if self.closed:
             return
         if len(self._items) == self._items.maxlen:
             self.dropped += 1
@@ -48,7 +48,7 @@ class Stream(Generic[T]):
 
     def close(self) -> None:
         """End: what waits is still given out, then `async for` ends. Any thread; idempotent."""
-        self._closed = True
+        self.closed = True
         self._wake()
 
     def _wake(self) -> None:
@@ -65,7 +65,7 @@ class Stream(Generic[T]):
             try:
                 return self._items.popleft()
             except IndexError:
-                if self._closed and not self._items:
+                if self.closed and not self._items:
                     raise StopAsyncIteration from None
             await self._sleep()
 
@@ -81,7 +81,7 @@ class Stream(Generic[T]):
         sleeper: asyncio.Future[None] = self._loop.create_future()
         self._sleepers.append(sleeper)
         try:
-            if not (self._items or self._closed):
+            if not (self._items or self.closed):
                 await sleeper
         finally:
             self._sleepers.remove(sleeper)

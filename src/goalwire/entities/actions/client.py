@@ -82,7 +82,7 @@ class ActionClientCore:
         self._ended: OrderedDict[GoalId, ClientGoal] = OrderedDict()
         self._reported: set[tuple[str, str]] = set()
         self._destroyed = False
-        self._goal_class = support.cls.Goal  # type: ignore[attr-defined]
+        self._goal_class: type = support.cls.Goal  # type: ignore[attr-defined]
         self._encode_goal = cdr.encoder(self._goal_class)
         self._names = names = node.resolve_action(name)
         self._send_port = self._client(names.send_goal, support.send_goal, qos.goal)
@@ -346,6 +346,21 @@ class ActionClientCore:
             return False
         self.node.check_open()
         return self.node.graph.has_action(self._names.name, self.type_name)
+
+    @property
+    def full_name(self) -> str:
+        """The action's fully-qualified name."""
+        return self._names.name
+
+    @property
+    def goal_service(self) -> str:
+        """The fully-qualified name of the service that takes goals."""
+        return self._names.send_goal
+
+    @property
+    def goal_type(self) -> type:
+        """The action's Goal class."""
+        return self._goal_class
 
     @property
     def type_name(self) -> str:

@@ -17,8 +17,13 @@ from goalwire.protocol.parameters.parameter import Parameter
 class Verdict(Protocol):
     """What a callback on a set returns: an rcl_interfaces/msg/SetParametersResult."""
 
-    successful: bool
-    reason: str
+    @property
+    def successful(self) -> bool:
+        """Whether the parameters may be set."""
+
+    @property
+    def reason(self) -> str:
+        """Why not."""
 
 
 Before: TypeAlias = Callable[[list[Parameter]], Iterable[Parameter]]

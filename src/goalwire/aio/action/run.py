@@ -1,0 +1,264 @@
+"""A goal that was sent: its feedback, its result, its end."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Awaitable, Generator
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+from goalwire.entities.actions.client import FEEDBACK_LIMIT
+from goalwire.entities.attempt import Attempt
+from goalwire.entities.exceptions import ShutDownError
+from goalwire.errors import (
+    CallError,
+    ClosedError,
+    DeadlineError,
+    GoalAborted,
+    GoalCanceled,
+    GoalFailed,
+    GoalRefused,
+    RemoteError,
+    ServerLostError,
+)
+from goalwire.execution.asyncio_stream import Stream
+from goalwire.execution.asyncio_waiting import delay_s
+from goalwire.execution.future import Future
+from goalwire.logging import get_logger
+from goalwire.protocol.goals.ids import new_goal_id
+from goalwire.protocol.goals.table import GoalStatus
+
+if TYPE_CHECKING:
+    from types import TracebackType
+    from typing import Self
+
+    from goalwire.entities.actions.client import ActionClientCore
+    from goalwire.entities.actions.client_goal import ClientGoalHandle
+    from goalwire.execution.lifeline import Watch
+    from goalwire.transport.contract import Sample
+
+ResultT = TypeVar('ResultT')
+FeedbackT = TypeVar('FeedbackT')
+
+
+class Run(Generic[ResultT, FeedbackT]):
+    """Made by ActionClient.send; `async with` it, once."""
+
+    def __init__(self, core: ActionClientCore, goal: object, timeout: float | None, grace: float) -> None:
+        self._core = core
+        self._goal = goal
+        self._timeout = timeout
+        self._grace = grace
+        self._id = new_goal_id()
+        self._attempt: Attempt | None = None
+        self._answer: Future[Any] | None = None
+        self._stream: Stream[Sample] = Stream(FEEDBACK_LIMIT)
+        self._alarm: asyncio.TimerHandle | None = None
+        self._watch: Watch | None = None
+
+    # -- what it is ----------------------------------------------------------------------------------------
+
+    @property
+    def goal_id(self) -> bytes:
+        """The goal's id, 16 bytes."""
+        return self._id
+
+    @property
+    def status(self) -> GoalStatus:
+        """Where the goal stands, as far as is known here."""
+        return self._core.goal(self._id).status
+
+    @property
+    def feedback(self) -> AsyncIterator[FeedbackT]:
+        """What the server says on the way. It ends with the goal, however that ended, and at the deadline.
+
+        1000 messages wait at most; beyond that the oldest is dropped.
+        """
+        return _Feedback(self._core, self._stream)
+
+    @property
+    def result(self) -> Awaitable[ResultT]:
+        """Await it, as often as you like, for the result of a goal that was reached.
+
+        Otherwise it raises GoalAborted, GoalCanceled, DeadlineError, ServerLostError or ServerFailedError;
+        ShutDownError, InvalidHandle where the client is closed.
+        """
+        return _Result(self)
+
+    async def cancel(self, *, timeout: float | None = None) -> bool:
+        """Ask the server to cancel the goal; True where it will. The result tells how that went.
+
+        Raises DeadlineError, ServerLostError, ServerFailedError, ShutDownError.
+        """
+        attempt = Attempt(self._core.node.context, 'action', self._core.full_name, timeout)
+        return await self._cancel(attempt)
+
+    # -- its life ------------------------------------------------------------------------------------------
+
+    async def __aenter__(self) -> Self:
+        """Wait for a server, send the goal, wait until it is accepted.
+
+        Raises GoalRefused, NoServerError, DeadlineError, ServerLostError, ServerFailedError; ShutDownError,
+        InvalidHandle; EncodeError where a field cannot go on the wire.
+        """
+        if self._attempt is not None:
+            raise ClosedError('this run was entered before: send the goal again')
+        core = self._core
+        context = core.node.context
+        attempt = self._attempt = Attempt(context, 'action', core.full_name, self._timeout)
+        await attempt.until(core.server_is_there, core.goal_service)
+        sending = core.send_as(self._id, self._goal, self._stream)
+        try:
+            await attempt.settle(sending)
+            self._take(sending)
+        except DeadlineError:
+            sending.add_done_callback(self._cancel_late)
+            raise
+        except CallError as error:
+            raise (error if error.name else attempt.retold(error)) from None
+        except asyncio.CancelledError:
+            await self._give_up(sending)
+            raise
+        if attempt.deadline is not None:
+            delay = delay_s(attempt.deadline - context.lifeline.clock.now())
+            self._alarm = asyncio.get_running_loop().call_later(delay, self._stream.close)
+        self._watch = context.lifeline.watch(self._stream.close)
+        return self
+
+    def _take(self, sending: Future[ClientGoalHandle[Any, Any, Any]]) -> None:
+        """Look at the server's answer to the goal, and ask for its result at once where it was accepted."""
+        handle = sending.result()
+        assert handle is not None
+        assert self._attempt is not None
+        if not handle.accepted:
+            raise self._attempt.error(GoalRefused, 'the server refused the goal')
+        self._answer = self._core.get_result(self._id)
+        self._answer.add_waker(self._stream.close)
+
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        try:
+            if self._answer is not None and self._answer.pending():
+                await self._stop(self._limit())
+        finally:
+            if self._alarm is not None:
+                self._alarm.cancel()
+            if self._watch is not None:
+                self._watch.close()
+            self._stream.close()
+            if self._answer is not None:
+                self._answer.exception()  # looked at, whether the program did or not
+
+    # -- its end -------------------------------------------------------------------------------------------
+
+    def _limit(self) -> Attempt:
+        return Attempt(self._core.node.context, 'action', self._core.full_name, self._grace)
+
+    async def _give_up(self, sending: Future[ClientGoalHandle[Any, Any, Any]]) -> None:
+        """Nobody waits for this goal any more, which the server may take yet: cancel it then."""
+        limit = self._limit()
+        try:
+            await limit.settle(sending)
+            self._take(sending)
+        except DeadlineError:
+            sending.add_done_callback(self._cancel_late)
+        except (CallError, ClosedError):
+            return  # it was refused, or its server is gone
+        else:
+            await self._stop(limit)
+
+    def _cancel_late(self, sending: Future[ClientGoalHandle[Any, Any, Any]]) -> None:
+        """The server has answered at last: it shall not work on a goal that was given up."""
+        if sending.exception() is not None:
+            return
+        handle = sending.result()
+        if handle is not None and handle.accepted:
+            with suppress(ClosedError):
+                self._core.cancel_goal(self._id).add_done_callback(Future.exception)
+
+    async def _stop(self, limit: Attempt) -> None:
+        """Cancel the goal and wait for its end."""
+        assert self._answer is not None
+        try:
+            if not await self._cancel(limit) and self._answer.pending():
+                self._warn('the server does not cancel the goal: it goes on')
+                return
+            await limit.settle(self._answer)
+        except (DeadlineError, ShutDownError) as error:
+            self._warn(f'a goal that was cancelled did not end ({error})')
+        except (CallError, ClosedError):
+            return  # its server is gone: so is the goal
+
+    async def _cancel(self, attempt: Attempt) -> bool:
+        asked = self._core.cancel_goal(self._id)
+        try:
+            await attempt.settle(asked)
+            response: Any = asked.result()
+        except CallError as error:
+            raise (error if error.name else attempt.retold(error)) from None
+        return any(bytes(goal.goal_id.uuid) == self._id for goal in response.goals_canceling)
+
+    def _warn(self, what: str) -> None:
+        get_logger(self._core.node.logger_name).warning(f"Action '{self._core.full_name}': {what}")
+
+    async def wait(self) -> ResultT:
+        """Wait for the result; the same as awaiting `result`."""
+        attempt, answer = self._attempt, self._answer
+        if attempt is None or answer is None:
+            raise ClosedError("a run's result is there in its block: async with client.send(…) as run:")
+        try:
+            await attempt.settle(answer)
+            response: Any = answer.result()
+        except CallError as error:
+            raise (error if error.name else attempt.retold(error)) from None
+        if response.status == GoalStatus.SUCCEEDED:
+            result: ResultT = response.result
+            return result
+        raise _failure(attempt, response)
+
+
+def _failure(attempt: Attempt, response: Any) -> CallError:
+    """What a result means that comes with another status than SUCCEEDED."""
+    failure: GoalFailed
+    if response.status == GoalStatus.ABORTED:
+        failure = attempt.error(GoalAborted, 'the goal was aborted')
+    elif response.status == GoalStatus.CANCELED:
+        failure = attempt.error(GoalCanceled, 'the goal was cancelled')
+    else:
+        return attempt.error(ServerLostError, 'the server does not know the goal any more')
+    failure.result = response.result
+    return failure
+
+
+class _Result(Generic[ResultT]):
+    """Awaiting it waits for a run's result, each time anew."""
+
+    def __init__(self, run: Run[ResultT, Any]) -> None:
+        self._run = run
+
+    def __await__(self) -> Generator[Any, None, ResultT]:
+        return self._run.wait().__await__()
+
+
+class _Feedback(Generic[FeedbackT]):
+    """The feedback of one goal, decoded when it is asked for."""
+
+    def __init__(self, core: ActionClientCore, stream: Stream[Sample]) -> None:
+        self._core = core
+        self._stream = stream
+
+    def __aiter__(self) -> Self:
+        return self
+
+    async def __anext__(self) -> FeedbackT:
+        while True:
+            sample = await anext(self._stream)
+            try:
+                feedback: FeedbackT = self._core.support.feedback.decode(sample.payload).feedback
+            except RemoteError as error:
+                get_logger(self._core.node.logger_name).error(
+                    f"Action '{self._core.full_name}': a feedback message was rejected ({error})"
+                )
+            else:
+                return feedback

@@ -1,0 +1,152 @@
+"""Serves goals: each is a coroutine, which cancelling cancels."""
+
+from __future__ import annotations
+
+import asyncio
+import traceback
+from collections.abc import Awaitable, Callable
+from inspect import isawaitable
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+from goalwire.aio.entity import Entity, message_of
+from goalwire.entities.actions.decisions import ActionCallbacks, CancelResponse, GoalResponse
+from goalwire.entities.actions.server import ActionServerCore
+from goalwire.errors import GoalAborted
+from goalwire.execution.callback_groups import ReentrantCallbackGroup
+
+if TYPE_CHECKING:
+    from goalwire.entities.actions.goal_handle import ServerGoalHandle
+    from goalwire.entities.node import NodeCore
+    from goalwire.entities.type_support import ActionSupport
+    from goalwire.protocol.goals.ids import GoalId
+
+GoalT = TypeVar('GoalT')
+ResultT = TypeVar('ResultT')
+FeedbackT = TypeVar('FeedbackT')
+
+
+class Goal(Generic[GoalT, FeedbackT]):
+    """What a handler gets."""
+
+    def __init__(self, handle: ServerGoalHandle[GoalT, Any, FeedbackT], feedback_type: type) -> None:
+        self._handle = handle
+        self._feedback_type = feedback_type
+
+    @property
+    def request(self) -> GoalT:
+        """What the client wants."""
+        return self._handle.request
+
+    @property
+    def goal_id(self) -> bytes:
+        """The goal's id, 16 bytes."""
+        return self._handle.goal_id_bytes
+
+    def feedback(self, message: FeedbackT | None = None, /, **fields: object) -> None:
+        """Tell the client how it is going, with a message or one that is made of `fields`.
+
+        Raises TypeError for another type, EncodeError, InvalidHandle once the server is closed.
+        """
+        feedback: Any = message_of(self._feedback_type, message, fields)
+        self._handle.publish_feedback(feedback)
+
+
+class ActionServer(Entity, Generic[GoalT, ResultT, FeedbackT]):
+    """Made by Node.action_server."""
+
+    def __init__(
+        self,
+        node: NodeCore,
+        support: ActionSupport,
+        name: str,
+        handler: Callable[[Goal[GoalT, FeedbackT]], Awaitable[ResultT]],
+        accept: Callable[[GoalT], bool | Awaitable[bool]] | None,
+    ) -> None:
+        self._handler = handler
+        self._accept = accept
+        action: Any = support.cls
+        self._result_type: type = action.Result
+        self._feedback_type: type = action.Feedback
+        self._running: dict[GoalId, asyncio.Task[Any]] = {}
+        callbacks = ActionCallbacks(
+            execute=self._execute,
+            goal=self._take if accept is None else self._judge,
+            accepted=lambda handle: handle.execute(),
+            cancel=self._cancel,
+        )
+        self.name = node.resolve_action(name).name
+        self._core = ActionServerCore(node, support, name, callbacks, ReentrantCallbackGroup())
+
+    def _take(self, _goal: GoalT) -> GoalResponse:
+        return GoalResponse.ACCEPT
+
+    async def _judge(self, goal: GoalT) -> GoalResponse:
+        assert self._accept is not None
+        try:
+            answer = self._accept(goal)
+            accepted = await answer if isawaitable(answer) else answer
+        except Exception as error:
+            self._log('its accept function failed; the goal is refused', error)
+            return GoalResponse.REJECT
+        return GoalResponse.ACCEPT if accepted else GoalResponse.REJECT
+
+    def _cancel(self, handle: ServerGoalHandle[Any, Any, Any]) -> CancelResponse:
+        task = self._running.get(handle.goal_id_bytes)
+        if task is not None:
+            task.cancel()  # it learns of it in a later turn of the loop, when the goal is CANCELING
+        return CancelResponse.ACCEPT
+
+    async def _execute(self, handle: ServerGoalHandle[GoalT, ResultT, FeedbackT]) -> object:
+        """Run the handler and end the goal: what is returned here is sent as its result."""
+        task = asyncio.current_task()
+        assert task is not None
+        self._running[handle.goal_id_bytes] = task
+        try:
+            result = await self._run(handle)
+        except asyncio.CancelledError:
+            if not handle.is_cancel_requested:
+                raise  # the node's block is left: the goal is aborted
+            task.uncancel()
+            result = None
+        except GoalAborted as aborted:
+            return self._aborted(handle, f'the goal was aborted: {aborted}', aborted.result)
+        except Exception as error:
+            self._log('its handler failed; the goal is aborted', error)
+            return self._aborted(handle, '', None)
+        finally:
+            del self._running[handle.goal_id_bytes]
+        return self._ended(handle, result)
+
+    async def _run(self, handle: ServerGoalHandle[GoalT, ResultT, FeedbackT]) -> ResultT | None:
+        if handle.is_cancel_requested:
+            return None  # before it began
+        return await self._handler(Goal(handle, self._feedback_type))
+
+    def _ended(self, handle: ServerGoalHandle[Any, Any, Any], result: object) -> object:
+        if handle.is_cancel_requested:
+            handle.canceled()
+            return result if isinstance(result, self._result_type) else self._result_type()
+        if not isinstance(result, self._result_type):
+            wrong = type(result).__name__
+            text = f'its handler returned {wrong}, not {self._result_type.__name__}; the goal is aborted'
+            return self._aborted(handle, text, None)
+        handle.succeed()
+        return result
+
+    def _aborted(self, handle: ServerGoalHandle[Any, Any, Any], text: str, result: object) -> object:
+        if text:
+            self._core.logger.warning(f"Action '{self.name}': {text}")
+        handle.abort()
+        return result if isinstance(result, self._result_type) else self._result_type()
+
+    def _log(self, what: str, error: Exception) -> None:
+        lines = ''.join(traceback.format_exception(error)).rstrip()
+        self._core.logger.error(f"Action '{self.name}': {what}\n{lines}")
+
+    def close(self) -> None:
+        """Take no more goals; those that run are aborted, their handlers cancelled. Idempotent."""
+        self._core.destroy()
+        calling = asyncio.current_task()
+        for task in list(self._running.values()):
+            if task is not calling:
+                task.cancel()

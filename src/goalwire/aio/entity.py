@@ -1,0 +1,40 @@
+"""What everything that a node makes has in common: a name, and an end."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from types import TracebackType
+    from typing import Self
+
+
+class Entity:
+    """Ends with its node or, before that, by `close()` or at the end of its own `with` block."""
+
+    name: str
+    """Fully qualified."""
+
+    def close(self) -> None:
+        """End it. Idempotent."""
+        raise NotImplementedError
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        return f'<goalwire.{type(self).__name__} {self.name}>'
+
+
+def message_of(kind: type, given: object, fields: dict[str, object]) -> object:
+    """Return the message that was given, or make one of fields; raises TypeError where both are there."""
+    if given is None:
+        return kind(**fields)
+    if fields:
+        raise TypeError(f'give a {kind.__name__} or its fields ({", ".join(fields)}), not both')
+    return given

@@ -1,0 +1,234 @@
+"""A node for programs that are made of `async def`: it lives from the beginning to the end of its block."""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Callable, Mapping, Sequence
+from contextlib import ExitStack
+from typing import TYPE_CHECKING, TypeVar
+
+from goalwire.aio.action.client import ActionClient
+from goalwire.aio.action.server import ActionServer, Goal
+from goalwire.aio.client import Client
+from goalwire.aio.contexts import CONTEXTS
+from goalwire.aio.parameters import Parameters
+from goalwire.aio.publisher import Publisher
+from goalwire.aio.service import Service
+from goalwire.aio.standing import stand
+from goalwire.aio.subscription import Subscription
+from goalwire.aio.timer import Timer
+from goalwire.entities.node import NodeCore
+from goalwire.entities.type_support import ServiceType, action_support, service_support
+from goalwire.errors import ClosedError
+from goalwire.execution.asyncio_clock import AsyncClock
+from goalwire.execution.asyncio_host import LoopHost
+from goalwire.execution.asyncio_runs import Runs
+from goalwire.execution.asyncio_threads import in_thread
+from goalwire.logging import RcutilsLogger, get_logger
+from goalwire.protocol.qos import SERVICES_DEFAULT, QoS
+from goalwire.protocol.time import ClockType
+
+if TYPE_CHECKING:
+    from types import TracebackType
+    from typing import Self
+
+    from goalwire.aio.parameters import ParameterStore
+    from goalwire.entities.actions.types import ActionType
+    from goalwire.entities.context import Context
+    from goalwire.protocol.parameters import ParameterValue
+
+MsgT = TypeVar('MsgT')
+RequestT = TypeVar('RequestT')
+ResponseT = TypeVar('ResponseT')
+GoalT = TypeVar('GoalT')
+ResultT = TypeVar('ResultT')
+FeedbackT = TypeVar('FeedbackT')
+
+
+class Node:
+    """`async with goalwire.Node('name') as node:`, once. Everything here is for the loop's thread alone.
+
+    Leaving the block cancels the handlers that run, waits until they have cleaned up, and closes whatever the
+    node has made. An error of the block leaves it as it is; one of a handler is logged, and its client learns
+    of it.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        *,
+        namespace: str | None = None,
+        domain: int | None = None,
+        context: Context | None = None,
+        arguments: Sequence[str] = (),
+        parameters: Mapping[str, ParameterValue] | None = None,
+    ) -> None:
+        """Nothing is opened yet. `arguments` are ROS arguments of this node, beside the program's own.
+
+        Nodes without a `context` share one for each `domain` (ROS_DOMAIN_ID's where None). `parameters`
+        override the values that declarations give.
+        """
+        self._name = name
+        self._namespace = namespace
+        self._domain = domain
+        self._given = context
+        self._arguments = list(arguments)
+        self._overrides = dict(parameters or {})
+        self._runs = Runs()
+        self._resources = ExitStack()
+        self._core: NodeCore | None = None
+        self._entered = False
+
+    # -- its life ------------------------------------------------------------------------------------------
+
+    async def __aenter__(self) -> Self:
+        """Join the graph. Raises ClosedError a second time, rclpy's name exceptions, TransportError."""
+        if self._entered:
+            raise ClosedError(f"the node '{self._name}' was entered before: make a new one")
+        self._entered = True
+        try:
+            core = await in_thread(self._open)  # a session takes its time, which the loop has not
+            self._host = LoopHost(core.home, core.context.lifeline, self._runs)
+            await self._host.__aenter__()
+        except BaseException:
+            await in_thread(self._resources.close)
+            raise
+        self._core = core
+        return self
+
+    def _open(self) -> NodeCore:
+        context = self._given
+        if context is None:
+            context = CONTEXTS.take(self._domain)
+            self._resources.callback(CONTEXTS.release, context)
+        core = NodeCore(context, self._name, self._namespace, cli_args=self._arguments)
+        self._resources.callback(core.destroy)
+        lifeline = context.lifeline
+        self._clock = AsyncClock(clock_type=ClockType.ROS_TIME, source=lifeline.clock, lifeline=lifeline)
+        core.clock = self._clock
+        self._store: ParameterStore = stand(core, self._overrides)
+        self._parameters = Parameters(self._store)
+        return core
+
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        core, self._core = self._open_core(), None
+        try:
+            await self._host.__aexit__(None, None, None)  # the error of the block is no business of handlers
+        finally:
+            self._clock.close()
+            core.destroy()
+            await in_thread(self._resources.close)
+
+    def _open_core(self) -> NodeCore:
+        if self._core is None:
+            raise ClosedError(
+                f"the node '{self._name}' is open in its block alone: async with goalwire.Node(…) as node:"
+            )
+        return self._core
+
+    # -- what it is ----------------------------------------------------------------------------------------
+
+    @property
+    def name(self) -> str:
+        """Its fully-qualified name; raises ClosedError outside its block, as all that follows does."""
+        return self._open_core().name.qualified
+
+    @property
+    def context(self) -> Context:
+        """The context that it lives in."""
+        return self._open_core().context
+
+    @property
+    def logger(self) -> RcutilsLogger:
+        """Its logger, whose lines go out on /rosout, too."""
+        return get_logger(self._open_core().logger_name)
+
+    @property
+    def clock(self) -> AsyncClock:
+        """Its clock: system time, or /clock under `use_sim_time`; `await node.clock.sleep(seconds)`."""
+        self._open_core()
+        return self._clock
+
+    @property
+    def parameters(self) -> Parameters:
+        """Its parameters."""
+        self._open_core()
+        return self._parameters
+
+    # -- what it makes -------------------------------------------------------------------------------------
+
+    def publisher(self, msg_type: type[MsgT], topic: str, *, qos: QoS | int = 10) -> Publisher[MsgT]:
+        """Make a publisher; `qos` is a QoS, or how many messages it keeps.
+
+        Raises InvalidTopicNameException, and RuntimeError or AttributeError for what is no message type.
+        """
+        return Publisher(self._open_core(), msg_type, topic, _qos(qos))
+
+    def subscription(self, msg_type: type[MsgT], topic: str, *, qos: QoS | int = 10) -> Subscription[MsgT]:
+        """Make a subscription: an async iterator of messages. Raises as `publisher` does."""
+        return Subscription(self._open_core(), msg_type, topic, _qos(qos))
+
+    def client(
+        self,
+        srv_type: type[ServiceType[RequestT, ResponseT]],
+        name: str,
+        *,
+        qos: QoS = SERVICES_DEFAULT,
+    ) -> Client[RequestT, ResponseT]:
+        """Make a service client. Raises InvalidServiceNameException, and RuntimeError or AttributeError for
+        what is no service type.
+        """
+        return Client(self._open_core(), service_support(srv_type), name, qos)
+
+    def service(
+        self,
+        srv_type: type[ServiceType[RequestT, ResponseT]],
+        name: str,
+        handler: Callable[[RequestT], ResponseT | Awaitable[ResponseT]],
+        *,
+        qos: QoS = SERVICES_DEFAULT,
+        concurrent: bool = True,
+    ) -> Service[RequestT, ResponseT]:
+        """Serve requests with `handler(request)`, plain or `async def`, which returns the response.
+
+        Requests are handled beside each other or, without `concurrent`, one after the other. Raises as
+        `client` does.
+        """
+        support = service_support(srv_type)
+        return Service(self._open_core(), support, name, handler, qos, self._runs, concurrent=concurrent)
+
+    def timer(self, period: float) -> Timer:
+        """Make a timer on the node's clock, which ticks every `period` s: an async iterator of times."""
+        return Timer(self._open_core(), period)
+
+    def action(
+        self, action_type: type[ActionType[GoalT, ResultT, FeedbackT]], name: str
+    ) -> ActionClient[GoalT, ResultT, FeedbackT]:
+        """Make an action client. Raises InvalidTopicNameException, and RuntimeError or AttributeError for
+        what is no action type.
+        """
+        return ActionClient(self._open_core(), action_support(action_type), name)
+
+    def action_server(
+        self,
+        action_type: type[ActionType[GoalT, ResultT, FeedbackT]],
+        name: str,
+        handler: Callable[[Goal[GoalT, FeedbackT]], Awaitable[ResultT]],
+        *,
+        accept: Callable[[GoalT], bool | Awaitable[bool]] | None = None,
+    ) -> ActionServer[GoalT, ResultT, FeedbackT]:
+        """Serve goals with `async def handler(goal)`, which returns the result of a goal that was reached.
+
+        A cancelled goal cancels its handler, as asyncio cancels tasks; raising GoalAborted, or any error,
+        aborts the goal. `accept(goal.request)` says which are taken. Raises as `action` does.
+        """
+        return ActionServer(self._open_core(), action_support(action_type), name, handler, accept)
+
+    def __repr__(self) -> str:
+        state = 'open' if self._core is not None else 'closed'
+        return f'<goalwire.Node {self._name}, {state}>'
+
+
+def _qos(given: QoS | int) -> QoS:
+    return QoS(depth=given) if isinstance(given, int) else given

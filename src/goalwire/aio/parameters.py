@@ -1,0 +1,156 @@
+"""A node's own parameters: a mapping of names to values, which others may read and set over services."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any, TypeVar, cast
+
+from goalwire.aio.entity import Entity
+from goalwire.entities.exceptions import InvalidParameterValueException
+from goalwire.entities.parameters.events import PARAMETER_EVENT, PARAMETER_EVENTS_TOPIC, ParameterEvents
+from goalwire.entities.parameters.node_parameters import NodeParameters
+from goalwire.entities.publisher import PublisherCore
+from goalwire.entities.standard_types import standard_message
+from goalwire.execution.asyncio_stream import Stream
+from goalwire.protocol.parameters import Outcome, Parameter
+from goalwire.protocol.qos import PARAMETER_EVENTS
+
+if TYPE_CHECKING:
+    from typing import Self
+
+    from goalwire.entities.node import NodeCore
+    from goalwire.entities.parameters.declaration import Described
+    from goalwire.protocol.parameters import ParameterValue
+
+ValueT = TypeVar('ValueT')
+
+CHANGES_LIMIT = 1000
+"""Changes that may wait for one who iterates; the oldest is dropped, and counted."""
+
+
+class ParameterStore(NodeParameters):
+    """The parameters of a node by rclpy's names: what the node's standing parts speak."""
+
+    def __init__(self, core: NodeCore, overrides: Mapping[str, ParameterValue]) -> None:
+        self._core = core
+        self._ros_init_parameters(
+            [Parameter(name, value=value) for name, value in overrides.items()], allow_undeclared=False
+        )
+        publisher: PublisherCore[Any] = PublisherCore(
+            core, standard_message(PARAMETER_EVENT), PARAMETER_EVENTS_TOPIC, PARAMETER_EVENTS
+        )
+        self._ros_parameter_events = ParameterEvents(core, publisher)
+
+    @property
+    def handle(self) -> NodeCore:
+        """What stands behind the node."""
+        return self._core
+
+
+class Parameters(Mapping[str, Any]):
+    """Node.parameters. Values are set by `parameters[name] = value`, by others, and by ROS arguments."""
+
+    def __init__(self, store: ParameterStore) -> None:
+        self._store = store
+        self._checks: dict[str, Callable[[Any], object]] = {}
+        store.add_on_set_parameters_callback(self._judge)
+
+    def declare(
+        self,
+        name: str,
+        default: ValueT,
+        *,
+        descriptor: Described | None = None,
+        check: Callable[[ValueT], object] | None = None,
+    ) -> ValueT:
+        """Declare a parameter and return its value: an override's, else the default.
+
+        `check` is called with each new value and refuses it by raising ValueError, whose text is told to
+        whoever sets it. Raises ParameterAlreadyDeclaredException, InvalidParameterException,
+        InvalidParameterTypeException, InvalidParameterValueException, TypeError.
+        """
+        if check is not None:
+            self._checks.setdefault(name, check)
+        try:
+            declared = self._store.declare_parameter(name, default, descriptor)
+        except BaseException:
+            if name not in self and self._checks.get(name) is check:
+                self._checks.pop(name, None)
+            raise
+        return cast('ValueT', declared.value)
+
+    def __getitem__(self, name: str) -> Any:
+        """Return a value; raises KeyError for a parameter that is not declared."""
+        if name not in self:
+            raise KeyError(name)
+        return self._store.get_parameter(name).value
+
+    def __setitem__(self, name: str, value: ParameterValue) -> None:
+        """Set a value. Raises InvalidParameterValueException where it is refused,
+        ParameterNotDeclaredException.
+        """
+        self.update({name: value})
+
+    def update(self, values: Mapping[str, ParameterValue]) -> None:
+        """Set several, all or none; raises as setting one does."""
+        parameters = [Parameter(name, value=value) for name, value in values.items()]
+        result = self._store.set_parameters_atomically(parameters)
+        if not result.successful:
+            raise InvalidParameterValueException(', '.join(values), dict(values), result.reason)
+
+    def changes(self) -> Changes:
+        """Return the changes from now on, whoever makes them: an async iterator of names and values."""
+        return Changes(self._store)
+
+    def __contains__(self, name: object) -> bool:
+        return isinstance(name, str) and self._store.has_parameter(name)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._store.list_parameters([], 0).names)
+
+    def __len__(self) -> int:
+        return len(list(iter(self)))
+
+    def _judge(self, parameters: list[Parameter]) -> Outcome:
+        for parameter in parameters:
+            check = self._checks.get(parameter.name)
+            if check is None:
+                continue
+            try:
+                check(parameter.value)
+            except ValueError as error:
+                return Outcome(successful=False, reason=str(error))
+        return Outcome(successful=True)
+
+
+class Changes(Entity):
+    """Made by Parameters.changes. `async for name, value in changes` ends when it is closed."""
+
+    def __init__(self, store: ParameterStore) -> None:
+        self.name = store.handle.name.qualified
+        self._store = store
+        self._stream: Stream[Parameter] = Stream(CHANGES_LIMIT)
+        store.add_post_set_parameters_callback(self._note)
+        store.handle.own(self)
+
+    def _note(self, parameters: list[Parameter]) -> None:
+        for parameter in parameters:
+            self._stream.deliver(parameter)
+
+    def __aiter__(self) -> Self:
+        return self
+
+    async def __anext__(self) -> tuple[str, Any]:
+        """Wait for the next change."""
+        parameter = await anext(self._stream)
+        return parameter.name, parameter.value
+
+    def close(self) -> None:
+        """Hear of no more changes. Idempotent."""
+        if self._stream.closed:
+            return
+        self._stream.close()
+        self._store.handle.disown(self)
+        self._store.remove_post_set_parameters_callback(self._note)
+
+    destroy = close

@@ -1,0 +1,74 @@
+"""Answers requests."""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Callable
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+from goalwire.aio.entity import Entity
+from goalwire.entities.service import ServiceCore
+from goalwire.execution.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
+from goalwire.logging import get_logger
+
+if TYPE_CHECKING:
+    from goalwire.entities.node import NodeCore
+    from goalwire.entities.type_support import ServiceSupport
+    from goalwire.execution.asyncio_runs import Runs
+    from goalwire.protocol.qos import QoS
+
+RequestT = TypeVar('RequestT')
+ResponseT = TypeVar('ResponseT')
+
+
+class LoggedService(ServiceCore):
+    """A service whose callback may fail: that is logged, its client learns of it, the node goes on."""
+
+    def __init__(
+        self,
+        node: NodeCore,
+        support: ServiceSupport,
+        name: str,
+        callback: Callable[..., object],
+        qos: QoS,
+        *,
+        concurrent: bool,
+    ) -> None:
+        """`callback(request, response)` returns the response, or a coroutine that does."""
+        self.failed = self._log
+        group = ReentrantCallbackGroup() if concurrent else MutuallyExclusiveCallbackGroup()
+        super().__init__(node, support, name, callback, qos, group)
+
+    def _log(self, error: Exception) -> None:
+        if self.destroyed:
+            return  # an answer that came too late
+        import traceback
+
+        lines = ''.join(traceback.format_exception(error)).rstrip()
+        get_logger(self.node.logger_name).error(f"Service '{self.full_name}': its handler failed\n{lines}")
+
+
+class Service(Entity, Generic[RequestT, ResponseT]):
+    """Made by Node.service."""
+
+    def __init__(
+        self,
+        node: NodeCore,
+        support: ServiceSupport,
+        name: str,
+        handler: Callable[[RequestT], ResponseT | Awaitable[ResponseT]],
+        qos: QoS,
+        runs: Runs,
+        *,
+        concurrent: bool,
+    ) -> None:
+        def answer(request: Any, _response: object) -> object:
+            return handler(request)
+
+        self._core = LoggedService(node, support, name, answer, qos, concurrent=concurrent)
+        self._runs = runs
+        self.name = self._core.full_name
+
+    def close(self) -> None:
+        """Answer no more; handlers that run are cancelled, and their clients learn of it. Idempotent."""
+        self._core.destroy()
+        self._runs.cancel(self._core.inbox)

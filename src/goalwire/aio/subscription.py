@@ -1,0 +1,76 @@
+"""Receives messages, one after the other."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Generic, TypeVar
+
+from goalwire.aio.entity import Entity
+from goalwire.entities.qos_warnings import warn_by_default
+from goalwire.entities.subscription import SubscriptionCore, queue_depth
+from goalwire.execution.asyncio_stream import Stream
+from goalwire.execution.callback_groups import ReentrantCallbackGroup
+
+if TYPE_CHECKING:
+    from typing import Self
+
+    from goalwire.entities.node import NodeCore
+    from goalwire.entities.subscription import MessageInfo
+    from goalwire.protocol.qos import QoS
+    from goalwire.transport.contract import Sample
+
+MsgT = TypeVar('MsgT')
+
+
+class _Core(SubscriptionCore[MsgT]):
+    """Hands what arrives to a stream; no callback, so no turn of the node's engine, is in between."""
+
+    def __init__(self, node: NodeCore, msg_type: type[MsgT], topic: str, qos: QoS) -> None:
+        self.stream: Stream[Sample] = Stream(queue_depth(qos))
+        super().__init__(node, msg_type, topic, bool, qos, ReentrantCallbackGroup())
+
+    def _deliver(self, sample: Sample) -> None:
+        if self._note_arrival is not None:
+            self._note_arrival(sample)
+        self.stream.deliver(sample)
+
+    def destroy(self) -> None:
+        super().destroy()
+        self.stream.close()
+
+
+class Subscription(Entity, Generic[MsgT]):
+    """Made by Node.subscription. `async for message in subscription` ends when it is closed.
+
+    As many messages wait as the QoS' depth says; beyond it the oldest is dropped, and counted.
+    """
+
+    def __init__(self, node: NodeCore, msg_type: type[MsgT], topic: str, qos: QoS) -> None:
+        self._core: _Core[MsgT] = _Core(node, msg_type, topic, qos)
+        self.name = self._core.full_name
+        self.info: MessageInfo | None = None
+        """When the latest message that was given out was sent and received, and its number."""
+        warn_by_default(self._core, topic)
+
+    def __aiter__(self) -> Self:
+        return self
+
+    async def __anext__(self) -> MsgT:
+        """Wait for the next message. What cannot be decoded is logged and left out."""
+        while True:
+            taken: tuple[MsgT, MessageInfo] | None = self._core.read(await anext(self._core.stream))
+            if taken is not None:
+                message, self.info = taken
+                return message
+
+    @property
+    def dropped(self) -> int:
+        """How many messages were dropped, since too many waited."""
+        return self._core.stream.dropped
+
+    def publishers(self) -> int:
+        """How many publishers match; raises InvalidHandle once closed."""
+        return self._core.publisher_count()
+
+    def close(self) -> None:
+        """Receive no more; what waits is still given out. Idempotent."""
+        self._core.destroy()

@@ -1,0 +1,51 @@
+"""Ticks at a rhythm."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from goalwire.aio.entity import Entity
+from goalwire.execution import timer
+from goalwire.execution.asyncio_stream import Stream
+from goalwire.protocol.time import S_TO_NS
+
+if TYPE_CHECKING:
+    from typing import Self
+
+    from goalwire.entities.node import NodeCore
+    from goalwire.protocol.time import Time
+
+
+class Timer(Entity):
+    """Made by Node.timer. `async for time in timer` gives the time of each tick, until it is closed.
+
+    It keeps its phase: ticks that nobody waited for are one, the latest.
+    """
+
+    def __init__(self, node: NodeCore, period: float) -> None:
+        """Raises ValueError for a period that is not above 0."""
+        if not period > 0:
+            raise ValueError(f'a timer needs a period above 0 s, not {period}')
+        self.name = f'{node.name.qualified}: {period} s'
+        self._node = node
+        self._stream: Stream[Time] = Stream(1)
+        clock = node.clock
+        self._core = timer.Timer(
+            lambda: self._stream.deliver(clock.now()), None, int(period * S_TO_NS), clock, home=node.home
+        )
+        node.own(self)
+
+    def __aiter__(self) -> Self:
+        return self
+
+    async def __anext__(self) -> Time:
+        """Wait for the next tick."""
+        return await anext(self._stream)
+
+    def close(self) -> None:
+        """Tick no more. Idempotent."""
+        self._node.disown(self)
+        self._core.destroy()
+        self._stream.close()
+
+    destroy = close

@@ -1,0 +1,27 @@
+"""Work that blocks, done in a thread while a coroutine waits for its end."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from typing import TypeVar
+
+T = TypeVar('T')
+
+
+async def in_thread(function: Callable[[], T]) -> T:
+    """Call `function` in a thread and return or raise what it does.
+
+    A thread cannot be stopped, so a cancellation takes effect when it has ended: nothing is left half done.
+    """
+    work = asyncio.ensure_future(asyncio.to_thread(function))
+    cancellation: asyncio.CancelledError | None = None
+    while not work.done():
+        try:
+            await asyncio.wait([work])
+        except asyncio.CancelledError as error:
+            cancellation = error
+    if cancellation is None:
+        return work.result()
+    work.exception()  # looked at: the cancellation is told instead
+    raise cancellation
