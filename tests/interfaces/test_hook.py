@@ -4,6 +4,7 @@ import importlib
 import importlib.util
 import pickle
 import sys
+import textwrap
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -211,6 +212,20 @@ def test_a_module_lists_its_types() -> None:
     assert {'SetBool', 'SetBool_Request', 'Metaclass_SetBool_Event'} <= set(
         dir(importlib.import_module('std_srvs.srv._set_bool'))
     )
+
+
+def test_derived_types_are_names_of_the_kind_s_module_too(capsys: pytest.CaptureFixture[str]) -> None:
+    program = """\
+        from example_interfaces.action import Fibonacci, Fibonacci_FeedbackMessage, Fibonacci_GetResult_Request
+        from std_srvs.srv import Trigger, Trigger_Event, Trigger_Response
+        print([Trigger_Event, Trigger_Response] == [Trigger.Event, Trigger.Response])
+        print(Fibonacci_FeedbackMessage is Fibonacci.Impl.FeedbackMessage)
+        print(Fibonacci_GetResult_Request is Fibonacci.Impl.GetResultService.Request)
+    """
+    exec(textwrap.dedent(program), {})
+    assert capsys.readouterr().out.split() == ['True'] * 3
+    with pytest.raises(ImportError, match='did you mean Trigger'):
+        exec('from std_srvs.srv import Trigger_Reqest', {})
 
 
 def test_an_unknown_attribute_is_an_attribute_error_as_in_any_module() -> None:

@@ -24,7 +24,7 @@ else:
 
 
 class KindModule(ModuleType):
-    """<package>.msg, .srv or .action: its attributes are the types."""
+    """<package>.msg, .srv or .action: its attributes are the types, and those derived from them."""
 
     def __getattr__(self, name: str) -> object:
         package, _, kind = self.__name__.partition('.')
@@ -32,9 +32,13 @@ class KindModule(ModuleType):
             return type_names(package, kind)
         if name in _modules(package, kind):
             return import_module(f'{self.__name__}.{name}')
-        if name not in type_names(package, kind):
+        known = type_names(package, kind)
+        if name in known:
+            found = _build(f'{package}/{kind}/{name}')
+        elif owner := next((own for own in known if name.startswith(f'{own}_')), None):
+            found = getattr(import_module(f'{self.__name__}.{module_name(owner)}'), name)
+        else:
             raise _no_attribute(self, name)
-        found = _build(f'{package}/{kind}/{name}')
         setattr(self, name, found)
         return found
 
