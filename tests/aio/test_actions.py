@@ -1,0 +1,312 @@
+"""Actions: goals that are run, cancelled, refused, aborted, lost."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from typing import TypeAlias
+
+import pytest
+from action_msgs.msg import GoalStatusArray
+from example_interfaces.action import Fibonacci
+from helpers.collector import Collector
+from helpers.loops import LOOPS, Play, run
+
+import goalwire
+from goalwire.aio.action.client import ActionClient
+from goalwire.errors import (
+    ClosedError,
+    DeadlineError,
+    GoalAborted,
+    GoalCanceled,
+    GoalRefused,
+    InvalidHandle,
+    NoServerError,
+    ServerLostError,
+)
+from goalwire.logging import add_sink
+from goalwire.protocol.goals.table import GoalStatus
+
+Taken: TypeAlias = goalwire.Goal[Fibonacci.Goal, Fibonacci.Feedback]
+Client: TypeAlias = ActionClient[Fibonacci.Goal, Fibonacci.Result, Fibonacci.Feedback]
+
+
+class Counter:
+    """An action server's handler that counts at once, or waits until it is cancelled (order 0)."""
+
+    def __init__(self) -> None:
+        self.began = asyncio.Event()
+        self.ended: list[str] = []
+
+    async def __call__(self, goal: Taken) -> Fibonacci.Result:
+        if goal.request.order < 0:
+            raise GoalAborted('below zero', result=Fibonacci.Result(sequence=[-1]))
+        if goal.request.order == 0:
+            await self._wait()
+        for number in range(goal.request.order):
+            goal.feedback(sequence=[number])
+        return Fibonacci.Result(sequence=[goal.request.order])
+
+    async def _wait(self) -> None:
+        self.began.set()
+        try:
+            await asyncio.Event().wait()
+        except asyncio.CancelledError:
+            self.ended.append('cancelled')
+            raise
+
+
+@asynccontextmanager
+async def arena(handler: Counter | None = None) -> AsyncIterator[tuple[Client, Counter, goalwire.Node]]:
+    """A server in one node, a client in another; gives the client, the handler and the server's node."""
+    counter = handler or Counter()
+    async with goalwire.Node('caller') as caller, goalwire.Node('server') as server:
+        server.action_server(Fibonacci, 'count', counter, accept=lambda goal: goal.order < 1000)
+        client = caller.action(Fibonacci, 'count')
+        await client.wait_for_server(timeout=5.0)
+        yield client, counter, server
+
+
+@pytest.mark.parametrize('loop', LOOPS)
+def test_a_goal_gives_feedback_and_its_result(isolated: dict[str, str], loop: str) -> None:
+    async def scenario() -> None:
+        async with arena() as (client, _, _):
+            async with client.send(order=3, timeout=5.0) as run_:
+                heard = [list(feedback.sequence) async for feedback in run_.feedback]
+                assert heard == [[0], [1], [2]]
+                for _ in range(2):
+                    assert list((await run_.result).sequence) == [3]
+                assert run_.status is GoalStatus.SUCCEEDED
+            assert list((await client.call(Fibonacci.Goal(order=1), timeout=5.0)).sequence) == [1]
+
+    run(scenario(), loop)
+
+
+def test_an_aborted_goal_raises_with_its_result_and_a_failing_handler_aborts(play: Play) -> None:
+    records: Collector[str] = Collector()
+
+    async def fail(_: Taken) -> Fibonacci.Result:
+        raise KeyError('joint')
+
+    async def scenario() -> None:
+        async with arena() as (client, _, server):
+            with pytest.raises(
+                GoalAborted, match=r"action '/count' of node '/server': the goal was aborted"
+            ) as e:
+                await client.call(order=-1, timeout=5.0)
+            assert list(e.value.result.sequence) == [-1]
+            server.action_server(Fibonacci, 'fails', fail)
+            server.action_server(Fibonacci, 'wrong', _nothing)  # type: ignore[arg-type]
+            for name in ('fails', 'wrong'):
+                with pytest.raises(GoalAborted) as e:
+                    await server.action(Fibonacci, name).call(timeout=5.0)
+                assert list(e.value.result.sequence) == []
+
+    with add_sink(lambda record: records(record.message)):
+        play(scenario)
+    said = '\n'.join(records.items)
+    assert "Action '/count': the goal was aborted: below zero" in said
+    assert "Action '/fails': its handler failed; the goal is aborted\nTraceback" in said
+    assert "Action '/wrong': its handler returned NoneType, not Fibonacci_Result; the goal is aborted" in said
+
+
+async def _nothing(_: Taken) -> None:
+    return None
+
+
+def test_a_goal_that_is_not_accepted_is_refused_on_entering(play: Play) -> None:
+    async def scenario() -> None:
+        async def judge(goal: Fibonacci.Goal) -> bool:
+            await asyncio.sleep(0)
+            return goal.order != 7
+
+        async def fail(_: Fibonacci.Goal) -> bool:
+            raise KeyError('judge')
+
+        async with arena() as (client, counter, server):
+            with pytest.raises(GoalRefused, match="'/count' of node '/server': the server refused the goal"):
+                await client.send(order=1000, timeout=5.0).__aenter__()
+            server.action_server(Fibonacci, 'judged', counter, accept=judge)
+            judged = server.action(Fibonacci, 'judged')
+            assert list((await judged.call(order=6, timeout=5.0)).sequence) == [6]
+            with pytest.raises(GoalRefused):
+                await judged.call(order=7, timeout=5.0)
+            server.action_server(Fibonacci, 'unjudged', counter, accept=fail)
+            with pytest.raises(GoalRefused):
+                await server.action(Fibonacci, 'unjudged').call(timeout=5.0)
+
+    play(scenario)
+
+
+@pytest.mark.parametrize('loop', LOOPS)
+def test_leaving_the_block_cancels_the_goal_and_waits_for_its_end(
+    isolated: dict[str, str], loop: str
+) -> None:
+    async def scenario() -> None:
+        async with arena() as (client, counter, _):
+            async with client.send(order=0, timeout=5.0) as run_:
+                await counter.began.wait()
+            assert counter.ended == ['cancelled']
+            assert run_.status is GoalStatus.CANCELED
+            with pytest.raises(GoalCanceled):
+                await run_.result
+
+    run(scenario(), loop)
+
+
+def test_cancelling_the_task_cancels_the_goal(play: Play) -> None:
+    async def scenario() -> None:
+        async with arena() as (client, counter, _):
+            calling = asyncio.create_task(client.call(order=0))
+            await counter.began.wait()
+            calling.cancel()
+            with pytest.raises(asyncio.CancelledError):
+                await calling
+            assert counter.ended == ['cancelled']
+            with pytest.raises(TimeoutError):
+                async with asyncio.timeout(0.02):
+                    await client.call(order=0)
+            assert counter.ended == ['cancelled'] * 2
+
+    play(scenario)
+
+
+def test_a_goal_is_cancelled_from_within_and_its_handler_may_send_a_last_result(play: Play) -> None:
+    async def scenario() -> None:
+        async def tidy(_: Taken) -> Fibonacci.Result:
+            began.set()
+            try:
+                await asyncio.Event().wait()
+            except asyncio.CancelledError:
+                await asyncio.sleep(0.001)
+            return Fibonacci.Result(sequence=[1, 2])
+
+        began = asyncio.Event()
+        async with goalwire.Node('node') as node:
+            node.action_server(Fibonacci, 'count', tidy)
+            async with node.action(Fibonacci, 'count').send(timeout=5.0) as run_:
+                await began.wait()
+                assert await run_.cancel(timeout=5.0)
+                assert [feedback async for feedback in run_.feedback] == []
+                with pytest.raises(GoalCanceled, match='the goal was cancelled') as e:
+                    await run_.result
+                assert list(e.value.result.sequence) == [1, 2]
+                assert not await run_.cancel(timeout=5.0)
+
+    play(scenario)
+
+
+def test_the_deadline_ends_feedback_and_result_and_then_the_goal(play: Play) -> None:
+    async def scenario() -> None:
+        async with arena() as (client, counter, _):
+            start = time.monotonic()
+            async with client.send(order=0, timeout=0.05) as run_:
+                assert [feedback async for feedback in run_.feedback] == []
+                assert time.monotonic() - start >= 0.05
+                with pytest.raises(DeadlineError, match="of node '/server': no answer came in time") as e:
+                    await run_.result
+                assert e.value.name == '/count'
+                assert not counter.ended
+            assert counter.ended == ['cancelled']
+
+    play(scenario)
+
+
+def test_the_deadline_covers_waiting_for_server_and_acceptance(play: Play) -> None:
+    async def scenario() -> None:
+        async def hesitate(_: Fibonacci.Goal) -> bool:
+            await decided.wait()
+            return True
+
+        decided = asyncio.Event()
+        latched = goalwire.QoS(depth=100, durability=goalwire.DurabilityPolicy.TRANSIENT_LOCAL)
+        async with goalwire.Node('node') as node:
+            client = node.action(Fibonacci, 'count')
+            with pytest.raises(NoServerError, match="action '/count': no server came"):
+                await client.call(timeout=0.02)
+            statuses = node.subscription(GoalStatusArray, 'count/_action/status', qos=latched)
+            node.action_server(Fibonacci, 'count', Counter(), accept=hesitate)
+            with pytest.raises(DeadlineError):
+                await client.call(order=0, timeout=0.05)
+            decided.set()  # accepted after all: it is cancelled
+            async for array in statuses:
+                if [entry.status for entry in array.status_list] == [GoalStatus.CANCELED]:
+                    break
+
+    play(scenario)
+
+
+def test_a_server_that_goes_away_loses_the_goal_at_once(play: Play) -> None:
+    async def scenario() -> None:
+        counter = Counter()
+        gone = asyncio.Event()
+
+        async def serve() -> None:
+            async with goalwire.Node('server') as server:
+                server.action_server(Fibonacci, 'count', counter)
+                await gone.wait()
+
+        async with goalwire.Node('caller') as caller:
+            serving = asyncio.create_task(serve())
+            start = time.monotonic()
+            async with caller.action(Fibonacci, 'count').send(order=0, timeout=9.0) as run_:
+                await counter.began.wait()
+                gone.set()
+                assert [feedback async for feedback in run_.feedback] == []
+                with pytest.raises((ServerLostError, GoalAborted)):  # it says so, where it still can
+                    await run_.result
+            assert time.monotonic() - start < 5
+            await serving
+            assert counter.ended == ['cancelled']
+
+    play(scenario)
+
+
+def test_closing_ends_what_runs(play: Play) -> None:
+    async def scenario() -> None:
+        counter = Counter()
+        async with goalwire.Node('node') as node, goalwire.Node('other') as other:
+            server = node.action_server(Fibonacci, 'count', counter)
+            client = other.action(Fibonacci, 'count')
+            async with client.send(order=0, timeout=5.0) as run_:
+                await counter.began.wait()
+                server.close()
+                server.close()
+                with pytest.raises(GoalAborted):
+                    await run_.result
+            node.action_server(Fibonacci, 'count', counter)
+            async with client.send(order=0, timeout=5.0) as run_:
+                client.close()
+                with pytest.raises(InvalidHandle):
+                    await run_.result
+            with pytest.raises(InvalidHandle):
+                await client.call(order=1)
+
+    play(scenario)
+
+
+def test_a_run_is_entered_once_and_asked_in_its_block(play: Play) -> None:
+    async def scenario() -> None:
+        async with arena() as (client, _, _):
+            run_ = client.send(order=1)
+            with pytest.raises(ClosedError, match='in its block'):
+                await run_.result
+            async with run_:
+                await run_.result
+                with pytest.raises(ClosedError, match='entered before'):
+                    await run_.__aenter__()
+            with pytest.raises(TypeError, match='Expected'):
+                await client.call(Fibonacci.Result(), timeout=5.0)  # type: ignore[arg-type]
+
+    play(scenario)
+
+
+def test_many_goals_run_beside_each_other(play: Play) -> None:
+    async def scenario() -> None:
+        async with arena() as (client, _, _), asyncio.TaskGroup() as group:
+            tasks = [group.create_task(client.call(order=order, timeout=5.0)) for order in range(1, 20)]
+        assert [list(task.result().sequence) for task in tasks] == [[order] for order in range(1, 20)]
+
+    play(scenario)
