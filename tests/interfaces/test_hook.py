@@ -216,7 +216,8 @@ def test_a_module_lists_its_types() -> None:
 
 def test_derived_types_are_names_of_the_kind_s_module_too(capsys: pytest.CaptureFixture[str]) -> None:
     program = """\
-        from example_interfaces.action import Fibonacci, Fibonacci_FeedbackMessage, Fibonacci_GetResult_Request
+        from example_interfaces.action import Fibonacci, Fibonacci_FeedbackMessage
+        from example_interfaces.action import Fibonacci_GetResult_Request
         from std_srvs.srv import Trigger, Trigger_Event, Trigger_Response
         print([Trigger_Event, Trigger_Response] == [Trigger.Event, Trigger.Response])
         print(Fibonacci_FeedbackMessage is Fibonacci.Impl.FeedbackMessage)
