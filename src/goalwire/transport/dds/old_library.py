@@ -8,18 +8,22 @@ from ctypes import c_void_p
 from goalwire.transport.dds.abi import ANY_STATE, SampleInfo
 from goalwire.transport.dds.wire import Participant, check
 
-_PARTITION = b'goalwire: what is this type called inside?'
+_PARTITION = b'goalwire_type_inside'
+_TOPIC = 'goalwire_type_inside'
 _TYPE_OFFSET = 24
 """Bytes before the pointer to its type in a serialized sample (struct ddsi_serdata)."""
 
 
-def serdata_type(participant: Participant, topic: int) -> int:
-    """Return the library's own handle of a topic's type: that which a sample of it carries.
+def serdata_type(participant: Participant, type_name: str) -> int:
+    """Return the library's own handle of a type: that which a sample of it carries.
 
-    The sample is written and read in a partition of its own, so that nobody else sees it.
+    All topics of one type share it. The sample is written and read on a topic and in a partition of its own,
+    so that nobody else sees it, or takes it for one whose QoS does not fit.
     """
     library, parent = participant.library, participant.handle
     with ExitStack() as undo:
+        topic = participant.topic(_TOPIC, type_name)
+        undo.callback(library.dds_delete, topic)
         qos = library.dds_create_qos()
         undo.callback(library.dds_delete_qos, qos)
         library.dds_qset_partition1(qos, _PARTITION)

@@ -128,7 +128,7 @@ class Writer:
         try:
             self.handle = library.dds_create_writer(participant.handle, declared, qos, None)
             check(library, self.handle, f"writer of '{topic}'")
-            self._serdata_type = _serdata_type(participant, self.handle, topic, declared)
+            self._serdata_type = _serdata_type(participant, self.handle, topic, type_name)
         finally:
             library.dds_delete(declared)
         self.guid = guid_of(library, self.handle)
@@ -161,7 +161,7 @@ class Writer:
         self.library.dds_delete(self.handle)
 
 
-def _serdata_type(participant: Participant, writer: int, topic: str, declared: int) -> int:
+def _serdata_type(participant: Participant, writer: int, topic: str, type_name: str) -> int:
     """Return the library's own handle of a topic's type, which serialized messages are made with."""
     found = c_void_p()
     get = participant.library.dds_get_entity_sertype
@@ -170,7 +170,7 @@ def _serdata_type(participant: Participant, writer: int, topic: str, declared: i
         return found.value or 0
     from goalwire.transport.dds.old_library import serdata_type
 
-    return serdata_type(participant, declared)
+    return serdata_type(participant, type_name)
 
 
 class Reader:
