@@ -11,12 +11,10 @@ from typing import TypeAlias
 import pytest
 from helpers.isolation import claim_slot, isolated_env, log_directory
 from helpers.leaks import Inventory
+from helpers.wires import TRANSPORTS, require_wire
 
 from goalwire.transport import registry
 from goalwire.transport.contract import Session, SessionOptions
-
-TRANSPORTS = os.environ.get('GOALWIRE_TEST_TRANSPORTS', 'goalwire_memory,rmw_zenoh_cpp').split(',')
-"""The wires that scenarios for all of them run on."""
 
 OpenSession: TypeAlias = Callable[[], Session]
 
@@ -46,11 +44,7 @@ def _open_memory_sessions() -> int:
 @pytest.fixture(params=TRANSPORTS)
 def transport_name(request: pytest.FixtureRequest) -> str:
     """Each transport in turn, by its RMW_IMPLEMENTATION name, but for those that the test is marked with."""
-    name: str = request.param
-    for mark in request.node.iter_markers('differs_on'):
-        if mark.args[0] == name:
-            pytest.skip(mark.args[1])
-    return name
+    return require_wire(request)
 
 
 @pytest.fixture

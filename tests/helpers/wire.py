@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from helpers.collector import Collector
+from helpers.wires import DDS
 
 from goalwire.protocol.qos import QoS
 from goalwire.transport.contract import (
@@ -49,9 +50,6 @@ def topic_endpoint(
 def service_endpoint(kind: EndpointKind, name: str) -> Endpoint:
     """Describe a service or client."""
     return Endpoint(kind, name, ADD, HASH, QoS())
-
-
-DDS = 'rmw_cyclonedds_cpp'
 
 
 def numbers(transport: str, expected: list[int]) -> list[int]:

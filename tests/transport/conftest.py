@@ -6,10 +6,17 @@ from typing import TypeAlias
 
 import pytest
 from helpers.wire import Side
+from helpers.wires import DDS, TRANSPORTS, require_wire
 
 from goalwire.transport.contract import EndpointKind, Session
 
 Sides: TypeAlias = tuple[Side, Side]
+
+
+@pytest.fixture(params=sorted({*TRANSPORTS, DDS}))
+def transport_name(request: pytest.FixtureRequest) -> str:
+    """Each transport in turn, DDS always among them: the contract is what they have in common."""
+    return require_wire(request)
 
 
 @pytest.fixture

@@ -14,7 +14,8 @@ import pytest
 from helpers.collector import Collector
 from helpers.isolation import fresh_domain
 from helpers.processes import Program
-from helpers.wire import DDS, OTHER_HASH, Answers, ContentPublisher, Side, numbers
+from helpers.wire import OTHER_HASH, Answers, ContentPublisher, Side, numbers
+from helpers.wires import DDS
 
 from goalwire.errors import ClosedError
 from goalwire.protocol.qos import DurabilityPolicy, QoS, ReliabilityPolicy

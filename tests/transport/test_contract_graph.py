@@ -6,7 +6,8 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
-from helpers.wire import ADD, DDS, HASH, STRING, SeenGraph, Side, topic_endpoint
+from helpers.wire import ADD, HASH, STRING, SeenGraph, Side, topic_endpoint
+from helpers.wires import DDS
 
 from goalwire.protocol.qos import (
     DurabilityPolicy,

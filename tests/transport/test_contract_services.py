@@ -7,7 +7,8 @@ from collections.abc import Callable
 
 import pytest
 from helpers.collector import Collector
-from helpers.wire import DDS, Answers, ContentClient, Side
+from helpers.wire import Answers, ContentClient, Side
+from helpers.wires import DDS
 
 from goalwire.transport.contract import EndpointKind, Port, Request, Sample, Session
 

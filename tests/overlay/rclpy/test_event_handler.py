@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from helpers.collector import Collector
 from helpers.spinning import MakeNode, Spin, wait_until
-from helpers.wire import DDS
+from helpers.wires import DDS
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
 from rclpy.context import Context
 from rclpy.event_handler import (

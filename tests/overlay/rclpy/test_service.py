@@ -11,7 +11,7 @@ import pytest
 from example_interfaces.srv import AddTwoInts
 from helpers.collector import Collector
 from helpers.spinning import MakeNode, Spin, result_of, wait_until
-from helpers.wire import DDS
+from helpers.wires import DDS
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.client import Client
 from rclpy.context import Context

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from helpers.collector import Collector
 from helpers.spinning import MakeNode, Spin, wait_until
-from helpers.wire import DDS
+from helpers.wires import DDS
 from rclpy.context import Context
 from rclpy.exceptions import InvalidHandle
 from rclpy.executors import Executor, SingleThreadedExecutor

@@ -7,9 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from goalwire.errors import RemoteError, TransportError
-from goalwire.protocol.qos import DurabilityPolicy, QoS
+from goalwire.protocol.qos import DurabilityPolicy, QoS, ReliabilityPolicy
 from goalwire.transport.contract import Endpoint, EndpointKind, NodeName
-from goalwire.transport.zenoh.tokens import encode_endpoint, encode_node, gid_of, parse
+from goalwire.transport.zenoh.tokens import encode_endpoint, encode_node, gid_of, own_entity, parse
 
 ZID = 'f00dbabe0123456789abcdef01234567'
 HASH = f'RIHS01_{"a1" * 32}'
@@ -139,3 +139,15 @@ def test_a_gid_is_the_hash_of_the_token_low_half_first() -> None:
 
 def test_every_token_has_its_own_gid() -> None:
     assert len({gid_of(NODE_TOKEN), gid_of(TOPIC_TOKEN), gid_of(f'{TOPIC_TOKEN}/backends:cpu:')}) == 3
+
+
+@pytest.mark.parametrize('kind', [kind for kind in EndpointKind if kind is not EndpointKind.NODE])
+@pytest.mark.parametrize(
+    'qos',
+    [QoS(), QoS(depth=0), QoS(depth=7, reliability=ReliabilityPolicy.SYSTEM_DEFAULT, lifespan_ns=10**10)],
+)
+def test_what_we_know_of_our_own_endpoints_is_what_their_tokens_say(kind: EndpointKind, qos: QoS) -> None:
+    node = NodeName('talker', '/a/b', '/c')
+    ours = Endpoint(kind, '/a/chatter', 'std_msgs/msg/String', 'RIHS01_00', qos)
+    token = encode_endpoint(3, 'f00', 1, 2, node, ours)
+    assert own_entity(token, 'f00', 1, node, ours) == parse(token)

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 from helpers.loops import run
-from helpers.wire import DDS
+from helpers.wires import DDS
 from rclpy.experimental import AsyncClient, AsyncNode
 from std_srvs.srv import Trigger
 

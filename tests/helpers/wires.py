@@ -1,0 +1,28 @@
+"""Which wires a scenario for all of them runs on."""
+
+from __future__ import annotations
+
+import os
+
+import pytest
+
+from goalwire.errors import TransportError
+from goalwire.transport.dds.library import find_library
+
+DDS = 'rmw_cyclonedds_cpp'
+TRANSPORTS = os.environ.get('GOALWIRE_TEST_TRANSPORTS', 'goalwire_memory,rmw_zenoh_cpp').split(',')
+"""The wires of most scenarios. All of them on DDS too: GOALWIRE_TEST_TRANSPORTS=rmw_cyclonedds_cpp."""
+
+
+def require_wire(request: pytest.FixtureRequest) -> str:
+    """Return the fixture's wire; skip what is marked as different there, and a wire that is not installed."""
+    name: str = request.param
+    for mark in request.node.iter_markers('differs_on'):
+        if mark.args[0] == name:
+            pytest.skip(mark.args[1])
+    if name == DDS:
+        try:
+            find_library()
+        except TransportError as error:
+            pytest.skip(str(error))
+    return name
