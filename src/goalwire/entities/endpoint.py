@@ -8,11 +8,19 @@ from goalwire.entities.exceptions import RCLError
 from goalwire.entities.type_support import MessageSupport, ServiceSupport
 from goalwire.graph.mismatch import opposite
 from goalwire.protocol import qos_best_available
+from goalwire.protocol.qos import DurabilityPolicy, HistoryPolicy, LivelinessPolicy, ReliabilityPolicy
 from goalwire.transport.contract import Endpoint, EndpointKind
 
 if TYPE_CHECKING:
     from goalwire.entities.node import NodeCore
     from goalwire.protocol.qos import QoS
+
+_UNKNOWN = (
+    ('history', HistoryPolicy.UNKNOWN),
+    ('reliability', ReliabilityPolicy.UNKNOWN),
+    ('durability', DurabilityPolicy.UNKNOWN),
+    ('liveliness', LivelinessPolicy.UNKNOWN),
+)
 
 
 def describe_endpoint(
@@ -37,8 +45,8 @@ def describe_endpoint(
 
 
 def _settled(node: NodeCore, kind: EndpointKind, name: str, qos: QoS) -> QoS:
-    for policy in ('history', 'reliability', 'durability', 'liveliness'):
-        if getattr(qos, policy).name == 'UNKNOWN':
+    for policy, unknown in _UNKNOWN:
+        if getattr(qos, policy) is unknown:
             raise RCLError(
                 f"Failed to create {kind.value}: the QoS of '{name}' has {policy} UNKNOWN, "
                 f'which no endpoint can have: choose a policy'

@@ -34,16 +34,17 @@ def expand_topic_name(name: str, node_name: str, namespace: str, *, is_service: 
     validate_topic_name(name, is_service=is_service)
     validate_node_name(node_name)
     validate_namespace(namespace)
-    kind = 'service name' if is_service else 'topic name'
-    values = {'node': node_name, 'ns': namespace, 'namespace': namespace}
-
-    def value(found: re.Match[str]) -> str:
-        if found[1] not in values:
-            raise UnknownSubstitution(kind, name, f'unknown substitution: {found[0]}', found.start())
-        return values[found[1]]
-
     expanded = join(namespace, node_name) + name[1:] if name.startswith('~') else name
-    expanded = _SUBSTITUTION.sub(value, expanded)
+    if '{' in expanded:
+        kind = 'service name' if is_service else 'topic name'
+        values = {'node': node_name, 'ns': namespace, 'namespace': namespace}
+
+        def value(found: re.Match[str]) -> str:
+            if found[1] not in values:
+                raise UnknownSubstitution(kind, name, f'unknown substitution: {found[0]}', found.start())
+            return values[found[1]]
+
+        expanded = _SUBSTITUTION.sub(value, expanded)
     return expanded if expanded.startswith('/') else join(namespace, expanded)
 
 

@@ -7,12 +7,13 @@ with `~` and `{substitutions}`). Indices count characters.
 from __future__ import annotations
 
 import re
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from goalwire.errors import LocalError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
 MAX_NODE_NAME = 255
 MAX_NAMESPACE = 245
@@ -52,27 +53,27 @@ class UnknownSubstitution(InvalidName):
 
 def validate_node_name(name: str) -> None:
     """Raise InvalidName unless `name` may name a node."""
-    _raise_first('node name', name, _node_faults(name))
+    _raise_first('node name', name, _node_faults)
 
 
 def validate_namespace(namespace: str) -> None:
     """Raise InvalidName unless `namespace` is an absolute namespace."""
-    _raise_first('namespace', namespace, _namespace_faults(namespace))
+    _raise_first('namespace', namespace, _namespace_faults)
 
 
 def validate_topic_name(name: str, *, is_service: bool = False) -> None:
     """Raise InvalidName unless `name` is one that users may write, relative or with substitutions."""
-    _raise_first('service name' if is_service else 'topic name', name, _topic_faults(name))
+    _raise_first('service name' if is_service else 'topic name', name, _topic_faults)
 
 
 def validate_full_topic_name(name: str, *, is_service: bool = False) -> None:
     """Raise InvalidName unless `name` is fully qualified: absolute, nothing left to expand."""
-    _raise_first('service name' if is_service else 'topic name', name, _full_topic_faults(name))
+    _raise_first('service name' if is_service else 'topic name', name, _full_topic_faults)
 
 
 def validate_enclave(enclave: str) -> None:
     """Raise InvalidName unless `enclave` is an absolute path of names (rmw_validate_enclave_name)."""
-    _raise_first('context name', enclave, _namespace_faults(enclave, 'context name'))
+    _raise_first('context name', enclave, _enclave_faults)
 
 
 def is_hidden_name(name: str) -> bool:
@@ -80,9 +81,14 @@ def is_hidden_name(name: str) -> bool:
     return any(token.startswith('_') for token in name.split('/'))
 
 
-def _raise_first(kind: str, name: str, faults: Iterator[Fault]) -> None:
-    for reason, index in faults:
-        raise InvalidName(kind, name, reason, index)
+def _raise_first(kind: str, name: str, faults: Callable[[str], Iterator[Fault]]) -> None:
+    if (fault := _first(faults, name)) is not None:
+        raise InvalidName(kind, name, *fault)
+
+
+@lru_cache(maxsize=256)  # a node's names are judged again for each of its endpoints
+def _first(faults: Callable[[str], Iterator[Fault]], name: str) -> Fault | None:
+    return next(faults(name), None)
 
 
 def _node_faults(name: str) -> Iterator[Fault]:
@@ -104,6 +110,10 @@ def _namespace_faults(namespace: str, what: str = 'namespace') -> Iterator[Fault
     yield from _absolute_faults(what, namespace)
     if len(namespace) > MAX_NAMESPACE:
         yield f"{what} should not exceed 'RMW_NAMESPACE_MAX_NAME_LENGTH'", MAX_NAMESPACE - 1
+
+
+def _enclave_faults(enclave: str) -> Iterator[Fault]:
+    return _namespace_faults(enclave, 'context name')
 
 
 def _full_topic_faults(name: str) -> Iterator[Fault]:

@@ -9,6 +9,7 @@ from typing import Never, Protocol
 
 import zenoh
 
+from goalwire.transport.contract import GraphEntity
 from goalwire.transport.fork import ForkGuard
 from goalwire.transport.rejects import Rejects
 
@@ -69,3 +70,5 @@ class Core:
         self.rejects = Rejects()
         self.in_flight = InFlight()
         self.next_id = count().__next__
+        self.own: dict[str, GraphEntity] = {}
+        """What this session's own tokens say, so that they need not be read."""

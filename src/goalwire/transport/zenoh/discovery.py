@@ -60,8 +60,9 @@ class Watch:
         self._core.in_flight.leave(self)
 
     def _read(self, sample: zenoh.Sample) -> GraphEntity | None:
+        token = str(sample.key_expr)
         try:
-            return parse(str(sample.key_expr))
+            return self._core.own.get(token) or parse(token)
         except RemoteError as error:
             self._core.rejects.add('token', error)
             return None

@@ -5,6 +5,8 @@ Source: rmw_zenoh_cpp docs/design.md; the type spelling is that of ROS 2 over DD
 
 from __future__ import annotations
 
+import re
+
 from goalwire.errors import TransportError
 
 GRAPH_SPACE = '@ros2_lv'
@@ -12,7 +14,7 @@ GRAPH_SPACE = '@ros2_lv'
 CPU_BUFFERS = '_buf_cpu'
 """Last chunk of the side channel that lyrical and later use for types with buffers (zenoh-wire A.9)."""
 
-_FORBIDDEN = frozenset('*#?$ ')
+_FORBIDDEN = re.compile(r'//|[*#?$ ]')
 
 
 def dds_type(type_name: str) -> str:
@@ -36,7 +38,7 @@ def data_key(domain_id: int, name: str, type_name: str, type_hash: str) -> str:
     """
     path = name.removeprefix('/').removesuffix('/')
     key = f'{domain_id}/{path}/{dds_type(type_name)}/{type_hash}'
-    if '//' in key or not _FORBIDDEN.isdisjoint(key):
+    if _FORBIDDEN.search(key):
         raise TransportError(
             f"'{name}' of type '{type_name}' (hash '{type_hash}') cannot travel over Zenoh: "
             f"empty parts and '*', '#', '?', '$' and blanks are not allowed; choose another name"

@@ -6,7 +6,8 @@ A publisher's token comes before the publisher, every other's after; on the way 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
+from functools import partial
 from threading import Lock
 from typing import TypeVar
 
@@ -16,6 +17,7 @@ from goalwire.errors import TransportError
 from goalwire.transport.contract import (
     ClientPort,
     Endpoint,
+    GraphEntity,
     NodeName,
     NodePort,
     Port,
@@ -29,22 +31,40 @@ from goalwire.transport.zenoh.config import reason
 from goalwire.transport.zenoh.core import Core, undeclare
 from goalwire.transport.zenoh.keyexpr import data_key
 from goalwire.transport.zenoh.service import ZenohService
-from goalwire.transport.zenoh.tokens import encode_endpoint, encode_node, gid_of
+from goalwire.transport.zenoh.tokens import encode_endpoint, encode_node, gid_of, own_entity
 
 P = TypeVar('P', bound=Port)
 
 
 class Declaration:
-    """One endpoint on its way onto the wire: its names there, and `undo`, which takes it off again."""
+    """One endpoint on its way onto the wire: its names there, and how it is taken off again."""
 
-    __slots__ = ('gid', 'key', 'place', 'token', 'undo')
+    __slots__ = ('_forget', 'entity', 'gid', 'key', 'place', 'token', 'way_out')
 
-    def __init__(self, key: str, token: str) -> None:
+    def __init__(
+        self, key: str, token: str, entity: GraphEntity, forget: Callable[[Declaration], None]
+    ) -> None:
         self.key = key
         self.token = token
-        self.gid = gid_of(token)
-        self.undo = ExitStack()
+        self.entity = entity
+        self.gid = entity.gid
+        self._forget = forget
+        self.way_out: list[Callable[[], object]] = []
+        """What takes it off the wire, the last step first."""
         self.place: Place
+
+    def leave(self) -> None:
+        """Take it off the wire."""
+        self._forget(self)
+        self._undo_all()
+
+    def _undo_all(self) -> None:
+        if self.way_out:
+            step = self.way_out.pop()
+            try:
+                step()
+            finally:
+                self._undo_all()
 
 
 class ZenohNode(NodePort):
@@ -66,29 +86,26 @@ class ZenohNode(NodePort):
         """Declare a publisher."""
         with self._declaring(endpoint) as new:
             token = self._show(new)
+            new.way_out = [token]
             declared = publisher.declare(self._core.zenoh, new.key, endpoint)
             port = publisher.port(new.place, new.gid, declared)
-            new.undo.pop_all()
-            new.undo.callback(port.release)
-            new.undo.callback(undeclare, declared)
-            new.undo.callback(undeclare, token)
+            new.way_out = [port.release, partial(undeclare, declared), token]
             return self._keep(port)
 
     def subscription(self, endpoint: Endpoint, deliver: Callable[[Sample], None]) -> Port:
         """Declare a subscription."""
         with self._declaring(endpoint) as new:
             for subscriber in subscription.declare(self._core, new.key, endpoint, deliver):
-                new.undo.callback(undeclare, subscriber)
-            self._show(new)
+                new.way_out.append(partial(undeclare, subscriber))
+            new.way_out.append(self._show(new))
             return self._keep(subscription.ZenohSubscription(new.place, new.gid))
 
     def service(self, endpoint: Endpoint, deliver: Callable[[Request], None]) -> Port:
         """Declare a service server."""
         with self._declaring(endpoint) as new:
             port = ZenohService(self._core, new.place, new.key, new.gid, deliver)
-            new.undo.callback(port.drop_all)
-            new.undo.callback(undeclare, port.declare())
-            self._show(new)
+            new.way_out += [port.drop_all, partial(undeclare, port.declare())]
+            new.way_out.append(self._show(new))
             return self._keep(port)
 
     def client(self, endpoint: Endpoint) -> ClientPort:
@@ -96,9 +113,8 @@ class ZenohNode(NodePort):
         with self._declaring(endpoint) as new:
             querier = client.declare(self._core.zenoh, new.key)
             port = client.ZenohClient(new.place, self._core, new.gid, querier)
-            new.undo.callback(port.release)
-            new.undo.callback(undeclare, querier)
-            self._show(new)
+            new.way_out += [port.release, partial(undeclare, querier)]
+            new.way_out.append(self._show(new))
             return self._keep(port)
 
     @contextmanager
@@ -108,9 +124,9 @@ class ZenohNode(NodePort):
         core = self._core
         key = data_key(core.domain_id, endpoint.name, endpoint.type_name, endpoint.type_hash)
         token = encode_endpoint(core.domain_id, core.id, self._id, core.next_id(), self._name, endpoint)
-        new = Declaration(key, token)
+        new = Declaration(key, token, own_entity(token, core.id, self._id, self._name, endpoint), self._drop)
         title = f"{endpoint.kind.value} '{endpoint.name}'"
-        new.place = Place(title, core.guard, lambda: self._take_off(new))
+        new.place = Place(title, core.guard, new.leave)
         try:
             yield new
         except zenoh.ZError as error:
@@ -121,10 +137,15 @@ class ZenohNode(NodePort):
             new.place.give_up()
             raise
 
-    def _show(self, new: Declaration) -> zenoh.LivelinessToken:
+    def _show(self, new: Declaration) -> Callable[[], object]:
+        """Declare the token; return what takes it back."""
+        self._core.own[new.token] = new.entity
         token = self._core.zenoh.liveliness().declare_token(new.token)
-        new.undo.callback(undeclare, token)
-        return token
+        return partial(self._hide, new.token, token)
+
+    def _hide(self, text: str, token: zenoh.LivelinessToken) -> None:
+        undeclare(token)
+        self._core.own.pop(text, None)
 
     def _keep(self, port: P) -> P:
         with self._lock:
@@ -132,10 +153,9 @@ class ZenohNode(NodePort):
             self._ports[port.gid] = port
         return port
 
-    def _take_off(self, new: Declaration) -> None:
+    def _drop(self, declaration: Declaration) -> None:
         with self._lock:
-            self._ports.pop(new.gid, None)
-        new.undo.close()
+            self._ports.pop(declaration.gid, None)
 
     def close(self) -> None:
         """Close every endpoint, then leave the graph."""

@@ -90,6 +90,21 @@ def gid_of(token: str) -> bytes:
     return xxh3_128_intdigest(token.encode()).to_bytes(16, 'little')
 
 
+def own_entity(token: str, session: str, node_id: int, node: NodeName, endpoint: Endpoint) -> GraphEntity:
+    """Return what `parse` makes of the token of an endpoint of ours."""
+    return GraphEntity(
+        endpoint.kind,
+        session,
+        node_id,
+        node,
+        name=endpoint.name,
+        type_name=endpoint.type_name,
+        type_hash=endpoint.type_hash,
+        qos=decode_qos(encode_qos(endpoint.qos)),
+        gid=gid_of(token),
+    )
+
+
 def parse(token: str) -> GraphEntity:
     """Read a token; raises RemoteError, naming the chunk, for one that breaks the grammar."""
     chunks = token.split('/')
