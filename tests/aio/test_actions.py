@@ -303,6 +303,15 @@ def test_a_run_is_entered_once_and_asked_in_its_block(play: Play) -> None:
     play(scenario)
 
 
+def test_a_goal_that_was_not_sent_is_warned_of(play: Play) -> None:
+    async def scenario() -> None:
+        async with goalwire.Node('node') as node:
+            with pytest.warns(RuntimeWarning, match="a goal for '/count' was not sent"):
+                node.action(Fibonacci, 'count').send(order=1)
+
+    play(scenario)
+
+
 def test_many_goals_run_beside_each_other(play: Play) -> None:
     async def scenario() -> None:
         async with arena() as (client, _, _), asyncio.TaskGroup() as group:

@@ -205,6 +205,32 @@ def test_shutdown_of_the_context_ends_what_waits(play: Play, context: Context) -
     play(scenario)
 
 
+def test_a_web_server_in_the_same_loop_calls_a_service_for_each_request(play: Play) -> None:
+    async def scenario() -> None:
+        async def serve(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+            wanted = (await reader.readline()).startswith(b'GET /on ')
+            response = await client.call(data=wanted, timeout=5.0)
+            writer.write(f'HTTP/1.0 200 OK\r\n\r\n{response.success}'.encode())
+            writer.close()
+            await writer.wait_closed()
+
+        async def get(path: str) -> bytes:
+            reader, writer = await asyncio.open_connection(*server.sockets[0].getsockname())
+            writer.write(f'GET {path} HTTP/1.0\r\n\r\n'.encode())
+            answer = await reader.read()
+            writer.close()
+            await writer.wait_closed()
+            return answer.splitlines()[-1]
+
+        async with goalwire.Node('node') as node:
+            node.service(SetBool, 'switch', lambda request: SetBool.Response(success=request.data))
+            client = node.client(SetBool, 'switch')
+            async with await asyncio.start_server(serve, '127.0.0.1', 0) as server:
+                assert [await get('/on'), await get('/off')] == [b'True', b'False']
+
+    play(scenario)
+
+
 def test_both_fronts_talk_in_one_process(play: Play, context: Context) -> None:
     async def scenario() -> None:
         async with goalwire.Node('async') as node:

@@ -117,8 +117,10 @@ class Node:
             await self._host.__aexit__(None, None, None)  # the error of the block is no business of handlers
         finally:
             self._clock.close()
-            core.destroy()
-            await in_thread(self._resources.close)
+            try:
+                core.destroy()
+            finally:
+                await in_thread(self._resources.close)
 
     def _open_core(self) -> NodeCore:
         if self._core is None:

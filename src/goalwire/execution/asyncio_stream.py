@@ -51,6 +51,11 @@ class Stream(Generic[T]):
         self.closed = True
         self._wake()
 
+    def discard(self) -> None:
+        """End, and give out nothing more, not even what waits. The loop's thread alone."""
+        self.close()
+        self._items.clear()
+
     def _wake(self) -> None:
         for sleeper in self._sleepers.copy():
             self._bridge.complete(sleeper)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import warnings
 from collections.abc import AsyncIterator, Awaitable, Generator
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
@@ -93,6 +94,15 @@ class Run(Generic[ResultT, FeedbackT]):
         attempt = Attempt(self._core.node.context, 'action', self._core.full_name, timeout)
         return await self._cancel(attempt)
 
+    def __del__(self) -> None:
+        if self._attempt is None:
+            warnings.warn(
+                f"a goal for '{self._core.full_name}' was not sent: async with client.send(…) as run:",
+                RuntimeWarning,
+                stacklevel=2,
+                source=self,
+            )
+
     # -- its life ------------------------------------------------------------------------------------------
 
     async def __aenter__(self) -> Self:
@@ -146,7 +156,7 @@ class Run(Generic[ResultT, FeedbackT]):
                 self._alarm.cancel()
             if self._watch is not None:
                 self._watch.close()
-            self._stream.close()
+            self._stream.discard()
             if self._answer is not None:
                 self._answer.exception()  # looked at, whether the program did or not
 
