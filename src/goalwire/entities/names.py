@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import NamedTuple
 
 from goalwire.entities.exceptions import (
@@ -26,15 +24,23 @@ _EXCEPTIONS = {
 }
 
 
-@contextmanager
-def rclpy_exceptions() -> Iterator[None]:
-    """Turn InvalidName into the exception that rclpy's programs catch."""
-    try:
-        yield
-    except UnknownSubstitution as error:
-        raise TopicExpansionError('topic name', error.name, error.reason) from None
-    except InvalidName as error:
-        raise _EXCEPTIONS[error.kind](error.name, error.reason, error.index) from None
+class rclpy_exceptions:  # noqa: N801 - used as a function is
+    """Turn InvalidName into the exception that rclpy's programs catch.
+
+    A class: each name of each endpoint passes here twice, and a generator would cost four times as much.
+    """
+
+    __slots__ = ()
+
+    def __enter__(self) -> None:
+        """Watch the block."""
+
+    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
+        """Raise rclpy's exception in the place of InvalidName."""
+        if isinstance(error, UnknownSubstitution):
+            raise TopicExpansionError('topic name', error.name, error.reason) from None
+        if isinstance(error, InvalidName):
+            raise _EXCEPTIONS[error.kind](error.name, error.reason, error.index) from None
 
 
 def node_names(name: str, namespace: str | None, remaps: RemapRules, enclave: str) -> NodeName:

@@ -6,6 +6,7 @@ Source: rmw_zenoh_cpp docs/design.md; the type spelling is that of ROS 2 over DD
 from __future__ import annotations
 
 import re
+from functools import lru_cache
 
 from goalwire.errors import TransportError
 
@@ -17,12 +18,14 @@ CPU_BUFFERS = '_buf_cpu'
 _FORBIDDEN = re.compile(r'//|[*#?$ ]')
 
 
+@lru_cache(maxsize=256)
 def dds_type(type_name: str) -> str:
     """Return 'std_msgs::msg::dds_::String_' for 'std_msgs/msg/String'."""
     *namespace, name = type_name.split('/')
     return '::'.join([*namespace, 'dds_', f'{name}_'])
 
 
+@lru_cache(maxsize=256)
 def ros_type(dds_name: str) -> str:
     """Return 'std_msgs/msg/String' for its DDS spelling; anything else comes back as it is."""
     namespace, found, name = dds_name.rpartition('::dds_::')

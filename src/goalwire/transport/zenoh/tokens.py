@@ -9,6 +9,8 @@ Slashes within a chunk are written as '%'. Source: rmw_zenoh_cpp src/detail/live
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 from xxhash import xxh3_128_intdigest
 
 from goalwire.errors import RemoteError, TransportError
@@ -62,15 +64,17 @@ def uses_cpu_channel(endpoint: Endpoint) -> bool:
 def _head(
     domain_id: int, session: str, node_id: int, entity_id: int, kind: EndpointKind, node: NodeName
 ) -> str:
-    names = [_mangle(text) for text in (node.enclave or '/', node.namespace or '/', node.name)]
-    token = '/'.join(
-        [GRAPH_SPACE, str(domain_id), session, str(node_id), str(entity_id), _CODES[kind], *names]
-    )
-    if not _is_carried(token):
+    return f'{GRAPH_SPACE}/{domain_id}/{session}/{node_id}/{entity_id}/{_CODES[kind]}/{_names(node)}'
+
+
+@lru_cache(maxsize=64)  # asked for once for each endpoint of a node
+def _names(node: NodeName) -> str:
+    names = '/'.join(_mangle(text) for text in (node.enclave or '/', node.namespace or '/', node.name))
+    if not _is_carried(names):
         raise TransportError(
             f"node '{node.qualified}' (enclave '{node.enclave}') has a name Zenoh cannot carry"
         )
-    return token
+    return names
 
 
 def _mangle(text: str) -> str:
