@@ -59,8 +59,8 @@ class Attempt:
             raise self.error(DeadlineError, 'no answer came in time')
 
     def retold(self, error: CallError) -> CallError:
-        """Add what is known here to an error of a client."""
-        return self.error(type(error), str(error))
+        """Add what is known here to an error of a client; one that tells it already stays as it is."""
+        return error if error.name else self.error(type(error), str(error))
 
     def error(self, kind: type[ErrorT], problem: str) -> ErrorT:
         """Make an error that says which, who and how long."""

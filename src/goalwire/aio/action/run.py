@@ -125,7 +125,7 @@ class Run(Generic[ResultT, FeedbackT]):
             sending.add_done_callback(self._cancel_late)
             raise
         except CallError as error:
-            raise (error if error.name else attempt.retold(error)) from None
+            raise attempt.retold(error) from None
         except asyncio.CancelledError:
             await self._give_up(sending)
             raise
@@ -206,7 +206,7 @@ class Run(Generic[ResultT, FeedbackT]):
             await attempt.settle(asked)
             response: Any = asked.result()
         except CallError as error:
-            raise (error if error.name else attempt.retold(error)) from None
+            raise attempt.retold(error) from None
         return any(bytes(goal.goal_id.uuid) == self._id for goal in response.goals_canceling)
 
     def _warn(self, what: str) -> None:
@@ -221,7 +221,7 @@ class Run(Generic[ResultT, FeedbackT]):
             await attempt.settle(answer)
             response: Any = answer.result()
         except CallError as error:
-            raise (error if error.name else attempt.retold(error)) from None
+            raise attempt.retold(error) from None
         if response.status == GoalStatus.SUCCEEDED:
             result: ResultT = response.result
             return result
