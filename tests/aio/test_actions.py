@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import asyncio
+import threading
 import time
 from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 from typing import TypeAlias
 
 import pytest
@@ -13,6 +14,12 @@ from action_msgs.msg import GoalStatusArray
 from example_interfaces.action import Fibonacci
 from helpers.collector import Collector
 from helpers.loops import LOOPS, Play, run
+from helpers.spinning import Spinner
+from rclpy.action import ActionServer
+from rclpy.action.server import ServerGoalHandle
+from rclpy.context import Context
+from rclpy.executors import MultiThreadedExecutor
+from rclpy.node import Node
 
 import goalwire
 from goalwire.aio.action.client import ActionClient
@@ -285,6 +292,81 @@ def test_closing_ends_what_runs(play: Play) -> None:
                 await client.call(order=1)
 
     play(scenario)
+
+
+def test_a_task_that_is_cancelled_before_its_goal_is_accepted_cancels_it_when_it_is(play: Play) -> None:
+    async def scenario() -> None:
+        async def hesitate(_: Fibonacci.Goal) -> bool:
+            asked.set()
+            await decided.wait()
+            return True
+
+        asked, decided = asyncio.Event(), asyncio.Event()
+        counter = Counter()
+        async with goalwire.Node('node') as node:
+            node.action_server(Fibonacci, 'count', counter, accept=hesitate)
+            run_ = node.action(Fibonacci, 'count').send(order=0)
+            entering = asyncio.create_task(run_.__aenter__())
+            await asked.wait()
+            entering.cancel()
+            await asyncio.sleep(0.001)
+            assert not entering.done()
+            decided.set()
+            with pytest.raises(asyncio.CancelledError):
+                await entering
+            assert run_.status is GoalStatus.CANCELED
+            assert counter.ended == ['cancelled'] * counter.began.is_set()
+
+    play(scenario)
+
+
+def test_a_goal_that_does_not_end_when_it_is_cancelled_is_waited_for_as_long_as_was_said(play: Play) -> None:
+    records: Collector[str] = Collector()
+
+    async def scenario() -> None:
+        async def stubborn(_: Taken) -> Fibonacci.Result:
+            began.set()
+            while not done.is_set():
+                with suppress(asyncio.CancelledError):
+                    await done.wait()
+            return Fibonacci.Result()
+
+        began, done = asyncio.Event(), asyncio.Event()
+        async with goalwire.Node('node') as node:
+            node.action_server(Fibonacci, 'count', stubborn)
+            async with node.action(Fibonacci, 'count').send(timeout=5.0, grace=0.05):
+                await began.wait()
+            done.set()
+
+    with add_sink(lambda record: records(record.message)):
+        play(scenario)
+    assert [text for text in records.items if 'a goal that was cancelled did not end' in text]
+
+
+def test_a_goal_of_a_server_that_cancels_none_goes_on(play: Play) -> None:
+    records: Collector[str] = Collector()
+    done = threading.Event()
+
+    def execute(goal: ServerGoalHandle) -> Fibonacci.Result:
+        assert done.wait(10)
+        goal.succeed()
+        return Fibonacci.Result()
+
+    async def scenario() -> None:
+        async with goalwire.Node('caller') as caller, caller.action(Fibonacci, 'stubborn').send(timeout=5.0):
+            pass
+        done.set()
+
+    with Context() as context, add_sink(lambda record: records(record.message)):
+        node = Node('server', context=context)
+        with ActionServer(node, Fibonacci, 'stubborn', execute):  # as rclpy's do by default
+            executor = MultiThreadedExecutor(2, context=context)
+            executor.add_node(node)
+            with Spinner(executor):
+                play(scenario)
+            executor.shutdown()
+        node.destroy_node()
+    assert "Action '/stubborn': the server does not cancel the goal: it goes on" in records.items
 
 
 def test_a_run_is_entered_once_and_asked_in_its_block(play: Play) -> None:
