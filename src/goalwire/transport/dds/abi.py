@@ -184,6 +184,7 @@ _HOLDING: dict[str, tuple[type | None, tuple[type, ...]]] = {
         (_P, _I, c_uint32 if sys.platform == 'win32' else c_size_t, _P, c_size_t),
     ),
     'ddsi_serdata_size': (c_uint32, (_P,)),
+    'ddsi_serdata_to_ser': (None, (_P, c_size_t, c_size_t, _P)),
     'ddsi_serdata_to_ser_ref': (_P, (_P, c_size_t, c_size_t, ctypes.POINTER(Piece))),
     'ddsi_serdata_to_ser_unref': (None, (_P, ctypes.POINTER(Piece))),
     'ddsi_serdata_unref': (None, (_P,)),
@@ -260,6 +261,7 @@ class Library:
     dds_writecdr: Function
     ddsi_serdata_from_ser_iov: Function
     ddsi_serdata_size: Function
+    ddsi_serdata_to_ser: Function
     ddsi_serdata_to_ser_ref: Function
     ddsi_serdata_to_ser_unref: Function
     ddsi_serdata_unref: Function
