@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import os
 from enum import Enum
-from xml.sax.saxutils import quoteattr
 
 from goalwire.errors import TransportError
 
@@ -79,4 +78,7 @@ def _for_range(range_: Range, peers: list[str]) -> str:
 
 
 def _peer(address: str) -> str:
-    return f'<Peer address={quoteattr(address)}/>'
+    # xml.sax.saxutils would do this too, and import all of urllib
+    for sign, name in (('&', 'amp'), ('<', 'lt'), ('"', 'quot')):
+        address = address.replace(sign, f'&{name};')
+    return f'<Peer address="{address}"/>'

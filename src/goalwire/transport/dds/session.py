@@ -66,6 +66,7 @@ class DdsSession(Session):
     def _leave(self) -> None:
         with self._lock:
             nodes = list(self._nodes.values())
+        self._core.participant.leaving = True
         try:
             for node in nodes:
                 node.close()

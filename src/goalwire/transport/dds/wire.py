@@ -111,6 +111,8 @@ class Participant:
             f'interface is up, CYCLONEDDS_URI, and how many programs share the domain on this machine)',
         )
         self.guid = guid_of(library, self.handle)
+        self.leaving = False
+        """True once all is about to go with the participant: then nothing is taken off one by one."""
 
     def topic(self, name: str, type_name: str) -> int:
         """Declare a topic; delete it when its reader or writer is there."""
@@ -127,6 +129,7 @@ class Writer:
 
     def __init__(self, participant: Participant, topic: str, type_name: str, qos: int) -> None:
         self.library = library = participant.library
+        self._participant = participant
         self.topic = topic
         declared = participant.topic(topic, type_name)
         try:
@@ -162,7 +165,8 @@ class Writer:
 
     def delete(self) -> None:
         """Take it off the wire."""
-        self.library.dds_delete(self.handle)
+        if not self._participant.leaving:
+            self.library.dds_delete(self.handle)
 
 
 def _serdata_type(participant: Participant, writer: int, topic: str, type_name: str) -> int:
@@ -182,6 +186,7 @@ class Reader:
 
     def __init__(self, participant: Participant, topic: str, type_name: str, qos: int) -> None:
         self.library = library = participant.library
+        self._participant = participant
         self.topic = topic
         declared = participant.topic(topic, type_name)
         try:
@@ -208,7 +213,8 @@ class Reader:
 
     def delete(self) -> None:
         """Take it off the wire."""
-        self.library.dds_delete(self.handle)
+        if not self._participant.leaving:
+            self.library.dds_delete(self.handle)
 
 
 def _content(library: Library, sample: int) -> bytes:
