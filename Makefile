@@ -3,10 +3,11 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 RMW ?= rmw_zenoh_cpp
+EXTRA := $(if $(filter rmw_cyclonedds_cpp,$(RMW)),[dds])
 
 .PHONY: demo test quick lint types bench clean
 
-demo: $(VENV)/.run
+demo: $(VENV)/.run-$(RMW)
 	RMW_IMPLEMENTATION=$(RMW) $(BIN)/humanoid demo
 
 test: $(VENV)/.dev
@@ -29,8 +30,8 @@ bench: $(VENV)/.dev
 $(BIN)/python:
 	$(PYTHON) -m venv $(VENV)
 
-$(VENV)/.run: pyproject.toml robot/humanoid/setup.py | $(BIN)/python
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e . ./robot/humanoid
+$(VENV)/.run-$(RMW): pyproject.toml robot/humanoid/setup.py | $(BIN)/python
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.$(EXTRA)' ./robot/humanoid
 	@touch $@
 
 $(VENV)/.dev: pyproject.toml robot/humanoid/setup.py | $(BIN)/python
