@@ -68,13 +68,13 @@ def described_fields(definition: Definition) -> tuple[Field, ...]:
 def referenced(root: Definition) -> list[Definition]:
     """Return the definitions of all types inside a type, at any depth, sorted by name."""
     found: dict[str, Definition] = {}
-    todo = [root]
-    while todo:
-        for field in described_fields(todo.pop()):
+    unread = [root]
+    while unread:
+        for field in described_fields(unread.pop()):
             name = field.type.base
             if field.type.is_message and name not in found:
                 found[name] = definition_by_name(name)
-                todo.append(found[name])
+                unread.append(found[name])
     if root.full_name in found:
         raise InterfaceError(f'{root.full_name} contains itself')
     return [found[name] for name in sorted(found)]
