@@ -118,6 +118,10 @@ class ContentClient(ClientPort):
 
         return self.port.request(self._wrapping.pack(payload), unwrap, on_end)
 
+    def forget(self, sequence: int) -> None:
+        """Wait for a reply no longer."""
+        self.port.forget(sequence)
+
     def reaches_server(self) -> bool:
         """Whether a request would be answered."""
         return self.port.reaches_server()

@@ -175,6 +175,23 @@ def test_a_server_that_closes_ends_its_requests(sides: Sides) -> None:
     answers.expect(replies=0, ends=2)
 
 
+def test_a_request_that_is_forgotten_is_never_heard_of_again(sides: Sides) -> None:
+    requests, forgotten, answers = Requests(), Answers(), Answers()
+    client, server = connected(sides, requests)
+    for _ in range(3):
+        client.forget(forgotten.ask(client))
+    answers.ask(client)
+    arrived = requests.expect(4)
+    for request in arrived:
+        echo(request)
+    (reply,) = answers.expect(replies=1)
+    client.forget(reply.sequence)  # it has ended
+    client.forget(99)
+    server.close()
+    assert forgotten.replies.items == []
+    assert forgotten.reasons == []
+
+
 def test_a_session_that_closes_ends_the_requests_of_its_servers(sides: Sides) -> None:
     requests, answers = Requests(), Answers()
     client, _ = connected(sides, requests)

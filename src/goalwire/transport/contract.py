@@ -186,6 +186,13 @@ class ClientPort(Port):
         not answering, or ''. Both may fire before this returns.
         """
 
+    @abstractmethod
+    def forget(self, sequence: int) -> None:
+        """Hold nothing for this request any more: nobody waits for its reply, and neither function is called.
+
+        What is being called at this moment goes on. A request that has ended, or never was, is no error.
+        """
+
     def reaches_server(self) -> bool:
         """Whether a server that the graph shows can be called already, and its reply be heard.
 

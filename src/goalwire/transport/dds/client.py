@@ -84,6 +84,11 @@ class DdsClient(ClientPort):
         self._core.intakes.drain(self._writer.topic)
         return sequence
 
+    def forget(self, sequence: int) -> None:
+        """Hold nothing for this request any more."""
+        with self._lock:
+            self._calls.pop(sequence, None)
+
     def _servers(self) -> tuple[set[str], str]:
         """Return who gets a request now, or nobody and why."""
         if not self._requested:

@@ -16,19 +16,25 @@ from goalwire.transport.failures import report_failure
 from goalwire.transport.memory.port import Membership
 
 
+def _to_nobody(_: object) -> None:
+    """Stand in for the functions of a caller that has given up."""
+
+
 class Call:
     """One request on its way at the client's side."""
 
-    __slots__ = ('_client', '_lock', '_on_end', '_on_reply', '_open', '_reason')
+    __slots__ = ('_client', '_lock', '_on_end', '_on_reply', '_open', '_reason', '_sequence')
 
     def __init__(
         self,
         client: MemoryClient,
+        sequence: int,
         servers: int,
         on_reply: Callable[[Sample], None],
         on_end: Callable[[str], None],
     ) -> None:
         self._client = client
+        self._sequence = sequence
         self._on_reply = on_reply
         self._on_end = on_end
         self._open = servers
@@ -50,6 +56,12 @@ class Call:
         if is_last:
             self._end()
 
+    def abandon(self) -> None:
+        """Tell nobody of what servers answer yet."""
+        with self._lock:
+            self._open = 0
+        self._on_reply, self._on_end = _to_nobody, _to_nobody
+
     def cancel(self) -> None:
         """End the call although servers have not answered: the client is closing."""
         with self._lock:
@@ -58,8 +70,9 @@ class Call:
             self._end()
 
     def _end(self) -> None:
-        self._client.forget(self)
-        self._client.run(self._on_end, self._reason)
+        on_end = self._on_end
+        self._client.forget(self._sequence)
+        self._client.run(on_end, self._reason)
 
 
 class MemoryRequest(Request):
@@ -141,7 +154,7 @@ class MemoryClient(ClientPort):
         self._servers = servers
         self._lock = Lock()
         self._sequence = 0
-        self._calls: set[Call] = set()
+        self._calls: dict[int, Call] = {}
 
     def request(
         self, payload: bytes, on_reply: Callable[[Sample], None], on_end: Callable[[str], None]
@@ -150,12 +163,12 @@ class MemoryClient(ClientPort):
         self.place.check()
         payload = bytes(payload)
         servers = self._servers()
-        call = Call(self, len(servers), on_reply, on_end)
         with self._lock:
             self._sequence += 1
             sequence = self._sequence
+            call = Call(self, sequence, len(servers), on_reply, on_end)
             if servers:
-                self._calls.add(call)
+                self._calls[sequence] = call
         if not servers:
             self.run(on_end, '')
             return sequence
@@ -173,10 +186,11 @@ class MemoryClient(ClientPort):
         except Exception as error:
             report_failure(self.place.title, error)
 
-    def forget(self, call: Call) -> None:
-        """A call has ended."""
-        with self._lock:
-            self._calls.discard(call)
+    def forget(self, sequence: int) -> None:
+        """Hold nothing for a call that has ended, or that nobody waits for any more."""
+        call = self._calls.pop(sequence, None)
+        if call is not None:
+            call.abandon()
 
     def close(self) -> None:
         """Undeclare and end every call."""
@@ -185,6 +199,6 @@ class MemoryClient(ClientPort):
     def cancel_all(self) -> None:
         """End every call."""
         with self._lock:
-            calls = list(self._calls)
+            calls = list(self._calls.values())
         for call in calls:
             call.cancel()

@@ -40,7 +40,7 @@ def declare(session: zenoh.Session, key: str) -> zenoh.Querier:
 class Call:
     """One request on its way."""
 
-    __slots__ = ('_client', '_on_end', '_on_reply', '_reason', '_sequence')
+    __slots__ = ('_client', '_on_end', '_on_reply', '_reason', '_sequence', 'token')
 
     def __init__(
         self,
@@ -54,6 +54,8 @@ class Call:
         self._on_reply = on_reply
         self._on_end = on_end
         self._reason = ''
+        self.token = zenoh.CancellationToken()
+        """What ends the query at once; without that zenoh holds it until the querier's time is over."""
 
     def replied(self, reply: zenoh.Reply) -> None:
         """Hand a reply over; runs on zenoh's thread, or the caller's within one session."""
@@ -120,6 +122,7 @@ class ZenohClient(ClientPort):
                 zenoh.handlers.Callback(call.replied, drop=call.dropped, indirect=False),
                 payload=payload,
                 attachment=encode(sequence, time_ns(), self.gid),
+                cancellation_token=call.token,
             )
         except (zenoh.ZError, RuntimeError) as error:
             self._waiting.pop(sequence, None)
@@ -127,6 +130,12 @@ class ZenohClient(ClientPort):
             self._place.check()  # closed by another thread in the meantime
             raise TransportError(f'{self._place.title}: zenoh refused a request: {reason(error)}') from None
         return sequence
+
+    def forget(self, sequence: int) -> None:
+        """Hold nothing for this request any more; a reply that is being handed over is waited for."""
+        call = self._waiting.pop(sequence, None)
+        if call is not None and not self._place.is_forked:
+            call.token.cancel()  # type: ignore[no-untyped-call]
 
     def is_waiting(self, sequence: int) -> bool:
         """True until the request has ended."""
