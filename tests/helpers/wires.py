@@ -20,9 +20,14 @@ def require_wire(request: pytest.FixtureRequest) -> str:
     for mark in request.node.iter_markers('differs_on'):
         if mark.args[0] == name:
             pytest.skip(mark.args[1])
+    require(name)
+    return name
+
+
+def require(name: str) -> None:
+    """Skip the test where a wire is not installed."""
     if name == DDS:
         try:
             find_library()
         except TransportError as error:
             pytest.skip(str(error))
-    return name

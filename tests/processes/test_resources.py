@@ -1,12 +1,16 @@
-"""What a process holds stays the same however many nodes have come and gone."""
+"""What a process holds stays the same however many nodes and messages have come and gone."""
 
 from __future__ import annotations
 
+import os
 import sys
+from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 from helpers.processes import Program
 from helpers.programs import Start
+from helpers.wires import DDS, require
 
 pytestmark = [
     pytest.mark.slow,
@@ -14,24 +18,64 @@ pytestmark = [
     pytest.mark.timeout(150),
 ]
 
-MEMORY_KIB = 3000
-"""What 1000 nodes with their entities may add: allocators keep a little, 3 KiB a node would be seen."""
+STREAM_KIB = 1000
+"""What a stream may leave: a byte kept of each of a million messages would be seen."""
+GROWTH_KIB = 3
+"""What a node with its entities may leave: allocators keep a little, and more than this would be seen."""
 
 
-def held(churn: Program, when: str) -> tuple[int, int, int]:
-    """Return the descriptors, the threads and the memory in KiB that the program reports."""
-    descriptors, threads, memory = churn.expect(rf'{when} (\d+) (\d+) (\d+)', timeout=120.0).groups()
-    return int(descriptors), int(threads), int(memory)
+class Held(NamedTuple):
+    """What a process holds; memory in KiB."""
+
+    descriptors: int
+    threads: int
+    memory: int
 
 
-@pytest.mark.parametrize('transport', ['goalwire_memory', 'rmw_zenoh_cpp'])
-def test_nothing_is_left_of_a_thousand_nodes_with_entities(start: Start, transport: str) -> None:
-    """Memory is looked at without zenoh, which keeps some KiB of every key ever declared (its issue 1518)."""
-    churn = start('churn', 200, 1000, RMW_IMPLEMENTATION=transport)
-    before, after = held(churn, 'before'), held(churn, 'after')
-    assert after[0] <= before[0], 'descriptors'
-    assert after[1] <= before[1], 'threads'
-    if transport == 'goalwire_memory':
-        assert after[2] - before[2] < MEMORY_KIB
+def held_at(pause: str, program: Program) -> Held:
+    """Return what a program holds at one of its pauses, and let it go on."""
+    program.expect(f'^{pause}$', timeout=120.0)
+    process = Path('/proc', str(program.pid))
+    descriptors, threads = (len(list((process / each).iterdir())) for each in ('fd', 'task'))
+    pages = int((process / 'statm').read_text().split()[1])
+    program.write_line('')
+    return Held(descriptors, threads, pages * os.sysconf('SC_PAGE_SIZE') // 1024)
+
+
+@pytest.mark.parametrize(
+    ('transport', 'before', 'between'),
+    [('goalwire_memory', 200, 1000), ('rmw_zenoh_cpp', 200, 1000), (DDS, 150, 200)],
+)
+def test_nothing_is_left_of_many_nodes_with_entities(
+    start: Start, transport: str, before: int, between: int
+) -> None:
+    """15 entities a node: 3000 at the least. Memory is looked at without zenoh, which keeps some KiB of every
+    key ever declared (its issue 1518).
+    """
+    require(transport)
+    churn = start('churn', before, between, RMW_IMPLEMENTATION=transport)
+    first, last = held_at('before', churn), held_at('after', churn)
+    assert last.descriptors <= first.descriptors
+    assert last.threads <= first.threads
+    if transport != 'rmw_zenoh_cpp':
+        assert last.memory - first.memory < GROWTH_KIB * between
     churn.expect(r"left \['last'\]")
     churn.succeed()
+
+
+@pytest.mark.parametrize('transport', ['rmw_zenoh_cpp', DDS])
+def test_a_stream_of_messages_leaves_nothing_behind(start: Start, transport: str) -> None:
+    """Every message arrives, and neither end grows. GOALWIRE_TEST_MESSAGES=1000000 makes it a million."""
+    require(transport)
+    number = os.environ.get('GOALWIRE_TEST_MESSAGES', '100000')
+    ends = [
+        start('stream', role, number, RMW_IMPLEMENTATION=transport) for role in ('subscriber', 'publisher')
+    ]
+    before = [held_at('before', end) for end in reversed(ends)][::-1]
+    after = [held_at('after', end) for end in reversed(ends)][::-1]
+    for first, last in zip(before, after, strict=True):
+        assert last.descriptors <= first.descriptors
+        assert last.threads <= first.threads
+        assert last.memory - first.memory < STREAM_KIB
+    for end in ends:
+        end.succeed()

@@ -1,13 +1,11 @@
-"""Makes and destroys nodes with entities; reports what the process holds before and after.
+"""Makes and destroys nodes with entities. Pauses twice, so that it may be seen what the process holds.
 
-Arguments: how many before the first report, how many between the first and the second. One node in ten has
+Arguments: how many before the first pause, how many between the first and the second. One node in ten has
 an action server and an action client as well.
 """
 
 import gc
-import os
 import sys
-from pathlib import Path
 
 import rclpy
 from example_interfaces.action import Fibonacci
@@ -31,18 +29,16 @@ def churn(number: int) -> None:
         node.destroy_node()
 
 
-def report(title: str) -> None:
+def pause(title: str) -> None:
     gc.collect()
-    descriptors = len(list(Path('/proc/self/fd').iterdir()))
-    threads = len(list(Path('/proc/self/task').iterdir()))
-    pages = int(Path('/proc/self/statm').read_text().split()[1])
-    print(title, descriptors, threads, pages * os.sysconf('SC_PAGE_SIZE') // 1024)
+    print(title)
+    input()
 
 
 with rclpy.init():
     before, between = map(int, sys.argv[1:])
     churn(before)
-    report('before')
+    pause('before')
     churn(between)
-    report('after')
+    pause('after')
     print('left', sorted(rclpy.create_node('last').get_node_names()))

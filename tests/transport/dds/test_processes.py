@@ -34,6 +34,7 @@ ECHO = """
     side.subscription(
         '/there', lambda sample: publisher.publish(sample.payload), QoS(history=HistoryPolicy.KEEP_ALL)
     )
+    side.subscription('/pace', lambda _: None, QoS())
     print('ready', flush=True)
     sys.stdin.readline()
     session.close()
@@ -71,6 +72,7 @@ def test_sixty_four_megabytes_pass_both_ways(environment: dict[str, str]) -> Non
 def test_a_stopped_reliable_reader_holds_up_who_waits_for_it_and_nobody_else(
     environment: dict[str, str],
 ) -> None:
+    """A second publisher to the same reader, with a history of ten, goes on at its own pace meanwhile."""
     session = TRANSPORT.open(SessionOptions(int(environment['ROS_DOMAIN_ID'])))
     gaps: list[float] = []
     over = threading.Event()
@@ -78,6 +80,7 @@ def test_a_stopped_reliable_reader_holds_up_who_waits_for_it_and_nobody_else(
     def tick() -> None:
         last = time.monotonic()
         while not over.wait(0.005):
+            pace.publish(b'x')
             now = time.monotonic()
             gaps.append(now - last)
             last = now
@@ -89,10 +92,12 @@ def test_a_stopped_reliable_reader_holds_up_who_waits_for_it_and_nobody_else(
     try:
         side, came = Side(session, 'near'), Collector[Sample]()
         to_all, waits = side.publisher('/small', QoS()), side.publisher('/there', KEEP_ALL)
+        pace = side.publisher('/pace', QoS())
         side.subscription('/small', came)
         with Program(ECHO, 'far', env=environment) as far:
             far.expect('ready')
             side.graph.expect(EndpointKind.SUBSCRIPTION, '/there')
+            side.graph.expect(EndpointKind.SUBSCRIPTION, '/pace')
             far.send_signal(signal.SIGSTOP)
             blocked = threading.Thread(target=pour)
             blocked.start()
@@ -105,6 +110,7 @@ def test_a_stopped_reliable_reader_holds_up_who_waits_for_it_and_nobody_else(
             over.set()
             ticker.join()
             assert blocked.is_alive(), 'the stopped reader should have held it up'
+            assert len(gaps) > 100
             far.send_signal(signal.SIGCONT)
             blocked.join(PATIENCE)
             assert not blocked.is_alive()

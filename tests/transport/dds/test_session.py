@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 from helpers.collector import Collector
+from helpers.stranger import Stranger
 from helpers.wire import ADD, HASH, Answers, Side, message, topic_endpoint
 
 from goalwire.errors import LocalError, TransportError
@@ -22,33 +23,18 @@ from goalwire.protocol.qos_events import (
 )
 from goalwire.transport.contract import EndpointKind, Request, Sample, SessionOptions
 from goalwire.transport.dds import TRANSPORT
-from goalwire.transport.dds.loading import load
 from goalwire.transport.dds.names import DISCOVERY_TOPIC, DISCOVERY_TYPE, Role, dds_topic, dds_type
-from goalwire.transport.dds.qos import endpoint_qos
 from goalwire.transport.dds.session import DdsSession
-from goalwire.transport.dds.wire import Participant, Writer
 from goalwire.transport.dds.world import UNKNOWN_NAME
 
 Sides = tuple[Side, Side]
-
-
-class Stranger:
-    """A participant that knows nothing of ROS 2's conventions."""
-
-    def __init__(self, domain_id: int) -> None:
-        self.participant = Participant(load(), domain_id, b'')
-
-    def writer(self, topic: str, type_name: str, qos: QoS | None = None) -> Writer:
-        library = self.participant.library
-        with endpoint_qos(library, qos or QoS(), b'') as made:
-            return Writer(self.participant, topic, type_name, made)
 
 
 @pytest.fixture
 def stranger(dds_sides: Sides, alone: dict[str, str]) -> Iterator[Stranger]:
     stranger = Stranger(int(alone['ROS_DOMAIN_ID']))
     yield stranger
-    stranger.participant.close()
+    stranger.close()
 
 
 def rejects(side: Side, kind: str) -> int:
@@ -83,6 +69,18 @@ def test_a_request_without_a_header_is_rejected_and_counted(
     fence.ask(client, b'sound')
     assert asked.expect(1)[0].sample.gid == client.gid
     assert rejects(alpha, 'request') == 1
+
+
+def test_a_reply_without_a_header_is_rejected_and_counted(dds_sides: Sides, stranger: Stranger) -> None:
+    alpha, beta = dds_sides
+    client, answers = alpha.client('/add'), Answers()
+    writer = stranger.writer(dds_topic(Role.REPLY, '/add'), dds_type(Role.REPLY, ADD))
+    assert writer.write(b'\0\1\0\0' + bytes(16)) == 0
+    beta.service('/add', lambda request: request.reply(b'sound'))
+    alpha.expect_server(client, '/add')
+    answers.ask(client)
+    answers.expect(replies=1)
+    assert rejects(alpha, 'reply') == 1
 
 
 def test_an_announcement_that_cannot_be_read_is_rejected_and_the_next_one_read(

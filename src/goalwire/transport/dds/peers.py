@@ -10,7 +10,8 @@ from goalwire.transport.dds.abi import BuiltinEndpoint, Function, Library
 from goalwire.transport.dds.qos import read_user_data
 from goalwire.transport.dds.user_data import GUID_PREFIX_SIZE, decode_endpoint
 
-_CACHE_LIMIT = 10_000
+_CACHE_LIMIT = 1000
+"""Handles kept, those of endpoints that have gone among them: beyond it, all are asked for anew."""
 _FAST_DDS = b'\x01\x0f'
 
 
