@@ -44,7 +44,7 @@ def executing(*goal_ids: bytes, result_timeout_ns: int = 10 * S) -> Server:
     server = Server(result_timeout_ns)
     accepted(server, *goal_ids)
     for goal_id in goal_ids:
-        server.on_execute(goal_id)
+        server.on_execute(goal_id, now=0)
     server.take_status()
     return server
 
@@ -67,7 +67,7 @@ def test_a_goal_is_asked_about_then_answered_then_handed_over() -> None:
 def test_a_goal_that_is_executed_at_once_is_never_seen_as_accepted() -> None:
     server = Server()
     accepted(server, A)
-    assert server.on_execute(A) == [PublishStatus(), Execute(A)]
+    assert server.on_execute(A, now=0) == [PublishStatus(), Execute(A)]
     assert published(server) == [(A, GoalStatus.EXECUTING)]
 
 
@@ -106,7 +106,7 @@ def test_a_deferred_goal_waits_for_execute() -> None:
     server = Server()
     accepted(server, A)
     assert server.on_result_request(A, 'get', now=0) == []
-    assert server.on_execute(A) == [PublishStatus(), Execute(A)]
+    assert server.on_execute(A, now=0) == [PublishStatus(), Execute(A)]
 
 
 @pytest.mark.parametrize(
@@ -161,7 +161,7 @@ def test_a_goal_that_ends_without_ever_being_executed_answers_with_the_default()
     accepted(server, A)
     server.on_result_request(A, 'get', now=0)
     server.on_cancel_request(A, 0, 'cancel', now=0)
-    server.on_cancel_decision(0, A, accepted=True)
+    server.on_cancel_decision(0, A, accepted=True, now=0)
     assert server.on_event(A, GoalEvent.CANCELED, now=5) == [
         PublishStatus(),
         ReplyResult('get', GoalStatus.CANCELED, None),
@@ -185,24 +185,24 @@ def test_nothing_leaves_a_terminal_state() -> None:
         with pytest.raises(InvalidTransition, match=f'from state SUCCEEDED with event {event.name}'):
             server.on_event(A, event, now=0)
     with pytest.raises(InvalidTransition, match='from state SUCCEEDED with event EXECUTE'):
-        server.on_execute(A)
+        server.on_execute(A, now=0)
     assert server.status(A) is GoalStatus.SUCCEEDED
 
 
 def test_a_goal_is_executed_once() -> None:
     server = executing(A)
     with pytest.raises(InvalidTransition, match='from state EXECUTING with event EXECUTE'):
-        server.on_execute(A)
+        server.on_execute(A, now=0)
     server.on_cancel_request(A, 0, 'cancel', now=0)
-    server.on_cancel_decision(0, A, accepted=True)
+    server.on_cancel_decision(0, A, accepted=True, now=0)
     with pytest.raises(InvalidTransition, match='from state CANCELING with event EXECUTE'):
-        server.on_execute(A)
+        server.on_execute(A, now=0)
 
 
 def test_a_goal_handle_may_outlive_its_goal() -> None:
     server = executing(A, result_timeout_ns=0)
     server.on_finish(A, GoalEvent.SUCCEED, 'done', now=0)
-    assert server.on_execute(A) == []
+    assert server.on_execute(A, now=0) == []
     assert server.on_event(A, GoalEvent.ABORT, now=0) == []
     assert server.on_finish(A, GoalEvent.ABORT, 'late', now=0) == []
     assert server.status(A) is GoalStatus.UNKNOWN
@@ -251,7 +251,7 @@ def test_the_end_of_a_goal_that_is_forgotten_at_once_is_still_published() -> Non
 def test_cancelling_publishes_before_it_answers() -> None:
     server = executing(A)
     assert server.on_cancel_request(A, 0, 'cancel', now=0) == [AskCancel(0, A)]
-    assert server.on_cancel_decision(0, A, accepted=True) == [
+    assert server.on_cancel_decision(0, A, accepted=True, now=0) == [
         PublishStatus(),
         ReplyCancel('cancel', CancelCode.NONE, ((A, 1 * S),)),
     ]
@@ -263,7 +263,9 @@ def test_cancelling_publishes_before_it_answers() -> None:
 def test_a_refused_cancellation_is_answered_as_rclpy_does() -> None:
     server = executing(A)
     server.on_cancel_request(A, 0, 'cancel', now=0)
-    assert server.on_cancel_decision(0, A, accepted=False) == [ReplyCancel('cancel', CancelCode.NONE, ())]
+    assert server.on_cancel_decision(0, A, accepted=False, now=0) == [
+        ReplyCancel('cancel', CancelCode.NONE, ())
+    ]
     assert server.status(A) is GoalStatus.EXECUTING
     assert published(server) is None
 
@@ -287,7 +289,7 @@ def test_a_goal_that_is_being_decided_is_not_known_yet() -> None:
 def test_cancelling_twice_is_refused_by_id() -> None:
     server = executing(A)
     server.on_cancel_request(A, 0, 'first', now=0)
-    server.on_cancel_decision(0, A, accepted=True)
+    server.on_cancel_decision(0, A, accepted=True, now=0)
     second = server.on_cancel_request(A, 0, 'second', now=0)
     assert second == [ReplyCancel('second', CancelCode.GOAL_TERMINATED, ())]
 
@@ -296,10 +298,10 @@ def test_of_two_requests_that_are_accepted_together_one_cancels() -> None:
     server = executing(A)
     server.on_cancel_request(A, 0, 'first', now=0)
     server.on_cancel_request(A, 0, 'second', now=0)
-    assert server.on_cancel_decision(1, A, accepted=True)[-1] == ReplyCancel(
+    assert server.on_cancel_decision(1, A, accepted=True, now=0)[-1] == ReplyCancel(
         'second', CancelCode.NONE, ((A, 1 * S),)
     )
-    assert server.on_cancel_decision(0, A, accepted=True) == [
+    assert server.on_cancel_decision(0, A, accepted=True, now=0) == [
         ReplyCancel('first', CancelCode.GOAL_TERMINATED, ())
     ]
 
@@ -316,9 +318,9 @@ def test_everything_is_asked_once_each_in_order_of_acceptance() -> None:
 def test_only_goals_that_went_to_canceling_are_listed() -> None:
     server = executing(A, B, C)
     server.on_cancel_request(NO_ID, 0, 'all', now=0)
-    assert server.on_cancel_decision(0, C, accepted=True) == []
-    assert server.on_cancel_decision(0, A, accepted=True) == []
-    assert server.on_cancel_decision(0, B, accepted=False) == [
+    assert server.on_cancel_decision(0, C, accepted=True, now=0) == []
+    assert server.on_cancel_decision(0, A, accepted=True, now=0) == []
+    assert server.on_cancel_decision(0, B, accepted=False, now=0) == [
         PublishStatus(),
         ReplyCancel('all', CancelCode.NONE, ((A, 1 * S), (C, 3 * S))),
     ]
@@ -331,8 +333,8 @@ def test_refusing_everything_cancels_nothing() -> None:
     server = executing(A, B, C)
     server.on_cancel_request(NO_ID, 0, 'all', now=0)
     for goal_id in (A, B):
-        server.on_cancel_decision(0, goal_id, accepted=False)
-    assert server.on_cancel_decision(0, C, accepted=False) == [ReplyCancel('all', CancelCode.NONE, ())]
+        server.on_cancel_decision(0, goal_id, accepted=False, now=0)
+    assert server.on_cancel_decision(0, C, accepted=False, now=0) == [ReplyCancel('all', CancelCode.NONE, ())]
 
 
 def test_a_stamp_cancels_what_was_accepted_by_then() -> None:
@@ -345,7 +347,7 @@ def test_completion_wins_over_a_cancellation_that_is_decided_later() -> None:
     server = executing(A)
     server.on_cancel_request(A, 0, 'cancel', now=0)
     server.on_finish(A, GoalEvent.SUCCEED, 'done', now=0)
-    assert server.on_cancel_decision(0, A, accepted=True) == [
+    assert server.on_cancel_decision(0, A, accepted=True, now=0) == [
         ReplyCancel('cancel', CancelCode.GOAL_TERMINATED, ())
     ]
     assert server.status(A) is GoalStatus.SUCCEEDED
@@ -355,7 +357,7 @@ def test_completion_and_expiry_win_as_well() -> None:
     server = executing(A, result_timeout_ns=0)
     server.on_cancel_request(A, 0, 'cancel', now=0)
     server.on_finish(A, GoalEvent.SUCCEED, 'done', now=0)
-    assert server.on_cancel_decision(0, A, accepted=True) == [
+    assert server.on_cancel_decision(0, A, accepted=True, now=0) == [
         ReplyCancel('cancel', CancelCode.GOAL_TERMINATED, ())
     ]
 
@@ -364,8 +366,8 @@ def test_a_goal_that_ends_while_all_are_cancelled_is_left_out() -> None:
     server = executing(A, B)
     server.on_cancel_request(NO_ID, 0, 'all', now=0)
     server.on_finish(A, GoalEvent.SUCCEED, 'done', now=0)
-    server.on_cancel_decision(0, A, accepted=True)
-    assert server.on_cancel_decision(0, B, accepted=True)[-1] == ReplyCancel(
+    server.on_cancel_decision(0, A, accepted=True, now=0)
+    assert server.on_cancel_decision(0, B, accepted=True, now=0)[-1] == ReplyCancel(
         'all', CancelCode.NONE, ((B, 2 * S),)
     )
 
@@ -374,7 +376,7 @@ def test_a_goal_that_is_canceling_may_still_succeed_or_abort() -> None:
     server = executing(A, B)
     server.on_cancel_request(NO_ID, 0, 'all', now=0)
     for goal_id in (A, B):
-        server.on_cancel_decision(0, goal_id, accepted=True)
+        server.on_cancel_decision(0, goal_id, accepted=True, now=0)
     server.on_event(A, GoalEvent.SUCCEED, now=0)
     server.on_event(B, GoalEvent.ABORT, now=0)
     assert (server.status(A), server.status(B)) == (GoalStatus.SUCCEEDED, GoalStatus.ABORTED)
@@ -384,17 +386,17 @@ def test_a_goal_cancelled_before_it_is_executed_is_executed_as_canceling() -> No
     server = Server()
     accepted(server, A)
     server.on_cancel_request(A, 0, 'cancel', now=0)
-    server.on_cancel_decision(0, A, accepted=True)
-    assert server.on_execute(A) == [Execute(A)]
+    server.on_cancel_decision(0, A, accepted=True, now=0)
+    assert server.on_execute(A, now=0) == [Execute(A)]
     assert server.status(A) is GoalStatus.CANCELING
 
 
 def test_a_decision_nobody_waits_for_does_nothing() -> None:
     server = executing(A)
     server.on_cancel_request(A, 0, 'cancel', now=0)
-    server.on_cancel_decision(0, A, accepted=False)
-    assert server.on_cancel_decision(0, A, accepted=True) == []
-    assert server.on_cancel_decision(9, A, accepted=True) == []
+    server.on_cancel_decision(0, A, accepted=False, now=0)
+    assert server.on_cancel_decision(0, A, accepted=True, now=0) == []
+    assert server.on_cancel_decision(9, A, accepted=True, now=0) == []
     assert server.status(A) is GoalStatus.EXECUTING
 
 
@@ -462,7 +464,7 @@ def test_closing_answers_everything_that_is_open() -> None:
     server.on_goal_request(C, 'send', now=0)
     server.on_result_request(A, 'get a', now=0)
     server.on_cancel_request(NO_ID, 0, 'all', now=0)
-    server.on_cancel_decision(0, A, accepted=True)
+    server.on_cancel_decision(0, A, accepted=True, now=0)
     server.on_event(B, GoalEvent.SUCCEED, now=0)
     server.on_result_request(B, 'get b', now=0)
     assert server.on_close() == [
@@ -499,7 +501,7 @@ def run_goals(server: Server, count: int, start: int) -> int:
     for _ in range(count):
         goal_id = new_goal_id()
         accepted(server, goal_id)
-        server.on_execute(goal_id)
+        server.on_execute(goal_id, now=0)
         server.on_result_request(goal_id, 'get', now)
         server.on_finish(goal_id, GoalEvent.SUCCEED, 'done', now)
         server.take_status()

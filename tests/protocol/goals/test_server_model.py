@@ -161,7 +161,8 @@ class ServerMachine(RuleBasedStateMachine):
     @rule(question=consumes(questions), yes=st.booleans(), execute=st.booleans())
     def decide(self, question: AskGoal | AskCancel, yes: bool, execute: bool) -> None:
         if isinstance(question, AskCancel):
-            self.perform(self.server.on_cancel_decision(question.cancellation, question.goal_id, yes))
+            cancellation, goal_id = question.cancellation, question.goal_id
+            self.perform(self.server.on_cancel_decision(cancellation, goal_id, yes, self.now))
         else:
             self.decide_goal(question.goal_id, yes, execute)
         self.track()
@@ -181,7 +182,7 @@ class ServerMachine(RuleBasedStateMachine):
 
     @rule(goal_id=IDS)
     def execute(self, goal_id: bytes) -> None:
-        self.attempt(goal_id, GoalEvent.EXECUTE, lambda: self.server.on_execute(goal_id))
+        self.attempt(goal_id, GoalEvent.EXECUTE, lambda: self.server.on_execute(goal_id, self.now))
 
     @rule(goal_id=IDS, event=ENDS)
     def end(self, goal_id: bytes, event: GoalEvent) -> None:

@@ -205,7 +205,11 @@ class ActionClientCore:
     def _deliver_feedback(self, sample: Sample) -> None:
         goal_id = bytes(sample.payload[4:20])
         goal = self._goals.get(goal_id) or self._ended.get(goal_id)
-        if goal is not None and goal.feedback is not None:
+        if goal is None:
+            return
+        if goal.heard is not None:
+            goal.heard()
+        if goal.feedback is not None:
             goal.feedback.deliver(sample)
 
     def _deliver_status(self, sample: Sample) -> None:
@@ -274,8 +278,11 @@ class ActionClientCore:
             if answered:
                 return
             answered = True
-            status = wire.status_of(sample.payload)
-            self._apply(self._reactor.on_result, goal_id, status, sample.payload)
+            payload, reason = wire.split_reason(sample.payload)
+            status = wire.status_of(payload)
+            if reason:
+                self.goal(goal_id).reason = reason
+            self._apply(self._reactor.on_result, goal_id, status, payload)
             self._advance(goal_id, status)
             self._forget(goal_id)
 

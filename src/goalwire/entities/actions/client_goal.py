@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Generic, Protocol
 
 from goalwire.entities.actions.goal_ids import goal_id_bytes, uuid_message
@@ -33,7 +34,7 @@ class FeedbackQueue(Protocol):
 class ClientGoal:
     """What the client keeps of one goal: where it stands, and the queue of its feedback."""
 
-    __slots__ = ('answered', 'feedback', 'goal_id', 'status')
+    __slots__ = ('answered', 'feedback', 'goal_id', 'heard', 'reason', 'status')
 
     def __init__(self, goal_id: GoalId, feedback: FeedbackQueue | None) -> None:
         self.goal_id = goal_id
@@ -41,11 +42,17 @@ class ClientGoal:
         self.answered = False
         """True once a server has accepted or refused it."""
         self.status = GoalStatus.UNKNOWN
+        self.reason = ''
+        """Why it was aborted, in the words of a server that knows goalwire."""
+        self.heard: Callable[[], object] | None = None
+        """Called at each sign of life: feedback, and every change of the status."""
 
     def advance(self, status: GoalStatus) -> None:
         """Note a status. It only moves forward, and a terminal one is final."""
         if not self.status.is_terminal and status > self.status:
             self.status = status
+            if self.heard is not None:
+                self.heard()
 
 
 class ClientGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
@@ -93,6 +100,11 @@ class ClientGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
     def status(self) -> int:
         """Its action_msgs/msg/GoalStatus number, as far as is known here."""
         return int(self._goal.status)
+
+    @property
+    def reason(self) -> str:
+        """Why it was aborted, where its server runs on goalwire; known with the result, else ''."""
+        return self._goal.reason
 
     def cancel_goal(self) -> CancelGoal.Response | None:
         """Ask for cancellation and wait for the answer; None where the context ends before that."""

@@ -33,12 +33,16 @@ class CancelResponse(Enum):
 
 @dataclass(slots=True)
 class ActionCallbacks:
-    """What the user supplies; each may be `async def`."""
+    """What the user supplies; the first four may be `async def`."""
 
     execute: Callable[[ServerGoalHandle], Any]
     goal: Callable[[Any], Any]
     accepted: Callable[[ServerGoalHandle], Any]
     cancel: Callable[[ServerGoalHandle], Any]
+    failed: Callable[[ServerGoalHandle, Exception], object] | None = None
+    """Gets what execute raised; may return a result to send along."""
+    called_off: Callable[[ServerGoalHandle], object] | None = None
+    """Gets a goal that was cancelled or aborted by the server's own policy."""
 
 
 class Decisions:
@@ -54,7 +58,11 @@ class Decisions:
         """A goal has come."""
         goal_id, goal = message
         server = self._server
-        if not server.react(server.reactor.on_goal_request, goal_id, request, server.now()):
+        client = request.sample.gid
+        if not server.react(server.reactor.on_goal_request, goal_id, request, server.now(), client):
+            return None
+        if server.has_lost(client):  # it has gone while its goal waited for the executor
+            server.give_up(client)
             return None
         try:
             decision = server.callbacks.goal(goal)
@@ -84,9 +92,17 @@ class Decisions:
         if accepted:
             self._handles[goal_id] = handle
         if not server.react(server.reactor.on_goal_decision, goal_id, accepted, server.now()):
-            self.forget(goal_id)
+            self.forget(goal_id)  # it was refused, by the user or the policy
             return None
         return server.callbacks.accepted(handle)
+
+    def handle(self, goal_id: GoalId) -> ServerGoalHandle | None:
+        """Return the handle of a goal that has not ended."""
+        return self._handles.get(goal_id)
+
+    def goal_ids(self) -> list[GoalId]:
+        """Return the goals that there are handles of."""
+        return list(self._handles)
 
     def forget(self, goal_id: GoalId) -> None:
         """A goal has ended: nobody is asked about it any more."""
@@ -131,7 +147,8 @@ class Decisions:
     def _decide_cancel(self, ask: effect.AskCancel, answer: object) -> None:
         server = self._server
         accepted = answer is CancelResponse.ACCEPT
-        server.react(server.reactor.on_cancel_decision, ask.cancellation, ask.goal_id, accepted)
+        server.react(server.reactor.on_cancel_decision, ask.cancellation, ask.goal_id, accepted, server.now())
+        server.forget_ended(ask.goal_id)
 
     async def _decide_cancels_later(
         self, pending: list[tuple[effect.AskCancel, Coroutine[Any, Any, Any]]], failures: list[BaseException]

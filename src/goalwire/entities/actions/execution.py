@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Coroutine
 from types import CoroutineType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from goalwire.execution.work import Work
+from goalwire.protocol.goals import wire
 from goalwire.protocol.goals.table import GoalStatus
 
 if TYPE_CHECKING:
@@ -15,8 +16,14 @@ if TYPE_CHECKING:
     from goalwire.entities.type_support import ActionSupport
     from goalwire.logging import RcutilsLogger
 
-_FAILED = object()
-"""Stands for the result of a callback that raised."""
+
+class Failure(NamedTuple):
+    """What an execute callback came to that did not return a result."""
+
+    result: object = None
+    """What is sent along; None: a result of default values."""
+    reason: str = ''
+    """What clients that know goalwire are told."""
 
 
 class Execution(Work):
@@ -51,7 +58,7 @@ class Execution(Work):
         try:
             result = await coroutine
         except CancelledError:  # the executor was shut down
-            self._server.finished(self._handle, _FAILED)
+            self._server.finished(self._handle, Failure())
             raise
         except BaseException as error:
             self._failed(error)
@@ -63,9 +70,17 @@ class Execution(Work):
 
         lines = ''.join(traceback.format_exception(error)).rstrip()
         self._server.logger.error(f'Error raised in execute callback: {error}\n{lines}')
-        self._server.finished(self._handle, _FAILED)
-        if not isinstance(error, Exception):
+        if isinstance(error, Exception):
+            self._server.finished(self._handle, self._server.failure(self._handle, error))
+        else:
+            self._server.finished(self._handle, Failure())
             raise error
+
+
+def described(error: BaseException) -> str:
+    """Return an error in one line: its type and what it says."""
+    kind, text = type(error).__name__, str(error)
+    return f'{kind}: {text}' if text else kind
 
 
 class Results:
@@ -77,19 +92,28 @@ class Results:
         self._name = name
         self._logger = logger
 
-    def encode(self, result: object) -> bytes | None:
-        """Serialize what an execute callback returned; None, once that is logged, where it cannot be sent."""
-        if isinstance(result, self._class):
-            try:
-                return self._encode(result)
-            except (TypeError, ValueError) as error:
-                self._logger.error(f'Result cannot be sent, an empty one is: {error}')
-        elif result is not _FAILED:
+    def encode(self, outcome: object) -> bytes | None:
+        """Serialize what an execute callback returned, or came to.
+
+        None, which stands for the default, once that is logged, where it cannot be sent.
+        """
+        if not isinstance(outcome, Failure):
+            return self._encode_result(outcome)
+        result = None if outcome.result is None else self._encode_result(outcome.result)
+        return wire.with_reason(result or self.default(), outcome.reason) if outcome.reason else result
+
+    def _encode_result(self, result: object) -> bytes | None:
+        if not isinstance(result, self._class):
             self._logger.error(
                 f"Action '{self._name}': the execute callback returned {type(result).__name__}; "
                 f'an empty result is sent; return a {self._class.__name__}'
             )
-        return None
+            return None
+        try:
+            return self._encode(result)
+        except (TypeError, ValueError) as error:
+            self._logger.error(f'Result cannot be sent, an empty one is: {error}')
+            return None
 
     def default(self) -> bytes:
         """Serialize the result of a goal that has none."""

@@ -16,32 +16,34 @@ from typing import Any
 from goalwire.codec import cdr
 from goalwire.entities.actions.decisions import ActionCallbacks, Decisions
 from goalwire.entities.actions.endpoints import ActionQoS, ActionServerEndpoints
-from goalwire.entities.actions.execution import Execution, Results
+from goalwire.entities.actions.execution import Execution, Failure, Results, described
 from goalwire.entities.actions.goal_handle import ServerGoalHandle
+from goalwire.entities.actions.lost_clients import LostClients
 from goalwire.entities.exceptions import InvalidHandle, RCLError, ShutDownError
 from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import ActionSupport
 from goalwire.errors import ClosedError, TransportError
 from goalwire.execution.callback_groups import CallbackGroup
 from goalwire.execution.clock_alarm import ClockAlarm
+from goalwire.execution.home import Home
 from goalwire.execution.inbox import Inbox
 from goalwire.execution.work import Work
 from goalwire.logging import RcutilsLogger, get_logger
 from goalwire.protocol.goals import effects as effect
 from goalwire.protocol.goals import wire
 from goalwire.protocol.goals.ids import GoalId
-from goalwire.protocol.goals.server import RESULT_TIMEOUT_NS, GoalServer
+from goalwire.protocol.goals.server import GoalServer
 from goalwire.protocol.goals.table import GoalEvent, GoalStatus, InvalidTransition
 from goalwire.transport.contract import Payload, Request
 from goalwire.transport.outbox import Outbox
 
 Effects = list[effect.ServerEffect[Request, bytes]]
-_USERS = (effect.AskGoal, effect.Accepted, effect.Execute, effect.AskCancel)
+_USERS = (effect.AskGoal, effect.Accepted, effect.AskCancel, effect.CalledOff)
 """The effects that call the user: whoever feeds the reactor performs these itself."""
 
 
 class ActionServerCore:
-    """One action server. `result_timeout_ns` as in GoalServer."""
+    """One action server, by the rules of the `reactor` that it is given."""
 
     def __init__(
         self,
@@ -51,17 +53,17 @@ class ActionServerCore:
         callbacks: ActionCallbacks,
         group: CallbackGroup,
         qos: ActionQoS | None = None,
-        result_timeout_ns: int = RESULT_TIMEOUT_NS,
+        reactor: GoalServer[Request, bytes] | None = None,
     ) -> None:
         self.node = node
         self.support = support
         self.name = name
         self.callbacks = callbacks
         self.logger: RcutilsLogger = get_logger(node.logger_name).get_child('action_server')
-        self.reactor: GoalServer[Request, bytes] = GoalServer(result_timeout_ns)
+        self.reactor: GoalServer[Request, bytes] = reactor or GoalServer()
         self._lock = Lock()
         self._outbox: Outbox[effect.ServerEffect[Request, bytes]] = Outbox(self._try_one)
-        self._alarm = ClockAlarm(node.home, node.clock, partial(node.home.post, Expiry(self)))
+        self._alarm = ClockAlarm(node.home, node.clock, partial(self._later, self.expire))
         self._alarm.follow()
         self._destroyed = False
         self._feedback_class = support.cls.Feedback  # type: ignore[attr-defined]
@@ -69,12 +71,26 @@ class ActionServerCore:
         self._encode_feedback = cdr.encoder(self._feedback_class)
         self._results = Results(support, name, self.logger)
         self._decisions = Decisions(self)
-        names = node.resolve_action(name)
-        self._endpoints = ActionServerEndpoints(node, support, names, qos or ActionQoS(), group)
-        # Last, since goals may come, and run on another thread, before this returns.
-        self._endpoints.open(
-            self._decisions.on_goal, self._on_result, self._decisions.on_cancel, self._split_goal
-        )
+        self._executions: dict[GoalId, Execution] = {}
+        """Of goals whose turn to run has not come."""
+        self._lost_clients: LostClients | None = None
+        self._open(qos or ActionQoS(), group)
+
+    def _open(self, qos: ActionQoS, group: CallbackGroup) -> None:
+        """Declare everything: goals may come, and run on another thread, before this returns."""
+        node = self.node
+        names = node.resolve_action(self.name)
+        self._endpoints = ActionServerEndpoints(node, self.support, names, qos, group)
+        if self.reactor.watches_clients:
+            self._lost_clients = LostClients(node.graph, names.send_goal, self._on_client_lost)
+        try:
+            self._endpoints.open(
+                self._decisions.on_goal, self._on_result, self._decisions.on_cancel, self._split_goal
+            )
+        except BaseException:
+            if self._lost_clients is not None:
+                self._lost_clients.close()
+            raise
         for server in self._endpoints.servers:
             server.entity = self
         node.own(self)
@@ -117,6 +133,10 @@ class ActionServerCore:
                 request.reply(wire.encode_cancel_reply(code, goals))
             case effect.ReplyResult(request, status, result):
                 request.reply(wire.with_status(result or self._results.default(), status))
+            case effect.Execute(goal_id):
+                execution = self._executions.pop(goal_id, None)
+                if execution is not None:  # else the server was destroyed meanwhile
+                    self.node.home.post(execution)
             case effect.WakeAt(time_ns):
                 self._alarm.set(time_ns)
             case effect.AssumedAborted(goal_id):
@@ -144,11 +164,17 @@ class ActionServerCore:
     def start_execution(
         self, handle: ServerGoalHandle, callback: Callable[[ServerGoalHandle], Any] | None
     ) -> None:
-        """Have a goal executed; raises RCLError where its state does not allow that."""
-        with _rcl_errors():
-            started = self.react(self.reactor.on_execute, handle.goal_id_bytes)
-        if started:
-            self.node.home.post(Execution(self, handle, callback or self.callbacks.execute))
+        """Have a goal executed, in its turn; raises RCLError where its state does not allow that."""
+        goal_id = handle.goal_id_bytes
+        self._executions.setdefault(goal_id, Execution(self, handle, callback or self.callbacks.execute))
+        try:
+            with _rcl_errors():
+                effects = self.react(self.reactor.on_execute, goal_id, self.now())
+        except RCLError:
+            self._executions.pop(goal_id, None)
+            raise
+        if self.reactor.policy.preempts:
+            self._call_off(effects)
 
     def publish_feedback(self, handle: ServerGoalHandle, feedback: Any) -> None:
         """Send a goal's feedback; raises TypeError for another type, InvalidHandle once destroyed."""
@@ -166,12 +192,58 @@ class ActionServerCore:
         """End a goal; raises RCLError where its state does not allow that."""
         with _rcl_errors():
             self.react(self.reactor.on_event, handle.goal_id_bytes, event, self.now())
-        self._decisions.forget(handle.goal_id_bytes)
+        self._forget(handle.goal_id_bytes)
 
-    def finished(self, handle: ServerGoalHandle, result: object) -> None:
+    def finished(self, handle: ServerGoalHandle, outcome: object) -> None:
         """Execution is over. A result that cannot be sent is logged, and the default one sent instead."""
-        self.react(self.reactor.on_result, handle.goal_id_bytes, self._results.encode(result), self.now())
-        self._decisions.forget(handle.goal_id_bytes)
+        self.react(self.reactor.on_result, handle.goal_id_bytes, self._results.encode(outcome), self.now())
+        self._forget(handle.goal_id_bytes)
+
+    def failure(self, handle: ServerGoalHandle, error: Exception) -> Failure:
+        """Tell the program's hook what an execute callback raised; return what the client is told."""
+        result: object = None
+        if self.callbacks.failed is not None:
+            try:
+                result = self.callbacks.failed(handle, error)
+            except Exception as another:
+                self.logger.error(f"Action '{self.name}': on_failure failed itself: {described(another)}")
+        return Failure(result, described(error))
+
+    def _forget(self, goal_id: GoalId) -> None:
+        self._decisions.forget(goal_id)
+        self._executions.pop(goal_id, None)
+
+    def forget_ended(self, *goal_ids: GoalId) -> None:
+        """Forget those of these goals that have ended without the program's doing."""
+        for goal_id in goal_ids:
+            if not self.reactor.status(goal_id).is_active:
+                self._forget(goal_id)
+
+    # -- what the server does on its own -------------------------------------------------------------------
+
+    def _later(self, call: Callable[[], object]) -> None:
+        """Call on the executor's thread."""
+        self.node.home.post(Errand(self.node.home, call))
+
+    def _call_off(self, effects: Effects) -> None:
+        """Tell the program of goals that a policy has cancelled or aborted; forget those that have ended."""
+        for item in effects:
+            handle = self._decisions.handle(item.goal_id) if isinstance(item, effect.CalledOff) else None
+            if handle is not None and self.callbacks.called_off is not None:
+                self.callbacks.called_off(handle)
+        self.forget_ended(*self._decisions.goal_ids())
+
+    def _on_client_lost(self, client: bytes) -> None:
+        self._later(partial(self.give_up, client))
+
+    def has_lost(self, client: bytes) -> bool:
+        """Return whether a client has gone, where that makes a difference."""
+        return self._lost_clients is not None and client in self._lost_clients
+
+    def give_up(self, client: bytes) -> None:
+        """Refuse, cancel or abort the goals of a client that has gone."""
+        if not self._destroyed:
+            self._call_off(self.react(self.reactor.on_client_lost, client, self.now()))
 
     def inboxes(self) -> list[Inbox[Any]]:
         """Where requests wait for the executor."""
@@ -191,21 +263,24 @@ class ActionServerCore:
         self._destroyed = True
         self.node.disown(self)
         self._alarm.drop()
+        if self._lost_clients is not None:
+            self._lost_clients.close()
         self._endpoints.take_result_requests()
         self.react(self.reactor.on_close)
         self._endpoints.close()
         self._decisions.forget_all()
+        self._executions.clear()
 
 
-class Expiry(Work):
-    """Results are due to be forgotten: on the executor's thread, since that is published."""
+class Errand(Work):
+    """One call of the server's own, on the executor's thread: what it does is published."""
 
-    def __init__(self, server: ActionServerCore) -> None:
-        super().__init__(server.node.home, None)
-        self._server = server
+    def __init__(self, home: Home, call: Callable[[], object]) -> None:
+        super().__init__(home, None)
+        self._call = call
 
     def run(self) -> None:
-        self._server.expire()
+        self._call()
 
 
 @contextmanager

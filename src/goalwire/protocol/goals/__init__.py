@@ -3,6 +3,7 @@
 from goalwire.protocol.goals.cancel import CancelCode
 from goalwire.protocol.goals.client import ClientStatistics, GoalClient, GoalIdTaken
 from goalwire.protocol.goals.ids import NO_ID, GoalId, new_goal_id
+from goalwire.protocol.goals.policy import GoalPolicy, OnClientLost, parallel, preempt, queue, single
 from goalwire.protocol.goals.server import RESULT_TIMEOUT_NS, GoalServer, ServerStatistics
 from goalwire.protocol.goals.status import decode_status_array
 from goalwire.protocol.goals.table import TABLE, GoalEvent, GoalStatus, InvalidTransition
@@ -17,10 +18,16 @@ __all__ = [
     'GoalEvent',
     'GoalId',
     'GoalIdTaken',
+    'GoalPolicy',
     'GoalServer',
     'GoalStatus',
     'InvalidTransition',
+    'OnClientLost',
     'ServerStatistics',
     'decode_status_array',
     'new_goal_id',
+    'parallel',
+    'preempt',
+    'queue',
+    'single',
 ]

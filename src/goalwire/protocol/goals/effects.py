@@ -47,7 +47,17 @@ class Accepted:
 
 @dataclass(frozen=True, slots=True)
 class Execute:
-    """Start the user's execute callback; hand what it returns to `on_result`."""
+    """Start the user's execute callback; hand what it returns to `on_result`.
+
+    With a policy its turn may come by the end of another goal.
+    """
+
+    goal_id: GoalId
+
+
+@dataclass(frozen=True, slots=True)
+class CalledOff:
+    """Tell who executes the goal that it is CANCELING, or ABORTED, though no client has asked for that."""
 
     goal_id: GoalId
 
@@ -102,6 +112,7 @@ ServerEffect: TypeAlias = (
     | ReplyGoal[RequestT]
     | Accepted
     | Execute
+    | CalledOff
     | AskCancel
     | ReplyCancel[RequestT]
     | ReplyResult[RequestT, ResultT]

@@ -4,6 +4,10 @@
     execute() ─► on_execute ─► PublishStatus, Execute ─► on_result ─► PublishStatus, ReplyResult…, WakeAt
     cancel_goal ─► on_cancel_request ─► AskCancel… ─► on_cancel_decision… ─► PublishStatus, ReplyCancel
     get_result ─► on_result_request ─► ReplyResult, now or when the goal has ended
+    a client is gone ─► on_client_lost ─► PublishStatus, CalledOff
+
+Under a policy other than UNLIMITED on_execute may let a goal wait for its turn; then the effects of whatever
+ends another goal begin with that end and go on with [PublishStatus, Execute] of the goal whose turn it is.
 
 Whoever drives it calls one method at a time (under a lock of its own), appends the effects to one queue and
 performs them from there in order, one thread at a time and outside the lock. Then a status array is published
@@ -25,6 +29,7 @@ from goalwire.protocol.goals.effects import (
     AskCancel,
     AskGoal,
     AssumedAborted,
+    CalledOff,
     Execute,
     PublishStatus,
     ReplyCancel,
@@ -34,12 +39,14 @@ from goalwire.protocol.goals.effects import (
     ResultT,
     WakeAt,
 )
+from goalwire.protocol.goals.policy import ON_CLIENT_LOST, UNLIMITED, Places
 from goalwire.protocol.goals.status import StatusArray
 from goalwire.protocol.goals.table import GoalEvent, GoalStatus, after
 
 if TYPE_CHECKING:
     from goalwire.protocol.goals.effects import ServerEffect
     from goalwire.protocol.goals.ids import GoalId
+    from goalwire.protocol.goals.policy import GoalPolicy, OnClientLost
 
 RESULT_TIMEOUT_NS = 10_000_000_000
 """How long results are kept (rcl_action's default)."""
@@ -48,8 +55,10 @@ RESULT_TIMEOUT_NS = 10_000_000_000
 @dataclass(slots=True)
 class _Goal(Generic[RequestT, ResultT]):
     stamp_ns: int
+    client: bytes = b''
     status: GoalStatus = GoalStatus.ACCEPTED
     started: bool = False
+    """True once it has been handed to the execute callback."""
     ended: bool = False
     """True once status and result are both final."""
     result: ResultT | None = None
@@ -58,13 +67,22 @@ class _Goal(Generic[RequestT, ResultT]):
 
 @dataclass(frozen=True, slots=True)
 class ServerStatistics:
-    """How much a server holds at the moment."""
+    """How much a server holds at the moment, and how many goals it has had."""
 
     deciding: int
     active: int
+    running: int
+    """Handed to the execute callback, which has not returned yet."""
+    waiting: int
+    """Accepted, their turn to come."""
     retained: int
     cancellations: int
     waiting_for_results: int
+    accepted: int
+    refused: int
+    succeeded: int
+    canceled: int
+    aborted: int
 
 
 class GoalServer(Generic[RequestT, ResultT]):
@@ -74,9 +92,23 @@ class GoalServer(Generic[RequestT, ResultT]):
     result), never for a negative one.
     """
 
-    def __init__(self, result_timeout_ns: int = RESULT_TIMEOUT_NS) -> None:
+    def __init__(
+        self,
+        result_timeout_ns: int = RESULT_TIMEOUT_NS,
+        policy: GoalPolicy = UNLIMITED,
+        on_client_lost: OnClientLost = 'keep',
+    ) -> None:
+        """Raises ValueError for an `on_client_lost` that is none."""
+        if on_client_lost not in ON_CLIENT_LOST:
+            raise ValueError(
+                f'on_client_lost is {" or ".join(map(repr, ON_CLIENT_LOST))}, not {on_client_lost!r}'
+            )
         self._result_timeout_ns = result_timeout_ns
-        self._deciding: dict[GoalId, RequestT] = {}
+        self._lost = on_client_lost
+        self._places = Places(policy)
+        self._reached = [0] * len(GoalStatus)
+        """How many goals have come to each status; UNKNOWN stands for those refused."""
+        self._deciding: dict[GoalId, tuple[RequestT, bytes]] = {}
         self._goals: dict[GoalId, _Goal[RequestT, ResultT]] = {}
         self._cancellations: dict[int, Cancellation[RequestT]] = {}
         self._next_cancellation = 0
@@ -86,6 +118,16 @@ class GoalServer(Generic[RequestT, ResultT]):
         self._closed = False
 
     # ---- what is known ----
+
+    @property
+    def policy(self) -> GoalPolicy:
+        """How many goals run at a time."""
+        return self._places.policy
+
+    @property
+    def watches_clients(self) -> bool:
+        """True where on_client_lost makes a difference."""
+        return self._lost != 'keep'
 
     def status(self, goal_id: GoalId) -> GoalStatus:
         """Return where a goal stands; UNKNOWN where it is not retained."""
@@ -99,54 +141,96 @@ class GoalServer(Generic[RequestT, ResultT]):
     def statistics(self) -> ServerStatistics:
         """Count what is held."""
         goals = self._goals.values()
+        reached = self._reached
         return ServerStatistics(
             deciding=len(self._deciding),
             active=sum(goal.status.is_active for goal in goals),
+            running=self._places.running,
+            waiting=len(self._places.waiting),
             retained=len(goals),
             cancellations=len(self._cancellations),
             waiting_for_results=sum(len(goal.waiting) for goal in goals),
+            accepted=reached[GoalStatus.ACCEPTED],
+            refused=reached[GoalStatus.UNKNOWN],
+            succeeded=reached[GoalStatus.SUCCEEDED],
+            canceled=reached[GoalStatus.CANCELED],
+            aborted=reached[GoalStatus.ABORTED],
         )
 
     # ---- goals ----
 
     def on_goal_request(
-        self, goal_id: GoalId, request: RequestT, now: int
+        self, goal_id: GoalId, request: RequestT, now: int, client: bytes = b''
     ) -> list[ServerEffect[RequestT, ResultT]]:
-        """A client sends a goal: [AskGoal], or [ReplyGoal] where its id is taken."""
+        """A client sends a goal: [AskGoal], or [ReplyGoal] where its id, or every place, is taken.
+
+        `client` is what on_client_lost will know it by.
+        """
         self._expire(now)
-        if self._closed or goal_id in self._deciding or goal_id in self._goals:
-            return [ReplyGoal(request, accepted=False, stamp_ns=0)]
-        self._deciding[goal_id] = request
+        id_is_taken = goal_id in self._deciding or goal_id in self._goals
+        if self._closed or id_is_taken or self._places.are_taken:
+            return self._refuse(request)
+        self._deciding[goal_id] = request, client
         return [AskGoal(goal_id)]
 
     def on_goal_decision(
         self, goal_id: GoalId, accepted: bool, stamp_ns: int
     ) -> list[ServerEffect[RequestT, ResultT]]:
-        """The user has decided (a failed callback has refused): [ReplyGoal, Accepted], or [ReplyGoal]."""
+        """The user has decided (a failed callback has refused): [ReplyGoal, Accepted], or [ReplyGoal].
+
+        The goal is refused as well where others have taken the last place meanwhile.
+        """
         if goal_id not in self._deciding:
             return []
-        request = self._deciding.pop(goal_id)
-        if not accepted:
-            return [ReplyGoal(request, accepted=False, stamp_ns=0)]
-        self._goals[goal_id] = _Goal(stamp_ns)
+        request, client = self._deciding.pop(goal_id)
+        if not accepted or self._places.are_taken:
+            return self._refuse(request)
+        self._places.unfinished += 1
+        self._goals[goal_id] = _Goal(stamp_ns, client)
+        self._reached[GoalStatus.ACCEPTED] += 1
         self._statuses.add(goal_id, stamp_ns, GoalStatus.ACCEPTED)
         return [ReplyGoal(request, accepted=True, stamp_ns=stamp_ns), Accepted(goal_id)]
 
-    def on_execute(self, goal_id: GoalId) -> list[ServerEffect[RequestT, ResultT]]:
-        """The user wants the goal executed: [PublishStatus, Execute].
+    def _refuse(self, request: RequestT) -> list[ServerEffect[RequestT, ResultT]]:
+        self._reached[GoalStatus.UNKNOWN] += 1
+        return [ReplyGoal(request, accepted=False, stamp_ns=0)]
 
-        A goal whose cancellation was accepted before stays CANCELING: [Execute]. Raises InvalidTransition
-        for one that was executed before or has ended.
+    def on_execute(self, goal_id: GoalId, now: int) -> list[ServerEffect[RequestT, ResultT]]:
+        """The user wants the goal executed: [PublishStatus, Execute]; [PublishStatus] where it has to wait.
+
+        Under preempt() those before it are called off: [PublishStatus, CalledOff]. A goal whose cancellation
+        was accepted before stays CANCELING: [Execute]; where it had to wait it ends. One that waits already
+        goes on waiting: []. Raises InvalidTransition for one that was executed before or has ended.
         """
         goal = self._goals.get(goal_id)
-        if goal is None:
+        if goal is None or goal_id in self._places.waiting:
             return []
-        if goal.status is GoalStatus.CANCELING and not goal.started:
-            goal.started = True
+        if goal.status is not GoalStatus.CANCELING or goal.started:
+            after(goal.status, GoalEvent.EXECUTE)
+        if self._places.has_room:
+            return self._start(goal_id, goal)
+        self._places.waiting[goal_id] = None
+        if goal.status is GoalStatus.CANCELING:
+            return self._end_waiting(goal_id, goal, now)
+        return [PublishStatus(), *(self._preempt(goal_id, now) if self._places.policy.preempts else [])]
+
+    def _start(
+        self, goal_id: GoalId, goal: _Goal[RequestT, ResultT]
+    ) -> list[ServerEffect[RequestT, ResultT]]:
+        goal.started = True
+        self._places.running += 1
+        if goal.status is GoalStatus.CANCELING:
             return [Execute(goal_id)]
         self._move(goal_id, goal, GoalEvent.EXECUTE)
-        goal.started = True
         return [PublishStatus(), Execute(goal_id)]
+
+    def _preempt(self, newest: GoalId, now: int) -> list[ServerEffect[RequestT, ResultT]]:
+        """Cancel every other goal that runs, or waits for its turn."""
+        effects: list[ServerEffect[RequestT, ResultT]] = []
+        for goal_id, goal in list(self._goals.items()):
+            if goal_id != newest and (goal.started or goal_id in self._places.waiting):
+                effects += self._cancel(goal_id, goal, now)
+        return effects
 
     def on_event(self, goal_id: GoalId, event: GoalEvent, now: int) -> list[ServerEffect[RequestT, ResultT]]:
         """The user ends the goal by SUCCEED, ABORT or CANCELED: [PublishStatus].
@@ -204,30 +288,83 @@ class GoalServer(Generic[RequestT, ResultT]):
         return [AskCancel(number, id_) for id_ in chosen]
 
     def on_cancel_decision(
-        self, cancellation: int, goal_id: GoalId, accepted: bool
+        self, cancellation: int, goal_id: GoalId, accepted: bool, now: int
     ) -> list[ServerEffect[RequestT, ResultT]]:
         """The user has decided about one goal (a callback that failed has refused).
 
-        The goal is CANCELING at once. With the last decision: [PublishStatus, ReplyCancel], or
-        [ReplyCancel] where no goal is cancelled.
+        The goal is CANCELING at once, or CANCELED where it waits for its turn: [PublishStatus, ReplyResult…,
+        WakeAt]. With the last decision: [PublishStatus, ReplyCancel], or [ReplyCancel] where no goal is
+        cancelled.
         """
         open_one = self._cancellations.get(cancellation)
         if open_one is None or goal_id not in open_one.undecided:
             return []
         open_one.undecided.remove(goal_id)
+        effects: list[ServerEffect[RequestT, ResultT]] = []
         goal = self._goals.get(goal_id)
         if goal is None or not goal.status.is_cancelable:
             open_one.came_too_late = True
         elif accepted:
-            self._move(goal_id, goal, GoalEvent.CANCEL_GOAL)
             open_one.canceling[goal_id] = goal.stamp_ns
-        return [] if open_one.undecided else self._answer_cancellation(cancellation)
+            self._move(goal_id, goal, GoalEvent.CANCEL_GOAL)
+            if goal_id in self._places.waiting:
+                effects = self._end_waiting(goal_id, goal, now)
+        return effects if open_one.undecided else effects + self._answer_cancellation(cancellation)
 
     def _answer_cancellation(self, number: int) -> list[ServerEffect[RequestT, ResultT]]:
         done = self._cancellations.pop(number)
         goals = tuple((id_, done.canceling[id_]) for id_ in done.goals if id_ in done.canceling)
         published: list[ServerEffect[RequestT, ResultT]] = [PublishStatus()] if goals else []
         return [*published, ReplyCancel(done.request, done.code, goals)]
+
+    def _cancel(
+        self, goal_id: GoalId, goal: _Goal[RequestT, ResultT], now: int
+    ) -> list[ServerEffect[RequestT, ResultT]]:
+        """Cancel a goal though no client has asked for that; nothing where it is being cancelled."""
+        if not goal.status.is_cancelable:
+            return []
+        self._move(goal_id, goal, GoalEvent.CANCEL_GOAL)
+        if goal_id in self._places.waiting:
+            return self._end_waiting(goal_id, goal, now)
+        return [PublishStatus(), CalledOff(goal_id)]
+
+    def _end_waiting(
+        self, goal_id: GoalId, goal: _Goal[RequestT, ResultT], now: int
+    ) -> list[ServerEffect[RequestT, ResultT]]:
+        """End a goal that is CANCELING before its turn has come."""
+        self._move(goal_id, goal, GoalEvent.CANCELED)
+        return [PublishStatus(), *self._end(goal_id, goal, None, now)]
+
+    # ---- clients ----
+
+    def on_client_lost(self, client: bytes, now: int) -> list[ServerEffect[RequestT, ResultT]]:
+        """A client has gone: its goals are kept, cancelled or aborted.
+
+        Those that are still being decided are refused: [ReplyGoal…]. The others: [PublishStatus, CalledOff…],
+        or their end where they do not run.
+        """
+        effects: list[ServerEffect[RequestT, ResultT]] = []
+        if self._lost == 'keep':
+            return effects
+        for goal_id, (_, sender) in list(self._deciding.items()):
+            if sender == client:
+                effects += self.on_goal_decision(goal_id, accepted=False, stamp_ns=0)
+        call_off = self._cancel if self._lost == 'cancel' else self._abort
+        for goal_id, goal in list(self._goals.items()):
+            if goal.client == client:
+                effects += call_off(goal_id, goal, now)
+        return effects
+
+    def _abort(
+        self, goal_id: GoalId, goal: _Goal[RequestT, ResultT], now: int
+    ) -> list[ServerEffect[RequestT, ResultT]]:
+        """Abort a goal, whatever it is doing; nothing where it has ended."""
+        if goal.status.is_terminal:
+            return []
+        self._move_to_abortion(goal_id, goal)
+        if goal.started:
+            return [PublishStatus(), CalledOff(goal_id)]
+        return [PublishStatus(), *self._end(goal_id, goal, None, now)]
 
     # ---- results ----
 
@@ -258,16 +395,15 @@ class GoalServer(Generic[RequestT, ResultT]):
         refused.
         """
         self._closed = True
+        self._places.clear()
         effects: list[ServerEffect[RequestT, ResultT]] = []
         for goal_id in list(self._deciding):
             effects += self.on_goal_decision(goal_id, accepted=False, stamp_ns=0)
         for number in list(self._cancellations):
             effects += self._answer_cancellation(number)
         for goal_id, goal in self._goals.items():
-            if goal.status is GoalStatus.ACCEPTED:
-                self._move(goal_id, goal, GoalEvent.EXECUTE)
             if not goal.status.is_terminal:
-                self._move(goal_id, goal, GoalEvent.ABORT)
+                self._move_to_abortion(goal_id, goal)
         effects.append(PublishStatus())
         for goal in self._goals.values():
             effects += [ReplyResult(request, goal.status, goal.result) for request in goal.waiting]
@@ -281,13 +417,20 @@ class GoalServer(Generic[RequestT, ResultT]):
 
     def _move(self, goal_id: GoalId, goal: _Goal[RequestT, ResultT], event: GoalEvent) -> None:
         goal.status = after(goal.status, event)
+        self._reached[goal.status] += 1
         self._statuses.update(goal_id, goal.status)
+
+    def _move_to_abortion(self, goal_id: GoalId, goal: _Goal[RequestT, ResultT]) -> None:
+        if goal.status is GoalStatus.ACCEPTED:  # the table knows no shorter way
+            self._move(goal_id, goal, GoalEvent.EXECUTE)
+        self._move(goal_id, goal, GoalEvent.ABORT)
 
     def _end(
         self, goal_id: GoalId, goal: _Goal[RequestT, ResultT], result: ResultT | None, now: int
     ) -> list[ServerEffect[RequestT, ResultT]]:
-        """Status and result are final: answer who waits, and keep the result for its time."""
+        """Status and result are final: answer who waits, keep the result for its time, let others run."""
         goal.ended = True
+        self._leave_place(goal_id, goal)
         goal.result = result
         effects: list[ServerEffect[RequestT, ResultT]] = [
             ReplyResult(request, goal.status, result) for request in goal.waiting
@@ -300,7 +443,16 @@ class GoalServer(Generic[RequestT, ResultT]):
             heappush(self._expiring, expiry)
             if self._expiring[0] is expiry:
                 effects.append(WakeAt(expiry[0]))
+        while (following := self._places.next()) is not None:
+            effects += self._start(following, self._goals[following])
         return effects
+
+    def _leave_place(self, goal_id: GoalId, goal: _Goal[RequestT, ResultT]) -> None:
+        self._places.unfinished -= 1
+        if goal.started:
+            self._places.running -= 1
+        else:
+            self._places.waiting.pop(goal_id, None)
 
     def _expire(self, now: int) -> None:
         while self._expiring and self._expiring[0][0] <= now:

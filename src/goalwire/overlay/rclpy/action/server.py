@@ -14,6 +14,8 @@ from goalwire.entities.exceptions import NameValidationException, RCLError
 from goalwire.entities.type_support import action_support
 from goalwire.execution.callback_groups import checked_group
 from goalwire.execution.waitable import InboxWaitable
+from goalwire.protocol.goals.policy import UNLIMITED, GoalPolicy, OnClientLost
+from goalwire.protocol.goals.server import GoalServer
 from goalwire.protocol.goals.table import GoalEvent
 from rclpy._borrowed import borrow
 from rclpy.callback_groups import CallbackGroup
@@ -23,6 +25,7 @@ from rclpy.waitable import NumberOfEntities
 
 if TYPE_CHECKING:
     from goalwire.execution.wait_set import WaitSet
+    from goalwire.transport.contract import Request
     from rclpy.impl.base_node import BaseNode
 
 __all__ = [
@@ -44,6 +47,7 @@ _Execute: TypeAlias = Callable[[ServerGoalHandle[GoalT, ResultT, FeedbackT]], Re
 _Cancel: TypeAlias = Callable[
     [ServerGoalHandle[GoalT, ResultT, FeedbackT]], CancelResponse | Awaitable[CancelResponse]
 ]
+_Failed: TypeAlias = Callable[[ServerGoalHandle[GoalT, ResultT, FeedbackT], Exception], ResultT | None]
 
 _FEEDBACK_QOS = QoSProfile(depth=10)
 
@@ -84,13 +88,18 @@ class ActionServer(ActionServerCore, InboxWaitable, Generic[GoalT, ResultT, Feed
         feedback_pub_qos_profile: QoSProfile = _FEEDBACK_QOS,
         status_pub_qos_profile: QoSProfile = qos_profile_action_status_default,
         result_timeout: float = 10,
+        policy: GoalPolicy = UNLIMITED,
+        on_client_lost: OnClientLost = 'keep',
+        on_failure: _Failed[GoalT, ResultT, FeedbackT] | None = None,
     ) -> None:
         """`result_timeout` in seconds: how long a result is kept; 0 not at all, a negative one for ever.
 
-        None for one of the callbacks stands for its default.
+        None for one of the callbacks stands for its default. The last three are goalwire's own: how many
+        goals run at a time, what becomes of the goals of a client that has gone, and who is told of an
+        execute callback that raised (it may return a result to send along).
 
         Raises TypeError for an execute callback that cannot be called or a timeout that is no number,
-        ValueError for a bad name.
+        ValueError for a bad name or an `on_client_lost` that is none.
         """
         _check_callable(execute_callback)
         callbacks = ActionCallbacks(
@@ -98,7 +107,9 @@ class ActionServer(ActionServerCore, InboxWaitable, Generic[GoalT, ResultT, Feed
             goal_callback or default_goal_callback,
             handle_accepted_callback or default_handle_accepted_callback,
             cancel_callback or default_cancel_callback,
+            on_failure,
         )
+        reactor: GoalServer[Request, bytes] = GoalServer(_nanoseconds(result_timeout), policy, on_client_lost)
         qos = ActionQoS(
             goal_service_qos_profile.to_core(),
             result_service_qos_profile.to_core(),
@@ -110,9 +121,7 @@ class ActionServer(ActionServerCore, InboxWaitable, Generic[GoalT, ResultT, Feed
         support = action_support(action_type)
         InboxWaitable.__init__(self, group)
         try:
-            ActionServerCore.__init__(
-                self, node.handle, support, action_name, callbacks, group, qos, _nanoseconds(result_timeout)
-            )
+            ActionServerCore.__init__(self, node.handle, support, action_name, callbacks, group, qos, reactor)
         except NameValidationException as error:
             raise ValueError(
                 f"Failed to create action server due to invalid topic name '{action_name}' : {error}"
