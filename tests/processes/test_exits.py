@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 
 import pytest
 from helpers.programs import Start
+from helpers.wires import DDS, require
 
 pytestmark = pytest.mark.skipif(sys.platform == 'win32', reason='signals of POSIX')
+
+TRAFFIC = [('rmw_zenoh_cpp', 20), (DDS, int(os.environ.get('GOALWIRE_TEST_EXITS', '4')))]
+"""How often a program leaves on each wire; GOALWIRE_TEST_EXITS=20 makes it as often on DDS."""
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
@@ -41,27 +46,35 @@ def test_a_program_that_guards_nothing_ends_as_under_rclpy(
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(('transport', 'times'), TRAFFIC)
 @pytest.mark.parametrize('how', ['nothing closed', 'sys.exit', 'shutdown'])
-def test_leaving_in_the_middle_of_traffic_is_clean_twenty_times_of_twenty(start: Start, how: str) -> None:
-    flood = start('flood')
+def test_leaving_in_the_middle_of_traffic_is_clean_every_time(
+    start: Start, how: str, transport: str, times: int
+) -> None:
+    require(transport)
+    flood = start('flood', RMW_IMPLEMENTATION=transport)
     flood.expect('ready')
     codes = []
-    for _ in range(20):
-        leaving = start('leave', how)
+    for _ in range(times):
+        leaving = start('leave', how, RMW_IMPLEMENTATION=transport)
         codes.append(leaving.wait())
         assert 'Traceback' not in leaving.output
-    assert codes == [0] * 20
+    assert codes == [0] * times
     flood.send_signal(signal.SIGINT)
     flood.succeed()
 
 
 @pytest.mark.slow
-def test_ctrl_c_in_the_middle_of_traffic_is_clean_twenty_times_of_twenty(start: Start) -> None:
-    start('flood').expect('ready')
+@pytest.mark.parametrize(('transport', 'times'), TRAFFIC)
+def test_ctrl_c_in_the_middle_of_traffic_is_clean_every_time(
+    start: Start, transport: str, times: int
+) -> None:
+    require(transport)
+    start('flood', RMW_IMPLEMENTATION=transport).expect('ready')
     codes = []
-    for _ in range(20):
-        leaving = start('leave', 'interrupted')
+    for _ in range(times):
+        leaving = start('leave', 'interrupted', RMW_IMPLEMENTATION=transport)
         leaving.expect('in the middle of traffic')
         leaving.send_signal(signal.SIGINT)
         codes.append(leaving.wait())
-    assert codes == [-signal.SIGINT] * 20
+    assert codes == [-signal.SIGINT] * times
