@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TypeAlias
 
 import pytest
@@ -9,14 +10,25 @@ from helpers.wire import Side
 from helpers.wires import DDS, TRANSPORTS, require_wire
 
 from goalwire.transport.contract import EndpointKind, Session
+from goalwire.transport.faults import Faults
 
 Sides: TypeAlias = tuple[Side, Side]
 
 
-@pytest.fixture(params=sorted({*TRANSPORTS, DDS}))
-def transport_name(request: pytest.FixtureRequest) -> str:
-    """Each transport in turn, DDS always among them: the contract is what they have in common."""
-    return require_wire(request)
+UNDER_FAULTS = 'goalwire_memory under no fault'
+
+
+@pytest.fixture(params=[*sorted({*TRANSPORTS, DDS}), UNDER_FAULTS])
+def transport_name(request: pytest.FixtureRequest) -> Iterator[str]:
+    """Each transport in turn, DDS always among them: the contract is what they have in common.
+
+    One comes in the wrapping that faults are made in, too.
+    """
+    if request.param == UNDER_FAULTS:
+        with Faults():
+            yield 'goalwire_memory'
+    else:
+        yield require_wire(request)
 
 
 @pytest.fixture

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from importlib import import_module
+from typing import TypeAlias
 
 from goalwire.errors import TransportError
 from goalwire.transport.contract import Transport
@@ -15,6 +17,21 @@ _MODULES = {
     'goalwire_memory': 'goalwire.transport.memory',
 }
 _loaded: dict[str, Transport] = {}
+
+Wrapper: TypeAlias = Callable[[Transport], Transport]
+_wrappers: tuple[Wrapper, ...] = ()
+
+
+def wrap(wrapper: Wrapper) -> Callable[[], None]:
+    """Give out transports through `wrapper` from now on; what this returns ends that."""
+    global _wrappers  # noqa: PLW0603 - which transports there are is a matter of the process
+    _wrappers += (wrapper,)
+
+    def unwrap() -> None:
+        global _wrappers  # noqa: PLW0603
+        _wrappers = tuple(each for each in _wrappers if each is not wrapper)
+
+    return unwrap
 
 
 def available() -> set[str]:
@@ -40,4 +57,11 @@ def get(identifier: str | None = None) -> Transport:
                 f'choose one of: {known}'
             ) from None
         _loaded[identifier] = module.TRANSPORT
-    return _loaded[identifier]
+    transport = _loaded[identifier]
+    if text := os.environ.get('GOALWIRE_FAULTS'):
+        from goalwire.transport.faults.text import parse
+
+        transport = parse(text).over(transport)
+    for wrapper in _wrappers:
+        transport = wrapper(transport)
+    return transport

@@ -1,0 +1,26 @@
+"""A long way: everything arrives later, in order."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from random import Random
+
+from goalwire.transport.faults.crossing import Crossing
+from goalwire.transport.faults.fault import Fault, to_ns
+
+
+@dataclass(eq=False)
+class Delay(Fault):
+    """Late by `seconds`, and by up to `jitter` seconds more."""
+
+    seconds: float = field(kw_only=False)
+    jitter: float = 0.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        to_ns(self.seconds)
+        to_ns(self.jitter)
+
+    def strike(self, crossing: Crossing, luck: Random, now: int) -> tuple[Crossing, ...]:  # noqa: ARG002
+        extra = luck.uniform(0.0, self.jitter) if self.jitter else 0.0
+        return (crossing._replace(delay_ns=crossing.delay_ns + to_ns(self.seconds + extra)),)

@@ -1,0 +1,19 @@
+"""What is sent arrives twice: a message, or a request with one number, as a wire that repeats itself does."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from random import Random
+
+from goalwire.transport.faults.crossing import Crossing, Kind
+from goalwire.transport.faults.fault import Fault
+
+
+@dataclass(eq=False)
+class Duplication(Fault):
+    """Arrives twice in a row. A client takes one reply, so replies are left alone."""
+
+    strikes_on = frozenset({Kind.MESSAGE, Kind.REQUEST})
+
+    def strike(self, crossing: Crossing, luck: Random, now: int) -> tuple[Crossing, ...]:  # noqa: ARG002
+        return crossing, crossing

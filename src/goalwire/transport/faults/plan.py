@@ -1,0 +1,192 @@
+"""What is wrong with the wire at the moment."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from random import Random
+from threading import Lock
+from types import TracebackType
+from typing import TYPE_CHECKING, Self, TypeAlias, TypeVar
+
+from goalwire.transport import registry
+from goalwire.transport.faults.courier import Clock, Courier, RealTime
+from goalwire.transport.faults.crossing import Crossing, Path
+from goalwire.transport.faults.failed_call import FailedCall
+from goalwire.transport.faults.fault import Fault
+from goalwire.transport.faults.kill import Kill, Moment
+from goalwire.transport.faults.partition import LEASE_S, Partition
+
+if TYPE_CHECKING:
+    from goalwire.transport.contract import Transport
+    from goalwire.transport.faults.session import FaultySession
+
+AnyFault: TypeAlias = Fault | Kill | FailedCall
+FaultT = TypeVar('FaultT', bound=AnyFault)
+
+
+class Faults:
+    """The faults of the sessions that were opened through it; to be changed at any time, by any thread.
+
+    The same seed gives the same fates to the same things sent on each path, whatever else is sent. Delays
+    pass in the time of `clock`. Messages and requests meet their faults where they arrive and replies where
+    they are sent: so it is the servers' and the subscriptions' processes that need the faults.
+    """
+
+    def __init__(self, *faults: AnyFault, seed: int = 0, clock: Clock | None = None) -> None:
+        self.seed = seed
+        self._clock: Clock = clock or RealTime()
+        self._courier = Courier(self._clock)
+        self._lock = Lock()
+        self._luck: dict[Path, Random] = {}
+        self._faults: tuple[AnyFault, ...] = ()
+        self._sessions: tuple[FaultySession, ...] = ()
+        self._dead: frozenset[str] = frozenset()
+        self._switched_on: list[Callable[[], None]] = []
+        for fault in faults:
+            self.add(fault)
+
+    # -- what a test does ----------------------------------------------------------------------------------
+
+    def add(self, fault: FaultT) -> FaultT:
+        """Let a fault strike from now on; returns it."""
+        if isinstance(fault, Partition):
+            fault.begin(self._clock.now())
+        with self._lock:
+            self._faults += (fault,)
+        self._look_again()
+        return fault
+
+    def partition(
+        self, here: str, there: str = '*', *, one_way: bool = False, lease: float = LEASE_S
+    ) -> Partition:
+        """Part two nodes, or one from all others."""
+        return self.add(Partition(here, there, one_way=one_way, lease=lease))
+
+    def heal(self, *faults: AnyFault) -> None:
+        """End these faults, or all. The dead stay dead, and what is under way arrives as it was to."""
+        with self._lock:
+            self._faults = tuple(each for each in self._faults if faults and each not in faults)
+        self._look_again()
+
+    @property
+    def active(self) -> tuple[AnyFault, ...]:
+        """The faults at this moment."""
+        return self._faults
+
+    @property
+    def dead(self) -> frozenset[str]:
+        """The nodes that have been killed, by their qualified names."""
+        return self._dead
+
+    @property
+    def under_way(self) -> int:
+        """How many deliveries wait for their time."""
+        return self._courier.under_way
+
+    def over(self, transport: Transport) -> Transport:
+        """Return `transport` with these faults."""
+        from goalwire.transport.faults.session import FaultyTransport
+
+        return FaultyTransport(transport, self)
+
+    def __enter__(self) -> Self:
+        """Have every session that this process opens from now on opened with these faults."""
+        self._switched_on.append(registry.wrap(self.over))
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._switched_on.pop()()
+
+    # -- what sessions ask ---------------------------------------------------------------------------------
+
+    def opened(self, session: FaultySession) -> None:
+        """A session is there."""
+        with self._lock:
+            self._sessions += (session,)
+        self._look_again()
+
+    def closed(self, session: FaultySession) -> None:
+        """A session has gone; with the last one goes what is under way."""
+        with self._lock:
+            self._sessions = tuple(each for each in self._sessions if each is not session)
+            was_last = not self._sessions
+        if was_last:
+            self._courier.clear()
+
+    def call(self, method: str) -> None:
+        """A method of the transport is called. Raises TransportError where that shall fail."""
+        for fault in self._faults:
+            if isinstance(fault, FailedCall):
+                fault.check(method)
+
+    def passes(self, moment: Moment, crossing: Crossing) -> bool:
+        """Whether a crossing goes on at this moment; false from the moment on that an end of it is dead."""
+        for fault in self._faults:
+            if isinstance(fault, Kill) and fault.strikes(moment, crossing):
+                self._kill(crossing.target if moment is Moment.ARRIVED else crossing.source, fault)
+        return not self._dead.intersection((crossing.source, crossing.target))
+
+    def _kill(self, node: str, fault: Kill) -> None:
+        if fault.process:
+            fault.end_process()
+        with self._lock:
+            self._dead |= {node}
+        # A session may not be touched from where it delivers: the courier's thread takes the endpoints away.
+        self._courier.do_later(0, lambda: self._bury(node))
+
+    def send(self, crossing: Crossing, deliver: Callable[[Crossing], None]) -> bool:
+        """Deliver what the faults make of a crossing, each thing when its time has come; False: nothing."""
+        with self._lock:
+            results = self._fate(crossing)
+        for result in results:
+            self._courier.carry(
+                crossing.path,
+                result.delay_ns,
+                lambda result=result: deliver(result),  # type: ignore[misc]
+                overtakes=result.overtakes,
+            )
+        return bool(results)
+
+    def _fate(self, crossing: Crossing) -> tuple[Crossing, ...]:
+        results: tuple[Crossing, ...] = (crossing,)
+        faults = [fault for fault in self._faults if isinstance(fault, Fault)]
+        if faults:
+            now = self._clock.now()
+            luck = self._luck_on(crossing.path)
+            for fault in faults:
+                results = tuple(after for each in results for after in fault.apply(each, luck, now))
+        return results
+
+    def _luck_on(self, path: Path) -> Random:
+        luck = self._luck.get(path)
+        if luck is None:
+            kind, *names = path
+            luck = self._luck[path] = Random(f'{self.seed} {kind.value} {names}')  # noqa: S311
+        return luck
+
+    def parted(self, source: str, target: str) -> bool:
+        """Whether `target` has noticed by now that it hears nothing of `source`."""
+        now = self._clock.now()
+        return any(
+            isinstance(fault, Partition) and fault.noticed_at <= now and fault.cuts(source, target)
+            for fault in self._faults
+        )
+
+    def _look_again(self) -> None:
+        """Let every session look at the graph, now and when the lease of a partition ends."""
+        for session in self._sessions:
+            session.look_again()
+        now = self._clock.now()
+        for fault in self._faults if self._sessions else ():
+            if isinstance(fault, Partition) and fault.noticed_at > now:
+                self._courier.do_later(fault.noticed_at - now, self._notice)
+
+    def _notice(self) -> None:
+        for session in self._sessions:
+            session.look_again()
+
+    def _bury(self, node: str) -> None:
+        for session in self._sessions:
+            session.bury(node)
