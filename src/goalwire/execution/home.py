@@ -25,7 +25,7 @@ class Home:
         self.queue: ReadyQueue | None = None
         self.agenda: Agenda | None = None
         self._backlog: deque[Work] = deque()
-        self._alarms: set[Alarm] = set()
+        self._alarms: dict[Alarm, None] = {}  # in order, so that what is due at once comes in that order
         self._lookouts: dict[Lookout, None] = {}
 
     @property
@@ -71,7 +71,7 @@ class Home:
 
     def set_alarm(self, alarm: Alarm, due: int) -> None:
         """Let `alarm` ring at steady time `due` (ns), whichever executor the node is in by then."""
-        self._alarms.add(alarm)
+        self._alarms[alarm] = None
         if self.agenda is None and (left := alarm.agenda) is not None:
             left.forget(alarm)  # the executor that the node has left, and may come back to
         alarm.due = due
@@ -85,7 +85,7 @@ class Home:
 
     def drop_alarm(self, alarm: Alarm) -> None:
         """Forget `alarm`."""
-        self._alarms.discard(alarm)
+        self._alarms.pop(alarm, None)
         while (agenda := alarm.agenda) is not None:  # it may be moving
             agenda.forget(alarm)
         alarm.due = None

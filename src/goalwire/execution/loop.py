@@ -125,7 +125,11 @@ class LaneLoop(asyncio.SelectorEventLoop):
 
     def next_due(self) -> int | None:
         """When the earliest `call_later` is due, in steady ns; it may have been cancelled since."""
-        return None if not self._whens else int(self._whens[0] * 1e9) + 1000
+        if not self._whens:
+            return None
+        when = self._whens[0]
+        due = round(when * 1e9)
+        return due if _is_due(when, due / 1e9) else due + 1000
 
     # Whatever is queued outside a step, by whichever thread, asks for one: so an Event that a plain callback
     # sets, or a Queue that it fills, wakes the coroutine that waits.
@@ -181,7 +185,7 @@ class LaneLoop(asyncio.SelectorEventLoop):
         whens = self._whens
         if whens:
             now = self.time()
-            while whens and whens[0] <= now:
+            while whens and _is_due(whens[0], now):
                 heappop(whens)
 
     def _iterate(self) -> None:
@@ -225,6 +229,11 @@ class FastLaneLoop(LaneLoop):
             events._set_running_loop(None)  # noqa: SLF001
             self._thread_id = None
             sys.set_asyncgen_hooks(*hooks)
+
+
+def _is_due(when: float, now: float) -> bool:
+    """Whether a loop, which rounds its times to nanoseconds at best, holds `when` to be due at `now`."""
+    return when < now + 1e-9
 
 
 def new_loop(readiness: Readiness, clock: SteadyClock, wake: Callable[[], None]) -> LaneLoop:

@@ -1,0 +1,202 @@
+"""Virtual time, and whose turn it is: one thread at a time runs, and time passes when none can.
+
+A member is a thread that lives in virtual time. It runs until it waits. Then, of those that wait, the first
+(in the order in which they began to wait) goes on that has what it waits for. Where none has, time jumps to
+the earliest deadline. So the same program takes the same turns each time, and no wait takes any real time.
+"""
+
+from __future__ import annotations
+
+from _thread import allocate_lock, get_ident
+from typing import TYPE_CHECKING
+
+from goalwire.testing.virtual.deadlock import DeadlockError, describe
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from threading import Thread
+
+_POLLS = 1000
+"""Times that a thread may read the time in a row before it counts as one that waits for time to pass."""
+
+_NAP_NS = 10_000_000
+"""How long such a thread then sleeps, unless something is due before."""
+
+
+def never() -> bool:
+    """What a thread waits for that waits for its deadline alone."""
+    return False
+
+
+class Member:
+    """A thread of this time, and what it waits for while it does not run."""
+
+    __slots__ = (
+        'busy',
+        'deadline',
+        'gate',
+        'looks_outside',
+        'outcome',
+        'over',
+        'polls',
+        'ready',
+        'stuck',
+        'thread',
+    )
+
+    def __init__(self, thread: Thread) -> None:
+        self.thread = thread
+        self.ready: Callable[[], bool] = never
+        """Takes what is waited for, if it is there. Called on any member's thread; it must not block."""
+        self.deadline: int | None = None
+        self.looks_outside = False
+        """Whether what it waits for may also come from the real world."""
+        self.gate = allocate_lock()
+        self.gate.acquire()
+        self.outcome: bool | None = None
+        self.stuck = False
+        self.busy = False
+        """Whether it is in here: a signal handler or a finalizer then waits in real time."""
+        self.polls = 0
+        self.over = False
+
+
+class Scheduler:
+    """`owner` is the thread that is told when nothing can ever happen again."""
+
+    def __init__(self, owner: Thread, now_ns: int) -> None:
+        self.now = now_ns
+        """Virtual time, in ns."""
+        self.closed = False
+        self._lock = allocate_lock()
+        self._waiting: dict[Member, None] = {}
+        self._running = 1
+        self._owner = Member(owner)
+        self._members: dict[int, Member] = {get_ident(): self._owner}
+
+    def here(self) -> Member | None:
+        """The calling thread, if it is a member and may wait now."""
+        member = self._members.get(get_ident())
+        return None if member is None or member.busy or self.closed else member
+
+    def read(self, member: Member) -> int:
+        """The time. Who reads it again and again, without waiting, lets some pass."""
+        member.polls += 1
+        if member.polls > _POLLS:
+            self.wait(member, never, self.now + _NAP_NS)
+        return self.now
+
+    def holds_here(self) -> bool:
+        """Whether the calling thread is a member, may it wait now or not."""
+        return get_ident() in self._members and not self.closed
+
+    # -- waiting
+
+    def wait(
+        self, member: Member, ready: Callable[[], bool], deadline: int | None, *, outside: bool = False
+    ) -> bool | None:
+        """Let others run until `ready()` (True) or `deadline` (False).
+
+        None where this time has ended, or where only the real world can end the wait: wait there, then.
+        Raises DeadlockError, on the owner's thread, where nothing could ever end the waits of all.
+        """
+        member.busy = True
+        try:
+            with self._lock:
+                if self.closed:
+                    return None
+                member.ready, member.deadline, member.looks_outside = ready, deadline, outside
+                self._waiting[member] = None
+                self._leave()
+            self._sleep(member)
+        finally:
+            member.busy = False
+            member.polls = 0
+        if member.stuck:
+            member.stuck = False
+            raise DeadlockError(describe([each.thread for each in self._waiting], member.thread))
+        return member.outcome
+
+    def _sleep(self, member: Member) -> None:
+        try:
+            member.gate.acquire()
+        except BaseException:  # raised by a signal handler
+            with self._lock:
+                if member in self._waiting:
+                    del self._waiting[member]
+                    self._running += 1
+                else:
+                    member.gate.acquire(blocking=False)
+            raise
+
+    def _leave(self) -> None:
+        """A member does not run any more; under the lock."""
+        self._running -= 1
+        if self._running == 0 and self._waiting:
+            self._go_on()
+
+    def _go_on(self) -> None:
+        """Nobody runs: find out who is next, and let time pass for that if need be."""
+        while True:
+            for member in self._waiting:
+                if member.ready():
+                    self._resume(member, outcome=True)
+                    return
+                if member.deadline is not None and member.deadline <= self.now:
+                    self._resume(member, outcome=False)
+                    return
+            due = min((each.deadline for each in self._waiting if each.deadline is not None), default=None)
+            if due is None:
+                break
+            self.now = due
+        outsider = next((each for each in self._waiting if each.looks_outside), None)
+        if outsider is not None:
+            self._resume(outsider, outcome=None)
+            return
+        victim = self._owner if self._owner in self._waiting else next(iter(self._waiting))
+        victim.stuck = True
+        self._resume(victim, outcome=False)
+
+    def _resume(self, member: Member, *, outcome: bool | None) -> None:
+        del self._waiting[member]
+        self._running += 1
+        member.outcome = outcome
+        member.ready = never
+        member.gate.release()
+
+    # -- members
+
+    def enrol(self, thread: Thread) -> Member:
+        """A thread that is about to be started becomes a member, whose turn comes after those who wait."""
+        member = Member(thread)
+        member.ready = lambda: True
+        with self._lock:
+            self._waiting[member] = None
+        return member
+
+    def strike(self, member: Member) -> None:
+        """The thread could not be started."""
+        with self._lock:
+            self._waiting.pop(member, None)
+        member.over = True
+
+    def begin(self, member: Member) -> None:
+        """On the new thread: wait for its first turn."""
+        member.busy = True
+        member.gate.acquire()
+        self._members[get_ident()] = member
+        member.busy = False
+
+    def end(self, member: Member) -> None:
+        """On the thread: it is over."""
+        member.busy = member.over = True
+        with self._lock:
+            if self._members.pop(get_ident(), None) is member and not self.closed:
+                self._leave()
+
+    def close(self) -> None:
+        """End this time. Whoever waits goes on in real time."""
+        with self._lock:
+            self.closed = True
+            for member in tuple(self._waiting):
+                self._resume(member, outcome=None)

@@ -1,0 +1,237 @@
+"""What stands in for Python's own clocks, sleeps, locks, threads and selectors.
+
+Each works for any thread at any time: as the real one, except on the members of a virtual time that runs. So
+it does no harm where a module keeps one for longer.
+"""
+
+from __future__ import annotations
+
+import queue
+import selectors
+import threading
+import time
+from typing import TYPE_CHECKING, Any, TypeAlias, cast
+from weakref import WeakKeyDictionary
+
+from goalwire.testing.virtual.scheduler import never
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from goalwire.testing.virtual.scheduler import Member, Scheduler
+
+Ready: TypeAlias = list[tuple[selectors.SelectorKey, int]]
+
+REAL_LOCK = threading._allocate_lock  # type: ignore[attr-defined]  # noqa: SLF001
+_real_sleep = time.sleep
+_real_start = threading.Thread.start
+_real_join = threading.Thread.join
+_real_select = cast(
+    'Callable[[selectors.BaseSelector, float | None], Ready]', selectors.DefaultSelector.select
+)
+
+OUTSIDE = frozenset({'goalwire-signals'})
+"""Threads, by name, that wait for the real world all their life."""
+
+
+class Running:
+    """The virtual time that runs, if one does."""
+
+    scheduler: Scheduler | None = None
+    epoch_ns = 0
+    """System time minus steady time."""
+
+
+def _here() -> tuple[Scheduler, Member] | None:
+    scheduler = Running.scheduler
+    if scheduler is None:
+        return None
+    member = scheduler.here()
+    return None if member is None else (scheduler, member)
+
+
+def _deadline(scheduler: Scheduler, seconds: float) -> int:
+    return scheduler.now + max(round(min(seconds, threading.TIMEOUT_MAX) * 1e9), 1 if seconds > 0 else 0)
+
+
+def _left(scheduler: Scheduler, deadline: int) -> float:
+    """What is left in s when virtual time has ended, to be waited for in the real one."""
+    return max(deadline - scheduler.now, 0) / 1e9
+
+
+# -- time
+
+
+def _clock(real: Callable[[], Any], *, system: bool, nanoseconds: bool) -> Callable[[], Any]:
+    def tell() -> int | float:
+        scheduler = Running.scheduler
+        if scheduler is None or not scheduler.holds_here():
+            told: int | float = real()
+            return told
+        member = scheduler.here()
+        now = scheduler.now if member is None else scheduler.read(member)
+        if system:
+            now += Running.epoch_ns
+        return now if nanoseconds else now / 1e9
+
+    tell.__name__ = tell.__qualname__ = real.__name__
+    tell.__doc__ = real.__doc__
+    return tell
+
+
+def sleep(seconds: float, /) -> None:
+    """Let virtual time pass."""
+    found = _here()
+    if found is None or seconds < 0:
+        _real_sleep(seconds)
+        return
+    scheduler, member = found
+    deadline = _deadline(scheduler, seconds)
+    if scheduler.wait(member, never, deadline) is None:
+        _real_sleep(_left(scheduler, deadline))
+
+
+# -- locks, and whatever Python builds of them: events, conditions, queues
+
+
+class Lock:
+    """A lock for which members wait in virtual time."""
+
+    __slots__ = ('__weakref__', '_lock')
+
+    def __init__(self) -> None:
+        self._lock = REAL_LOCK()
+
+    def acquire(self, blocking: bool = True, timeout: float = -1) -> bool:
+        """As threading.Lock's."""
+        take = self._lock.acquire
+        if take(False):
+            return True
+        found = _here()
+        if found is None or not blocking or (timeout < 0 and timeout != -1):
+            return bool(take(blocking, timeout))
+        scheduler, member = found
+        deadline = None if timeout == -1 else _deadline(scheduler, timeout)
+        got = scheduler.wait(member, lambda: take(False), deadline)
+        if got is None:
+            return bool(take(True, -1 if deadline is None else _left(scheduler, deadline)))
+        return got
+
+    def __enter__(self) -> bool:
+        return self.acquire()
+
+    def __exit__(self, *_: object) -> None:
+        self._lock.release()
+
+    def release(self) -> None:
+        """As threading.Lock's."""
+        self._lock.release()
+
+    def locked(self) -> bool:
+        """As threading.Lock's."""
+        return bool(self._lock.locked())
+
+    def _at_fork_reinit(self) -> None:
+        self._lock = REAL_LOCK()
+
+    def __repr__(self) -> str:
+        return f'<{"locked" if self.locked() else "unlocked"} goalwire stand-in for {self._lock!r}>'
+
+
+# -- threads
+
+_members: WeakKeyDictionary[threading.Thread, Member] = WeakKeyDictionary()
+
+
+def start(thread: threading.Thread) -> None:
+    """Start a thread. One that a member starts is a member, and begins when its turn comes."""
+    found = _here()
+    if found is None:
+        _real_start(thread)
+        return
+    scheduler, starter = found
+    if thread.name not in OUTSIDE:
+        _enrol(thread, scheduler)
+    starter.busy = True  # until it lives, which takes real time
+    try:
+        _real_start(thread)
+    except BaseException:
+        if thread in _members:
+            scheduler.strike(_members[thread])
+        raise
+    finally:
+        starter.busy = False
+
+
+def _enrol(thread: threading.Thread, scheduler: Scheduler) -> None:
+    member = _members[thread] = scheduler.enrol(thread)
+    run = thread.run
+
+    def run_as_member() -> None:
+        del thread.run
+        scheduler.begin(member)
+        try:
+            run()
+        finally:
+            scheduler.end(member)
+
+    thread.run = run_as_member  # type: ignore[method-assign]
+
+
+def join(thread: threading.Thread, timeout: float | None = None) -> None:
+    """Wait for a thread's end, which one that is no member comes to in real time."""
+    found, member = _here(), _members.get(thread)
+    if found is not None and member is not None and thread is not threading.current_thread():
+        scheduler, joiner = found
+        deadline = None if timeout is None else _deadline(scheduler, timeout)
+        ended = scheduler.wait(joiner, lambda: member.over, deadline)
+        if ended is False:
+            return
+        timeout = None if ended or deadline is None else _left(scheduler, deadline)
+    _real_join(thread, timeout)
+
+
+# -- selectors: how asyncio's loops wait
+
+
+def select(selector: selectors.BaseSelector, timeout: float | None = None) -> Ready:
+    """Wait for file descriptors. More than one of them are not a loop's own: they bring the real world in."""
+    found = _here()
+    if found is None or (timeout is not None and timeout <= 0):
+        return _real_select(selector, timeout)
+    scheduler, member = found
+    deadline = None if timeout is None else _deadline(scheduler, timeout)
+    outside = len(selector.get_map()) > 1
+    if scheduler.wait(member, lambda: _is_ready(selector), deadline, outside=outside) is None:
+        return _real_select(selector, None if deadline is None else _left(scheduler, deadline))
+    return _real_select(selector, 0)
+
+
+def _is_ready(selector: selectors.BaseSelector) -> bool:
+    try:
+        return bool(_real_select(selector, 0))
+    except (OSError, ValueError):  # it was closed meanwhile: whoever waits in it finds out
+        return True
+
+
+def _names() -> dict[int, object]:
+    """What stands in for each real thing, by id: wherever a module has a name for one."""
+    clocks = {
+        id(real): _clock(real, system=name.startswith('time'), nanoseconds=name.endswith('_ns'))
+        for name in ('time', 'time_ns', 'monotonic', 'monotonic_ns', 'perf_counter', 'perf_counter_ns')
+        for real in [getattr(time, name)]
+    }
+    locks = {id(real): Lock for real in (REAL_LOCK, threading.Lock)}
+    pure_queue = queue._PySimpleQueue  # type: ignore[attr-defined]  # noqa: SLF001 - made of a lock
+    return {**clocks, **locks, id(_real_sleep): sleep, id(queue.SimpleQueue): pure_queue}
+
+
+NAMES = _names()
+
+ATTRIBUTES: list[tuple[object, str, object]] = [
+    (threading.Thread, 'start', start),
+    (threading.Thread, 'join', join),
+    (threading, '_CRLock', None),  # threading.RLock() then gives the one in Python, made of a lock
+    (selectors.DefaultSelector, 'select', select),
+]
+"""Owner, name and stand-in of what no module has a name of its own for."""
