@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import asyncio
+import sys
 import threading
+from types import ModuleType
 
 import pytest
 from helpers.loops import LOOPS, run
 
 from goalwire.execution.asyncio_waiting import AsyncWaiter, delay_s, settle
+from goalwire.execution.bridge import running_loop
 from goalwire.execution.future import Future
 from goalwire.execution.lifeline import Lifeline
 from goalwire.execution.steady import STEADY
@@ -26,6 +29,11 @@ def test_a_waiter_is_woken_by_another_thread(loop: str) -> None:
         thread.join()
 
     run(scenario(), loop)
+
+
+def test_no_loop_runs_while_another_thread_is_importing_asyncio(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, 'asyncio.events', ModuleType('asyncio.events'))
+    assert running_loop() is None
 
 
 def test_a_wake_up_that_comes_first_ends_the_next_wait_and_counts_once() -> None:

@@ -9,6 +9,7 @@ import sys
 import threading
 import traceback
 from array import array
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -343,6 +344,12 @@ def test_a_class_without_fixed_arrays_needs_no_numpy() -> None:
         [sys.executable, '-c', program], capture_output=True, text=True, timeout=30, check=False
     )
     assert (result.stdout, result.stderr) == ('[]\n', '')
+
+
+def test_sequences_are_set_while_another_thread_is_importing_numpy(monkeypatch: pytest.MonkeyPatch) -> None:
+    pair = make('int32[] values')
+    monkeypatch.setitem(sys.modules, 'numpy', ModuleType('numpy'))  # as it is at its import's beginning
+    assert pair(values=[1, 2]).values == array('i', [1, 2])
 
 
 def test_a_class_knows_its_name_and_others_have_none() -> None:

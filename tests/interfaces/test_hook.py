@@ -7,6 +7,7 @@ import sys
 import textwrap
 from collections.abc import Iterator
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 from helpers.fresh import output_of, run_python
@@ -188,6 +189,14 @@ def test_types_registered_as_text_are_served(here: Path) -> None:
     srv = importlib.import_module('try_text_msgs.srv')
     assert msg.__all__ == ['Pair']
     assert isinstance(srv.Ask.Response().answer, msg.Pair)
+
+
+def test_modules_are_found_while_another_thread_is_importing_the_registry(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    name = 'goalwire.interfaces.registry'
+    monkeypatch.setitem(sys.modules, name, ModuleType(name))  # as it is at its import's beginning
+    assert importlib.util.find_spec('try_no_such_msgs') is None
 
 
 def test_classes_are_pickled_by_their_module() -> None:

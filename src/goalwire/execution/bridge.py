@@ -70,10 +70,9 @@ def bridge_to(loop: asyncio.AbstractEventLoop) -> Bridge:
 
 def running_loop() -> asyncio.AbstractEventLoop | None:
     """The asyncio loop that runs on this thread; does not import asyncio to find out."""
-    events = sys.modules.get('asyncio.events')
-    if events is None:
-        return None
-    return cast('asyncio.AbstractEventLoop | None', events._get_running_loop())  # noqa: SLF001
+    # Another thread may be in the middle of importing it: then no loop runs yet.
+    get = getattr(sys.modules.get('asyncio.events'), '_get_running_loop', None)
+    return None if get is None else cast('asyncio.AbstractEventLoop | None', get())
 
 
 def wait_on(loop: asyncio.AbstractEventLoop, future: Awaitable) -> Generator[object, None, None]:

@@ -114,8 +114,9 @@ def install() -> None:
 
 def _registered(package: str) -> bool:
     """Whether register_definitions gave this package types."""
-    registry = sys.modules.get('goalwire.interfaces.registry')
-    return registry is not None and bool(registry.registered_types(package))
+    # Another thread may be in the middle of importing it: then nothing is registered yet.
+    types = getattr(sys.modules.get('goalwire.interfaces.registry'), 'registered_types', None)
+    return types is not None and bool(types(package))
 
 
 def _behind(finder: InterfaceFinder) -> 'Iterator[type[PathFinder]]':

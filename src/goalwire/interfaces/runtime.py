@@ -70,10 +70,11 @@ def to_array(typecode: str, value: Iterable[float]) -> array[float]:
     if isinstance(value, memoryview):
         same = value.format == typecode and value.ndim == 1 and value.c_contiguous
     else:
-        numpy = sys.modules.get('numpy')
+        # Another thread may be in the middle of importing numpy: then this is no array of its.
+        ndarray = getattr(sys.modules.get('numpy'), 'ndarray', None)
         same = (
-            numpy is not None
-            and isinstance(value, numpy.ndarray)
+            ndarray is not None
+            and isinstance(value, ndarray)
             and value.ndim == 1
             and value.dtype == DTYPES[typecode]
         )
