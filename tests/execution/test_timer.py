@@ -200,7 +200,7 @@ def test_a_timer_that_is_destroyed_while_it_sets_its_alarm_leaves_none_behind(no
     timer = Timer(bool, None, MS, Interrupted(clock_type=ClockType.STEADY_TIME), home=node.handle.home)
     timers.append(timer)
     timer.reset()
-    assert node.handle.home._alarms == set()
+    assert node.handle.home._alarms == {}
 
 
 def test_a_period_beyond_64_bits_is_refused() -> None:
