@@ -28,6 +28,12 @@ if TYPE_CHECKING:
     from goalwire.errors import NoServerError as NoServerError
     from goalwire.errors import ServerFailedError as ServerFailedError
     from goalwire.errors import ServerLostError as ServerLostError
+    from goalwire.errors import ServerStuckError as ServerStuckError
+    from goalwire.protocol.goals.policy import GoalPolicy as GoalPolicy
+    from goalwire.protocol.goals.policy import parallel as parallel
+    from goalwire.protocol.goals.policy import preempt as preempt
+    from goalwire.protocol.goals.policy import queue as queue
+    from goalwire.protocol.goals.policy import single as single
     from goalwire.protocol.qos import DurabilityPolicy as DurabilityPolicy
     from goalwire.protocol.qos import HistoryPolicy as HistoryPolicy
     from goalwire.protocol.qos import LivelinessPolicy as LivelinessPolicy
@@ -42,8 +48,9 @@ _NAMES = {
     ),
     'goalwire.errors': (
         'CallError DeadlineError GoalAborted GoalCanceled GoalFailed GoalRefused GoalwireError NoServerError '
-        'ServerFailedError ServerLostError'
+        'ServerFailedError ServerLostError ServerStuckError'
     ),
+    'goalwire.protocol.goals.policy': 'GoalPolicy parallel preempt queue single',
     'goalwire.protocol.qos': 'DurabilityPolicy HistoryPolicy LivelinessPolicy QoS ReliabilityPolicy',
 }
 _HOMES = {name: home for home, names in _NAMES.items() for name in names.split()}

@@ -23,8 +23,10 @@ GoalwireError
     ├── NoServerError     nobody served that name in time (also a TimeoutError)
     ├── DeadlineError     the answer did not come in time (also a TimeoutError)
     ├── ServerLostError   the server went away before it answered
-    ├── ServerFailedError the server gave the request up
-    ├── GoalRefused       the action server did not accept the goal
+    ├── ServerStuckError  the goal's server gave no sign of life for too long
+    ├── ServerFailedError the server gave the request up: its callback failed
+    ├── RefusedError      the server did not take the request
+    │   └── GoalRefused   the action server did not accept the goal
     └── GoalFailed        the goal ended without success
         ├── GoalAborted   … since it could not be reached
         └── GoalCanceled  … since it was cancelled
@@ -178,6 +180,10 @@ class ServerFailedError(CallError):
 
 
 class GoalRefused(CallError):
+class ServerStuckError(CallError):
+    """The goal's server gave no sign of life for longer than the caller's heartbeat."""
+
+
     """The action server did not accept the goal."""
 
 

@@ -116,7 +116,8 @@ def test_an_aborted_goal_raises_with_its_result_and_a_failing_handler_aborts(pla
     said = '\n'.join(records.items)
     assert "Action '/count': the goal was aborted: below zero" in said
     assert "Action '/fails': its handler failed; the goal is aborted\nTraceback" in said
-    assert "Action '/wrong': its handler returned NoneType, not Fibonacci_Result; the goal is aborted" in said
+    wrong = 'its handler returned NoneType, not Fibonacci_Result'
+    assert f"Action '/wrong': the goal was aborted: {wrong}" in said
 
 
 async def _nothing(_: Taken) -> None:

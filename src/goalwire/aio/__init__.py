@@ -1,6 +1,6 @@
 """The asyncio API: nodes for programs that are made of `async def`. See docs/asyncio-api.md."""
 
-from goalwire.aio.action.client import ActionClient, Run
+from goalwire.aio.action.client import ActionClient, CancelAnswer, Run
 from goalwire.aio.action.server import ActionServer, Goal
 from goalwire.aio.client import Client
 from goalwire.aio.node import Node
@@ -13,6 +13,7 @@ from goalwire.aio.timer import Timer
 __all__ = [
     'ActionClient',
     'ActionServer',
+    'CancelAnswer',
     'Client',
     'Goal',
     'Node',

@@ -24,6 +24,8 @@ from goalwire.execution.asyncio_host import LoopHost
 from goalwire.execution.asyncio_runs import Runs
 from goalwire.execution.asyncio_threads import in_thread
 from goalwire.logging import RcutilsLogger, get_logger
+from goalwire.protocol.goals.policy import UNLIMITED
+from goalwire.protocol.goals.server import GoalServer
 from goalwire.protocol.qos import SERVICES_DEFAULT, QoS
 from goalwire.protocol.time import ClockType
 
@@ -34,7 +36,9 @@ if TYPE_CHECKING:
     from goalwire.aio.parameters import ParameterStore
     from goalwire.entities.actions.types import ActionType
     from goalwire.entities.context import Context
+    from goalwire.protocol.goals.policy import GoalPolicy, OnClientLost
     from goalwire.protocol.parameters import ParameterValue
+    from goalwire.transport.contract import Request
 
 MsgT = TypeVar('MsgT')
 RequestT = TypeVar('RequestT')
@@ -223,9 +227,17 @@ class Node:
         """Serve goals with `async def handler(goal)`, which returns the result of a goal that was reached.
 
         A cancelled goal cancels its handler, as asyncio cancels tasks; raising GoalAborted, or any error,
-        aborts the goal. `accept(goal.request)` says which are taken. Raises as `action` does.
+        aborts the goal. `accept(goal.request)` says which are taken, `policy` how many run at a time,
+        `on_client_lost` what becomes of the goals of a client that has gone. `on_failure(goal, error)` is
+        told of a handler that raised, and may return a result to send along. Raises as `action` does;
+        ValueError for an `on_client_lost` that is none.
         """
-        return ActionServer(self._open_core(), action_support(action_type), name, handler, accept)
+        policy: GoalPolicy = UNLIMITED,
+        on_client_lost: OnClientLost = 'keep',
+        on_failure: Callable[[Goal[GoalT, FeedbackT], Exception], ResultT | None] | None = None,
+        support = action_support(action_type)
+        reactor: GoalServer[Request, bytes] = GoalServer(policy=policy, on_client_lost=on_client_lost)
+        return ActionServer(self._open_core(), support, name, handler, accept, on_failure, reactor)
 
     def __repr__(self) -> str:
         state = 'open' if self._core is not None else 'closed'

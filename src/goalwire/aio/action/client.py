@@ -2,25 +2,40 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar, cast
 
-from goalwire.aio.action.run import Run
+from goalwire.aio.action.run import Limits, Run
 from goalwire.aio.entity import Entity, message_of
 from goalwire.entities.actions.client import ActionClientCore
 from goalwire.entities.attempt import Attempt
 from goalwire.entities.exceptions import InvalidHandle
+from goalwire.errors import CallError
 from goalwire.execution.callback_groups import ReentrantCallbackGroup
+from goalwire.protocol.goals.cancel import CancelCode
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from builtin_interfaces.msg import Time as StampMessage
+
     from goalwire.entities.node import NodeCore
     from goalwire.entities.type_support import ActionSupport
     from goalwire.execution.future import Future
+    from goalwire.protocol.time import Time
 
 GoalT = TypeVar('GoalT')
 ResultT = TypeVar('ResultT')
 FeedbackT = TypeVar('FeedbackT')
 
-__all__ = ['ActionClient', 'Run']
+__all__ = ['ActionClient', 'CancelAnswer', 'Run']
+
+
+class CancelAnswer(NamedTuple):
+    """What a server says to a request to cancel goals."""
+
+    code: CancelCode
+    goals: tuple[bytes, ...]
+    """The ids of those that it cancels."""
 
 
 class _Core(ActionClientCore):
@@ -53,16 +68,21 @@ class ActionClient(Entity, Generic[GoalT, ResultT, FeedbackT]):
         *,
         timeout: float | None = None,
         grace: float = 5.0,
+        heartbeat: float | None = None,
         **fields: object,
     ) -> Run[ResultT, FeedbackT]:
         """Make a run of a goal (or of one made of `fields`): `async with client.send(goal) as run:`.
 
         Entering the block waits for a server and sends the goal, leaving it cancels a goal that still runs
         and waits for its end, `grace` s at most. The server, its answer and the result must be there within
-        `timeout` s, if it is given. Raises TypeError for what is no such goal.
+        `timeout` s, if it is given. A server that gives no sign of life for `heartbeat` s, neither feedback
+        nor a change of the goal's status, counts as stuck. Raises TypeError for what is no such goal,
+        ValueError for a heartbeat that is not above 0.
         """
         message = message_of(self._core.goal_type, goal, fields)
-        return Run(self._core, message, timeout, grace)
+        if heartbeat is not None and not heartbeat > 0:
+            raise ValueError(f'a heartbeat is a time above 0 s, not {heartbeat}')
+        return Run(self._core, message, Limits(timeout, grace, heartbeat))
 
     async def call(
         self,
@@ -71,6 +91,7 @@ class ActionClient(Entity, Generic[GoalT, ResultT, FeedbackT]):
         *,
         timeout: float | None = None,
         grace: float = 5.0,
+        heartbeat: float | None = None,
         **fields: object,
     ) -> ResultT:
         """Send a goal and wait for its result; raises as entering a run and awaiting its result do.
@@ -78,8 +99,37 @@ class ActionClient(Entity, Generic[GoalT, ResultT, FeedbackT]):
         Cancelling this cancels the goal.
         """
         message = cast('GoalT', message_of(self._core.goal_type, goal, fields))
-        async with self.send(message, timeout=timeout, grace=grace) as run:
+        async with self.send(message, timeout=timeout, grace=grace, heartbeat=heartbeat) as run:
             return await run.result
+
+    async def cancel_all_goals(self, *, timeout: float | None = None) -> CancelAnswer:
+        """Ask the server to cancel every goal, whoever has sent it.
+
+        Raises NoServerError or DeadlineError at the end of `timeout` s, if it is given, ServerLostError,
+        ServerFailedError; InvalidHandle once closed, ShutDownError.
+        """
+        return await self._cancel(self._core.cancel_all_goals_async, timeout)
+
+    async def cancel_goals_before(
+        self, stamp: Time | StampMessage, *, timeout: float | None = None
+    ) -> CancelAnswer:
+        """Ask the server to cancel the goals that it accepted at or before a time of its clock.
+
+        Raises as `cancel_all_goals` does, and ValueError for a time that is not above 0.
+        """
+        return await self._cancel(lambda: self._core.cancel_goals_before_async(stamp), timeout)
+
+    async def _cancel(self, ask: Callable[[], Future[Any]], timeout: float | None) -> CancelAnswer:
+        attempt = Attempt(self._core.node.context, 'action', self.name, timeout)
+        await attempt.until(self._core.server_is_there, self._core.goal_service)
+        asked = ask()
+        try:
+            await attempt.settle(asked)
+            response: Any = asked.result()
+        except CallError as error:
+            raise attempt.retold(error) from None
+        goals = tuple(bytes(goal.goal_id.uuid) for goal in response.goals_canceling)
+        return CancelAnswer(CancelCode(response.return_code), goals)
 
     async def wait_for_server(self, *, timeout: float | None = None) -> None:
         """Wait until there is a server. Raises NoServerError, InvalidHandle once closed, ShutDownError."""

@@ -6,8 +6,9 @@ import asyncio
 import warnings
 from collections.abc import AsyncIterator, Awaitable, Generator
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
+from goalwire.aio.action.heartbeat import Heartbeat
 from goalwire.entities.actions.client import FEEDBACK_LIMIT
 from goalwire.entities.attempt import Attempt
 from goalwire.entities.exceptions import ShutDownError
@@ -21,6 +22,7 @@ from goalwire.errors import (
     GoalRefused,
     RemoteError,
     ServerLostError,
+    ServerStuckError,
 )
 from goalwire.execution.asyncio_stream import Stream
 from goalwire.execution.asyncio_waiting import delay_s
@@ -42,19 +44,31 @@ ResultT = TypeVar('ResultT')
 FeedbackT = TypeVar('FeedbackT')
 
 
+class Limits(NamedTuple):
+    """How long a run may take, in s."""
+
+    timeout: float | None
+    """Altogether."""
+    grace: float
+    """To end a goal that is cancelled since the block is left."""
+    heartbeat: float | None
+    """Between two signs of life of the server."""
+
+
 class Run(Generic[ResultT, FeedbackT]):
     """Made by ActionClient.send; `async with` it, once."""
 
-    def __init__(self, core: ActionClientCore, goal: object, timeout: float | None, grace: float) -> None:
+    def __init__(self, core: ActionClientCore, goal: object, limits: Limits) -> None:
         self._core = core
         self._goal = goal
-        self._timeout = timeout
-        self._grace = grace
+        self._limits = limits
         self._id = new_goal_id()
+        self._record = core.goal(self._id)
         self._attempt: Attempt | None = None
         self._answer: Future[Any] | None = None
         self._stream: Stream[Sample] = Stream(FEEDBACK_LIMIT)
         self._alarm: asyncio.TimerHandle | None = None
+        self._heartbeat: Heartbeat | None = None
         self._watch: Watch | None = None
 
     # -- what it is ----------------------------------------------------------------------------------------
@@ -67,7 +81,7 @@ class Run(Generic[ResultT, FeedbackT]):
     @property
     def status(self) -> GoalStatus:
         """Where the goal stands, as far as is known here."""
-        return self._core.goal(self._id).status
+        return self._record.status
 
     @property
     def feedback(self) -> AsyncIterator[FeedbackT]:
@@ -81,8 +95,8 @@ class Run(Generic[ResultT, FeedbackT]):
     def result(self) -> Awaitable[ResultT]:
         """Await it, as often as you like, for the result of a goal that was reached.
 
-        Otherwise it raises GoalAborted, GoalCanceled, DeadlineError, ServerLostError or ServerFailedError;
-        ShutDownError, InvalidHandle where the client is closed.
+        Otherwise it raises GoalAborted, GoalCanceled, DeadlineError, ServerStuckError, ServerLostError or
+        ServerFailedError; ShutDownError, InvalidHandle where the client is closed.
         """
         return _Result(self)
 
@@ -115,9 +129,10 @@ class Run(Generic[ResultT, FeedbackT]):
             raise ClosedError('this run was entered before: send the goal again')
         core = self._core
         context = core.node.context
-        attempt = self._attempt = Attempt(context, 'action', core.full_name, self._timeout)
+        attempt = self._attempt = Attempt(context, 'action', core.full_name, self._limits.timeout)
         await attempt.until(core.server_is_there, core.goal_service)
         sending = core.send_as(self._id, self._goal, self._stream)
+        self._record = core.goal(self._id)
         try:
             await attempt.settle(sending)
             self._take(sending)
@@ -132,6 +147,9 @@ class Run(Generic[ResultT, FeedbackT]):
         if attempt.deadline is not None:
             delay = delay_s(attempt.deadline - context.lifeline.clock.now())
             self._alarm = asyncio.get_running_loop().call_later(delay, self._stream.close)
+        if self._limits.heartbeat is not None and self._record.heard is None:
+            clock = context.lifeline.clock
+            self._heartbeat = Heartbeat(self._limits.heartbeat, self._record, clock, self._on_stuck)
         self._watch = context.lifeline.watch(self._stream.close)
         return self
 
@@ -154,6 +172,8 @@ class Run(Generic[ResultT, FeedbackT]):
         finally:
             if self._alarm is not None:
                 self._alarm.cancel()
+            if self._heartbeat is not None:
+                self._heartbeat.close()
             if self._watch is not None:
                 self._watch.close()
             self._stream.discard()
@@ -163,7 +183,7 @@ class Run(Generic[ResultT, FeedbackT]):
     # -- its end -------------------------------------------------------------------------------------------
 
     def _limit(self) -> Attempt:
-        return Attempt(self._core.node.context, 'action', self._core.full_name, self._grace)
+        return Attempt(self._core.node.context, 'action', self._core.full_name, self._limits.grace)
 
     async def _give_up(self, sending: Future[ClientGoalHandle[Any, Any, Any]]) -> None:
         """Nobody waits for this goal any more, which the server may take yet: cancel it then."""
@@ -184,6 +204,17 @@ class Run(Generic[ResultT, FeedbackT]):
             return
         handle = sending.result()
         if handle is not None and handle.accepted:
+            with suppress(ClosedError):
+                self._core.cancel_goal(self._id).add_done_callback(Future.exception)
+
+    def _on_stuck(self) -> None:
+        """The server has been silent too long: end the run, and cancel the goal should the server wake up."""
+        attempt, answer = self._attempt, self._answer
+        assert attempt is not None
+        assert answer is not None
+        if answer.pending():
+            silence = f'the server has given no sign of life for {self._limits.heartbeat} s'
+            answer.set_exception(attempt.error(ServerStuckError, silence))
             with suppress(ClosedError):
                 self._core.cancel_goal(self._id).add_done_callback(Future.exception)
 
@@ -225,14 +256,15 @@ class Run(Generic[ResultT, FeedbackT]):
         if response.status == GoalStatus.SUCCEEDED:
             result: ResultT = response.result
             return result
-        raise _failure(attempt, response)
+        raise _failure(attempt, response, self._record.reason)
 
 
-def _failure(attempt: Attempt, response: Any) -> CallError:
+def _failure(attempt: Attempt, response: Any, reason: str) -> CallError:
     """What a result means that comes with another status than SUCCEEDED."""
     failure: GoalFailed
     if response.status == GoalStatus.ABORTED:
-        failure = attempt.error(GoalAborted, 'the goal was aborted')
+        why = f': {reason}' if reason else ''
+        failure = attempt.error(GoalAborted, f'the goal was aborted{why}')
     elif response.status == GoalStatus.CANCELED:
         failure = attempt.error(GoalCanceled, 'the goal was cancelled')
     else:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from goalwire.aio.entity import Entity, message_of
 from goalwire.entities.actions.decisions import ActionCallbacks, CancelResponse, GoalResponse
+from goalwire.entities.actions.execution import Failure
 from goalwire.entities.actions.server import ActionServerCore
 from goalwire.errors import GoalAborted
 from goalwire.execution.callback_groups import ReentrantCallbackGroup
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
     from goalwire.entities.node import NodeCore
     from goalwire.entities.type_support import ActionSupport
     from goalwire.protocol.goals.ids import GoalId
+    from goalwire.protocol.goals.server import GoalServer
+    from goalwire.transport.contract import Request
 
 GoalT = TypeVar('GoalT')
 ResultT = TypeVar('ResultT')
@@ -61,9 +64,12 @@ class ActionServer(Entity, Generic[GoalT, ResultT, FeedbackT]):
         name: str,
         handler: Callable[[Goal[GoalT, FeedbackT]], Awaitable[ResultT]],
         accept: Callable[[GoalT], bool | Awaitable[bool]] | None,
+        on_failure: Callable[[Goal[GoalT, FeedbackT], Exception], ResultT | None] | None,
+        reactor: GoalServer[Request, bytes],
     ) -> None:
         self._handler = handler
         self._accept = accept
+        self._on_failure = on_failure
         action: Any = support.cls
         self._result_type: type = action.Result
         self._feedback_type: type = action.Feedback
@@ -73,9 +79,12 @@ class ActionServer(Entity, Generic[GoalT, ResultT, FeedbackT]):
             goal=self._take if accept is None else self._judge,
             accepted=lambda handle: handle.execute(),
             cancel=self._cancel,
+            failed=None if on_failure is None else self._tell_failure,
+            called_off=self._cancel,
         )
         self.name = node.resolve_action(name).name
-        self._core = ActionServerCore(node, support, name, callbacks, ReentrantCallbackGroup())
+        group = ReentrantCallbackGroup()
+        self._core = ActionServerCore(node, support, name, callbacks, group, reactor=reactor)
 
     def _take(self, _goal: GoalT) -> GoalResponse:
         return GoalResponse.ACCEPT
@@ -104,40 +113,51 @@ class ActionServer(Entity, Generic[GoalT, ResultT, FeedbackT]):
         try:
             result = await self._run(handle)
         except asyncio.CancelledError:
-            if not handle.is_cancel_requested:
+            if handle.is_active and not handle.is_cancel_requested:
                 raise  # the node's block is left: the goal is aborted
             task.uncancel()
             result = None
         except GoalAborted as aborted:
-            return self._aborted(handle, f'the goal was aborted: {aborted}', aborted.result)
+            return self._aborted(handle, Failure(aborted.result, str(aborted)))
         except Exception as error:
             self._log('its handler failed; the goal is aborted', error)
-            return self._aborted(handle, '', None)
+            return self._aborted(handle, self._core.failure(handle, error), is_logged=True)
         finally:
             del self._running[handle.goal_id_bytes]
         return self._ended(handle, result)
 
     async def _run(self, handle: ServerGoalHandle[GoalT, ResultT, FeedbackT]) -> ResultT | None:
-        if handle.is_cancel_requested:
+        if handle.is_cancel_requested or not handle.is_active:
             return None  # before it began
         return await self._handler(Goal(handle, self._feedback_type))
 
     def _ended(self, handle: ServerGoalHandle[Any, Any, Any], result: object) -> object:
+        if not handle.is_active:
+            return Failure(result if isinstance(result, self._result_type) else None, 'its client has gone')
         if handle.is_cancel_requested:
             handle.canceled()
             return result if isinstance(result, self._result_type) else self._result_type()
         if not isinstance(result, self._result_type):
             wrong = type(result).__name__
-            text = f'its handler returned {wrong}, not {self._result_type.__name__}; the goal is aborted'
-            return self._aborted(handle, text, None)
+            reason = f'its handler returned {wrong}, not {self._result_type.__name__}'
+            return self._aborted(handle, Failure(None, reason))
         handle.succeed()
         return result
 
-    def _aborted(self, handle: ServerGoalHandle[Any, Any, Any], text: str, result: object) -> object:
-        if text:
-            self._core.logger.warning(f"Action '{self.name}': {text}")
-        handle.abort()
-        return result if isinstance(result, self._result_type) else self._result_type()
+    def _aborted(
+        self, handle: ServerGoalHandle[Any, Any, Any], failure: Failure, *, is_logged: bool = False
+    ) -> Failure:
+        if not is_logged:
+            self._core.logger.warning(f"Action '{self.name}': the goal was aborted: {failure.reason}")
+        if handle.is_active:
+            handle.abort()
+        return failure
+
+    def _tell_failure(
+        self, handle: ServerGoalHandle[GoalT, ResultT, FeedbackT], error: Exception
+    ) -> ResultT | None:
+        assert self._on_failure is not None
+        return self._on_failure(Goal(handle, self._feedback_type), error)
 
     def _log(self, what: str, error: Exception) -> None:
         lines = ''.join(traceback.format_exception(error)).rstrip()

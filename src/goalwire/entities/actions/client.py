@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import OrderedDict
 from collections.abc import Callable
 from threading import Lock
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from goalwire.codec import cdr
 from goalwire.entities.actions.client_goal import ClientGoal, ClientGoalHandle, FeedbackQueue
@@ -30,11 +30,16 @@ from goalwire.logging import get_logger
 from goalwire.protocol.goals import effects as effect
 from goalwire.protocol.goals import wire
 from goalwire.protocol.goals.client import REMEMBERED, GoalClient
-from goalwire.protocol.goals.ids import GoalId, new_goal_id
+from goalwire.protocol.goals.ids import NO_ID, GoalId, new_goal_id
 from goalwire.protocol.goals.status import decode_status_array
 from goalwire.protocol.goals.table import GoalStatus
 from goalwire.protocol.qos import QoS
+from goalwire.protocol.time import S_TO_NS, Time
 from goalwire.transport.contract import ClientPort, EndpointKind, Payload, Port, Sample
+
+if TYPE_CHECKING:
+    from action_msgs.srv import CancelGoal
+    from builtin_interfaces.msg import Time as StampMessage
 
 FEEDBACK_LIMIT = 1000
 """Feedback messages that may wait for one goal's callback; the oldest is dropped and counted."""
@@ -312,6 +317,30 @@ class ActionClientCore:
 
         self._request(self._cancel_port, wire.encode_cancel_request(goal_id, stamp_ns), on_reply, on_end)
         return future
+
+    def cancel_all_goals_async(self) -> Future[CancelGoal.Response]:
+        """Ask the server to cancel every goal, whoever has sent it; the future tells which it does."""
+        return self.cancel_goal(NO_ID)
+
+    def cancel_goals_before_async(self, stamp: Time | StampMessage) -> Future[CancelGoal.Response]:
+        """Ask the server to cancel the goals that it accepted at or before a time of its clock.
+
+        Raises ValueError for a time that is not above 0, which would stand for all goals.
+        """
+        stamp_ns = stamp.nanoseconds if isinstance(stamp, Time) else stamp.sec * S_TO_NS + stamp.nanosec
+        if stamp_ns <= 0:
+            raise ValueError(f'a time above 0 is needed, not {stamp}; cancel_all_goals cancels all')
+        return self.cancel_goal(NO_ID, stamp_ns)
+
+    def cancel_all_goals(self) -> CancelGoal.Response | None:
+        """Ask as `cancel_all_goals_async` does, and wait; None where the context ends before that."""
+        answer: CancelGoal.Response | None = self.wait_for(self.cancel_all_goals_async)
+        return answer
+
+    def cancel_goals_before(self, stamp: Time | StampMessage) -> CancelGoal.Response | None:
+        """Ask as `cancel_goals_before_async` does, and wait; None where the context ends before that."""
+        answer: CancelGoal.Response | None = self.wait_for(lambda: self.cancel_goals_before_async(stamp))
+        return answer
 
     def wait_for(self, ask: Callable[[], Future[Any]]) -> Any:
         """Ask the server, block until the answer is there and return it; needs no executor.
