@@ -287,14 +287,14 @@ class ActionClientCore:
             status = wire.status_of(payload)
             if reason:
                 self.goal(goal_id).reason = reason
+            self._forget(goal_id)  # before anybody hears of the end, who may look at what is left
             self._apply(self._reactor.on_result, goal_id, status, payload)
             self._advance(goal_id, status)
-            self._forget(goal_id)
 
         def on_end(reason: str) -> None:
             if not answered:
-                self._apply(self._reactor.on_result_failed, goal_id, unanswered('result', reason))
                 self._forget(goal_id)
+                self._apply(self._reactor.on_result_failed, goal_id, unanswered('result', reason))
                 self._report_lost('result', reason)
 
         try:

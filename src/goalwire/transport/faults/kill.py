@@ -49,6 +49,8 @@ class Kill:
     nth: int = field(default=1, kw_only=True)
     process: bool = field(default=False, kw_only=True)
     struck: int = field(default=0, init=False)
+    struck_at: int = field(default=0, init=False)
+    """When, in ns of the faults' clock."""
     _met: int = field(default=0, init=False, repr=False)
 
     def __post_init__(self) -> None:

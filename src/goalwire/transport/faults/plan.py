@@ -131,6 +131,7 @@ class Faults:
     def _kill(self, node: str, fault: Kill) -> None:
         if fault.process:
             fault.end_process()
+        fault.struck_at = self._clock.now()
         with self._lock:
             self._dead |= {node}
         # A session may not be touched from where it delivers: the courier's thread takes the endpoints away.

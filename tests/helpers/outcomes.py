@@ -1,0 +1,39 @@
+"""How calls and goals ended, counted by kind."""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from goalwire.errors import GoalwireError
+
+DONE = 'done'
+"""What ended as it should."""
+
+
+class Outcomes:
+    """Counts 'done' and the names of errors. An error that is none of goalwire's goes on."""
+
+    def __init__(self) -> None:
+        self.counts: Counter[str] = Counter()
+        self.slowest: float | None = None
+        """The longest time from a fault to its typed error, in s."""
+
+    @contextmanager
+    def counted(self, since: Callable[[], int] = time.monotonic_ns) -> Iterator[None]:
+        """Count how the block ends; `since` tells, then, when the fault struck (steady ns)."""
+        try:
+            yield
+        except GoalwireError as error:
+            self.counts[type(error).__name__] += 1
+            took = (time.monotonic_ns() - since()) / 1e9
+            self.slowest = max(took, self.slowest or 0.0)
+        else:
+            self.counts[DONE] += 1
+
+    @property
+    def total(self) -> int:
+        """How many have ended."""
+        return self.counts.total()

@@ -1,0 +1,39 @@
+"""What waits in the tables of a node's clients, down to the wire."""
+
+from __future__ import annotations
+
+from goalwire.entities.actions.client import ActionClientCore
+from goalwire.entities.client import ClientCore
+from goalwire.entities.node import NodeCore
+from goalwire.transport.contract import ClientPort
+
+_TABLES = ('_calls', '_waiting', '_pending')
+"""What the wires' clients call theirs."""
+
+
+def pending(node: NodeCore) -> dict[str, int]:
+    """Return the tables that are not empty and how much is in them."""
+    found: dict[str, int] = {}
+    for entity in node.owned():
+        if isinstance(entity, ClientCore):
+            found[f'{entity.full_name}: requests'] = len(entity.pending)
+            if entity._port is not None:
+                found |= _of_port(entity.full_name, entity._port)
+        elif isinstance(entity, ActionClientCore):
+            name = entity.full_name
+            found[f'{name}: goals'] = len(entity._goals)
+            found[f'{name}: goals of the reactor'] = len(entity._reactor._goals)
+            for part in ('send', 'result', 'cancel'):
+                found |= _of_port(f'{name} {part}', getattr(entity, f'_{part}_port'))
+    return {name: number for name, number in found.items() if number}
+
+
+def _of_port(name: str, port: ClientPort | None) -> dict[str, int]:
+    tables = {
+        f'{name}: {type(each).__name__}.{table}': getattr(each, table)
+        for each in (port, getattr(port, '_inner', None))
+        for table in _TABLES
+        if isinstance(getattr(each, table, None), dict)
+    }
+    assert port is None or tables, f'the table of {type(port).__name__} has another name now'
+    return {title: len(table) for title, table in tables.items()}

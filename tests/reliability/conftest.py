@@ -1,0 +1,97 @@
+"""Two nodes with faults between them; and what each test has shown, for the table of docs/reliability.md.
+
+Each test says what it has shown by `evidence(item, …)`; GOALWIRE_EVIDENCE names the file that collects it.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import AsyncIterator, Callable, Iterator
+from contextlib import AbstractAsyncContextManager, asynccontextmanager
+from pathlib import Path
+from typing import NamedTuple, TypeAlias
+
+import pytest
+from helpers.outcomes import Outcomes
+from helpers.pending import pending
+from helpers.wires import DDS, require
+
+import goalwire
+from goalwire.entities.context import Context
+from goalwire.transport.faults import Faults
+
+WIRES = {'goalwire_memory': 'memory', 'rmw_zenoh_cpp': 'Zenoh', DDS: 'DDS'}
+
+Evidence: TypeAlias = Callable[[int, str, Outcomes], None]
+"""Notes what a test has shown of an item of the list: under which faults, and how things ended."""
+
+
+@pytest.fixture(params=[*WIRES])
+def transport_name(request: pytest.FixtureRequest) -> str:
+    """All three wires."""
+    name: str = request.param
+    require(name)
+    return name
+
+
+@pytest.fixture
+def evidence(request: pytest.FixtureRequest) -> Iterator[Evidence]:
+    """Collects a test's rows. They are written once it has passed."""
+    rows: list[dict[str, object]] = []
+    parameters = getattr(request.node, 'callspec', None)
+    wire = WIRES[parameters.params.get('transport_name', DDS)] if parameters else 'all'
+
+    def note(item: int, faults: str, outcomes: Outcomes) -> None:
+        rows.append(
+            {
+                'item': item,
+                'wire': wire,
+                'faults': faults,
+                'outcomes': dict(outcomes.counts),
+                'slowest': outcomes.slowest,
+            }
+        )
+
+    yield note
+    file = os.environ.get('GOALWIRE_EVIDENCE')
+    if file:
+        with Path(file).open('a', encoding='utf-8') as lines:
+            lines.writelines(json.dumps(row) + '\n' for row in rows)
+
+
+class Stage(NamedTuple):
+    """A server's node and a client's node, each in a session of its own, and the faults between them."""
+
+    arm: goalwire.Node
+    mission: goalwire.Node
+    faults: Faults
+
+
+MakeStage: TypeAlias = Callable[[], AbstractAsyncContextManager[Stage]]
+
+
+@pytest.fixture
+def stage(isolated: dict[str, str]) -> MakeStage:
+    """`async with stage()`: when it ends nothing of the client's may wait for anything."""
+
+    @asynccontextmanager
+    async def make() -> AsyncIterator[Stage]:
+        plan = Faults(seed=7)
+        contexts = Context(), Context()
+        with plan:
+            for context in contexts:
+                context.init([])
+            try:
+                async with (
+                    goalwire.Node('arm', context=contexts[0]) as arm,
+                    goalwire.Node('mission', context=contexts[1]) as mission,
+                ):
+                    yield Stage(arm, mission, plan)
+                    assert pending(mission._open_core()) == {}
+            finally:
+                plan.heal()
+                for context in contexts:
+                    context.try_shutdown()
+
+    return make

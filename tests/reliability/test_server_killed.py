@@ -1,0 +1,76 @@
+"""Item 1: a server that dies at any point of a call or a goal; its client is told, soon and by type."""
+
+from __future__ import annotations
+
+import asyncio
+
+import pytest
+from example_interfaces.action import Fibonacci
+from helpers.loops import run
+from helpers.outcomes import Outcomes
+from std_srvs.srv import Trigger
+
+import goalwire
+from goalwire.transport.faults import Kill, Point
+
+from .conftest import Evidence, MakeStage
+
+GOALS = {
+    'before accept': (Point.GOAL_RECEIVED, 1),
+    'after accept': (Point.GOAL_ACCEPTED, 1),
+    'mid-feedback': (Point.FEEDBACK_SENT, 2),
+    'after result, before reply': (Point.RESULT_READY, 1),
+}
+CALLS = {'before the handler': Point.REQUEST_RECEIVED, 'after the handler, before reply': Point.HANDLER_DONE}
+
+
+async def count(goal: goalwire.Goal[Fibonacci.Goal, Fibonacci.Feedback]) -> Fibonacci.Result:
+    """Give feedback now and then."""
+    for number in range(goal.request.order):
+        goal.feedback(sequence=[number])
+        await asyncio.sleep(0.01)
+    return Fibonacci.Result(sequence=[goal.request.order])
+
+
+@pytest.mark.parametrize('when', GOALS)
+def test_a_server_that_vanishes_fails_its_goal_by_type_within_a_second(
+    stage: MakeStage, evidence: Evidence, when: str
+) -> None:
+    point, nth = GOALS[when]
+    outcomes = Outcomes()
+
+    async def scenario() -> None:
+        async with stage() as (arm, mission, faults):
+            arm.action_server(Fibonacci, 'count', count)
+            fault = faults.add(Kill('arm', point, '/count', nth=nth))
+            with outcomes.counted(lambda: fault.struck_at):
+                await mission.action(Fibonacci, 'count').call(order=3, timeout=5.0)
+
+    run(scenario())
+    assert outcomes.counts == {'ServerLostError': 1}
+    assert outcomes.slowest is not None
+    assert outcomes.slowest < 1.0
+    evidence(1, f'the server vanishes {when}', outcomes)
+
+
+@pytest.mark.parametrize('when', CALLS)
+def test_a_server_that_vanishes_fails_its_call_by_type_within_a_second(
+    stage: MakeStage, evidence: Evidence, when: str
+) -> None:
+    outcomes = Outcomes()
+
+    async def scenario() -> None:
+        async with stage() as (arm, mission, faults):
+            arm.service(Trigger, 'ask', lambda _: Trigger.Response(success=True))
+            client = mission.client(Trigger, 'ask')
+            with outcomes.counted():
+                await client.call(timeout=5.0)
+            fault = faults.add(Kill('arm', CALLS[when], '/ask'))
+            with outcomes.counted(lambda: fault.struck_at):
+                await client.call(timeout=5.0)
+
+    run(scenario())
+    assert outcomes.counts == {'done': 1, 'ServerLostError': 1}
+    assert outcomes.slowest is not None
+    assert outcomes.slowest < 1.0
+    evidence(1, f'the server vanishes {when}', outcomes)
