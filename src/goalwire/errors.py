@@ -24,9 +24,8 @@ GoalwireError
     ├── DeadlineError     the answer did not come in time (also a TimeoutError)
     ├── ServerLostError   the server went away before it answered
     ├── ServerStuckError  the goal's server gave no sign of life for too long
-    ├── ServerFailedError the server gave the request up: its callback failed
-    ├── RefusedError      the server did not take the request
-    │   └── GoalRefused   the action server did not accept the goal
+    ├── ServerFailedError the server gave the request up
+    ├── GoalRefused       the action server did not accept the goal
     └── GoalFailed        the goal ended without success
         ├── GoalAborted   … since it could not be reached
         └── GoalCanceled  … since it was cancelled
@@ -175,15 +174,15 @@ class ServerLostError(CallError):
     """The server went away before it answered, or forgot the goal."""
 
 
+class ServerStuckError(CallError):
+    """The goal's server gave no sign of life for longer than the caller's heartbeat."""
+
+
 class ServerFailedError(CallError):
     """The server gave the request up: its callback failed, or it has too much to do."""
 
 
 class GoalRefused(CallError):
-class ServerStuckError(CallError):
-    """The goal's server gave no sign of life for longer than the caller's heartbeat."""
-
-
     """The action server did not accept the goal."""
 
 

@@ -223,6 +223,9 @@ class Node:
         handler: Callable[[Goal[GoalT, FeedbackT]], Awaitable[ResultT]],
         *,
         accept: Callable[[GoalT], bool | Awaitable[bool]] | None = None,
+        policy: GoalPolicy = UNLIMITED,
+        on_client_lost: OnClientLost = 'keep',
+        on_failure: Callable[[Goal[GoalT, FeedbackT], Exception], ResultT | None] | None = None,
     ) -> ActionServer[GoalT, ResultT, FeedbackT]:
         """Serve goals with `async def handler(goal)`, which returns the result of a goal that was reached.
 
@@ -232,9 +235,6 @@ class Node:
         told of a handler that raised, and may return a result to send along. Raises as `action` does;
         ValueError for an `on_client_lost` that is none.
         """
-        policy: GoalPolicy = UNLIMITED,
-        on_client_lost: OnClientLost = 'keep',
-        on_failure: Callable[[Goal[GoalT, FeedbackT], Exception], ResultT | None] | None = None,
         support = action_support(action_type)
         reactor: GoalServer[Request, bytes] = GoalServer(policy=policy, on_client_lost=on_client_lost)
         return ActionServer(self._open_core(), support, name, handler, accept, on_failure, reactor)
