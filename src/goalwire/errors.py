@@ -15,6 +15,7 @@ GoalwireError
 │   ├── EncodeError       a message's value does not fit its field
 │   │   ├── EncodeTypeError        … by its type (also a TypeError)
 │   │   └── EncodeValueError       … by its value (also a ValueError)
+│   ├── TooManyCallsError a client has too many calls that wait for their answers
 │   └── WouldDeadlockError  a blocking call that waits for its own thread or group
 ├── RemoteError           a peer sent something that breaks the rules
 │   └── DecodeError       bytes that are no message of the expected type (also a ValueError)
@@ -24,8 +25,9 @@ GoalwireError
     ├── DeadlineError     the answer did not come in time (also a TimeoutError)
     ├── ServerLostError   the server went away before it answered
     ├── ServerStuckError  the goal's server gave no sign of life for too long
-    ├── ServerFailedError the server gave the request up
-    ├── GoalRefused       the action server did not accept the goal
+    ├── ServerFailedError the server gave the request up: its callback failed
+    ├── RefusedError      the server did not take the request
+    │   └── GoalRefused   the action server did not accept the goal
     └── GoalFailed        the goal ended without success
         ├── GoalAborted   … since it could not be reached
         └── GoalCanceled  … since it was cancelled
@@ -128,6 +130,10 @@ class WouldDeadlockError(LocalError, RuntimeError):
     """A blocking call whose answer needs the very thread or callback group that waits for it."""
 
 
+class TooManyCallsError(LocalError, RuntimeError):
+    """A client has so many calls under way that another one would be a leak."""
+
+
 class RemoteError(GoalwireError):
     """A peer sent something that breaks the rules."""
 
@@ -179,10 +185,14 @@ class ServerStuckError(CallError):
 
 
 class ServerFailedError(CallError):
-    """The server gave the request up: its callback failed, or it has too much to do."""
+    """The server gave the request up: its callback failed, or was stopped."""
 
 
-class GoalRefused(CallError):
+class RefusedError(CallError):
+    """The server did not take the request: it has too much to do, or cannot read it."""
+
+
+class GoalRefused(RefusedError):
     """The action server did not accept the goal."""
 
 

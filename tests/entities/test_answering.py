@@ -69,7 +69,7 @@ def test_an_error_gives_the_request_up_and_goes_on() -> None:
 
     asked = Asked()
     run(scenario(asked))
-    assert asked.became == ['its callback failed']
+    assert asked.became == ['its callback failed: ValueError: callback']
 
 
 def test_an_answer_that_cannot_be_sent_gives_the_request_up() -> None:
@@ -82,7 +82,7 @@ def test_an_answer_that_cannot_be_sent_gives_the_request_up() -> None:
 
     asked = Asked()
     run(scenario(asked))
-    assert asked.became == ['its callback failed']
+    assert asked.became == ['its callback failed: TypeError: no response']
 
 
 @pytest.mark.parametrize('steps', [0, 1])

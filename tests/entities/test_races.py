@@ -129,7 +129,7 @@ class SlowReply(ClientPort):
         return 1
 
     def forget(self, sequence: int) -> None:
-        raise AssertionError('it was answered')
+        return
 
     def close(self) -> None:
         self.go_on.set()

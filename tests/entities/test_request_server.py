@@ -117,14 +117,16 @@ def test_a_request_whose_coroutine_never_began_at_the_executors_shutdown_is_give
     assert client.pending == {}
 
 
-@pytest.mark.parametrize(('does', 'reason'), [('fail', 'its callback failed'), ('reject', 'rejected: ')])
+@pytest.mark.parametrize(
+    ('does', 'reason'), [('fail', 'its callback failed: ValueError: no bulb'), ('reject', 'rejected: ')]
+)
 def test_a_client_is_told_why_it_gets_no_answer(
     node: NodeCore, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, does: str, reason: str
 ) -> None:
     from std_srvs.srv import SetBool
 
     def fail(_: Any, __: Any) -> Any:
-        raise ValueError('a secret')
+        raise ValueError('no bulb')
 
     support = service_support(SetBool)
     service = ServiceCore(node, support, 'go', fail, SERVICES_DEFAULT, ReentrantCallbackGroup())
@@ -137,5 +139,4 @@ def test_a_client_is_told_why_it_gets_no_answer(
             service._server.work_off()
     told = [line for line in capfd.readouterr().err.splitlines() if 'no server answered' in line]
     assert [f"Service '/go': no server answered ({reason}" in line for line in told] == [True]
-    assert 'a secret' not in told[0]
     assert client.unanswered == 2

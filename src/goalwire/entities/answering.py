@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Coroutine
 from typing import Any, Self
 
-from goalwire.entities.request_server import why_unanswered
+from goalwire.protocol import reasons
 from goalwire.transport.contract import Request
 
 
@@ -44,7 +44,7 @@ class Answering(Coroutine[Any, Any, None]):
         try:
             self._callback.close()
         finally:
-            self._request.drop(why_unanswered(GeneratorExit()))
+            self._request.drop(reasons.STOPPED)
 
     def __await__(self) -> Self:
         return self
@@ -63,7 +63,7 @@ class Answering(Coroutine[Any, Any, None]):
                 response = end.value
             self._answer(response, self._request)
         except BaseException as error:
-            self._request.drop(why_unanswered(error))
+            self._request.drop(reasons.failed(error))
             if self._failed is None or not isinstance(error, Exception):
                 raise
             self._failed(error)

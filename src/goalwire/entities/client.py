@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from goalwire.entities.endpoint import describe_endpoint
 from goalwire.entities.exceptions import InvalidHandle, ShutDownError
@@ -11,15 +11,24 @@ from goalwire.entities.graph_waiting import wait_for_graph
 from goalwire.entities.node import NodeCore
 from goalwire.entities.service_introspection import Introspected, IntrospectedCall
 from goalwire.entities.type_support import ServiceSupport
-from goalwire.errors import CallError, ClosedError, ServerFailedError, ServerLostError
+from goalwire.errors import CallError, ClosedError, TooManyCallsError
 from goalwire.execution.blocking import block_on
 from goalwire.execution.callback_groups import CallbackGroup
 from goalwire.execution.future import Future
 from goalwire.execution.inbox import Arrivals
 from goalwire.execution.steady import deadline_after
 from goalwire.logging import get_logger
+from goalwire.protocol import reasons
 from goalwire.protocol.qos import QoS
 from goalwire.transport.contract import ClientPort, EndpointKind, Sample
+
+if TYPE_CHECKING:
+    from goalwire.entities.guard import Guard
+    from goalwire.entities.server_line import ServerLine
+
+PENDING_LIMIT = 10_000
+"""Calls of one client that may wait for their answers. ROS 2 has no limit, and its clients leak where nobody
+answers."""
 
 REASONS_LIMIT = 10
 """Different reasons for missing answers that one client logs: servers choose their words."""
@@ -29,20 +38,33 @@ NO_REASON = 'there is none, or it went away'
 
 def unanswered(what: str, reason: str) -> CallError:
     """Return what a server's silence means: it went away or, where it said so, gave the request up."""
-    kind = ServerFailedError if reason else ServerLostError
-    return kind(f'no server answered the {what} ({reason or NO_REASON})')
+    return reasons.meaning(reason)(f'no server answered the {what} ({reason or NO_REASON})')
 
 
 class ResponseFuture(Future[Any]):
     """The response to one request; decoded by who asks for it, not by the transport's thread."""
 
-    __slots__ = ('_client', '_decode_response', 'introspected', 'reason', 'sequence', 'unanswered')
+    __slots__ = (
+        '_client',
+        '_decode_response',
+        '_request',
+        'guard',
+        'introspected',
+        'reason',
+        'sequence',
+        'unanswered',
+    )
 
     def __init__(self, client: ClientCore) -> None:
         super().__init__(home=client.node.home)
         self._client: ClientCore | None = client
         self._decode_response = client.support.decode_response
         self.sequence = 0
+        """Of what was sent last; 0 while nothing is on its way."""
+        self.guard: Guard | None = None
+        """What makes it end in time; None where it may stay pending, as in ROS 2."""
+        self._request = b''
+        """What a guard sends, in time."""
         self.introspected: IntrospectedCall | None = None
         """Where the steps of this call are told; None where nobody wants to know."""
         self.unanswered = False
@@ -57,9 +79,14 @@ class ResponseFuture(Future[Any]):
 
     def on_reply(self, sample: Sample) -> None:
         """Take the first reply; those of further servers of the same name are ignored, as in ROS 2."""
+        guard = self.guard
+        if guard is not None and not guard.end():
+            return
         client, self._client = self._client, None
         if client is not None:
             client.pending.pop(sample.sequence, None)
+            if guard is not None:
+                client.guarded.pop(self, None)
             if self.introspected is not None:
                 self.introspected.received(sample)
             if self.pending() and not self.set_raw(sample.payload):
@@ -71,10 +98,14 @@ class ResponseFuture(Future[Any]):
         client = self._client
         if client is None:
             return
+        if self.guard is not None:
+            client.unanswered += 1
+            self.guard.unanswered(reason)
+            return
         self.unanswered, self.reason = True, reason
         self._client = None
         if client.pending.pop(self.sequence, None) is not None:
-            client.on_unanswered(self)
+            client.report_unanswered(reason)
 
     def cancel(self) -> None:
         """Give the response up."""
@@ -83,9 +114,38 @@ class ResponseFuture(Future[Any]):
 
     def forget(self) -> None:
         """Wait for the response no longer."""
+        if self.guard is not None:
+            self.guard.end()
         client, self._client = self._client, None
         if client is not None:
-            client.pending.pop(self.sequence, None)
+            client.guarded.pop(self, None)
+            client.withdraw(self)
+
+    # -- what its guard asks for
+
+    def send(self) -> None:
+        """Hand the request to the wire, perhaps once more; raises as ClientCore.call_async does."""
+        client = self._client
+        if client is not None:
+            client.send(self._request, self)
+
+    def withdraw(self) -> None:
+        """Wait no longer for the answer to what was sent last."""
+        client = self._client
+        if client is not None:
+            client.withdraw(self)
+
+    def fail(self, error: Exception) -> None:
+        """Complete it with `error`."""
+        self.forget()
+        if self.pending():
+            self.set_exception(error)
+
+    def guard_with(self, guard: Guard, request: bytes) -> None:
+        """Let `guard` send the request, and see to its end."""
+        self._request = request
+        self.guard = guard
+        guard.begin()
 
     def _decode(self, raw: Any) -> Any:
         return self._decode_response(raw)
@@ -105,6 +165,10 @@ class ClientCore(Introspected):
         self.qos = qos
         self.callback_group = group
         self.pending: dict[int, ResponseFuture] = {}
+        self.guarded: dict[ResponseFuture, None] = {}
+        """The calls with a guard that are not over: on their way, or waiting for a server."""
+        self.call_timeout: float | None = None
+        """s that a call may take that is given no time of its own; None: what the node says."""
         self.events = 0
         """How many responses have come; see wait_set.Waited."""
         self.watchers: Sequence[Callable[[], None]] = ()
@@ -116,28 +180,74 @@ class ClientCore(Introspected):
         self._encode = support.encode_request
         endpoint = describe_endpoint(node, EndpointKind.CLIENT, self.full_name, support, qos)
         self._port: ClientPort | None = node.port.client(endpoint)
+        self._line: ServerLine | None = None
         node.own(self)
 
     def call_async(self, request: Any) -> Future[Any]:
         """Send a request and return the future of its response.
 
         Raises TypeError for another type, EncodeError where a field cannot go on the wire, InvalidHandle
-        once destroyed, ShutDownError after the context's end. As in ROS 2 the future stays pending where
-        nobody answers.
+        once destroyed, ShutDownError after the context's end, TooManyCallsError. As in ROS 2 the future stays
+        pending where nobody answers, unless there is a `default_timeout`.
+        """
+        return self.begin(request, self.default_timeout)
+
+    @property
+    def default_timeout(self) -> float | None:
+        """s that a call may take: this client's `call_timeout`, its node's, its context's; the nearest."""
+        own = self.call_timeout
+        return self.node.default_timeout if own is None else own
+
+    def begin(self, request: Any, timeout: float | None) -> ResponseFuture:
+        """Send a request with a time for all of it: waiting for a server, sending, the answer.
+
+        The future ends with the response, NoServerError or DeadlineError after `timeout` s, another CallError
+        as soon as it is known, InvalidHandle or ShutDownError; inf has no end, and None means what ROS 2
+        means. Raises as `call_async` does, and ValueError for a time that is not a number.
         """
         if not isinstance(request, self.support.request):
             raise TypeError(f'Expected {self.support.request}, got {type(request)}')
         port = self._port
         if port is None:
             raise InvalidHandle
+        if len(self.pending) >= PENDING_LIMIT or len(self.guarded) >= PENDING_LIMIT:
+            raise TooManyCallsError(
+                f"cannot call '{self.full_name}': {PENDING_LIMIT} calls of this client wait for answers "
+                'already; give calls a timeout, or wait for some of them first'
+            )
         future = ResponseFuture(self)
         introspection = self.introspection
         if introspection is not None:
             future.introspected = IntrospectedCall(introspection, port.gid, request)
-        self._send(port, self._encode(request), future)
+        payload = self._encode(request)
+        if timeout is None:
+            self.send(payload, future)
+        else:
+            guard = self._guard(future, timeout)
+            self.guarded[future] = None
+            try:
+                future.guard_with(guard, payload)
+            except BaseException:
+                self.guarded.pop(future, None)
+                raise
         return future
 
-    def _send(self, port: ClientPort, payload: bytes, future: ResponseFuture) -> None:
+    def _guard(self, future: ResponseFuture, timeout: float) -> Guard:
+        from goalwire.entities.call_terms import CallTerms
+        from goalwire.entities.guard import Guard
+        from goalwire.entities.server_line import ServerLine
+
+        context = self.node.context
+        line = self._line
+        if line is None:
+            line = self._line = ServerLine(context, self.server_is_there, self.full_name)
+        return Guard(CallTerms(context, 'service', self.full_name, timeout), line, future)
+
+    def send(self, payload: bytes, future: ResponseFuture) -> None:
+        """Hand a request to the wire; its reply, and its end, go to `future`. Raises as call_async does."""
+        port = self._port
+        if port is None:
+            raise InvalidHandle
         try:
             sequence = port.request(payload, future.on_reply, future.on_end)
         except ClosedError:
@@ -148,21 +258,33 @@ class ClientCore(Introspected):
         if future.introspected is not None:
             future.introspected.sent(sequence)
         self.pending[sequence] = future
-        if future.over and self.pending.pop(sequence, None) is not None and future.unanswered:
-            self.on_unanswered(future)  # the end came before the sequence number
+        if future.over and self.pending.pop(sequence, None) is not None:  # the end came before this number
+            if future.unanswered:
+                self.report_unanswered(future.reason)
+            else:
+                port.forget(sequence)
+
+    def withdraw(self, future: ResponseFuture) -> None:
+        """Hold nothing for what `future` has sent last."""
+        sequence, future.sequence = future.sequence, 0
+        port = self._port
+        if self.pending.pop(sequence, None) is not None and port is not None:
+            port.forget(sequence)
 
     def call(self, request: Any, timeout_sec: float | None = None) -> Any:
         """Send a request and wait for its response; None where it did not come in time.
 
         Works inside callbacks: the thread that brings the reply wakes this one. Raises as call_async does,
-        and at once where the server's callback would need the very thread or group that waits here.
+        and at once where the server's callback would need the very thread or group that waits here. Without
+        `timeout_sec` the `default_timeout` counts, if there is one, and a call that ends badly raises.
         """
         self.node.context.local_servers.check(self.node.graph, self.full_name)
-        future = self.call_async(request)
+        future = self.begin(request, self.default_timeout if timeout_sec is None else None)
         lifeline = self.node.context.lifeline
-        assert isinstance(future, ResponseFuture)
         try:
             block_on(future, deadline_after(lifeline.clock, timeout_sec), lifeline)
+            if future.guard is not None and future.pending():
+                raise ShutDownError(f"cannot call '{self.full_name}'")
         finally:
             if not future.done():
                 future.forget()
@@ -192,10 +314,6 @@ class ClientCore(Introspected):
         """
         return wait_for_graph(self.node.context, self.server_is_there, timeout_sec)
 
-    def on_unanswered(self, future: ResponseFuture) -> None:
-        """Nobody will answer this request."""
-        self.report_unanswered(future.reason)
-
     def report_unanswered(self, reason: str) -> None:
         """Count a request that nobody will answer, and say so once for each of the first reasons.
 
@@ -216,12 +334,14 @@ class ClientCore(Introspected):
         return self._port is None
 
     def destroy(self) -> None:
-        """Undeclare; pending futures stay pending, as in ROS 2. Idempotent."""
+        """Undeclare; pending futures stay pending, as in ROS 2, but for those with a time. Idempotent."""
         port, self._port = self._port, None
         if port is None:
             return
         self.node.disown(self)
         self.end_introspection()
+        for future in list(self.guarded):
+            future.fail(InvalidHandle())
         for future in list(self.pending.values()):
             future.forget()
         self.arrivals.close()

@@ -19,6 +19,7 @@ from goalwire.entities.exceptions import NotInitializedException, RCLError
 from goalwire.entities.local_servers import LocalServers
 from goalwire.entities.rosout import Rosout
 from goalwire.execution import signals
+from goalwire.execution.alarms import Alarms
 from goalwire.execution.handle import handle_of
 from goalwire.execution.lifeline import Lifeline
 from goalwire.graph.graph import Graph
@@ -46,6 +47,12 @@ class Context:
         self.local_servers = LocalServers()
         """The request servers of this context's nodes: blocking calls ask whether one of them must answer."""
         self.rosout = Rosout()
+        self.call_timeout: float | None = None
+        """s that a call may take to which nobody nearer gives a time; None: without limit, as in ROS 2."""
+        self.deadlines = Alarms(self.lifeline, 'goalwire-deadlines')
+        """What ends calls in time: nothing that rings here may block."""
+        self.sends = Alarms(self.lifeline, 'goalwire-sends')
+        """What sends requests that had to wait; the wire may hold it up."""
 
     # -- from init to shutdown ----------------------------------------------------------------------------
 
@@ -69,6 +76,7 @@ class Context:
             if initialize_logging:
                 _refuse_log_config_file(self.arguments)
             self._domain_id = domain_from_environment() if domain_id is None else domain_id
+            self.call_timeout = call_timeout_from_environment()
         if initialize_logging:
             self._configure_logging()
         signals.register(self.lifeline)
@@ -123,6 +131,8 @@ class Context:
             self._run_shutdown_callbacks()
         finally:
             signals.unregister(self.lifeline)
+            self.deadlines.close()
+            self.sends.close()
             self.rosout.close()
             with self._lock:
                 session, self._session = self._session, None
@@ -236,3 +246,20 @@ def domain_from_environment() -> int:
             'set it to a whole number from 0 on'
         )
     return int(text)
+
+
+def call_timeout_from_environment() -> float | None:
+    """Return the s that GOALWIRE_CALL_TIMEOUT gives to calls, None where it is not set; raises RCLError."""
+    text = os.environ.get('GOALWIRE_CALL_TIMEOUT', '').strip()
+    if not text:
+        return None
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = -1.0
+    if not seconds > 0:
+        raise RCLError(
+            f"failed to initialize: GOALWIRE_CALL_TIMEOUT is no time: it is '{text}'; "
+            "set it to a number of seconds above 0, or to 'inf'"
+        )
+    return seconds

@@ -55,6 +55,8 @@ class NodeCore:
         self.home = Home()
         self.clock = ROSClock(source=context.lifeline.clock)
         """What stamps and waits for this node: system time, or /clock under `use_sim_time`."""
+        self.call_timeout: float | None = None
+        """s that calls of this node may take where their client gives them none; None: the context's."""
         self._port: NodePort | None = context.session.node(self.name)
         self._owned: dict[int, Owned] = {}
 
@@ -71,6 +73,12 @@ class NodeCore:
             raise InvalidHandle
         if not self.context.ok():
             raise ShutDownError(f"node '{self.name.qualified}'")
+
+    @property
+    def default_timeout(self) -> float | None:
+        """s that a call may take whose client says nothing: this node's, else its context's."""
+        own = self.call_timeout
+        return self.context.call_timeout if own is None else own
 
     @property
     def destroyed(self) -> bool:

@@ -12,17 +12,13 @@ from goalwire.errors import RemoteError
 from goalwire.execution.callback_groups import CallbackGroup
 from goalwire.execution.inbox import Inbox
 from goalwire.logging import get_logger
+from goalwire.protocol import reasons
 from goalwire.protocol.qos import QoS
 from goalwire.transport.contract import EndpointKind, Payload, Port, Request
 
 QUEUE_LIMIT = 10_000
 """Requests that may wait at one server. Beyond it the newest is refused, counted and logged, whatever the
 user's depth says: ROS 2 drops the oldest silently, and its client waits for ever."""
-
-
-def why_unanswered(error: BaseException) -> str:
-    """Return what a client is told whose callback ended in `error`: no details of the user's program."""
-    return 'its callback failed' if isinstance(error, Exception) else 'its callback was stopped'
 
 
 class RequestServer:
@@ -77,7 +73,7 @@ class RequestServer:
         if self.inbox.closed:
             request.drop()
         else:
-            request.drop(f'refused: {QUEUE_LIMIT} requests wait already')
+            request.drop(reasons.refused(f'{QUEUE_LIMIT} requests wait already'))
             self.refused += 1
             if self.refused == 1:
                 self._log(
@@ -99,7 +95,7 @@ class RequestServer:
         try:
             return self._call(request, decoded[0])
         except BaseException as error:
-            request.drop(why_unanswered(error))
+            request.drop(reasons.failed(error))
             raise
 
     def take(self) -> tuple[Any, Request] | None:
@@ -121,7 +117,7 @@ class RequestServer:
 
     def _reject(self, request: Request, error: RemoteError) -> None:
         self.rejected += 1
-        request.drop(f'rejected: {error}')
+        request.drop(reasons.rejected(error))
         if self.rejected == 1:
             self._log(f'a request was rejected ({error}); further ones are counted only')
 

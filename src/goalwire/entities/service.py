@@ -9,11 +9,12 @@ from typing import Any
 from goalwire.entities.answering import Answering
 from goalwire.entities.exceptions import InvalidHandle
 from goalwire.entities.node import NodeCore
-from goalwire.entities.request_server import RequestServer, why_unanswered
+from goalwire.entities.request_server import RequestServer
 from goalwire.entities.service_introspection import Introspected, ServiceIntrospection, Step
 from goalwire.entities.type_support import ServiceSupport
 from goalwire.execution.callback_groups import CallbackGroup
 from goalwire.execution.inbox import Inbox
+from goalwire.protocol import reasons
 from goalwire.protocol.qos import QoS
 from goalwire.transport.contract import Request
 
@@ -54,7 +55,7 @@ class ServiceCore(Introspected):
         except Exception as error:
             if self.failed is None:
                 raise
-            request.drop(why_unanswered(error))
+            request.drop(reasons.failed(error))
             self.failed(error)
         return None
 

@@ -9,6 +9,7 @@ from time import time_ns
 import zenoh
 
 from goalwire.errors import LocalError, RemoteError
+from goalwire.protocol.reasons import CLOSING
 from goalwire.transport.contract import Port, Request, Sample
 from goalwire.transport.place import Place
 from goalwire.transport.zenoh.attachment import encode, read
@@ -112,7 +113,7 @@ class ZenohService(Port):
         call = gid, sequence
         with self._lock:
             if not self._is_open:
-                raise RemoteError('the server is closing')
+                raise RemoteError(CLOSING)
             if call in self._waiting:
                 raise RemoteError(f'request {sequence} of client {gid.hex()} is being worked on already')
             self._waiting[call] = request

@@ -1,0 +1,76 @@
+"""What is known of one call or goal, by whoever waits for it: its name, its servers, since and until when."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, TypeVar
+
+from goalwire.entities.exceptions import ShutDownError
+from goalwire.errors import CallError
+from goalwire.transport.contract import EndpointKind
+
+if TYPE_CHECKING:
+    from goalwire.entities.context import Context
+    from goalwire.transport.contract import GraphEntity
+
+ErrorT = TypeVar('ErrorT', bound=CallError)
+
+
+class CallTerms:
+    """Begins when it is made. The errors that it makes name the service or action, its nodes, the time."""
+
+    __slots__ = ('_begun', '_servers', 'context', 'deadline', 'kind', 'name')
+
+    def __init__(self, context: Context, kind: str, name: str, timeout: float | None) -> None:
+        """`kind` is 'service' or 'action', `name` fully qualified; a `timeout` (s) of None or inf has no end.
+
+        Raises ValueError for a timeout that is not a number.
+        """
+        self.context = context
+        self.kind = kind
+        self.name = name
+        self._servers: list[GraphEntity] = []
+        self._begun = context.lifeline.clock.now()
+        self.deadline = None if timeout is None else _deadline(self._begun, timeout)
+        """On the context's steady clock, in ns; None where there is none."""
+
+    @property
+    def title(self) -> str:
+        """ "service '/name'"."""
+        return f"{self.kind} '{self.name}'"
+
+    def see_servers(self, served_as: str) -> None:
+        """Note who serves now. `served_as` is the service's name, or that of the action's first service."""
+        self._servers = self.context.graph.entities(EndpointKind.SERVICE, served_as)
+
+    @property
+    def peers(self) -> tuple[str, ...]:
+        """The nodes that served when the request went out."""
+        return tuple(dict.fromkeys(server.node.qualified for server in self._servers))
+
+    @property
+    def waited(self) -> float:
+        """s since the beginning."""
+        return (self.context.lifeline.clock.now() - self._begun) / 1e9
+
+    def retold(self, error: CallError) -> CallError:
+        """Add what is known here to an error of a client; one that tells it already stays as it is."""
+        return error if error.name else self.error(type(error), str(error))
+
+    def error(self, kind: type[ErrorT], problem: str) -> ErrorT:
+        """Make an error that says which, who and how long."""
+        waited, peers = self.waited, self.peers
+        served = f' of node {" and ".join(map(repr, peers))}' if peers else ''
+        text = f'{self.title}{served}: {problem}; waited {waited:.3f} s'
+        return kind(text, name=self.name, peers=peers, waited=waited)
+
+    def check_alive(self) -> None:
+        """Raise ShutDownError where the context has ended."""
+        if not self.context.ok():
+            raise ShutDownError(self.title)
+
+
+def _deadline(now: int, timeout: float) -> int | None:
+    if math.isnan(timeout):
+        raise ValueError('a timeout is a number of seconds, got nan')
+    return None if timeout == math.inf else now + int(max(timeout, 0.0) * 1e9)

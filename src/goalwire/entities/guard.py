@@ -1,0 +1,113 @@
+"""Sees to it that a request with a deadline ends: with its answer, or an error that says why there is none.
+
+What may end it comes on several threads: the reply, the end of its server, the deadline, the context's end,
+its caller. Whoever comes first has it.
+"""
+
+from __future__ import annotations
+
+from _thread import allocate_lock
+from typing import TYPE_CHECKING, Protocol
+
+from goalwire.entities.exceptions import ShutDownError
+from goalwire.errors import DeadlineError, NoServerError
+from goalwire.execution.agenda import Alarm
+from goalwire.protocol import reasons
+
+if TYPE_CHECKING:
+    from goalwire.entities.call_terms import CallTerms
+    from goalwire.entities.server_line import ServerLine
+
+NEVER = 2**62
+"""When the alarm rings of a call without deadline, in ns: it is there for the context's end."""
+
+
+class Guarded(Protocol):
+    """A request and the future of its answer."""
+
+    def send(self) -> None:
+        """Hand the request to the wire, perhaps once more; raises what sending raises."""
+
+    def withdraw(self) -> None:
+        """Wait no longer for the answer to what was sent last."""
+
+    def fail(self, error: Exception) -> None:
+        """Hold nothing for the request any more, and complete its future with `error`."""
+
+
+class Guard:
+    """Watches one request. It is sent when there is a server, at once or later."""
+
+    __slots__ = ('_alarm', '_ending', '_request', 'line', 'terms')
+
+    def __init__(self, terms: CallTerms, line: ServerLine, request: Guarded) -> None:
+        self.terms = terms
+        self.line = line
+        self._request: Guarded | None = request
+        self._ending = allocate_lock()
+        self._alarm = Alarm(self._rung)
+
+    def begin(self) -> None:
+        """Send the request, or wait for a server. Raises what sending raises; then nothing is left of it."""
+        deadline = self.terms.deadline
+        self.terms.context.deadlines.set(self._alarm, NEVER if deadline is None else deadline)
+        try:
+            self._go()
+        except BaseException:
+            self.end()
+            raise
+
+    def _go(self) -> None:
+        if self.line.is_there():
+            self._send()
+        else:
+            self.line.add(self)
+            if self._request is None:
+                self.line.discard(self)  # it has ended meanwhile
+
+    def _send(self) -> None:
+        request = self._request
+        if request is not None:
+            self.terms.see_servers(self.line.served_as)
+            request.send()
+
+    def resume(self) -> None:
+        """Go on, where it is not over yet, and let the future tell what goes wrong."""
+        try:
+            self._go()
+        except Exception as error:
+            self.fail(error)
+
+    def end(self) -> bool:
+        """End it: True for the one caller that comes first, who completes the future."""
+        if not self._ending.acquire(blocking=False):
+            return False
+        self._request = None
+        self.terms.context.deadlines.drop(self._alarm)
+        self.line.discard(self)
+        return True
+
+    def fail(self, error: Exception) -> None:
+        """End it with `error`, unless it is over."""
+        request = self._request
+        if self.end() and request is not None:
+            request.fail(error)
+
+    def unanswered(self, reason: str) -> None:
+        """No reply can come to what was sent last; `reason` is a server's, or ''."""
+        self.fail(self._unanswered(reason))
+
+    def _unanswered(self, reason: str) -> Exception:
+        if not self.terms.context.ok():
+            return ShutDownError(self.terms.title)
+        problem = reason or 'the server went away before it answered'
+        return self.terms.error(reasons.meaning(reason), problem)
+
+    def _rung(self) -> None:
+        terms = self.terms
+        if not terms.context.ok():
+            self.fail(ShutDownError(terms.title))
+        elif self in self.line:
+            self.fail(terms.error(NoServerError, 'no server came'))
+        else:
+            self.fail(terms.error(DeadlineError, 'no answer came in time'))

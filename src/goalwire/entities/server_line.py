@@ -1,0 +1,81 @@
+"""Requests that wait until there is somebody to send them to."""
+
+from __future__ import annotations
+
+from threading import Lock
+from typing import TYPE_CHECKING, Protocol
+
+from goalwire.errors import ClosedError
+from goalwire.execution.agenda import Alarm
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from goalwire.entities.context import Context
+    from goalwire.graph.watch import Watch
+
+
+class Waiting(Protocol):
+    """A request in the line."""
+
+    def resume(self) -> None:
+        """There is a server now. Raises nothing."""
+
+
+class ServerLine:
+    """The requests of one client that wait for a server, first come first served.
+
+    One look at the graph after each change serves them all; it and the sending happen on a thread of the
+    context's, for a change comes on the transport's.
+    """
+
+    def __init__(self, context: Context, is_there: Callable[[], bool], served_as: str) -> None:
+        """`served_as` is the service's own name, or that of the action's first service."""
+        self.context = context
+        self.is_there = is_there
+        self.served_as = served_as
+        self._lock = Lock()
+        self._waiting: dict[Waiting, None] = {}
+        self._changes: Watch[[]] | None = None
+        self._alarm = Alarm(self._look)
+
+    def __contains__(self, waiting: Waiting) -> bool:
+        return waiting in self._waiting
+
+    def add(self, waiting: Waiting) -> None:
+        """Let a request wait; `resume` it once there is a server."""
+        with self._lock:
+            self._waiting[waiting] = None
+            if self._changes is not None:
+                return
+            self._changes = self.context.graph.on_change(self._changed)
+        self._changed()  # one may have come since somebody looked
+
+    def discard(self, waiting: Waiting) -> None:
+        """Let it wait no longer; nothing where it does not."""
+        if waiting in self._waiting:
+            with self._lock:
+                self._waiting.pop(waiting, None)
+                if not self._waiting:
+                    self._close()
+
+    def _changed(self) -> None:
+        self.context.sends.soon(self._alarm)
+
+    def _look(self) -> None:
+        try:
+            if not self.is_there():
+                return
+        except ClosedError:
+            return  # the client or its context has ended, and tells who waits
+        with self._lock:
+            served = list(self._waiting)
+            self._waiting.clear()
+            self._close()
+        for waiting in served:
+            waiting.resume()
+
+    def _close(self) -> None:
+        changes, self._changes = self._changes, None
+        if changes is not None:
+            changes.close()

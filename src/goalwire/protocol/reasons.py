@@ -1,0 +1,49 @@
+"""Why a server leaves a request without an answer: the text that it sends, and what that means to the client.
+
+The text travels where both ends are goalwire: in an error reply on Zenoh. ROS 2's own clients ignore it.
+"""
+
+from __future__ import annotations
+
+from goalwire.errors import CallError, DeadlineError, RefusedError, ServerFailedError, ServerLostError
+
+LIMIT = 500
+"""Characters of a reason: it is for a line of a log."""
+
+CLOSING = 'the server is closing'
+STOPPED = 'its callback was stopped'
+_TIMEOUT = 'Timeout'
+"""Zenoh's own word, when it gives a query up: after ten minutes, as under rmw_zenoh."""
+_REFUSED = 'refused: '
+_REJECTED = 'rejected: '
+
+
+def refused(problem: str) -> str:
+    """The server has too much to do."""
+    return _bounded(_REFUSED + problem)
+
+
+def rejected(error: Exception) -> str:
+    """The request breaks the rules."""
+    return _bounded(f'{_REJECTED}{error}')
+
+
+def failed(error: BaseException) -> str:
+    """The server's callback ended in `error`: its type and text, no traceback."""
+    if not isinstance(error, Exception):
+        return STOPPED
+    text = str(error)
+    return _bounded(f'its callback failed: {type(error).__name__}{": " if text else ""}{text}')
+
+
+def meaning(reason: str) -> type[CallError]:
+    """Return the error of a client that gets no answer, for `reason` ('': none was given)."""
+    if not reason or reason == CLOSING:
+        return ServerLostError
+    if reason == _TIMEOUT:
+        return DeadlineError
+    return RefusedError if reason.startswith((_REFUSED, _REJECTED)) else ServerFailedError
+
+
+def _bounded(text: str) -> str:
+    return text if len(text) <= LIMIT else text[: LIMIT - 1] + '…'
