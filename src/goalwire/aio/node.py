@@ -65,11 +65,14 @@ class Node:
         context: Context | None = None,
         arguments: Sequence[str] = (),
         parameters: Mapping[str, ParameterValue] | None = None,
+        call_timeout: float | None = None,
     ) -> None:
         """Nothing is opened yet. `arguments` are ROS arguments of this node, beside the program's own.
 
         Nodes without a `context` share one for each `domain` (ROS_DOMAIN_ID's where None). `parameters`
-        override the values that declarations give.
+        override the values that declarations give. `call_timeout` is how many s calls and goals may take
+        that are given no time of their own (of goals: until they are accepted); without it
+        GOALWIRE_CALL_TIMEOUT counts.
         """
         self._name = name
         self._namespace = namespace
@@ -77,6 +80,7 @@ class Node:
         self._given = context
         self._arguments = list(arguments)
         self._overrides = dict(parameters or {})
+        self._call_timeout = call_timeout
         self._runs = Runs()
         self._resources = ExitStack()
         self._core: NodeCore | None = None
@@ -106,6 +110,7 @@ class Node:
             self._resources.callback(CONTEXTS.release, context)
         core = NodeCore(context, self._name, self._namespace, cli_args=self._arguments)
         self._resources.callback(core.destroy)
+        core.call_timeout = self._call_timeout
         lifeline = context.lifeline
         self._clock = AsyncClock(clock_type=ClockType.ROS_TIME, source=lifeline.clock, lifeline=lifeline)
         core.clock = self._clock
@@ -181,11 +186,13 @@ class Node:
         name: str,
         *,
         qos: QoS = SERVICES_DEFAULT,
+        timeout: float | None = None,
     ) -> Client[RequestT, ResponseT]:
-        """Make a service client. Raises InvalidServiceNameException, and RuntimeError or AttributeError for
-        what is no service type.
+        """Make a service client, whose calls may take `timeout` s where they say nothing else.
+
+        Raises InvalidServiceNameException, and RuntimeError or AttributeError for what is no service type.
         """
-        return Client(self._open_core(), service_support(srv_type), name, qos)
+        return Client(self._open_core(), service_support(srv_type), name, qos, timeout)
 
     def service(
         self,
