@@ -1,8 +1,8 @@
 """The server reactor against the table, under whatever order of events Hypothesis finds.
 
-The model performs the effects as a driver would and holds the server to four promises: every request is
+The model performs the effects as a driver would and holds the server to five promises: every request is
 answered exactly once, transitions are the table's, every end is published in an array ordered by acceptance,
-and nothing stays behind.
+no more goals run than the policy allows, in the order of their turns, and nothing stays behind.
 """
 
 from __future__ import annotations
@@ -28,15 +28,22 @@ from goalwire.protocol.goals import (
     TABLE,
     CancelCode,
     GoalEvent,
+    GoalPolicy,
     GoalServer,
     GoalStatus,
     InvalidTransition,
+    OnClientLost,
     decode_status_array,
+    parallel,
+    preempt,
+    queue,
+    single,
 )
 from goalwire.protocol.goals.effects import (
     Accepted,
     AskCancel,
     AskGoal,
+    CalledOff,
     Execute,
     PublishStatus,
     ReplyCancel,
@@ -54,6 +61,8 @@ pytestmark = pytest.mark.timeout(400)  # a failure takes its time to be shrunk
 
 TIMEOUT = 10
 IDS = st.sampled_from([bytes([n]) * 16 for n in range(1, 5)])
+CLIENTS = st.sampled_from([b'me', b'you'])
+POLICIES = st.sampled_from([GoalPolicy(), parallel(2), single(), preempt(), queue(2)])
 ENDS = st.sampled_from([GoalEvent.SUCCEED, GoalEvent.ABORT, GoalEvent.CANCELED])
 
 Effects = list['ServerEffect[int, bytes]']
@@ -70,10 +79,19 @@ def reachable(status: GoalStatus) -> set[GoalStatus]:
 class ServerMachine(RuleBasedStateMachine):
     questions = Bundle('questions')
 
-    @initialize(timeout=st.sampled_from([TIMEOUT, 0, -1]))
-    def start(self, timeout: int) -> None:
-        self.server: GoalServer[int, bytes] = GoalServer(timeout)
+    @initialize(
+        timeout=st.sampled_from([TIMEOUT, 0, -1]),
+        policy=POLICIES,
+        lost=st.sampled_from(['keep', 'cancel', 'abort']),
+    )
+    def start(self, timeout: int, policy: GoalPolicy, lost: OnClientLost) -> None:
+        self.server: GoalServer[int, bytes] = GoalServer(timeout, policy, lost)
         self.timeout = timeout
+        self.policy = policy
+        self.lost = lost
+        self.sender: dict[bytes, bytes] = {}
+        self.turns: list[bytes] = []
+        """Goals that wait, in the order in which they have come."""
         self.now = 0
         self.stamp = 0
         self.requests = 0
@@ -107,11 +125,20 @@ class ServerMachine(RuleBasedStateMachine):
             elif isinstance(effect, PublishStatus):
                 self.publish()
             elif isinstance(effect, Execute):
-                self.executing.add(effect.goal_id)
+                self.start_executing(effect.goal_id)
+            elif isinstance(effect, CalledOff):
+                assert self.policy.preempts or self.lost != 'keep'
+                assert effect.goal_id in self.executing
             elif isinstance(effect, WakeAt):
                 assert effect.time_ns > self.now
                 self.wake_at = effect.time_ns
         return asked
+
+    def start_executing(self, goal_id: bytes) -> None:
+        if goal_id in self.turns:
+            assert self.turns.pop(0) == goal_id
+        self.executing.add(goal_id)
+        assert self.policy.at_once is None or self.server.statistics().running <= self.policy.at_once
 
     def judge_cancel(self, reply: ReplyCancel[int]) -> None:
         if reply.code is not CancelCode.NONE:
@@ -142,12 +169,17 @@ class ServerMachine(RuleBasedStateMachine):
             else:
                 assert status in reachable(before)
                 self.statuses[goal_id] = status
+        # A goal that waits for its turn ends there when it is cancelled.
+        self.turns = [id_ for id_ in self.turns if self.statuses.get(id_) is GoalStatus.ACCEPTED]
 
     # ---- what happens ----
 
-    @rule(target=questions, goal_id=IDS)
-    def goal_request(self, goal_id: bytes) -> object:
-        return multiple(*self.perform(self.server.on_goal_request(goal_id, self.request(), self.now)))
+    @rule(target=questions, goal_id=IDS, client=CLIENTS)
+    def goal_request(self, goal_id: bytes, client: bytes) -> object:
+        asked = self.perform(self.server.on_goal_request(goal_id, self.request(), self.now, client))
+        if asked:
+            self.sender[goal_id] = client
+        return multiple(*asked)
 
     @rule(target=questions, goal_id=st.one_of(IDS, st.just(NO_ID)), back=st.none() | st.integers(0, 3))
     def cancel_request(self, goal_id: bytes, back: int | None) -> object:
@@ -182,7 +214,46 @@ class ServerMachine(RuleBasedStateMachine):
 
     @rule(goal_id=IDS)
     def execute(self, goal_id: bytes) -> None:
-        self.attempt(goal_id, GoalEvent.EXECUTE, lambda: self.server.on_execute(goal_id, self.now))
+        running = self.server.statistics().running
+        if goal_id in self.turns:
+            assert self.server.on_execute(goal_id, self.now) == []
+        elif self.policy.at_once is None or running < self.policy.at_once:
+            self.attempt(goal_id, GoalEvent.EXECUTE, lambda: self.server.on_execute(goal_id, self.now))
+        else:
+            self.wait_for_turn(goal_id)
+
+    def wait_for_turn(self, goal_id: bytes) -> None:
+        """Every place is taken: a goal that may be executed waits, or ends where it is being cancelled."""
+        before = self.server.status(goal_id)
+        try:
+            effects = self.server.on_execute(goal_id, self.now)
+        except InvalidTransition:
+            assert before.is_terminal or goal_id in self.executing
+            return
+        if before is GoalStatus.ACCEPTED:
+            self.turns.append(goal_id)
+            assert self.server.status(goal_id) is GoalStatus.ACCEPTED
+        self.perform(effects)
+        self.track()
+        if before is GoalStatus.CANCELING:
+            assert self.published[goal_id] is GoalStatus.CANCELED
+        if self.policy.preempts and before is GoalStatus.ACCEPTED:
+            assert self.turns == [goal_id]
+            assert not any(self.server.status(id_).is_cancelable for id_ in self.executing - {goal_id})
+
+    @rule(client=CLIENTS)
+    def lose_client(self, client: bytes) -> None:
+        """A client has gone; what is still being decided for it is refused."""
+        asked = self.server.statistics().deciding
+        self.perform(self.server.on_client_lost(client, self.now))
+        self.track()
+        left = [self.server.status(id_) for id_ in self.statuses if self.sender[id_] == client]
+        if self.lost == 'keep':
+            assert self.server.statistics().deciding == asked
+        elif self.lost == 'cancel':
+            assert not any(status.is_cancelable for status in left)
+        else:
+            assert all(status.is_terminal for status in left)
 
     @rule(goal_id=IDS, event=ENDS)
     def end(self, goal_id: bytes, event: GoalEvent) -> None:
