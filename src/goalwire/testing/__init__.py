@@ -1,1 +1,51 @@
-"""Tests without a robot."""
+"""Tests without a robot: a graph of one's own, scripted servers, recorders, virtual time, faults.
+
+Each name is imported when it is first asked for. The pytest plugin is goalwire.testing.plugin.
+"""
+
+TYPE_CHECKING = False  # typing's, which this module does not wait for
+
+if TYPE_CHECKING:
+    from goalwire.testing.action import Conduct as Conduct
+    from goalwire.testing.action import FakeAction as FakeAction
+    from goalwire.testing.answers import NEVER as NEVER
+    from goalwire.testing.answers import After as After
+    from goalwire.testing.answers import after as after
+    from goalwire.testing.calls import Outcome as Outcome
+    from goalwire.testing.graph import Graph as Graph
+    from goalwire.testing.log import Log as Log
+    from goalwire.testing.programs import Program as Program
+    from goalwire.testing.service import FakeService as FakeService
+    from goalwire.testing.topics import Publisher as Publisher
+    from goalwire.testing.topics import Recorder as Recorder
+    from goalwire.testing.virtual.clock import VirtualClock as VirtualClock
+    from goalwire.testing.virtual.deadlock import DeadlockError as DeadlockError
+
+_NAMES = {
+    'action': 'Conduct FakeAction',
+    'answers': 'NEVER After after',
+    'calls': 'Outcome',
+    'graph': 'Graph',
+    'log': 'Log',
+    'programs': 'Program',
+    'service': 'FakeService',
+    'topics': 'Publisher Recorder',
+    'virtual.clock': 'VirtualClock',
+    'virtual.deadlock': 'DeadlockError',
+}
+_HOMES = {name: home for home, names in _NAMES.items() for name in names.split()}
+
+
+def __getattr__(name: str) -> object:
+    home = _HOMES.get(name)
+    if home is None:
+        raise AttributeError(f"module 'goalwire.testing' has no attribute '{name}'")
+    from importlib import import_module
+
+    found: object = getattr(import_module(f'goalwire.testing.{home}'), name)
+    globals()[name] = found
+    return found
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_HOMES})

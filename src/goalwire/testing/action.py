@@ -1,0 +1,160 @@
+"""An action that does what the test says, and remembers its goals."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Generic
+
+from goalwire.entities.actions.decisions import ActionCallbacks, CancelResponse, GoalResponse
+from goalwire.entities.actions.server import ActionServerCore
+from goalwire.entities.actions.types import FeedbackT, GoalT, ResultT
+from goalwire.execution.callback_groups import ReentrantCallbackGroup
+from goalwire.execution.future import Future
+from goalwire.testing.log import PATIENCE, Log, differing
+from goalwire.testing.spinning import host
+
+if TYPE_CHECKING:
+    from goalwire.entities.actions.goal_handle import ServerGoalHandle
+    from goalwire.entities.node import NodeCore
+    from goalwire.entities.type_support import ActionSupport
+    from goalwire.protocol.goals.ids import GoalId
+
+
+@dataclass
+class Conduct(Generic[GoalT, ResultT, FeedbackT]):
+    """What becomes of the goals that come. It may be changed at any time, for those that come then."""
+
+    feedback: Iterable[FeedbackT] = ()
+    """Published one after the other."""
+    every: float = 0.1
+    """s between them, and from the last one to the end."""
+    result: ResultT | Callable[[GoalT], ResultT] | None = None
+    """What a goal ends with; None: one of default values."""
+    refuse: bool | Callable[[GoalT], bool] = False
+    """Which goals are not accepted."""
+    abort: bool = False
+    """Whether goals end aborted, not succeeded."""
+    never_ends: bool = False
+    """Whether goals run, after their feedback, until they are cancelled."""
+    cancel: bool = True
+    """Whether cancel requests are accepted."""
+
+
+class FakeAction(Generic[GoalT, ResultT, FeedbackT]):
+    """Made by Graph.action. It has a node and a thread of its own."""
+
+    def __init__(
+        self,
+        node: NodeCore,
+        support: ActionSupport,
+        name: str,
+        conduct: Conduct[GoalT, ResultT, FeedbackT],
+    ) -> None:
+        self._node = node
+        action: Any = support.cls
+        self._result_type: type[ResultT] = action.Result
+        self.conduct = conduct
+        """What becomes of goals; change its attributes at any time."""
+        self.name = node.resolve_action(name).name
+        self.goals: Log[GoalT] = Log(f"goals for '{self.name}'")
+        """Those that were accepted, in order."""
+        self.refused: Log[GoalT] = Log(f"refused goals for '{self.name}'")
+        self.cancels: Log[GoalT] = Log(f"cancelled goals of '{self.name}'")
+        """The goals that somebody asked to cancel, accepted or not."""
+        self.endings: Log[str] = Log(f"ended goals of '{self.name}'")
+        """'succeeded', 'aborted' or 'canceled', in order."""
+        self._called_off: dict[GoalId, Future[None]] = {}
+        callbacks = ActionCallbacks(
+            execute=self._execute, goal=self._judge, accepted=self._accepted, cancel=self._cancel
+        )
+        self._core = ActionServerCore(node, support, name, callbacks, ReentrantCallbackGroup())
+        self._spinning = host(node)
+
+    # -- what it does --------------------------------------------------------------------------------------
+
+    def _judge(self, goal: GoalT) -> GoalResponse:
+        refuse = self.conduct.refuse
+        refused = refuse(goal) if callable(refuse) else refuse
+        (self.refused if refused else self.goals).append(goal)
+        return GoalResponse.REJECT if refused else GoalResponse.ACCEPT
+
+    def _accepted(self, handle: ServerGoalHandle[GoalT, ResultT, FeedbackT]) -> None:
+        self._called_off[handle.goal_id_bytes] = Future()
+        handle.execute()
+
+    def _cancel(self, handle: ServerGoalHandle[GoalT, ResultT, FeedbackT]) -> CancelResponse:
+        self.cancels.append(handle.request)
+        called_off = self._called_off.get(handle.goal_id_bytes)
+        if not self.conduct.cancel or called_off is None:
+            return CancelResponse.REJECT
+        called_off.set_result(None)  # seen in a later turn of this one thread, when the goal is CANCELING
+        return CancelResponse.ACCEPT
+
+    async def _execute(self, handle: ServerGoalHandle[GoalT, ResultT, FeedbackT]) -> ResultT:
+        conduct, called_off = self.conduct, self._called_off[handle.goal_id_bytes]
+        try:
+            for feedback in conduct.feedback:
+                handle.publish_feedback(feedback)
+                await _pause(called_off, conduct.every)
+                if called_off.done():
+                    break
+            if conduct.never_ends:
+                await called_off
+            return self._end(handle, conduct)
+        finally:
+            del self._called_off[handle.goal_id_bytes]
+
+    def _end(
+        self,
+        handle: ServerGoalHandle[GoalT, ResultT, FeedbackT],
+        conduct: Conduct[GoalT, ResultT, FeedbackT],
+    ) -> ResultT:
+        result = conduct.result
+        made: Any = result(handle.request) if callable(result) else result
+        if handle.is_cancel_requested:
+            ending = 'canceled'
+            handle.canceled()
+        elif conduct.abort:
+            ending = 'aborted'
+            handle.abort()
+        else:
+            ending = 'succeeded'
+            handle.succeed()
+        self.endings.append(ending)
+        return self._result_type() if made is None else made
+
+    # -- what a test asks ----------------------------------------------------------------------------------
+
+    def wait_for(self, count: int = 1, *, timeout: float = PATIENCE) -> list[GoalT]:
+        """Block until `count` goals were accepted; raises AssertionError after `timeout` s."""
+        return self.goals.wait_for(count, timeout=timeout)
+
+    def assert_goals(self, count: int) -> None:
+        """Raise AssertionError unless exactly `count` goals were accepted."""
+        if len(self.goals) != count:
+            raise AssertionError(f"action '{self.name}': wanted {count} goals, got {self.goals}")
+
+    def assert_goal(self, **fields: object) -> None:
+        """Raise AssertionError unless the last goal that was accepted has these values in its fields."""
+        if not self.goals:
+            raise AssertionError(f"action '{self.name}' got no goal")
+        wrong = differing(self.goals[-1], fields)
+        if wrong:
+            raise AssertionError(f"action '{self.name}', last goal: {'; '.join(wrong)}")
+
+    def close(self) -> None:
+        """Go away, as a server that dies, with whatever runs. Idempotent."""
+        self._node.destroy()
+        self._spinning.close()
+
+
+async def _pause(called_off: Future[None], seconds: float) -> None:
+    """Sleep, but no longer than until the goal is called off."""
+    import asyncio
+
+    try:
+        async with asyncio.timeout(seconds):
+            await called_off
+    except TimeoutError:
+        return

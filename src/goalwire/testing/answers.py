@@ -1,0 +1,54 @@
+"""What a scripted service answers, call by call."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any, Final, Generic, TypeAlias, TypeVar
+
+ResponseT = TypeVar('ResponseT')
+
+
+class _Never(Enum):
+    NEVER = 'never'
+
+
+NEVER: Final = _Never.NEVER
+"""No answer at all, as long as the service is there."""
+
+
+@dataclass(frozen=True)
+class After(Generic[ResponseT]):
+    """An answer that takes its time."""
+
+    seconds: float
+    answer: Answer[ResponseT]
+
+
+def after(seconds: float, answer: Answer[ResponseT] = None) -> After[ResponseT]:
+    """Give `answer`, any that a service may have, after a while."""
+    return After(seconds, answer)
+
+
+Answer: TypeAlias = 'ResponseT | BaseException | type[BaseException] | Callable[[Any], Any] | After[ResponseT] | _Never | None'  # fmt: skip # noqa: E501
+Answers: TypeAlias = 'Answer[ResponseT] | Sequence[Answer[ResponseT]]'
+
+
+class Script(Generic[ResponseT]):
+    """One answer for every call, or one for each."""
+
+    def __init__(self, answers: Answers[ResponseT]) -> None:
+        self._answers = list(answers) if isinstance(answers, Sequence) else None
+        self._same = None if isinstance(answers, Sequence) else answers
+        self._given = 0
+
+    def next(self) -> Answer[ResponseT]:
+        """Return the next answer. Raises AssertionError where the script is at its end."""
+        self._given += 1
+        if self._answers is None:
+            return self._same
+        if self._given > len(self._answers):
+            raise AssertionError(f'call {self._given} came, and there are {len(self._answers)} answers')
+        answer: Answer[ResponseT] = self._answers[self._given - 1]
+        return answer

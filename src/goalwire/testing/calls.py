@@ -1,0 +1,76 @@
+"""Calling what is tested, from a test that is no coroutine."""
+
+from __future__ import annotations
+
+import asyncio
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+from goalwire.entities.actions.types import FeedbackT, GoalT, ResultT
+from goalwire.execution.bridge import running_loop
+
+if TYPE_CHECKING:
+    from collections.abc import Coroutine
+
+    from goalwire.aio import Node
+    from goalwire.entities.actions.types import ActionType
+    from goalwire.entities.type_support import ServiceType
+
+T = TypeVar('T')
+RequestT = TypeVar('RequestT')
+ResponseT = TypeVar('ResponseT')
+
+
+@dataclass(frozen=True)
+class Outcome(Generic[ResultT, FeedbackT]):
+    """What came of a goal that succeeded."""
+
+    result: ResultT
+    feedback: list[FeedbackT]
+
+
+def call(
+    node: Node,
+    srv_type: type[ServiceType[RequestT, ResponseT]],
+    name: str,
+    request: RequestT | None,
+    timeout: float,
+    fields: dict[str, Any],
+) -> ResponseT:
+    """Call a service; see Graph.call."""
+
+    async def calling() -> ResponseT:
+        async with node:
+            return await node.client(srv_type, name).call(request, timeout=timeout, **fields)
+
+    return _run(calling())
+
+
+def send_goal(
+    node: Node,
+    action_type: type[ActionType[GoalT, ResultT, FeedbackT]],
+    name: str,
+    goal: GoalT | None,
+    timeout: float,
+    fields: dict[str, Any],
+) -> Outcome[ResultT, FeedbackT]:
+    """Send a goal; see Graph.send_goal."""
+
+    async def sending() -> Outcome[ResultT, FeedbackT]:
+        async with (
+            node,
+            node.action(action_type, name).send(goal, timeout=timeout, **fields) as run,
+        ):
+            feedback = [message async for message in run.feedback]
+            return Outcome(await run.result, feedback)
+
+    return _run(sending())
+
+
+def _run(coroutine: Coroutine[Any, Any, T]) -> T:
+    if running_loop() is not None:
+        coroutine.close()
+        raise RuntimeError(
+            'this would hold up the asyncio loop that it is called in: use a client of graph.node(…) there'
+        )
+    return asyncio.run(coroutine)

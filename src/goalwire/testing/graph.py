@@ -1,0 +1,322 @@
+"""A graph of the test's own, with everything a node under test talks to."""
+
+from __future__ import annotations
+
+import sys
+from contextlib import ExitStack
+from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar
+
+from goalwire.entities.context import Context
+from goalwire.entities.graph_waiting import wait_for_graph
+from goalwire.entities.node import NodeCore
+from goalwire.entities.type_support import action_support, service_support
+from goalwire.errors import LocalError
+from goalwire.protocol.qos import DEFAULT, HistoryPolicy, QoS
+from goalwire.testing.action import Conduct, FakeAction
+from goalwire.testing.calls import Outcome, call, send_goal
+from goalwire.testing.log import PATIENCE
+from goalwire.testing.service import FakeService
+from goalwire.testing.sessions import Sessions
+from goalwire.testing.topics import Publisher, Recorder
+from goalwire.testing.world import World
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+    from types import TracebackType
+
+    from goalwire.aio import Node
+    from goalwire.entities.actions.types import ActionType, FeedbackT, GoalT, ResultT
+    from goalwire.entities.type_support import ServiceType
+    from goalwire.execution.executor import Executor
+    from goalwire.testing.answers import Answers
+    from goalwire.testing.programs import Program
+    from goalwire.testing.spinning import Spinning
+    from goalwire.transport.contract import Session
+    from goalwire.transport.faults import Faults
+
+MsgT = TypeVar('MsgT')
+RequestT = TypeVar('RequestT')
+ResponseT = TypeVar('ResponseT')
+NodeT = TypeVar('NodeT')
+EndsT = TypeVar('EndsT', bound='Ends')
+
+EVERYTHING = QoS(history=HistoryPolicy.KEEP_ALL)
+
+
+class Ends(Protocol):
+    """What ends with the graph."""
+
+    def close(self) -> None:
+        """End it. Idempotent."""
+
+
+class Graph:
+    """`with Graph() as graph:` what this process opens in the block, on either front, meets nobody else.
+
+    The end of the block ends what was started through it. It raises an AssertionError for what else was left
+    open, and for what the callbacks of the nodes raised.
+    """
+
+    def __init__(self, transport: str = 'memory') -> None:
+        """`transport` is 'memory', 'zenoh' or 'dds'."""
+        self._transport = transport
+        self._ends = ExitStack()
+        self._problems: list[str] = []
+        self._spinning: list[Spinning] = []
+        self._programs: list[Program] = []
+        self._context: Context | None = None
+        self._faults: Faults | None = None
+        self._numbers: dict[str, int] = {}
+        self._opened_rclpy = False
+
+    # -- its life ------------------------------------------------------------------------------------------
+
+    def __enter__(self) -> Self:
+        self._world = self._ends.enter_context(World(self._transport))
+        self._sessions = Sessions()
+        self._ends.callback(self._sessions.stop)
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        with self._ends:
+            self._end_what_was_started()
+            self._look_for_leaks()
+            if self._context is not None:
+                self._context.try_shutdown()
+        if not self._problems:
+            return
+        text = '\n'.join(self._problems)
+        if error is None:
+            raise AssertionError(text)
+        error.add_note(text)
+
+    def _end_what_was_started(self) -> None:
+        for program in self._programs:
+            program.stop()
+        for spinning in self._spinning:
+            if not spinning.close():
+                self.blame(f"node '{spinning.name}': a callback did not end")
+            for raised in spinning.raised:
+                self.blame(f"node '{spinning.name}': a callback raised {raised!r}")
+            spinning.node.destroy_node()
+        self._end_rclpy()
+        for program in self._programs:
+            if not program.close():
+                self.blame(f"program '{program.name}' did not end with its context")
+            elif program.unseen_error is not None:
+                self.blame(f"program '{program.name}' raised {program.unseen_error!r}")
+
+    def _end_rclpy(self) -> None:
+        """Shut down the default context, if it is in this graph."""
+        rclpy = sys.modules.get('rclpy')
+        if rclpy is None or not rclpy.ok():
+            return
+        if rclpy.get_default_context().get_domain_id() != self._world.domain:
+            return
+        if not (self._opened_rclpy or self._programs):
+            self.blame('rclpy was initialised and not shut down')
+        rclpy.try_shutdown()
+        rclpy.uninstall_signal_handlers()
+
+    def _look_for_leaks(self) -> None:
+        for session in self._sessions.open():
+            if self._context is None or session.id != self._context.session.id:
+                self.blame(f'left open: {self._nodes_of(session)}')
+                session.close()
+
+    def _nodes_of(self, session: Session) -> str:
+        nodes = self.context.graph.nodes()
+        names = [repr(entity.node.qualified) for entity in nodes if entity.session == session.id]
+        return f'a context with node {", ".join(names)}' if names else 'a context without nodes'
+
+    def blame(self, problem: str) -> None:
+        """Let the test fail at the end of the block, with this sentence. Any thread."""
+        self._problems.append(problem)
+
+    # -- what it is ----------------------------------------------------------------------------------------
+
+    @property
+    def transport(self) -> str:
+        """'memory', 'zenoh' or 'dds'."""
+        return self._transport
+
+    @property
+    def domain(self) -> int:
+        """Its domain, which nobody else is in."""
+        return self._world.domain
+
+    @property
+    def environment(self) -> dict[str, str]:
+        """The variables that bring a child process into this graph, beside its others."""
+        return dict(self._world.variables)
+
+    @property
+    def context(self) -> Context:
+        """A context in this graph, for nodes of either front: `Node('name', context=graph.context)`."""
+        if self._context is None:
+            self._context = Context()
+            self._context.init(args=[], domain_id=self._world.domain)
+        return self._context
+
+    @property
+    def faults(self) -> Faults:
+        """The faults of this graph's wire, none at first: `graph.faults.partition('talker', 'listener')`.
+
+        Raises LocalError where a node is there already when they are asked for the first time.
+        """
+        if self._faults is None:
+            if self._sessions.open():
+                raise LocalError('ask for the faults of a graph before its first node')
+            from goalwire.transport.faults import Faults
+
+            self._faults = self._ends.enter_context(Faults())
+        return self._faults
+
+    def nodes(self) -> list[str]:
+        """The qualified names of the nodes in it, the test's own ones included."""
+        return sorted(entity.node.qualified for entity in self.context.graph.nodes())
+
+    def wait_for_node(self, name: str, *, timeout: float = PATIENCE) -> None:
+        """Block until a node is there; raises AssertionError after `timeout` s."""
+        qualified = f'/{name.lstrip("/")}'
+        if not wait_for_graph(self.context, lambda: qualified in self.nodes(), timeout):
+            raise AssertionError(f"wanted node '{qualified}' within {timeout:g} s, got {self.nodes()}")
+
+    # -- what is tested ------------------------------------------------------------------------------------
+
+    def start(
+        self, node: NodeT | Callable[[], NodeT], *, executor: Callable[[], Executor] | None = None
+    ) -> NodeT:
+        """Make a node of rclpy (with its class, or any function) and let it spin until the end of the block.
+
+        It has a thread of its own, with a SingleThreadedExecutor or with what `executor()` makes. Where
+        rclpy is not initialised yet, this does it. A node that is there already may be given, too.
+        """
+        import rclpy
+
+        from goalwire.testing.spinning import Spinning
+
+        if not rclpy.ok():
+            rclpy.init(args=[], signal_handler_options=rclpy.signals.SignalHandlerOptions.NO)
+            self._opened_rclpy = True
+        elif rclpy.get_default_context().get_domain_id() != self._world.domain:
+            raise LocalError('rclpy was initialised outside this graph: leave that to the graph')
+        made: Any = node() if callable(node) else node
+        core: NodeCore = made.handle
+        if executor is None:
+            executor = rclpy.executors.SingleThreadedExecutor
+        self._spinning.append(Spinning(core.name.qualified, made, executor()))
+        kept: NodeT = made
+        return kept
+
+    def run(self, main: Callable[..., Any], *arguments: str, node: str | None = None) -> Program:
+        """Run a program's `main()`, plain or `async def`, in a thread, with these command line arguments.
+
+        With `node` this waits until the node of that name is there. The end of the block shuts down rclpy,
+        which ends a program that spins, and cancels one of asyncio.
+        """
+        from goalwire.testing.programs import Program
+
+        program = Program(main, arguments)
+        self._programs.append(program)
+        if node is not None:
+            self.wait_for_node(node)
+        return program
+
+    def node(self, name: str, **options: Any) -> Node:
+        """Make a node of the asyncio API in this graph: `async with graph.node('test') as node:`."""
+        from goalwire.aio import Node
+
+        return Node(name, context=self.context, **options)
+
+    # -- what it talks to ----------------------------------------------------------------------------------
+
+    def service(
+        self,
+        srv_type: type[ServiceType[RequestT, ResponseT]],
+        name: str,
+        answer: Answers[ResponseT] = None,
+        *,
+        node: str | None = None,
+    ) -> FakeService[RequestT, ResponseT]:
+        """Serve requests with `answer`: a response, or a function of the request that makes one; NEVER;
+        `after(seconds, answer)`; an exception, with which the handler fails; or a list of such, one for each
+        call. None is a response of default values. `node` is the name of the server's node.
+        """
+        core = self._own_node(node or f'fake_{_last(name)}')
+        return self._keep(FakeService(core, service_support(srv_type), name, answer, self.blame))
+
+    def action(
+        self,
+        action_type: type[ActionType[GoalT, ResultT, FeedbackT]],
+        name: str,
+        *,
+        feedback: Iterable[FeedbackT] = (),
+        every: float = 0.1,
+        result: ResultT | Callable[[GoalT], ResultT] | None = None,
+        refuse: bool | Callable[[GoalT], bool] = False,
+        abort: bool = False,
+        never_ends: bool = False,
+        cancel: bool = True,
+        node: str | None = None,
+    ) -> FakeAction[GoalT, ResultT, FeedbackT]:
+        """Serve goals: publish each of `feedback` `every` s, then end with `result`; see testing.Conduct."""
+        conduct = Conduct(feedback, every, result, refuse, abort, never_ends, cancel)
+        core = self._own_node(node or f'fake_{_last(name)}')
+        return self._keep(FakeAction(core, action_support(action_type), name, conduct))
+
+    def record(
+        self, msg_type: type[MsgT], topic: str, *, qos: QoS = EVERYTHING, node: str | None = None
+    ) -> Recorder[MsgT]:
+        """Note all messages on a topic from now on."""
+        return self._keep(Recorder(self._own_node(node or f'record_{_last(topic)}'), msg_type, topic, qos))
+
+    def publisher(
+        self, msg_type: type[MsgT], topic: str, *, qos: QoS = DEFAULT, node: str | None = None
+    ) -> Publisher[MsgT]:
+        """Make a publisher."""
+        return self._keep(Publisher(self._own_node(node or f'publish_{_last(topic)}'), msg_type, topic, qos))
+
+    def call(
+        self,
+        srv_type: type[ServiceType[RequestT, ResponseT]],
+        name: str,
+        request: RequestT | None = None,
+        *,
+        timeout: float = PATIENCE,
+        **fields: object,
+    ) -> ResponseT:
+        """Call a service of what is tested, with a request or one made of `fields`; see goalwire.Client.call.
+
+        Blocks: in an `async def` test take a client of `graph.node(…)`.
+        """
+        return call(self.node('caller'), srv_type, name, request, timeout, fields)
+
+    def send_goal(
+        self,
+        action_type: type[ActionType[GoalT, ResultT, FeedbackT]],
+        name: str,
+        goal: GoalT | None = None,
+        *,
+        timeout: float = 60.0,
+        **fields: object,
+    ) -> Outcome[ResultT, FeedbackT]:
+        """Send a goal to what is tested and follow it to its end.
+
+        Raises GoalRefused, GoalAborted, GoalCanceled, DeadlineError and their kin; see goalwire.Run. Blocks.
+        """
+        return send_goal(self.node('goal_sender'), action_type, name, goal, timeout, fields)
+
+    def _own_node(self, name: str) -> NodeCore:
+        number = self._numbers[name] = self._numbers.get(name, 0) + 1
+        return NodeCore(self.context, name if number == 1 else f'{name}_{number}')
+
+    def _keep(self, made: EndsT) -> EndsT:
+        self._ends.callback(made.close)
+        return made
+
+
+def _last(name: str) -> str:
+    return name.rpartition('/')[2].lstrip('~')

@@ -1,0 +1,96 @@
+"""What a test has seen, in order, and waiting for more of it."""
+
+from __future__ import annotations
+
+from threading import Condition
+from typing import TYPE_CHECKING, Generic, TypeVar, overload
+
+from goalwire.execution.bridge import running_loop
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+T = TypeVar('T')
+
+PATIENCE = 5.0
+"""s that a test waits for what should come, unless it says otherwise."""
+
+_SHOWN = 10
+
+
+class Log(Generic[T]):
+    """A list that any thread appends to. It reads like a list, and can be waited for."""
+
+    def __init__(self, what: str) -> None:
+        """`what` says in messages what is in here: "messages on '/chatter'"."""
+        self._what = what
+        self._items: list[T] = []
+        self._grown = Condition()
+
+    def append(self, item: T) -> None:
+        """Note one more. Any thread."""
+        with self._grown:
+            self._items.append(item)
+            self._grown.notify_all()
+
+    def wait_for(self, count: int = 1, *, timeout: float = PATIENCE) -> list[T]:
+        """Block until there are `count` of them, and return those that there are then.
+
+        Raises AssertionError after `timeout` s, RuntimeError inside an asyncio loop, which it would hold up.
+        """
+        return self.wait_until(lambda items: len(items) >= count, f'{count}', timeout=timeout)
+
+    def wait_until(
+        self, condition: Callable[[list[T]], bool], wanted: str = 'others', *, timeout: float = PATIENCE
+    ) -> list[T]:
+        """Block until `condition(items)` holds; `wanted` says in the message what that means."""
+        if running_loop() is not None:
+            raise RuntimeError(
+                'this wait would hold up the asyncio loop that it is called in: await asyncio.to_thread(…)'
+            )
+        with self._grown:
+            if not self._grown.wait_for(lambda: condition(self._items), timeout):
+                raise AssertionError(f'wanted {wanted} {self._what} within {timeout:g} s, got {self}')
+            return list(self._items)
+
+    def clear(self) -> None:
+        """Forget what was seen so far."""
+        with self._grown:
+            self._items.clear()
+
+    def __len__(self) -> int:
+        return len(self._items)
+
+    def __iter__(self) -> Iterator[T]:
+        return iter(tuple(self._items))
+
+    @overload
+    def __getitem__(self, index: int) -> T: ...
+    @overload
+    def __getitem__(self, index: slice) -> list[T]: ...
+    def __getitem__(self, index: int | slice) -> T | list[T]:
+        return self._items[index]
+
+    def __eq__(self, other: object) -> bool:
+        return list(self) == (list(other) if isinstance(other, Log) else other)
+
+    __hash__ = None  # type: ignore[assignment]  # it changes, like a list
+
+    def __str__(self) -> str:
+        items = list(self)
+        if not items:
+            return 'none'
+        more = f'\n  … and {len(items) - _SHOWN} before them' if len(items) > _SHOWN else ''
+        return f'{len(items)}:' + ''.join(f'\n  {item!r}' for item in items[-_SHOWN:]) + more
+
+    def __repr__(self) -> str:
+        return f'<{self._what}: {self}>'
+
+
+def differing(message: object, fields: dict[str, object]) -> list[str]:
+    """Say which fields of a message are not what they should be."""
+    return [
+        f'{name} is {getattr(message, name)!r}, not {value!r}'
+        for name, value in fields.items()
+        if getattr(message, name) != value
+    ]

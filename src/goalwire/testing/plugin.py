@@ -1,0 +1,49 @@
+"""The pytest plugin: `gw_graph`, `gw_clock` and --gw-transport.
+
+Pytest imports it in every project that has goalwire installed. So all else is imported by the fixtures.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from goalwire.testing import Graph, VirtualClock
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Offer --gw-transport."""
+    group = parser.getgroup('goalwire')
+    group.addoption(
+        '--gw-transport',
+        choices=('memory', 'zenoh', 'dds'),
+        default='memory',
+        help='what gw_graph is made of: memory (default), zenoh or dds',
+    )
+
+
+@pytest.fixture
+def gw_clock(request: pytest.FixtureRequest) -> Iterator[VirtualClock]:
+    """Virtual time: hours take milliseconds, in the same order each time. In memory alone; else skipped."""
+    transport = request.config.getoption('--gw-transport')
+    if transport != 'memory':
+        pytest.skip(f'virtual time needs the transport memory, and this run is on {transport}')
+    from goalwire.testing import VirtualClock
+
+    with VirtualClock() as clock:
+        yield clock
+
+
+@pytest.fixture
+def gw_graph(request: pytest.FixtureRequest) -> Iterator[Graph]:
+    """A graph of the test's own, of nodes, scripted servers and recorders; see goalwire.testing.Graph."""
+    if 'gw_clock' in request.fixturenames:
+        request.getfixturevalue('gw_clock')  # what is made in the graph shall live in that time
+    from goalwire.testing import Graph
+
+    with Graph(request.config.getoption('--gw-transport')) as graph:
+        yield graph

@@ -1,0 +1,84 @@
+"""A program's main function, run in a thread of the test."""
+
+from __future__ import annotations
+
+import asyncio
+import inspect
+import sys
+import threading
+from typing import TYPE_CHECKING, Any
+
+from goalwire.testing.log import PATIENCE
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Coroutine, Sequence
+
+
+class Program:
+    """Made by Graph.run: `main()`, plain or `async def`, with `sys.argv` as on its command line."""
+
+    def __init__(self, main: Callable[..., Any], arguments: Sequence[str]) -> None:
+        self.name = getattr(main, '__qualname__', repr(main))
+        self._main = main
+        self._result: object = None
+        self._error: BaseException | None = None
+        self._looked_at = False
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._task: asyncio.Task[Any] | None = None
+        self._argv, sys.argv = sys.argv, [self.name, *arguments]
+        self._thread = threading.Thread(target=self._run, name=f'program {self.name}', daemon=True)
+        self._thread.start()
+
+    def _run(self) -> None:
+        try:
+            if inspect.iscoroutinefunction(self._main):
+                self._result = asyncio.run(self._follow(self._main()))
+            else:
+                self._result = self._main()
+        except SystemExit as error:
+            self._result = error.code
+        except (asyncio.CancelledError, KeyboardInterrupt):
+            self._result = None
+        except BaseException as error:
+            self._error = error
+
+    async def _follow(self, coroutine: Coroutine[Any, Any, object]) -> object:
+        self._loop, self._task = asyncio.get_running_loop(), asyncio.current_task()
+        return await coroutine
+
+    @property
+    def running(self) -> bool:
+        """Whether it has not ended."""
+        return self._thread.is_alive()
+
+    def wait(self, *, timeout: float = PATIENCE) -> object:
+        """Wait for its end; return what main did, or the code that it exited with; raise what it raised.
+
+        Raises AssertionError after `timeout` s.
+        """
+        self._thread.join(timeout)
+        if self._thread.is_alive():
+            raise AssertionError(f"program '{self.name}' did not end within {timeout:g} s")
+        self._looked_at = True
+        if self._error is not None:
+            raise self._error
+        return self._result
+
+    @property
+    def unseen_error(self) -> BaseException | None:
+        """What it raised, if nobody was told."""
+        return None if self._looked_at else self._error
+
+    def stop(self) -> None:
+        """Cancel it, if it is a coroutine."""
+        if self._loop is not None and self._task is not None and not self._loop.is_closed():
+            try:
+                self._loop.call_soon_threadsafe(self._task.cancel)
+            except RuntimeError:
+                return  # closed in between
+
+    def close(self) -> bool:
+        """Wait for its end, once its context is closed; False where that does not come."""
+        self._thread.join(PATIENCE)
+        sys.argv = self._argv
+        return not self._thread.is_alive()

@@ -1,0 +1,123 @@
+"""A service that does what the test says, and remembers what it was asked."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Coroutine
+from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
+
+from goalwire.entities.service import ServiceCore
+from goalwire.execution.callback_groups import ReentrantCallbackGroup
+from goalwire.protocol.qos import SERVICES_DEFAULT
+from goalwire.testing.answers import NEVER, After, Script
+from goalwire.testing.log import PATIENCE, Log, differing
+from goalwire.testing.spinning import host
+
+if TYPE_CHECKING:
+    from goalwire.entities.node import NodeCore
+    from goalwire.entities.type_support import ServiceSupport
+    from goalwire.testing.answers import Answer, Answers
+
+RequestT = TypeVar('RequestT')
+ResponseT = TypeVar('ResponseT')
+
+
+class _Core(ServiceCore):
+    """Its callback may fail, which its client learns of: the test wanted it."""
+
+    def failed(self, error: Exception) -> None:
+        """Nothing to tell here."""
+
+
+class FakeService(Generic[RequestT, ResponseT]):
+    """Made by Graph.service. It has a node and a thread of its own."""
+
+    def __init__(
+        self,
+        node: NodeCore,
+        support: ServiceSupport,
+        name: str,
+        answers: Answers[ResponseT],
+        blame: Callable[[str], None],
+    ) -> None:
+        self._node = node
+        self._script: Script[ResponseT] = Script(answers)
+        self._blame = blame
+        self._response: type = support.response
+        self._core = _Core(node, support, name, self._answer, SERVICES_DEFAULT, ReentrantCallbackGroup())
+        self.name = self._core.full_name
+        self.requests: Log[RequestT] = Log(f"requests to '{self.name}'")
+        """What has come so far."""
+        self._spinning = host(node)
+
+    def answer_with(self, answers: Answers[ResponseT]) -> None:
+        """Answer otherwise from now on."""
+        self._script = Script(answers)
+
+    def _answer(self, request: RequestT, _response: object) -> object:
+        self.requests.append(request)
+        try:
+            answer = self._script.next()
+        except AssertionError as error:
+            self._blame(f"service '{self.name}': {error}")
+            raise
+        return self._give(answer, request)
+
+    def _give(self, answer: Answer[ResponseT], request: RequestT) -> object:
+        if answer is None:
+            return self._response()
+        if answer is NEVER:
+            return _for_ever()
+        if isinstance(answer, After):
+            return self._give_later(answer, request)
+        if isinstance(answer, BaseException) or (
+            isinstance(answer, type) and issubclass(answer, BaseException)
+        ):
+            raise answer
+        if isinstance(answer, self._response):
+            return answer
+        return cast('Callable[[RequestT], object]', answer)(request)
+
+    async def _give_later(self, later: After[ResponseT], request: RequestT) -> object:
+        import asyncio
+
+        await asyncio.sleep(later.seconds)
+        answer = self._give(later.answer, request)
+        return await answer if isinstance(answer, Coroutine) else answer
+
+    # -- what a test asks ----------------------------------------------------------------------------------
+
+    def wait_for(self, count: int = 1, *, timeout: float = PATIENCE) -> list[RequestT]:
+        """Block until there were `count` requests; raises AssertionError after `timeout` s."""
+        return self.requests.wait_for(count, timeout=timeout)
+
+    def assert_called(self, count: int | None = None) -> None:
+        """Raise AssertionError unless it was called, exactly `count` times where that is given."""
+        if count is None and not self.requests:
+            raise AssertionError(f"service '{self.name}' was not called")
+        if count is not None and len(self.requests) != count:
+            raise AssertionError(f"service '{self.name}': wanted {count} calls, got {self.requests}")
+
+    def assert_not_called(self) -> None:
+        """Raise AssertionError if it was called."""
+        self.assert_called(0)
+
+    def assert_called_with(self, **fields: object) -> None:
+        """Raise AssertionError unless the last request has these values in its fields."""
+        self.assert_called()
+        wrong = differing(self.requests[-1], fields)
+        if wrong:
+            raise AssertionError(f"service '{self.name}', last call: {'; '.join(wrong)}")
+
+    def close(self) -> None:
+        """Go away, as a server that dies; who waits for an answer learns of it. Idempotent."""
+        self._node.destroy()
+        self._spinning.close()
+
+
+def _for_ever() -> Coroutine[Any, Any, None]:
+    import asyncio
+
+    async def wait() -> None:
+        await asyncio.Event().wait()
+
+    return wait()
