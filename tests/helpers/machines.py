@@ -22,6 +22,10 @@ _JOIN = """
 """
 
 
+CABLE = 'cable'
+"""What each machine's network device is called."""
+
+
 class Machine:
     """A namespace with one address."""
 
@@ -32,6 +36,10 @@ class Machine:
     def run(self, file: Path, *arguments: str, env: Mapping[str, str], cwd: Path | None = None) -> Program:
         """Run a Python program on this machine."""
         return Program(_JOIN, self.name, str(file), *arguments, env=env, cwd=cwd)
+
+    def switch(self, state: str) -> None:
+        """Switch the network device 'up' or 'down'."""
+        _ip('-n', self.name, 'link', 'set', CABLE, state)
 
 
 def can_make_machines() -> bool:
@@ -48,22 +56,39 @@ def can_make_machines() -> bool:
 @contextmanager
 def two_machines(first: str, second: str) -> Iterator[tuple[Machine, Machine]]:
     """Make two machines with these addresses and a cable between them; raises CalledProcessError."""
-    machines = [Machine(f'goalwire-{os.getpid()}-{side}', it) for side, it in (('a', first), ('b', second))]
+    with machines_without_cable(first, second) as (a, b):
+        _ip('link', 'add', CABLE, 'netns', a.name, 'type', 'veth', 'peer', 'name', CABLE, 'netns', b.name)
+        for machine in (a, b):
+            _set_up(machine)
+        yield a, b
+
+
+@contextmanager
+def machines_without_cable(first: str, second: str) -> Iterator[tuple[Machine, Machine]]:
+    """Make two machines that are to have these addresses; raises CalledProcessError."""
+    a, b = (Machine(f'goalwire-{os.getpid()}-{side}', it) for side, it in (('a', first), ('b', second)))
     try:
-        for machine in machines:
+        for machine in (a, b):
             _ip('netns', 'add', machine.name)
-        a, b = machines
-        _ip('link', 'add', 'cable', 'netns', a.name, 'type', 'veth', 'peer', 'name', 'cable', 'netns', b.name)
-        for machine in machines:
-            inside = ('-n', machine.name)
-            _ip(*inside, 'link', 'set', 'lo', 'up')
-            _ip(*inside, 'address', 'add', f'{machine.address}/24', 'dev', 'cable')
-            _ip(*inside, 'link', 'set', 'cable', 'up')
         yield a, b
     finally:
-        for machine in machines:
+        for machine in (a, b):
             with suppress(subprocess.CalledProcessError):
                 _ip('netns', 'delete', machine.name)
+
+
+def plug_in(machine: Machine, device: str) -> None:
+    """Give a machine a network device of this one, as the end of its cable."""
+    _ip('link', 'set', device, 'netns', machine.name)
+    _ip('-n', machine.name, 'link', 'set', device, 'name', CABLE)
+    _set_up(machine)
+
+
+def _set_up(machine: Machine) -> None:
+    inside = ('-n', machine.name)
+    _ip(*inside, 'link', 'set', 'lo', 'up')
+    _ip(*inside, 'address', 'add', f'{machine.address}/24', 'dev', CABLE)
+    _ip(*inside, 'link', 'set', CABLE, 'up')
 
 
 def _ip(*arguments: str) -> None:

@@ -27,11 +27,15 @@ class Outcomes:
         try:
             yield
         except GoalwireError as error:
-            self.counts[type(error).__name__] += 1
-            took = (time.monotonic_ns() - since()) / 1e9
-            self.slowest = max(took, self.slowest or 0.0)
+            self.note(type(error).__name__, (time.monotonic_ns() - since()) / 1e9)
         else:
-            self.counts[DONE] += 1
+            self.note(DONE)
+
+    def note(self, kind: str, took: float | None = None, number: int = 1) -> None:
+        """Count what has ended so; `took` is the time since the fault, in s, where it is an error."""
+        self.counts[kind] += number
+        if took is not None:
+            self.slowest = max(took, self.slowest or 0.0)
 
     @property
     def total(self) -> int:

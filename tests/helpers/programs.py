@@ -1,4 +1,4 @@
-"""The ROS 2 programs of tests/processes/programs/, to be started by tests in one world."""
+"""Programs that tests start in one world: those of tests/processes/programs/ where not said otherwise."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ Start: TypeAlias = Callable[..., Program]
 
 
 @contextmanager
-def programs_in(world: Mapping[str, str]) -> Iterator[Start]:
+def programs_in(world: Mapping[str, str], folder: Path = _PROGRAMS) -> Iterator[Start]:
     """Yield a function that starts programs in `world`; whatever still runs at the end is killed."""
     with ExitStack() as stack:
 
         def start(name: str, *arguments: object, **variables: str) -> Program:
-            program = Program(_PROGRAMS / f'{name}.py', *map(str, arguments), env={**world, **variables})
+            program = Program(folder / f'{name}.py', *map(str, arguments), env={**world, **variables})
             return stack.enter_context(program)
 
         yield start

@@ -15,6 +15,7 @@ from typing import NamedTuple, TypeAlias
 import pytest
 from helpers.outcomes import Outcomes
 from helpers.pending import pending
+from helpers.processes import Program
 from helpers.wires import DDS, require
 
 import goalwire
@@ -22,6 +23,11 @@ from goalwire.entities.context import Context
 from goalwire.transport.faults import Faults
 
 WIRES = {'goalwire_memory': 'memory', 'rmw_zenoh_cpp': 'Zenoh', DDS: 'DDS'}
+BETWEEN_PROCESSES = [wire for wire in WIRES if wire != 'goalwire_memory']
+
+LONG = pytest.mark.skipif(
+    'GOALWIRE_EVIDENCE' not in os.environ, reason='takes long: `make reliability` alone'
+)
 
 Evidence: TypeAlias = Callable[[int, str, Outcomes], None]
 """Notes what a test has shown of an item of the list: under which faults, and how things ended."""
@@ -58,6 +64,13 @@ def evidence(request: pytest.FixtureRequest) -> Iterator[Evidence]:
     if file:
         with Path(file).open('a', encoding='utf-8') as lines:
             lines.writelines(json.dumps(row) + '\n' for row in rows)
+
+
+def told(mission: Program, outcomes: Outcomes, since: float | None = None) -> str:
+    """Wait for the end of what programs/mission.py does, and count it; `since` (s) is when a fault struck."""
+    kind, at = mission.expect(r'^ended (\w+) (\d+)$').groups()
+    outcomes.note(kind, None if since is None or kind == 'done' else int(at) / 1e9 - since)
+    return kind
 
 
 class Stage(NamedTuple):

@@ -68,6 +68,10 @@ class Faults:
             self._faults = tuple(each for each in self._faults if faults and each not in faults)
         self._look_again()
 
+    def discard(self) -> None:
+        """Lose what is under way."""
+        self._courier.clear()
+
     @property
     def active(self) -> tuple[AnyFault, ...]:
         """The faults at this moment."""

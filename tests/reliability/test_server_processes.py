@@ -1,0 +1,95 @@
+"""Items 1 and 9: processes that are killed, or stopped for a while, with their clients watching."""
+
+from __future__ import annotations
+
+import signal
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from helpers.isolation import isolated_env
+from helpers.outcomes import Outcomes
+from helpers.processes import Program
+from helpers.programs import Start, programs_in
+from helpers.wires import DDS, require
+
+from .conftest import BETWEEN_PROCESSES, Evidence, told
+
+LEASE_S = 1.0
+"""Of every link, where a wire's own is too long for a test."""
+
+
+@pytest.fixture(params=BETWEEN_PROCESSES)
+def transport_name(request: pytest.FixtureRequest) -> str:
+    """The wires between processes."""
+    name: str = request.param
+    require(name)
+    return name
+
+
+@pytest.fixture
+def start(transport_name: str) -> Iterator[Start]:
+    """A function that starts a program of this folder in the test's world, where peers are missed soon."""
+    lease = f'<LeaseDuration>{LEASE_S}s</LeaseDuration>'
+    world = isolated_env(transport_name) | {
+        'CYCLONEDDS_URI': f'<CycloneDDS><Domain><Discovery>{lease}</Discovery></Domain></CycloneDDS>',
+        'ZENOH_CONFIG_OVERRIDE': f'transport/link/tx/lease={LEASE_S * 1000:.0f}',
+    }
+    with programs_in(world, Path(__file__).parent / 'programs') as start:
+        yield start
+
+
+def started(start: Start, name: str, faults: str = '') -> Program:
+    program = start(name, GOALWIRE_FAULTS=faults)
+    program.expect('ready')
+    return program
+
+
+KILLS = {
+    'before accept': 'goal_received /count',
+    'after accept': 'goal_accepted /count',
+    'mid-feedback': 'feedback_sent /count nth=3',
+    'after result, before reply': 'result_ready /count',
+}
+
+
+@pytest.mark.parametrize('when', KILLS)
+def test_a_killed_process_fails_its_goal_by_type_within_its_lease(
+    start: Start, transport_name: str, evidence: Evidence, when: str
+) -> None:
+    outcomes = Outcomes()
+    arm = started(start, 'arm', f'kill arm {KILLS[when]} process=yes')
+    mission = started(start, 'mission')
+    mission.write_line('goal 5 10.0')
+    assert arm.wait() == -signal.SIGKILL
+    died = time.monotonic()
+    assert told(mission, outcomes, died) == 'ServerLostError'
+    assert outcomes.slowest is not None
+    assert outcomes.slowest < (1.0 if transport_name != DDS else LEASE_S + 1.0)
+    mission.write_line('leave')
+    mission.succeed()
+    evidence(1, f'SIGKILL of the server {when}', outcomes)
+
+
+def test_a_stopped_process_is_a_slow_one_until_its_lease_ends_and_answers_again_when_it_goes_on(
+    start: Start, evidence: Evidence
+) -> None:
+    outcomes = Outcomes()
+    arm, mission = started(start, 'arm'), started(start, 'mission')
+    mission.write_line('call ask 5.0')
+    assert told(mission, outcomes) == 'done'
+    arm.send_signal(signal.SIGSTOP)
+    stopped = time.monotonic()
+    mission.write_line('call ask 0.3')
+    assert told(mission, outcomes, stopped) == 'DeadlineError'
+    mission.write_line('call ask 10.0')
+    assert told(mission, outcomes, stopped) == 'ServerLostError'
+    mission.write_line('call ask 0.2')
+    assert told(mission, outcomes, stopped) == 'NoServerError'
+    arm.send_signal(signal.SIGCONT)
+    mission.write_line('call ask 10.0')
+    assert told(mission, outcomes) == 'done'
+    mission.write_line('leave')
+    mission.succeed()
+    evidence(9, 'SIGSTOP of the server, for longer than its lease, then SIGCONT', outcomes)
