@@ -2,6 +2,8 @@
 
 The names here are those of the asyncio API; each is imported when it is first asked for. Programs for ROS 2
 import rclpy.
+
+PYTEST_DONT_REWRITE: the .pth imports this before pytest could, which would say so in every project's tests.
 """
 
 TYPE_CHECKING = False  # typing's, which this module does not wait for

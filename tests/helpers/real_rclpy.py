@@ -1,0 +1,26 @@
+"""The real rclpy of PyPI: which wheels, where they exist, and an environment with them."""
+
+from __future__ import annotations
+
+import platform
+import sys
+from pathlib import Path
+
+from helpers.environments import Environment
+
+WHEELS = (
+    'ros-rclpy[fastrtps]==7.1.6',
+    'ros-std-srvs==5.3.6',
+    'ros-geometry-msgs==5.3.6',
+    'ros-sensor-msgs==5.3.6',
+    'ros-test-msgs==2.0.3',
+)
+"""Jazzy, with interfaces for topics, services and actions."""
+
+EXISTS = sys.version_info[:2] == (3, 11) and (sys.platform, platform.machine()) == ('linux', 'x86_64')
+WHY_NOT = 'PyPI has the real rclpy for CPython 3.11 on Linux x86-64 alone'
+
+
+def kept(folder: Path) -> Environment:
+    """Return an environment within `folder`, made where that was not done yet; raises CannotInstall."""
+    return Environment.kept(folder / '-'.join(WHEELS).replace('==', '-'), *WHEELS)
