@@ -28,10 +28,13 @@ if TYPE_CHECKING:
     from goalwire.errors import GoalRefused as GoalRefused
     from goalwire.errors import GoalwireError as GoalwireError
     from goalwire.errors import NoServerError as NoServerError
+    from goalwire.errors import RefusedError as RefusedError
     from goalwire.errors import ServerFailedError as ServerFailedError
     from goalwire.errors import ServerLostError as ServerLostError
     from goalwire.errors import ServerStuckError as ServerStuckError
+    from goalwire.errors import TooManyCallsError as TooManyCallsError
     from goalwire.protocol.goals.policy import GoalPolicy as GoalPolicy
+    from goalwire.protocol.goals.policy import OnClientLost as OnClientLost
     from goalwire.protocol.goals.policy import parallel as parallel
     from goalwire.protocol.goals.policy import preempt as preempt
     from goalwire.protocol.goals.policy import queue as queue
@@ -41,6 +44,8 @@ if TYPE_CHECKING:
     from goalwire.protocol.qos import LivelinessPolicy as LivelinessPolicy
     from goalwire.protocol.qos import QoS as QoS
     from goalwire.protocol.qos import ReliabilityPolicy as ReliabilityPolicy
+    from goalwire.protocol.retries import CallAttempt as CallAttempt
+    from goalwire.protocol.retries import Retry as Retry
 
 __version__ = '0.1.0'
 
@@ -50,10 +55,11 @@ _NAMES = {
     ),
     'goalwire.errors': (
         'CallError DeadlineError GoalAborted GoalCanceled GoalFailed GoalRefused GoalwireError NoServerError '
-        'ServerFailedError ServerLostError ServerStuckError'
+        'RefusedError ServerFailedError ServerLostError ServerStuckError TooManyCallsError'
     ),
-    'goalwire.protocol.goals.policy': 'GoalPolicy parallel preempt queue single',
+    'goalwire.protocol.goals.policy': 'GoalPolicy OnClientLost parallel preempt queue single',
     'goalwire.protocol.qos': 'DurabilityPolicy HistoryPolicy LivelinessPolicy QoS ReliabilityPolicy',
+    'goalwire.protocol.retries': 'CallAttempt Retry',
 }
 _HOMES = {name: home for home, names in _NAMES.items() for name in names.split()}
 

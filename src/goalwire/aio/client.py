@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from goalwire.entities.node import NodeCore
     from goalwire.entities.type_support import ServiceSupport
     from goalwire.protocol.qos import QoS
+    from goalwire.protocol.retries import Retry
 
 RequestT = TypeVar('RequestT')
 ResponseT = TypeVar('ResponseT')
@@ -24,10 +25,18 @@ class Client(Entity, Generic[RequestT, ResponseT]):
     """Made by Node.client."""
 
     def __init__(
-        self, node: NodeCore, support: ServiceSupport, name: str, qos: QoS, timeout: float | None = None
+        self,
+        node: NodeCore,
+        support: ServiceSupport,
+        name: str,
+        qos: QoS,
+        timeout: float | None,
+        retry: Retry | None,
     ) -> None:
         self._core = ClientCore(node, support, name, qos)
         self._core.call_timeout = timeout
+        if retry is not None:
+            self._core.retry = retry
         self.name = self._core.full_name
 
     async def call(

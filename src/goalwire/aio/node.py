@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from goalwire.entities.context import Context
     from goalwire.protocol.goals.policy import GoalPolicy, OnClientLost
     from goalwire.protocol.parameters import ParameterValue
+    from goalwire.protocol.retries import Retry
     from goalwire.transport.contract import Request
 
 MsgT = TypeVar('MsgT')
@@ -187,12 +188,14 @@ class Node:
         *,
         qos: QoS = SERVICES_DEFAULT,
         timeout: float | None = None,
+        retry: Retry | None = None,
     ) -> Client[RequestT, ResponseT]:
         """Make a service client, whose calls may take `timeout` s where they say nothing else.
 
-        Raises InvalidServiceNameException, and RuntimeError or AttributeError for what is no service type.
+        With `retry` requests are sent again, which the service must be idempotent for: see Retry. Raises
+        InvalidServiceNameException, and RuntimeError or AttributeError for what is no service type.
         """
-        return Client(self._open_core(), service_support(srv_type), name, qos, timeout)
+        return Client(self._open_core(), service_support(srv_type), name, qos, timeout, retry)
 
     def service(
         self,

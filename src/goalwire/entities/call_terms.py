@@ -19,7 +19,7 @@ ErrorT = TypeVar('ErrorT', bound=CallError)
 class CallTerms:
     """Begins when it is made. The errors that it makes name the service or action, its nodes, the time."""
 
-    __slots__ = ('_begun', '_servers', 'context', 'deadline', 'kind', 'name')
+    __slots__ = ('_servers', 'attempts', 'begun', 'context', 'deadline', 'kind', 'name')
 
     def __init__(self, context: Context, kind: str, name: str, timeout: float | None) -> None:
         """`kind` is 'service' or 'action', `name` fully qualified; a `timeout` (s) of None or inf has no end.
@@ -30,9 +30,15 @@ class CallTerms:
         self.kind = kind
         self.name = name
         self._servers: list[GraphEntity] = []
-        self._begun = context.lifeline.clock.now()
-        self.deadline = None if timeout is None else _deadline(self._begun, timeout)
+        self.attempts = 1
+        """How often the request went out."""
+        self.begun = self.now()
+        self.deadline = None if timeout is None else _deadline(self.begun, timeout)
         """On the context's steady clock, in ns; None where there is none."""
+
+    def now(self) -> int:
+        """The time on the context's steady clock, in ns."""
+        return self.context.lifeline.clock.now()
 
     @property
     def title(self) -> str:
@@ -51,7 +57,7 @@ class CallTerms:
     @property
     def waited(self) -> float:
         """s since the beginning."""
-        return (self.context.lifeline.clock.now() - self._begun) / 1e9
+        return (self.now() - self.begun) / 1e9
 
     def retold(self, error: CallError) -> CallError:
         """Add what is known here to an error of a client; one that tells it already stays as it is."""
@@ -61,7 +67,8 @@ class CallTerms:
         """Make an error that says which, who and how long."""
         waited, peers = self.waited, self.peers
         served = f' of node {" and ".join(map(repr, peers))}' if peers else ''
-        text = f'{self.title}{served}: {problem}; waited {waited:.3f} s'
+        often = f', {self.attempts} attempts' if self.attempts > 1 else ''
+        text = f'{self.title}{served}: {problem}; waited {waited:.3f} s{often}'
         return kind(text, name=self.name, peers=peers, waited=waited)
 
     def check_alive(self) -> None:

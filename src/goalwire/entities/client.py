@@ -24,7 +24,9 @@ from goalwire.transport.contract import ClientPort, EndpointKind, Sample
 
 if TYPE_CHECKING:
     from goalwire.entities.guard import Guard
+    from goalwire.entities.retrying import Retries
     from goalwire.entities.server_line import ServerLine
+    from goalwire.protocol.retries import Retry
 
 PENDING_LIMIT = 10_000
 """Calls of one client that may wait for their answers. ROS 2 has no limit, and its clients leak where nobody
@@ -80,7 +82,7 @@ class ResponseFuture(Future[Any]):
     def on_reply(self, sample: Sample) -> None:
         """Take the first reply; those of further servers of the same name are ignored, as in ROS 2."""
         guard = self.guard
-        if guard is not None and not guard.end():
+        if guard is not None and not guard.answered():
             return
         client, self._client = self._client, None
         if client is not None:
@@ -181,6 +183,7 @@ class ClientCore(Introspected):
         endpoint = describe_endpoint(node, EndpointKind.CLIENT, self.full_name, support, qos)
         self._port: ClientPort | None = node.port.client(endpoint)
         self._line: ServerLine | None = None
+        self._retries: Retries | None = None
         node.own(self)
 
     def call_async(self, request: Any) -> Future[Any]:
@@ -220,7 +223,7 @@ class ClientCore(Introspected):
         if introspection is not None:
             future.introspected = IntrospectedCall(introspection, port.gid, request)
         payload = self._encode(request)
-        if timeout is None:
+        if timeout is None and self._retries is None:
             self.send(payload, future)
         else:
             guard = self._guard(future, timeout)
@@ -232,7 +235,7 @@ class ClientCore(Introspected):
                 raise
         return future
 
-    def _guard(self, future: ResponseFuture, timeout: float) -> Guard:
+    def _guard(self, future: ResponseFuture, timeout: float | None) -> Guard:
         from goalwire.entities.call_terms import CallTerms
         from goalwire.entities.guard import Guard
         from goalwire.entities.server_line import ServerLine
@@ -241,7 +244,23 @@ class ClientCore(Introspected):
         line = self._line
         if line is None:
             line = self._line = ServerLine(context, self.server_is_there, self.full_name)
-        return Guard(CallTerms(context, 'service', self.full_name, timeout), line, future)
+        terms = CallTerms(context, 'service', self.full_name, timeout)
+        return (
+            Guard(terms, line, future) if self._retries is None else self._retries.guard(terms, line, future)
+        )
+
+    @property
+    def retry(self) -> Retry | None:
+        """How requests are sent again; None: they are not."""
+        return None if self._retries is None else self._retries.policy
+
+    @retry.setter
+    def retry(self, policy: Retry | None) -> None:
+        from goalwire.entities.retrying import Retries
+
+        if self._retries is not None:
+            self._retries.close()
+        self._retries = None if policy is None else Retries(policy, self.node)
 
     def send(self, payload: bytes, future: ResponseFuture) -> None:
         """Hand a request to the wire; its reply, and its end, go to `future`. Raises as call_async does."""
@@ -344,5 +363,7 @@ class ClientCore(Introspected):
             future.fail(InvalidHandle())
         for future in list(self.pending.values()):
             future.forget()
+        if self._retries is not None:
+            self._retries.close()
         self.arrivals.close()
         port.close()

@@ -87,6 +87,10 @@ class Guard:
         self.line.discard(self)
         return True
 
+    def answered(self) -> bool:
+        """A reply has come: True where it is the first, and nothing else has ended the request."""
+        return self.end()
+
     def fail(self, error: Exception) -> None:
         """End it with `error`, unless it is over."""
         request = self._request

@@ -1,0 +1,170 @@
+"""Performs what goalwire.protocol.retries decides: sends a request again, and tells of each attempt."""
+
+from __future__ import annotations
+
+from random import random
+from threading import Lock
+from typing import TYPE_CHECKING
+
+from goalwire.entities.guard import Guard, Guarded
+from goalwire.errors import CallError, DeadlineError
+from goalwire.execution.agenda import Alarm
+from goalwire.execution.inbox import Inbox
+from goalwire.logging import get_logger
+from goalwire.protocol.retries import Attempts, CallAttempt, Retry, RetryBudget
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from goalwire.entities.call_terms import CallTerms
+    from goalwire.entities.node import NodeCore
+    from goalwire.entities.server_line import ServerLine
+
+RECORDS_LIMIT = 1000
+"""Records that may wait for the hook; the oldest is dropped."""
+
+
+class Retries:
+    """What the calls of one client share: the policy, its budget, the hook."""
+
+    def __init__(self, policy: Retry, node: NodeCore) -> None:
+        self.policy = policy
+        self._node = node
+        self._budget = RetryBudget(policy)
+        hook = policy.on_attempt
+        self._records: Inbox[CallAttempt] | None = None
+        if hook is not None:
+            self._records = Inbox(
+                node.home, None, lambda record: self._call(hook, record), depth=RECORDS_LIMIT
+            )
+
+    def guard(self, terms: CallTerms, line: ServerLine, request: Guarded) -> Guard:
+        """Make the guard of one call."""
+        return RetryingGuard(terms, line, request, self)
+
+    def attempts(self) -> Attempts:
+        """Begin to count for one call."""
+        return Attempts(self.policy, self._budget, random)
+
+    def tell(self, record: CallAttempt) -> None:
+        """Let the hook hear of it. Any thread."""
+        if self._records is not None:
+            self._records.deliver(record)
+
+    def _call(self, hook: Callable[[CallAttempt], object], record: CallAttempt) -> None:
+        try:
+            hook(record)
+        except Exception as error:
+            get_logger(self._node.logger_name).error(f"Service '{record.name}': on_attempt failed: {error!r}")
+
+    def close(self) -> None:
+        """Tell no more."""
+        if self._records is not None:
+            self._records.close()
+
+
+class RetryingGuard(Guard):
+    """Watches one request, and each of its attempts."""
+
+    __slots__ = ('_again', '_attempts', '_early', '_is_out', '_is_sending', '_lock', '_patience', '_retries')
+
+    def __init__(self, terms: CallTerms, line: ServerLine, request: Guarded, retries: Retries) -> None:
+        super().__init__(terms, line, request)
+        self._retries = retries
+        self._attempts = retries.attempts()
+        self._lock = Lock()
+        self._is_out = False
+        """True while an attempt waits for its answer."""
+        self._is_sending = False
+        self._early: Exception | None = None
+        """How an attempt has failed while it was being sent."""
+        self._patience = Alarm(self._out_of_patience)
+        self._again = Alarm(self.resume)
+
+    def _send(self) -> None:
+        attempts, timeout = self._attempts, self._retries.policy.timeout
+        now = self.terms.now()
+        attempts.begin(now)
+        self.terms.attempts = attempts.number
+        self._is_out = self._is_sending = True
+        if timeout is not None:
+            self.terms.context.deadlines.set(self._patience, now + int(timeout * 1e9))
+        super()._send()
+        with self._lock:
+            self._is_sending, early = False, self._early
+            self._early = None
+        if early is not None:
+            self._attempt_failed(early)
+        if self._request is None:
+            self._drop_alarms()  # it has ended meanwhile
+
+    def _out_of_patience(self) -> None:
+        timeout = self._retries.policy.timeout
+        self._attempt_failed(
+            self.terms.error(DeadlineError, f'no answer came to an attempt within {timeout} s')
+        )
+
+    def unanswered(self, reason: str) -> None:
+        self._attempt_failed(self._unanswered(reason))
+
+    def _attempt_failed(self, error: Exception) -> None:
+        request, terms = self._request, self.terms
+        with self._lock:
+            if self._is_sending:  # it can be withdrawn when it has its number
+                self._early = error
+                return
+        if request is None or not self._take_back():
+            return
+        terms.context.deadlines.drop(self._patience)
+        request.withdraw()
+        delay, now = None, terms.now()
+        if isinstance(error, CallError):
+            delay = self._attempts.failed(error, now, terms.deadline)
+            self._tell(error, now, delay)
+        if delay is None:
+            self.fail(error)
+            return
+        terms.context.sends.set(self._again, now + delay)
+        if self._request is None:
+            self._drop_alarms()
+
+    def _take_back(self) -> bool:
+        """True for the one who ends the attempt that is out."""
+        with self._lock:
+            was_out, self._is_out = self._is_out, False
+        return was_out
+
+    def answered(self) -> bool:
+        if not super().answered():
+            return False
+        if self._take_back():
+            self._attempts.answered()
+            self._tell(None, self.terms.now(), None)
+        return True
+
+    def fail(self, error: Exception) -> None:
+        if self._take_back() and isinstance(error, CallError):  # the time of the whole call is up
+            now = self.terms.now()
+            self._attempts.failed(error, now, now)
+            self._tell(error, now, None)
+        super().fail(error)
+
+    def end(self) -> bool:
+        if not super().end():
+            return False
+        self._drop_alarms()
+        return True
+
+    def _drop_alarms(self) -> None:
+        context = self.terms.context
+        context.deadlines.drop(self._patience)
+        context.sends.drop(self._again)
+
+    def _tell(self, error: CallError | None, now: int, delay: int | None) -> None:
+        terms, attempts = self.terms, self._attempts
+        began = (attempts.began - terms.begun) / 1e9
+        lasted = (now - attempts.began) / 1e9
+        retry_in = None if delay is None else delay / 1e9
+        self._retries.tell(
+            CallAttempt(terms.name, terms.peers, attempts.number, began, lasted, error, retry_in)
+        )

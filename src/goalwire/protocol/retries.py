@@ -1,0 +1,134 @@
+"""When a request is sent again: decisions made of counts and times, after gRPC's proposal A6."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import isfinite
+
+from goalwire.errors import CallError, DeadlineError, ServerLostError
+
+
+@dataclass(frozen=True, slots=True)
+class CallAttempt:
+    """One attempt of a call, when it is over."""
+
+    name: str
+    """The fully-qualified name of the service."""
+    peers: tuple[str, ...]
+    """The nodes that served it when the request went out."""
+    number: int
+    """1 for the first."""
+    began: float
+    """s after the beginning of the call."""
+    lasted: float
+    """s from then on."""
+    error: CallError | None
+    """Why it failed; None where it was answered."""
+    retry_in: float | None
+    """s until the request is sent again; None where it is not."""
+
+
+@dataclass(frozen=True, slots=True)
+class Retry:
+    """How a client's requests are sent again, within the deadline of the call.
+
+    To give it to a client is to say that its service is idempotent: a server may handle a request twice, of
+    which one answer was lost. After `attempts` the call ends with the error of the last.
+    """
+
+    attempts: int = 3
+    """The first included."""
+    timeout: float | None = None
+    """s that each attempt may take; None: as long as the call."""
+    first_delay: float = 0.1
+    """s before the second attempt; then `factor` times as many each time, `longest_delay` at most."""
+    factor: float = 2.0
+    longest_delay: float = 2.0
+    jitter: float = 0.2
+    """Each delay is longer or shorter by up to this part of it: a fleet shall not come back at once."""
+    on: tuple[type[CallError], ...] = (ServerLostError, DeadlineError)
+    """After which errors; ServerFailedError and RefusedError are for the brave."""
+    budget: float = 10.0
+    """How many attempts in a row may fail, of all calls of the client, before half of that stops retries."""
+    refund: float = 0.1
+    """What an answer gives back to the budget: one retry in ten calls goes on for ever."""
+    on_attempt: Callable[[CallAttempt], object] | None = None
+    """Hears of each attempt when it is over, on the node's executor or loop."""
+
+    def __post_init__(self) -> None:
+        """Raises ValueError for numbers that make no sense."""
+        if self.attempts < 1:
+            raise ValueError(f'attempts={self.attempts}: a call has one attempt at least')
+        if not 0.0 <= self.jitter <= 1.0:
+            raise ValueError(f'jitter={self.jitter}: give a part of the delay, 0 to 1')
+        if self.timeout is not None and not self.timeout > 0:
+            raise ValueError(f'timeout={self.timeout}: give a number of seconds above 0')
+        for field in ('first_delay', 'factor', 'longest_delay', 'budget', 'refund'):
+            value = getattr(self, field)
+            if not (isfinite(value) and value >= 0):
+                raise ValueError(f'{field}={value}: give a number from 0 on')
+
+    def delay(self, failures: int, chance: float) -> float:
+        """Return the s to wait after so many failures; `chance` is a random number from 0 up to 1."""
+        steady = min(self.first_delay * self.factor ** (failures - 1), self.longest_delay)
+        return steady * (1.0 + self.jitter * (2.0 * chance - 1.0))
+
+
+class RetryBudget:
+    """What keeps the clients of a sick server from making it worse: retries stop while it is half empty.
+
+    For all calls of one client. Threads may lose an update of each other's: it is a brake, not a count.
+    """
+
+    def __init__(self, policy: Retry) -> None:
+        self._policy = policy
+        self.tokens = policy.budget
+
+    def failed(self) -> None:
+        """An attempt has failed."""
+        self.tokens = max(self.tokens - 1.0, 0.0)
+
+    def answered(self) -> None:
+        """A call was answered."""
+        self.tokens = min(self.tokens + self._policy.refund, self._policy.budget)
+
+    @property
+    def allows(self) -> bool:
+        """Whether requests may be sent again."""
+        return self.tokens > self._policy.budget / 2
+
+
+class Attempts:
+    """The attempts of one call. Times are in ns of one steady clock."""
+
+    __slots__ = ('_budget', '_chance', 'began', 'number', 'policy')
+
+    def __init__(self, policy: Retry, budget: RetryBudget, chance: Callable[[], float]) -> None:
+        """`chance` gives random numbers from 0 up to 1."""
+        self.policy = policy
+        self._budget = budget
+        self._chance = chance
+        self.number = 0
+        self.began = 0
+
+    def begin(self, now: int) -> None:
+        """The request goes out, again or for the first time."""
+        self.number += 1
+        self.began = now
+
+    def answered(self) -> None:
+        """The attempt was answered."""
+        self._budget.answered()
+
+    def failed(self, error: CallError, now: int, deadline: int | None) -> int | None:
+        """The attempt has failed: return the ns until the next one, or None where the call is to end.
+
+        It ends where the policy, its count, the budget or the call's deadline leave no room for another.
+        """
+        self._budget.failed()
+        policy = self.policy
+        if not isinstance(error, policy.on) or self.number >= policy.attempts or not self._budget.allows:
+            return None
+        delay = int(policy.delay(self.number, self._chance()) * 1e9)
+        return None if deadline is not None and now + delay >= deadline else delay
