@@ -1,0 +1,85 @@
+"""kill -9 of an action client: its server learns of it and, where it is told to, ends its goals."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+
+import pytest
+from helpers.isolation import isolated_env
+from helpers.processes import Program
+from helpers.programs import Start, programs_in
+from helpers.wires import DDS, require
+
+pytestmark = pytest.mark.slow
+
+LEASE_S = 1.0
+SHORT_LEASE = (
+    '<CycloneDDS><Domain><Discovery><LeaseDuration>1s</LeaseDuration></Discovery></Domain></CycloneDDS>'
+)
+ZENOH = 'rmw_zenoh_cpp'
+WITHIN_S = {ZENOH: 1.0, DDS: LEASE_S + 1.0}
+
+
+@pytest.fixture
+def wire(request: pytest.FixtureRequest) -> str:
+    name: str = request.param
+    require(name)
+    return name
+
+
+@pytest.fixture
+def start(wire: str) -> Iterator[Start]:
+    """A function that starts a program in a world of its own on each wire between processes."""
+    with programs_in(isolated_env(wire) | {'CYCLONEDDS_URI': SHORT_LEASE}) as start:
+        yield start
+
+
+def serve(start: Start, choice: str) -> Program:
+    server = start('goal_watcher', choice)
+    server.expect('ready')
+    return server
+
+
+def kill(program: Program) -> float:
+    """kill -9; return when."""
+    at = time.monotonic()
+    program.kill()
+    program.wait()
+    return at
+
+
+@pytest.mark.parametrize(
+    ('wire', 'choice'), [(ZENOH, 'cancel'), (ZENOH, 'abort'), (DDS, 'cancel')], indirect=['wire']
+)
+def test_the_goals_of_a_client_that_was_killed_end_soon(start: Start, wire: str, choice: str) -> None:
+    server = serve(start, choice)
+    victim = start('goal_sender', 7)
+    server.expect('began 7')
+    other = start('goal_sender', 8)
+    server.expect('began 8')
+    killed_at = kill(victim)
+    ended_at = float(server.expect(r'ended 7 at ([\d.]+)').group(1))
+    assert ended_at - killed_at < WITHIN_S[wire]
+    assert 'ended 8' not in server.output
+    other.kill()
+    server.expect('ended 8')
+
+
+@pytest.mark.parametrize(('wire', 'choice'), [(ZENOH, 'cancel'), (DDS, 'abort')], indirect=['wire'])
+def test_a_client_that_is_killed_before_its_goal_is_accepted_leaves_no_goal_behind(
+    start: Start, choice: str
+) -> None:
+    server = serve(start, choice)
+    undecided, running = start('goal_sender', 1), start('goal_sender', 7)
+    server.expect('deciding')
+    server.expect('began 7')
+    undecided.kill()
+    running.kill()
+    server.expect('ended 7')  # the loss of one is known; that of the other may be told a moment later
+    server.write_line('accept')
+    server.expect('decided')
+    start('goal_sender', 9)
+    server.expect('began 9')  # it works on
+    if 'began 1 ' in server.output:
+        server.expect('ended 1 ')
