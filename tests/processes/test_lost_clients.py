@@ -71,8 +71,9 @@ def test_a_client_that_is_killed_before_its_goal_is_accepted_leaves_no_goal_behi
     start: Start, choice: str
 ) -> None:
     server = serve(start, choice)
-    undecided, running = start('goal_sender', 1), start('goal_sender', 7)
+    undecided = start('goal_sender', 1)
     server.expect('deciding')
+    running = start('goal_sender', 7)
     server.expect('began 7')
     undecided.kill()
     running.kill()
