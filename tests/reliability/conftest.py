@@ -25,9 +25,9 @@ from goalwire.transport.faults import Faults
 WIRES = {'goalwire_memory': 'memory', 'rmw_zenoh_cpp': 'Zenoh', DDS: 'DDS'}
 BETWEEN_PROCESSES = [wire for wire in WIRES if wire != 'goalwire_memory']
 
-LONG = pytest.mark.skipif(
-    'GOALWIRE_EVIDENCE' not in os.environ, reason='takes long: `make reliability` alone'
-)
+LONG_ONES = 'GOALWIRE_EVIDENCE' in os.environ
+WHERE_LONG = 'takes long: `make reliability` alone'
+LONG = pytest.mark.skipif(not LONG_ONES, reason=WHERE_LONG)
 
 Evidence: TypeAlias = Callable[[int, str, Outcomes], None]
 """Notes what a test has shown of an item of the list: under which faults, and how things ended."""

@@ -78,9 +78,11 @@ class InitContextManager:
         self, exc_type: type[BaseException] | None, exc: BaseException | None, traceback: TracebackType | None
     ) -> None:
         default = self.context is get_default_context()
-        try_shutdown(context=None if default else self.context)  # None: the next init() gets a fresh one
-        if self._installed:
-            uninstall_signal_handlers()
+        try:
+            try_shutdown(context=None if default else self.context)  # None: the next init() gets a fresh one
+        finally:
+            if self._installed:
+                uninstall_signal_handlers()
 
 
 def init(
