@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from contextlib import ExitStack
-from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar, overload
 
 from goalwire.entities.context import Context
 from goalwire.entities.graph_waiting import wait_for_graph
@@ -186,9 +186,13 @@ class Graph:
 
     # -- what is tested ------------------------------------------------------------------------------------
 
+    @overload
     def start(
-        self, node: NodeT | Callable[[], NodeT], *, executor: Callable[[], Executor] | None = None
-    ) -> NodeT:
+        self, node: Callable[[], NodeT], *, executor: Callable[[], Executor] | None = None
+    ) -> NodeT: ...
+    @overload
+    def start(self, node: NodeT, *, executor: Callable[[], Executor] | None = None) -> NodeT: ...
+    def start(self, node: Any, *, executor: Callable[[], Executor] | None = None) -> Any:
         """Make a node of rclpy (with its class, or any function) and let it spin until the end of the block.
 
         It has a thread of its own, with a SingleThreadedExecutor or with what `executor()` makes. Where
@@ -208,8 +212,7 @@ class Graph:
         if executor is None:
             executor = rclpy.executors.SingleThreadedExecutor
         self._spinning.append(Spinning(core.name.qualified, made, executor()))
-        kept: NodeT = made
-        return kept
+        return made
 
     def run(self, main: Callable[..., Any], *arguments: str, node: str | None = None) -> Program:
         """Run a program's `main()`, plain or `async def`, in a thread, with these command line arguments.
