@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 RMW ?= rmw_zenoh_cpp
 EXTRA := $(if $(filter rmw_cyclonedds_cpp,$(RMW)),[dds])
 
-.PHONY: demo test quick lint types bench clean
+.PHONY: demo test quick lint types bench bench-curves bench-short clean
 
 demo: $(VENV)/.run-$(RMW)
 	RMW_IMPLEMENTATION=$(RMW) $(BIN)/humanoid demo
@@ -26,6 +26,12 @@ types: $(VENV)/.dev
 
 bench: $(VENV)/.dev
 	$(BIN)/python -m benchmarks
+
+bench-curves: $(VENV)/.dev
+	$(BIN)/python -m benchmarks --curves
+
+bench-short: $(VENV)/.dev
+	$(BIN)/python -m benchmarks --short
 
 $(BIN)/python:
 	$(PYTHON) -m venv $(VENV)

@@ -1,127 +1,103 @@
-"""make bench: goalwire's round trips beside the raw wire's, alternating, in one run.
+"""make bench: goalwire on both wires, the real rclpy and the raw wires beside it, in one run.
 
-usage: python -m benchmarks [--rounds N] [--calls N] [--json FILE]
+usage: python -m benchmarks [--rounds N] [--scale X] [--only WORD] [--out FOLDER]
+       python -m benchmarks --curves | --short
 """
 
 from __future__ import annotations
 
 import argparse
 import json
-import os
-import platform
-import socket
-import subprocess
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable
 from pathlib import Path
-from statistics import median
+from time import monotonic
 
-from benchmarks import wire
-
-ROOT = Path(__file__).resolve().parents[1]
-
-
-def percentile(times: list[float], share: float) -> float:
-    """Return the time below which `share` of them lie, in µs."""
-    ordered = sorted(times)
-    return ordered[min(int(len(ordered) * share), len(ordered) - 1)] * 1e6
+from benchmarks import ROOT, curves, machine, markdown, short, svg
+from benchmarks.line import Line
+from benchmarks.measuring import Measured, measure
+from benchmarks.subjects import PEER, everybody
+from benchmarks.table import LINES
+from benchmarks.verdicts import judge
 
 
-def environment() -> dict[str, str]:
-    """Return an environment with a rendezvous and a domain of its own."""
-    with socket.socket() as probe:
-        probe.bind(('127.0.0.1', 0))
-        port = probe.getsockname()[1]
-    return {**os.environ, 'GOALWIRE_ROUTER_PORT': str(port), 'ROS_DOMAIN_ID': '97', 'GOALWIRE_ROUTER': 'on'}
+def say(text: str) -> None:
+    """Show what is under way, where somebody watches."""
+    if sys.stderr.isatty():
+        print(f'\r{text[:100]:100}', end='', file=sys.stderr, flush=True)
 
 
-@contextmanager
-def server(env: dict[str, str]) -> Iterator[None]:
-    """Run goalwire's answering process."""
-    command = [sys.executable, '-m', 'benchmarks.round_trips', 'server']
-    with subprocess.Popen(command, env=env, cwd=ROOT, stdout=subprocess.PIPE, text=True) as process:
-        try:
-            assert process.stdout is not None
-            process.stdout.readline()
-            yield
-        finally:
-            process.terminate()
+def table(lines: Iterable[Line], rounds: int | None, scale: float) -> tuple[list[Measured], str]:
+    """Measure the lines; also return why the real rclpy was not measured, where that is so."""
+    subjects, no_peer = everybody()
+    results = []
+    for line in lines:
+        count = max(int(line.operations * scale), 1)
+        results.append(measure(line, subjects, rounds or line.rounds, count, say))
+    return results, no_peer
 
 
-def goalwire_times(what: str, count: int) -> list[float]:
-    """Return goalwire's round-trip times in seconds, between two new processes."""
-    env = environment()
-    with server(env):
-        command = [sys.executable, '-m', 'benchmarks.round_trips', what, str(count)]
-        done = subprocess.run(
-            command, env=env, cwd=ROOT, check=True, capture_output=True, text=True, timeout=300
-        )
-    times: list[float] = json.loads(done.stdout)
-    return times
+def picture(results: Iterable[Measured]) -> str:
+    """Return the plot: each line's first figure as a multiple of the real rclpy's, less is better."""
+    shown: dict[str, dict[str, float]] = {}
+    for result in results:
+        name = result.line.figures[0]
+        upside_down = any(goal.at_least for goal in result.line.goals if goal.figure == name)
+        base = result.figure(PEER, name) or result.line.reference.get(name)
+        if not base:
+            continue
+        figures = {subject: result.figure(subject, name) or 0.0 for subject in result.rounds}
+        row = {who: base / value if upside_down else value / base for who, value in figures.items() if value}
+        shown[f'{result.line.name.replace("`", "")}, {name}'] = row
+    title = 'Time (or the inverse of a rate) as a multiple of the real rclpy, measured beside: less is better'
+    return svg.rows(title, 'multiple of the real rclpy on Fast DDS', shown)
 
 
-WHO = ('goalwire', 'raw Zenoh', 'raw tuned')
-"""goalwire; Zenoh without goalwire, as it comes; the same with goalwire's settings of Zenoh's threads."""
-
-LINES: dict[str, tuple[str, Callable[..., list[float]]]] = {
-    'service call, call_async + spin_until_future_complete': ('service', wire.raw_service_round_trip),
-    'topic round trip, PoseStamped, callbacks both sides': ('topic', wire.raw_topic_round_trip),
-}
-
-
-def run(rounds: int, calls: int) -> list[dict[str, object]]:
-    """Measure every line, alternating: medians over the rounds, µs; ratios are each round's own."""
-    results: list[dict[str, object]] = []
-    for name, (what, raw) in LINES.items():
-        measured: dict[str, list[list[float]]] = {who: [] for who in WHO}
-        for _ in range(rounds):
-            measured['goalwire'].append(goalwire_times(what, calls))
-            measured['raw Zenoh'].append(raw(calls, tuned=False))
-            measured['raw tuned'].append(raw(calls, tuned=True))
-        p50 = {who: [percentile(times, 0.5) for times in measured[who]] for who in WHO}
-        row: dict[str, object] = {'work': name}
-        for who in WHO:
-            row[f'{who} p50'] = median(p50[who])
-            row[f'{who} p99'] = median(percentile(times, 0.99) for times in measured[who])
-        for who in WHO[1:]:
-            row[f'/ {who}'] = median(a / b for a, b in zip(p50['goalwire'], p50[who], strict=True))
-        results.append(row)
-    return results
+def write(folder: Path, results: list[Measured], facts: dict[str, str], no_peer: str) -> None:
+    """Write the report in its three forms."""
+    folder.mkdir(parents=True, exist_ok=True)
+    text = markdown.report(facts, results, no_peer)
+    (folder / 'report.md').write_text(text, encoding='utf-8')
+    (folder / 'report.svg').write_text(picture(results), encoding='utf-8')
+    raw = {
+        'facts': facts,
+        'lines': {
+            result.line.name: {
+                'rounds': result.rounds,
+                'failures': result.failures,
+                'goals': [
+                    verdict._asdict() | {'goal': str(verdict.goal), 'met': verdict.met}
+                    for verdict in judge(result)
+                ],
+            }
+            for result in results
+        },
+    }
+    (folder / 'report.json').write_text(json.dumps(raw, indent=1), encoding='utf-8')
+    print(text)
 
 
-def report(results: list[dict[str, object]]) -> None:
-    """Print the table."""
-    from rich.console import Console
-    from rich.table import Table
-
-    table = Table(title=f'Round trips between two processes, Zenoh, Python {platform.python_version()} (µs)')
-    table.add_column('work')
-    times = [f'{who} {share}' for who in WHO for share in ('p50', 'p99')]
-    ratios = [f'/ {who}' for who in WHO[1:]]
-    for column in (*times, *ratios):
-        table.add_column(column, justify='right')
-    for row in results:
-        table.add_row(
-            str(row['work']),
-            *(f'{row[column]:.0f}' for column in times),
-            *(f'{row[column]:.2f}' for column in ratios),
-        )
-    Console(width=150).print(table)
-
-
-def main() -> None:
-    """Measure and print; write JSON where asked."""
-    parser = argparse.ArgumentParser(prog='python -m benchmarks', description=__doc__)
-    parser.add_argument('--rounds', type=int, default=3)
-    parser.add_argument('--calls', type=int, default=3000)
-    parser.add_argument('--json', type=Path, metavar='FILE')
+def main() -> int:
+    """Measure and report."""
+    parser = argparse.ArgumentParser(prog='python -m benchmarks', description=(__doc__ or '').splitlines()[0])
+    parser.add_argument('--rounds', type=int, help="in place of each line's own number")
+    parser.add_argument('--scale', type=float, default=1.0, help='of the numbers of operations')
+    parser.add_argument('--only', default='', metavar='WORD', help='lines whose program has WORD in its name')
+    parser.add_argument('--out', type=Path, default=ROOT / 'build' / 'bench', metavar='FOLDER')
+    parser.add_argument('--curves', action='store_true', help='how it scales, as plots')
+    parser.add_argument('--short', action='store_true', help='ratios alone, against those expected: for CI')
     options = parser.parse_args()
-    results = run(options.rounds, options.calls)
-    report(results)
-    if options.json:
-        options.json.write_text(json.dumps(results, indent=2), encoding='utf-8')
+    if options.short:
+        return short.main()
+    if options.curves:
+        return curves.main(options.out, options.scale, options.only)
+    begun = monotonic()
+    facts = machine.facts()
+    lines = [line for line in LINES if options.only in line.module]
+    results, no_peer = table(lines, options.rounds, options.scale)
+    write(options.out, results, facts | {'taken': f'{monotonic() - begun:.0f} s'}, no_peer)
+    return 0
 
 
 if __name__ == '__main__':
-    main()
+    sys.exit(main())

@@ -2,33 +2,30 @@
 
 from __future__ import annotations
 
-import platform
 import sys
 from pathlib import Path
 from typing import NoReturn
 
 import pytest
+from helpers import real_rclpy
 from helpers.environments import CannotInstall, Environment
 from helpers.isolation import isolated_env
 from helpers.processes import Program
 from helpers.traces import Outcome, Trace, read_trace
 
 FOLDER = Path(__file__).parent
-JAZZY = ('ros-rclpy[fastrtps]==7.1.6', 'ros-std-srvs==5.3.6', 'ros-geometry-msgs==5.3.6')
-HAS_WHEELS = sys.version_info[:2] == (3, 11) and (sys.platform, platform.machine()) == ('linux', 'x86_64')
 NOT_CHECKED = pytest.StashKey[str]()
 
 
 @pytest.fixture(scope='session')
 def real(pytestconfig: pytest.Config) -> Environment:
     """An environment with the real rclpy, kept between test runs; skips where it cannot be had."""
-    if not HAS_WHEELS:
-        _skip(pytestconfig, 'PyPI has the real rclpy for CPython 3.11 on Linux x86-64 alone')
+    if not real_rclpy.EXISTS:
+        _skip(pytestconfig, real_rclpy.WHY_NOT)
     cache = pytestconfig.cache
     assert cache is not None
-    folder = cache.mkdir('conformance') / '-'.join(JAZZY).replace('==', '-')
     try:
-        return Environment.kept(folder, *JAZZY)
+        return real_rclpy.kept(cache.mkdir('conformance'))
     except CannotInstall as error:
         if not error.unreachable:
             raise

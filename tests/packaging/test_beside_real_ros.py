@@ -5,25 +5,21 @@ from __future__ import annotations
 import base64
 import csv
 import hashlib
-import platform
-import sys
 from collections import Counter
 from pathlib import Path
 
 import pytest
+from helpers import real_rclpy
 from helpers.environments import CannotInstall, Environment
 from helpers.fresh import output_of
 from helpers.packages import write_files
 
 REAL = ['ros-rclpy[fastrtps]', 'ros-std-srvs', 'ros-geometry-msgs']
-HAS_WHEELS = sys.version_info[:2] == (3, 11) and (sys.platform, platform.machine()) == ('linux', 'x86_64')
 
 pytestmark = [
     pytest.mark.slow,
     pytest.mark.timeout(600),
-    pytest.mark.skipif(
-        not HAS_WHEELS, reason='PyPI has the real rclpy for CPython 3.11 on Linux x86-64 alone'
-    ),
+    pytest.mark.skipif(not real_rclpy.EXISTS, reason=real_rclpy.WHY_NOT),
 ]
 
 PROGRAM = """\

@@ -1,0 +1,107 @@
+"""Calls of one client with 32 of them always on their way; those that are never answered are counted."""
+
+from __future__ import annotations
+
+from itertools import repeat
+from time import perf_counter
+from typing import TYPE_CHECKING, Any
+
+from benchmarks import stage
+from benchmarks.line import Figures, Goal, Line, Of
+from benchmarks.lines.service_name import SERVICE
+from benchmarks.lines.service_spin import answer
+
+if TYPE_CHECKING:
+    from rclpy.client import Client
+    from rclpy.node import Node
+    from rclpy.task import Future
+
+WINDOW = 32
+GIVE_UP_S = 1.0
+"""A second without any reply: what is still missing is lost."""
+
+LINE = Line(
+    f'{WINDOW} calls in flight',
+    __name__,
+    6000,
+    ('rate', 'lost', 'cpu'),
+    (
+        Goal('rate', Of.ONE, 20_000, 25_000, at_least=True),
+        Goal('lost', Of.ONE, 0, 0),
+    ),
+    {'rate': 5700, 'lost': 22 / 3000 * 6000},
+)
+
+
+class Flight:
+    """`count` calls in all, spread over the clients, `window` of them at a time."""
+
+    def __init__(self, clients: list[Client[Any, Any]], window: int, count: int) -> None:
+        from rclpy.task import Future
+        from std_srvs.srv import SetBool
+
+        self.answered = 0
+        self.done: Future[None] = Future()
+        self.last = 0.0
+        self._count = count
+        self._unsent = iter(repeat(None, count))
+        self._request = SetBool.Request(data=True)
+        for index in range(window):
+            self._send(clients[index % len(clients)])
+
+    def _send(self, client: Client[Any, Any]) -> None:
+        for _ in self._unsent:
+            future = client.call_async(self._request)
+            future.add_done_callback(lambda done: self._next(client, done))
+            return
+
+    def _next(self, client: Client[Any, Any], future: Future[Any]) -> None:
+        answer = future.result()
+        assert answer is not None
+        assert answer.success
+        self.answered += 1
+        self.last = perf_counter()
+        if self.answered == self._count:
+            self.done.set_result(None)
+        else:
+            self._send(client)
+
+    def spin(self, node: Node) -> None:
+        """Spin until every call is answered, or none has been for a while."""
+        before = -1
+        while not self.done.done() and self.answered > before:
+            before = self.answered
+            stage.spin_until_done(node, self.done, GIVE_UP_S)
+
+
+def measure(clients: int, window: int, count: int) -> Figures:
+    """Return calls a second, those lost, and CPU."""
+    import rclpy
+    from std_srvs.srv import SetBool
+
+    with stage.Partner('benchmarks.lines.service_spin') as partner:
+        rclpy.init()
+        node = rclpy.create_node('bench_client')
+        ends = [node.create_client(SetBool, SERVICE) for _ in range(clients)]
+        for end in ends:
+            assert end.wait_for_service(stage.PATIENCE_S)
+        Flight(ends, window, 10 * window).spin(node)
+        meter = stage.Meter(partner)
+        begun = perf_counter()
+        flight = Flight(ends, window, count)
+        flight.spin(node)
+        figures = meter.read(count) | {
+            'rate': flight.answered / (flight.last - begun),
+            'lost': count - flight.answered,
+        }
+        node.destroy_node()
+        rclpy.shutdown()
+        return figures
+
+
+def ask(count: int) -> Figures:
+    return measure(1, WINDOW, count)
+
+
+if __name__ == '__main__':
+    stage.run(ask, answer)

@@ -1,0 +1,42 @@
+"""How long a program takes to its first answer: import, node, discovery, one call."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from statistics import median
+from time import monotonic
+
+from benchmarks import stage
+from benchmarks.line import Figures, Goal, Line, Of
+from benchmarks.lines.service_spin import answer
+
+LINE = Line(
+    'import, node, discovery, first call',
+    __name__,
+    5,
+    ('inside', 'wall', 'cpu_here'),
+    (Goal('inside', Of.REFERENCE, 0.3, 0.3),),
+    {'inside': 498},
+)
+
+
+def first_call() -> Figures:
+    """Run the client once, and return what it says of itself."""
+    done = subprocess.run(
+        [sys.executable, '-m', 'benchmarks.lines.first_call', str(monotonic())],
+        check=True, stdout=subprocess.PIPE, text=True, timeout=2 * stage.PATIENCE_S,
+    )  # fmt: skip
+    inside, wall, cpu, memory = map(float, done.stdout.split())
+    return {'inside': inside, 'wall': wall, 'cpu_here': cpu * 1e3, 'memory': memory}
+
+
+def ask(count: int) -> Figures:
+    with stage.Partner('benchmarks.lines.service_spin'):
+        first_call()
+        runs = [first_call() for _ in range(count)]
+        return {name: median(run[name] for run in runs) for name in runs[0]}
+
+
+if __name__ == '__main__':
+    stage.run(ask, answer)

@@ -1,0 +1,60 @@
+"""A PoseStamped sent to another process and back, callbacks on both sides."""
+
+from __future__ import annotations
+
+from benchmarks import stage
+from benchmarks.line import Figures, Goal, Line, Of
+
+LINE = Line(
+    'topic round trip, PoseStamped, callbacks both sides',
+    __name__,
+    2000,
+    ('p50', 'p99', 'cpu'),
+    (Goal('p50', Of.REFERENCE, 0.38, 0.33),),
+    {'p50': 448},
+    floor='topic',
+)
+PING, PONG = 'bench_ping', 'bench_pong'
+
+
+def answer() -> None:
+    import rclpy
+    from geometry_msgs.msg import PoseStamped
+
+    rclpy.init()
+    node = rclpy.create_node('bench_server')
+    pong = node.create_publisher(PoseStamped, PONG, 10)
+    node.create_subscription(PoseStamped, PING, pong.publish, 10)
+    stage.serve(node)
+
+
+def ask(count: int) -> Figures:
+    import rclpy
+    from geometry_msgs.msg import PoseStamped
+
+    with stage.Partner('benchmarks.lines.topic_round_trip') as partner:
+        rclpy.init()
+        node = rclpy.create_node('bench_client')
+        received: list[PoseStamped] = []
+        node.create_subscription(PoseStamped, PONG, received.append, 10)
+        ping = node.create_publisher(PoseStamped, PING, 10)
+        pose = PoseStamped()
+        pose.header.frame_id = 'map'
+
+        def exchange() -> None:
+            received.clear()
+            ping.publish(pose)
+            while not received:
+                rclpy.spin_once(node, timeout_sec=stage.PATIENCE_S)
+
+        while not received:  # until both ends have found each other
+            ping.publish(pose)
+            rclpy.spin_once(node, timeout_sec=0.1)
+        figures = stage.round_trips(exchange, count, partner)
+        node.destroy_node()
+        rclpy.shutdown()
+        return figures
+
+
+if __name__ == '__main__':
+    stage.run(ask, answer)

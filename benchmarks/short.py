@@ -1,0 +1,103 @@
+"""For CI: has goalwire become slower than it was, measured against the raw wire and plain Python beside it?
+
+Times say little on a machine that others use, so only ratios count, each of the best rounds of both; what
+they are held to lies in expected.json, with a wide band around it: this finds a doubling, not five percent.
+`python -m benchmarks.short accept` writes what it measures into that file.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+from benchmarks.line import Figures, Line
+from benchmarks.lines import asyncio_calls, service_spin, startup, topic_round_trip, topic_throughput
+from benchmarks.measuring import run
+from benchmarks.subjects import DDS, RAW_DDS, RAW_ZENOH, ZENOH, Subject
+
+EXPECTED = Path(__file__).with_name('expected.json')
+BAND = 1.6
+"""How many times the expected ratio is still taken for noise."""
+ROUNDS = 3
+MEMORY = Subject('goalwire in one process', 'goalwire_memory', lambda line: [line.module, 'ask'])
+LOCAL = Line('in one process', 'benchmarks.in_process', 3, (), ())
+
+
+class Pair(NamedTuple):
+    """A figure of goalwire's as a multiple of somebody else's, in as many operations a round."""
+
+    name: str
+    line: Line
+    figure: str
+    operations: int
+    ours: Subject
+    base: Subject
+
+
+PAIRS = (
+    Pair('service call on Zenoh, time, of raw', service_spin.LINE, 'p50', 500, ZENOH, RAW_ZENOH),
+    Pair('service call on Zenoh, CPU, of raw', service_spin.LINE, 'cpu', 500, ZENOH, RAW_ZENOH),
+    Pair('service call on DDS, time, of raw', service_spin.LINE, 'p50', 500, DDS, RAW_DDS),
+    Pair('service call on DDS, CPU, of raw', service_spin.LINE, 'cpu', 500, DDS, RAW_DDS),
+    Pair('topic round trip on Zenoh, time, of raw', topic_round_trip.LINE, 'p50', 500, ZENOH, RAW_ZENOH),
+    Pair('topic round trip on DDS, time, of raw', topic_round_trip.LINE, 'p50', 500, DDS, RAW_DDS),
+    Pair('asyncio call on Zenoh, time, of raw', asyncio_calls.LINE, 'p50', 500, ZENOH, RAW_ZENOH),
+    Pair(
+        'message received on Zenoh, CPU, of raw', topic_throughput.LINE, 'cpu_here', 20_000, ZENOH, RAW_ZENOH
+    ),
+)
+IN_PROCESS = ('call', 'topic', 'encode', 'decode', 'new')
+
+
+def best(pair_lines: Iterator[Pair]) -> dict[tuple[str, str], Figures]:
+    """Return each subject's lowest figures of each line, over the rounds."""
+    found: dict[tuple[str, str], Figures] = {}
+    wanted = {
+        (pair.line.module, who.name): (pair, who) for pair in pair_lines for who in (pair.ours, pair.base)
+    }
+    for _ in range(ROUNDS):
+        for key, (pair, who) in wanted.items():
+            figures = run(who, pair.line, pair.operations) or {}
+            known = found.setdefault(key, figures)
+            found[key] = {name: min(value, known[name]) for name, value in figures.items()}
+    return found
+
+
+def ratios() -> dict[str, float]:
+    """Measure every ratio."""
+    figures = best(iter(PAIRS))
+    measured = {
+        pair.name: figures[pair.line.module, pair.ours.name][pair.figure]
+        / figures[pair.line.module, pair.base.name][pair.figure]
+        for pair in PAIRS
+    }
+    local = run(MEMORY, LOCAL, LOCAL.operations) or {}
+    measured |= {
+        f'{name} in one process, of plain Python': local[name] / local['yardstick'] for name in IN_PROCESS
+    }
+    begun = [run(ZENOH, startup.LINE, 3) or {} for _ in range(ROUNDS)]
+    cpu = min(run_['cpu_here'] for run_ in begun)
+    measured['first call on Zenoh, CPU, of plain Python'] = cpu / local['yardstick'] / 1000
+    return measured
+
+
+def main(*, accept: bool = False) -> int:
+    """Measure, compare, and return the exit code."""
+    measured = ratios()
+    if accept:
+        EXPECTED.write_text(json.dumps(measured, indent=1) + '\n', encoding='utf-8')
+    expected: dict[str, float] = json.loads(EXPECTED.read_text(encoding='utf-8'))
+    slower = [name for name, ratio in measured.items() if ratio > expected[name] * BAND]
+    for name, ratio in measured.items():
+        mark = '  SLOWER' if name in slower else ''
+        print(f'{name:55} {ratio:7.2f}   expected {expected[name]:.2f}{mark}')
+    if slower:
+        print(f'\n{len(slower)} ratios are more than {BAND} times what they were ({EXPECTED.name}).')
+    return int(bool(slower))
+
+
+if __name__ == '__main__':
+    sys.exit(main(accept='accept' in sys.argv))
