@@ -11,7 +11,7 @@ import threading
 from collections.abc import Callable, Sequence
 from types import MethodType, TracebackType
 from typing import Self
-from weakref import WeakMethod
+from weakref import WeakMethod, WeakSet
 
 from goalwire import logging
 from goalwire.entities.arguments import process_arguments
@@ -80,6 +80,7 @@ class Context:
         if initialize_logging:
             self._configure_logging()
         signals.register(self.lifeline)
+        _contexts.add(self)
 
     def _configure_logging(self) -> None:
         logging.configure(
@@ -220,6 +221,14 @@ class Context:
             session.close()
             raise
         self._session, self._graph = session, graph
+
+
+_contexts: WeakSet[Context] = WeakSet()
+
+
+def open_contexts() -> set[Context]:
+    """Return the contexts of this process that are initialised and not shut down."""
+    return {context for context in _contexts if context.ok()}
 
 
 def _report(mismatch: Mismatch) -> None:
