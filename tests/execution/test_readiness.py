@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import pytest
 from helpers.execution import PATIENCE
 
+from goalwire.execution.lifeline import Lifeline
 from goalwire.execution.readiness import Parker, Readiness
 
 READ = selectors.EVENT_READ
@@ -69,14 +70,14 @@ def test_a_parked_thread_wakes_for_a_descriptor(readiness: Readiness, pipe: Pipe
     readiness.arm(pipe.reader, READ, lambda fd, _: reports.append(fd))
     writer = threading.Timer(0.02, pipe.write)
     writer.start()
-    Parker(readiness).wait(LONG)
+    Parker(readiness, Lifeline()).wait(LONG)
     assert reports == [pipe.reader]
     writer.join()
 
 
 def test_a_thread_that_watches_is_woken_by_wake(readiness: Readiness, pipe: Pipe) -> None:
     readiness.arm(pipe.reader, READ, lambda _, __: None)
-    parker = Parker(readiness)
+    parker = Parker(readiness, Lifeline())
     waker = threading.Timer(0.02, parker.wake)
     waker.start()
     assert parker.wait(LONG)
@@ -90,7 +91,7 @@ def test_a_sleeper_that_found_the_selector_taken_is_told_when_it_is_free(pipe: P
     readiness = Readiness(told.set)
     readiness.arm(pipe.reader, READ, lambda _, __: None)
     told.clear()
-    first, second = Parker(readiness), Parker(readiness)
+    first, second = Parker(readiness, Lifeline()), Parker(readiness, Lifeline())
     watching = threading.Thread(target=first.wait, args=(LONG,))
     watching.start()
     while not readiness.attended:
@@ -111,7 +112,7 @@ def test_closing_sends_the_watching_thread_off_and_arms_nothing_more(
     readiness: Readiness, pipe: Pipe
 ) -> None:
     readiness.arm(pipe.reader, READ, lambda _, __: None)
-    parker = Parker(readiness)
+    parker = Parker(readiness, Lifeline())
     watching = threading.Thread(target=parker.wait, args=(LONG,))
     watching.start()
     while not readiness.attended:

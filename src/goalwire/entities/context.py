@@ -221,6 +221,7 @@ class Context:
             session.close()
             raise
         self._session, self._graph = session, graph
+        self.lifeline.vigil = session.vigil
 
 
 _contexts: WeakSet[Context] = WeakSet()

@@ -6,7 +6,6 @@ from collections.abc import Callable
 
 from goalwire.entities.context import Context
 from goalwire.execution.steady import deadline_after
-from goalwire.execution.waiting import Waiter
 
 
 def wait_for_graph(context: Context, predicate: Callable[[], bool], timeout_sec: float | None) -> bool:
@@ -19,7 +18,7 @@ def wait_for_graph(context: Context, predicate: Callable[[], bool], timeout_sec:
     lifeline = context.lifeline
     clock = lifeline.clock
     deadline = deadline_after(clock, timeout_sec)
-    waiter = Waiter()
+    waiter = lifeline.new_waiter()
     changes = context.graph.on_change(waiter.wake)
     end = lifeline.watch(waiter.wake)
     try:

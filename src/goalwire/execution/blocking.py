@@ -6,7 +6,6 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from goalwire.execution.current import HELD, THREAD, current_executor, current_group
-from goalwire.execution.waiting import Waiter
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -46,7 +45,7 @@ def block_on_clock(future: Future[Any], clock: Clock, until_ns: int, lifeline: L
 
     A switch between system and simulated time ends it, too: `until_ns` means nothing then.
     """
-    waiter = Waiter()
+    waiter = lifeline.new_waiter()
     future.add_waker(waiter.wake)
     try:
         with thread_lent():

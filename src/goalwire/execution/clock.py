@@ -11,13 +11,13 @@ from goalwire.execution.handle import handle_of
 from goalwire.execution.jump import ClockChange, JumpHandle, JumpThreshold, TimeJump, TimeJumpDictionary
 from goalwire.execution.lifeline import ContextLike, default_context
 from goalwire.execution.steady import STEADY, SteadyClock
-from goalwire.execution.waiting import Waiter
 from goalwire.protocol.time import ClockType, Duration, Time
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from goalwire.execution.lifeline import Lifeline
+    from goalwire.execution.waiting import Waiter
 
 __all__ = [
     'STEADY',
@@ -123,7 +123,7 @@ class Clock:
             raise NotInitializedException
         if until.clock_type is not self._clock_type:
             raise ValueError("until's clock type does not match this clock's type")
-        return self.wait_until(until.nanoseconds, Waiter(), context.lifeline)
+        return self.wait_until(until.nanoseconds, context.lifeline.new_waiter(), context.lifeline)
 
     def sleep_for(self, rel_time: Duration, context: ContextLike | None = None) -> bool:
         """Block for `rel_time` on this clock; see `sleep_until`."""

@@ -335,7 +335,7 @@ class Executor(Engine):
         return deadline is not None and deadline <= self._clock.now()
 
     def _parker(self) -> Parker:
-        return Parker(self._readiness)
+        return Parker(self._readiness, self._lifeline)
 
     def _deadline(self, timeout: Timeout) -> int | None:
         return deadline_after(self._clock, timeout.timeout if isinstance(timeout, TimeoutObject) else timeout)

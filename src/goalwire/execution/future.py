@@ -205,7 +205,7 @@ class Future(Generic[T]):
         """
         if self._state != _PENDING:
             return True
-        waiter = Waiter()
+        waiter = Waiter() if lifeline is None else lifeline.new_waiter()
         watch = None if lifeline is None else lifeline.watch(waiter.wake)
         self.add_waker(waiter.wake)
         try:

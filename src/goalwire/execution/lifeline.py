@@ -5,9 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Protocol
 
 from goalwire.execution.steady import STEADY, SteadyClock
+from goalwire.execution.waiting import Keeper, Waiter
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+
+    from goalwire.transport.contract import Vigil
 
 
 class Watch:
@@ -31,13 +34,22 @@ class Watch:
 class Lifeline:
     """Ends once, for whatever reason. `clock` is the time that everything under this context lives in."""
 
-    __slots__ = ('__weakref__', '_watchers', 'alive', 'clock', 'reason')
+    __slots__ = ('__weakref__', '_watchers', 'alive', 'clock', 'loops', 'reason', 'vigil')
 
     def __init__(self, clock: SteadyClock = STEADY) -> None:
         self.clock = clock
         self.alive = True
         self.reason: str | None = None
+        self.vigil: Vigil | None = None
+        """Where threads under this may wait on the wire, once there is a session that lets them."""
+        self.loops: set[object] = set()
+        """The asyncio loops under this. They cannot wait on the wire, so while there are any nobody but the
+        session's own thread does."""
         self._watchers: dict[Watch, None] = {}
+
+    def new_waiter(self) -> Waiter:
+        """A place for one thread to sleep in while it waits for what the wire may bring."""
+        return Keeper(self)
 
     def end(self, reason: str) -> bool:
         """End it and tell everybody; False if it has ended before. Takes no lock: signal handlers call it."""

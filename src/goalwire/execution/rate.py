@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from goalwire.errors import ROSInterruptException
-from goalwire.execution.waiting import Waiter
 
 if TYPE_CHECKING:
     from goalwire.execution.lifeline import ContextLike
     from goalwire.execution.timer import Timer
+    from goalwire.execution.waiting import Waiter
 
 
 class Rate:
@@ -36,7 +36,7 @@ class Rate:
         Raises RuntimeError when destroyed, ROSInterruptException when the context has ended.
         """
         self._check()
-        waiter, before = Waiter(), self._ticks
+        waiter, before = self._context.lifeline.new_waiter(), self._ticks
         self._sleepers.append(waiter)
         try:
             while self._ticks == before:

@@ -6,12 +6,14 @@ from _thread import allocate_lock
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
-from goalwire.execution.waiting import Waiter
+from goalwire.execution.waiting import Keeper
 
 if TYPE_CHECKING:
     import selectors
     import socket
     from collections.abc import Callable
+
+    from goalwire.execution.lifeline import Lifeline
 
 
 class Readiness:
@@ -145,13 +147,13 @@ class Readiness:
             self._listener.recv(4096)
 
 
-class Parker(Waiter):
+class Parker(Keeper):
     """A waiter that watches file descriptors while it sleeps, where there are any and nobody else does."""
 
     __slots__ = ('_readiness', '_watching')
 
-    def __init__(self, readiness: Readiness) -> None:
-        super().__init__()
+    def __init__(self, readiness: Readiness, lifeline: Lifeline) -> None:
+        super().__init__(lifeline)
         self._readiness = readiness
         self._watching = False
 
@@ -168,7 +170,7 @@ class Parker(Waiter):
                     return super().wait(timeout_ns)
         finally:
             self._watching = False
-        return super().wait(0)
+        return self.doze(0)
 
     def wake(self) -> None:
         super().wake()

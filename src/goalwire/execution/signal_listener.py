@@ -7,13 +7,19 @@ import signal
 import sys
 import threading
 from contextlib import suppress
+from threading import get_ident
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from goalwire.transport.contract import Sleeper, Vigil
+
 _CLOSE = 0
 """No signal has this number."""
+
+_listening: list[SignalListener] = []
+"""The listener of this process, if there is one."""
 
 
 class SignalListener:
@@ -23,6 +29,9 @@ class SignalListener:
     """
 
     def __init__(self, on_signal: Callable[[int], None]) -> None:
+        self.main_thread = get_ident()
+        self.vigil: Vigil | None = None
+        """What the main thread waits in, where no signal reaches it."""
         self._on_signal = on_signal
         self._process = os.getpid()
         self._reader, self._writer = os.pipe()
@@ -31,9 +40,20 @@ class SignalListener:
         self._before = signal.set_wakeup_fd(self._writer, warn_on_full_buffer=False)
         self._thread = threading.Thread(target=self._listen, name='goalwire-signals', daemon=True)
         self._thread.start()
+        _listening.append(self)
+
+    def hears(self) -> bool:
+        """Whether signals come here; where an asyncio loop has given the pipe up, they do again."""
+        owner = signal.set_wakeup_fd(self._writer, warn_on_full_buffer=False)
+        if owner in (self._writer, -1):
+            return True
+        signal.set_wakeup_fd(owner)
+        return False
 
     def close(self) -> None:
         """Put back what was there before and end the thread."""
+        with suppress(ValueError):
+            _listening.remove(self)
         if os.getpid() != self._process:
             signal.set_wakeup_fd(-1)  # a forked child shares the pipe with its parent, and has no thread
             return
@@ -52,3 +72,25 @@ class SignalListener:
                     if number == _CLOSE:
                         return
                     self._on_signal(number)
+                    vigil = self.vigil
+                    if vigil is not None:
+                        vigil.interrupt()
+
+
+def wait_on_wire(vigil: Vigil, sleeper: Sleeper, timeout_ns: int | None) -> bool:
+    """Have the calling thread wait in `vigil`; the main one only where signals bring it out.
+
+    Python runs their handlers in the main thread, and not while that is inside the wire's library.
+    """
+    listener = _listening[0] if _listening else None
+    main_thread = threading.main_thread().ident if listener is None else listener.main_thread
+    if get_ident() != main_thread:
+        return vigil.wait(sleeper, timeout_ns)
+    if listener is None or not listener.hears():
+        return sleeper.doze(timeout_ns)
+    # A signal that came before this line has its handler run before the wait begins.
+    outer, listener.vigil = listener.vigil, vigil
+    try:
+        return vigil.wait(sleeper, timeout_ns)
+    finally:
+        listener.vigil = outer

@@ -4,6 +4,12 @@ from __future__ import annotations
 
 from _thread import allocate_lock
 from threading import TIMEOUT_MAX
+from typing import TYPE_CHECKING
+
+from goalwire.execution.signal_listener import wait_on_wire
+
+if TYPE_CHECKING:
+    from goalwire.execution.lifeline import Lifeline
 
 
 class Waiter:
@@ -34,3 +40,29 @@ class Waiter:
             self._gate.release()
         except RuntimeError:
             return  # the wake-up before this one has not been used yet
+
+
+class Keeper(Waiter):
+    """A waiter whose thread waits on the wire itself, where the session of `lifeline` has a place for it."""
+
+    __slots__ = ('_lifeline',)
+
+    doze = Waiter.wait
+    """Sleep on the lock, whatever the wire does."""
+
+    def __init__(self, lifeline: Lifeline) -> None:
+        super().__init__()
+        self._lifeline = lifeline
+
+    def wait(self, timeout_ns: int | None = None) -> bool:
+        lifeline = self._lifeline
+        vigil = lifeline.vigil
+        if vigil is None or lifeline.loops or (timeout_ns is not None and timeout_ns <= 0):
+            return self.doze(timeout_ns)
+        return wait_on_wire(vigil, self, timeout_ns)
+
+    def wake(self) -> None:
+        super().wake()
+        vigil = self._lifeline.vigil
+        if vigil is not None:
+            vigil.rouse(self)

@@ -12,7 +12,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
-from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, NamedTuple, Protocol, TypeAlias
 
 from goalwire.protocol.qos import DEFAULT, QoS
 
@@ -221,6 +221,38 @@ class NodePort(Port):
         """Declare a service client."""
 
 
+class Sleeper(Protocol):
+    """A thread that has nothing to do."""
+
+    def doze(self, timeout_ns: int | None = None) -> bool:
+        """Sleep on a lock until `wake` (True) or for `timeout_ns` (False); 0 takes up a wake-up that came."""
+
+    def wake(self) -> None:
+        """End its sleep, wherever it sleeps."""
+
+
+class Vigil(ABC):
+    """Waiting on the wire itself, which one idle thread of the session does: so what comes wakes it at once.
+
+    That thread then delivers what has come. The others sleep on their locks (the pattern Leader/Followers).
+    """
+
+    @abstractmethod
+    def wait(self, sleeper: Sleeper, timeout_ns: int | None) -> bool:
+        """Sleep until `sleeper` is woken (True) or for `timeout_ns` (False), on the wire where that is free.
+
+        True may also mean nothing: whoever waits looks again.
+        """
+
+    @abstractmethod
+    def rouse(self, sleeper: Sleeper) -> None:
+        """End the wait of a sleeper that was woken, if it waits here. Any thread, signal handlers too."""
+
+    @abstractmethod
+    def interrupt(self) -> None:
+        """Let whoever waits on the wire run Python code for a moment: a signal's handler. Any thread."""
+
+
 class Session(ABC):
     """One context's connection to one domain."""
 
@@ -230,6 +262,8 @@ class Session(ABC):
     """True where endpoints whose QoS do not go together exchange nothing (DDS); else QoS prevents nothing."""
     compares_definitions = True
     """True where different definitions of one type keep endpoints apart; DDS compares names alone."""
+    vigil: Vigil | None = None
+    """Where idle threads may wait on this wire; None where it has threads of its own that must do that."""
 
     @abstractmethod
     def node(self, name: NodeName) -> NodePort:

@@ -9,9 +9,9 @@ from goalwire.transport.dds.discovery import Discovery
 from goalwire.transport.dds.domain import DOMAINS
 from goalwire.transport.dds.feed import Feed
 from goalwire.transport.dds.peers import Peers
-from goalwire.transport.dds.pump import Pump
 from goalwire.transport.dds.status import Statuses
 from goalwire.transport.dds.user_data import encode_participant, service_id
+from goalwire.transport.dds.vigil import DdsVigil
 from goalwire.transport.dds.wire import Participant
 from goalwire.transport.fork import ForkGuard
 from goalwire.transport.rejects import Rejects
@@ -34,7 +34,7 @@ class Core:
             self.id = self.participant.guid.hex()
             self.peers = Peers(library)
             self.intakes = domain.intakes
-            self.pump = Pump(self.participant, 'goalwire-dds-io')
+            self.vigil = DdsVigil(self.participant, 'goalwire-dds-io')
             self.discovery = Discovery(self.participant, self.feed, self.rejects)
         except BaseException:
             self._leave()
@@ -55,7 +55,7 @@ class Core:
     def close(self) -> None:
         """Stop the threads and leave the domain."""
         self.feed.close()
-        self.pump.close()
+        self.vigil.close()
         self.discovery.close()
         self._leave()
 

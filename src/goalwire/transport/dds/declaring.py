@@ -35,9 +35,9 @@ class Declaration:
         for topic, intake in self._intakes:
             core.intakes.add(topic, intake)
             self.undo.callback(self._shut, topic, intake)
-            core.pump.watch(intake.reader.condition, intake.drain)
+            core.vigil.watch(intake.reader.condition, intake.drain)
 
     def _shut(self, topic: str, intake: Intake) -> None:
         intake.closed = True
         self._core.intakes.remove(topic, intake)
-        self._core.pump.unwatch(intake.reader.condition)
+        self._core.vigil.unwatch(intake.reader.condition)

@@ -28,6 +28,7 @@ class DdsSession(Session):
 
     def __init__(self, core: Core) -> None:
         self.id = core.id
+        self.vigil = core.vigil
         self._core = core
         self._place = Place(f'session of domain {core.domain_id}', core.guard, self._leave)
         self._lock = Lock()
