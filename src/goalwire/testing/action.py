@@ -144,7 +144,7 @@ class FakeAction(Generic[GoalT, ResultT, FeedbackT]):
             raise AssertionError(f"action '{self.name}', last goal: {'; '.join(wrong)}")
 
     def close(self) -> None:
-        """Go away, as a server that dies, with whatever runs. Idempotent."""
+        """Go away; goals that run are aborted. Idempotent."""
         self._node.destroy()
         self._spinning.close()
 

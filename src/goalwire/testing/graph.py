@@ -6,7 +6,7 @@ import sys
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar, overload
 
-from goalwire.entities.context import Context
+from goalwire.entities.context import Context, open_contexts
 from goalwire.entities.graph_waiting import wait_for_graph
 from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import action_support, service_support
@@ -16,7 +16,6 @@ from goalwire.testing.action import Conduct, FakeAction
 from goalwire.testing.calls import Outcome, call, send_goal
 from goalwire.testing.log import PATIENCE
 from goalwire.testing.service import FakeService
-from goalwire.testing.sessions import Sessions
 from goalwire.testing.topics import Publisher, Recorder
 from goalwire.testing.world import World
 
@@ -31,7 +30,6 @@ if TYPE_CHECKING:
     from goalwire.testing.answers import Answers
     from goalwire.testing.programs import Program
     from goalwire.testing.spinning import Spinning
-    from goalwire.transport.contract import Session
     from goalwire.transport.faults import Faults
 
 MsgT = TypeVar('MsgT')
@@ -73,8 +71,7 @@ class Graph:
 
     def __enter__(self) -> Self:
         self._world = self._ends.enter_context(World(self._transport))
-        self._sessions = Sessions()
-        self._ends.callback(self._sessions.stop)
+        self._before = open_contexts()
         return self
 
     def __exit__(
@@ -121,15 +118,11 @@ class Graph:
         rclpy.uninstall_signal_handlers()
 
     def _look_for_leaks(self) -> None:
-        for session in self._sessions.open():
-            if self._context is None or session.id != self._context.session.id:
-                self.blame(f'left open: {self._nodes_of(session)}')
-                session.close()
-
-    def _nodes_of(self, session: Session) -> str:
-        nodes = self.context.graph.nodes()
-        names = [repr(entity.node.qualified) for entity in nodes if entity.session == session.id]
-        return f'a context with node {", ".join(names)}' if names else 'a context without nodes'
+        for context in open_contexts() - self._before - {self._context}:
+            nodes = [entity for entity in context.graph.nodes() if entity.session == context.session.id]
+            names = ', '.join(repr(entity.node.qualified) for entity in nodes)
+            self.blame(f'left open: a context {f"with node {names}" if names else "without nodes"}')
+            context.try_shutdown()
 
     def blame(self, problem: str) -> None:
         """Let the test fail at the end of the block, with this sentence. Any thread."""
@@ -167,7 +160,7 @@ class Graph:
         Raises LocalError where a node is there already when they are asked for the first time.
         """
         if self._faults is None:
-            if self._sessions.open():
+            if open_contexts() - self._before:
                 raise LocalError('ask for the faults of a graph before its first node')
             from goalwire.transport.faults import Faults
 
@@ -295,7 +288,7 @@ class Graph:
 
         Blocks: in an `async def` test take a client of `graph.node(…)`.
         """
-        return call(self.node('caller'), srv_type, name, request, timeout, fields)
+        return call(self.node(self._unique('caller')), srv_type, name, request, timeout, fields)
 
     def send_goal(
         self,
@@ -310,11 +303,14 @@ class Graph:
 
         Raises GoalRefused, GoalAborted, GoalCanceled, DeadlineError and their kin; see goalwire.Run. Blocks.
         """
-        return send_goal(self.node('goal_sender'), action_type, name, goal, timeout, fields)
+        return send_goal(self.node(self._unique('goal_sender')), action_type, name, goal, timeout, fields)
 
     def _own_node(self, name: str) -> NodeCore:
+        return NodeCore(self.context, self._unique(name))
+
+    def _unique(self, name: str) -> str:
         number = self._numbers[name] = self._numbers.get(name, 0) + 1
-        return NodeCore(self.context, name if number == 1 else f'{name}_{number}')
+        return name if number == 1 else f'{name}_{number}'
 
     def _keep(self, made: EndsT) -> EndsT:
         self._ends.callback(made.close)

@@ -27,7 +27,7 @@ _OTHERS = (
 """What would let others in."""
 
 _FIRST_DOMAIN, _DOMAINS = 1, 100  # DDS makes port numbers of them, which end at about 230
-_FIRST_PORT = 29_100
+_FIRST_PORT = 18_700
 """A domain of this machine is taken by who holds the port of its number from here on."""
 
 _memory_domains = count(1000)

@@ -8,7 +8,6 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from time import monotonic as my_monotonic
 from time import sleep as my_sleep
@@ -17,12 +16,6 @@ import pytest
 
 from goalwire.errors import LocalError
 from goalwire.testing import DeadlockError, VirtualClock
-
-
-@pytest.fixture
-def clock() -> Iterator[VirtualClock]:
-    with VirtualClock() as clock:
-        yield clock
 
 
 def test_an_hour_of_sleep_takes_no_time_and_shows_on_every_clock(clock: VirtualClock) -> None:
