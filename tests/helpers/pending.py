@@ -2,13 +2,27 @@
 
 from __future__ import annotations
 
+import time
+
 from goalwire.entities.actions.client import ActionClientCore
 from goalwire.entities.client import ClientCore
 from goalwire.entities.node import NodeCore
 from goalwire.transport.contract import ClientPort
 
+_PATIENCE_S = 2.0
 _TABLES = ('_calls', '_waiting', '_pending')
 """What the wires' clients call theirs."""
+
+
+def left_pending(node: NodeCore) -> dict[str, int]:
+    """Return what is still in the tables of a node whose calls have all ended.
+
+    A wire's own end of a call may follow its answer by some milliseconds, and nothing tells of that.
+    """
+    deadline = time.monotonic() + _PATIENCE_S
+    while (found := pending(node)) and time.monotonic() < deadline:
+        time.sleep(0.005)
+    return found
 
 
 def pending(node: NodeCore) -> dict[str, int]:

@@ -13,8 +13,9 @@ from pathlib import Path
 from typing import NamedTuple, TypeAlias
 
 import pytest
+from helpers.isolation import isolated_env
 from helpers.outcomes import Outcomes
-from helpers.pending import pending
+from helpers.pending import left_pending
 from helpers.processes import Program
 from helpers.wires import DDS, require
 
@@ -24,6 +25,10 @@ from goalwire.transport.faults import Faults
 
 WIRES = {'goalwire_memory': 'memory', 'rmw_zenoh_cpp': 'Zenoh', DDS: 'DDS'}
 BETWEEN_PROCESSES = [wire for wire in WIRES if wire != 'goalwire_memory']
+
+PROGRAMS = Path(__file__).parent / 'programs'
+LEASE_S = 1.0
+"""Of every link in an `impatient_world`."""
 
 LONG_ONES = 'GOALWIRE_EVIDENCE' in os.environ
 WHERE_LONG = 'takes long: `make reliability` alone'
@@ -66,6 +71,15 @@ def evidence(request: pytest.FixtureRequest) -> Iterator[Evidence]:
             lines.writelines(json.dumps(row) + '\n' for row in rows)
 
 
+def impatient_world(wire: str, lease_s: float = LEASE_S) -> dict[str, str]:
+    """Return an environment for programs that soon miss a peer."""
+    lease = f'<LeaseDuration>{lease_s}s</LeaseDuration>'
+    return isolated_env(wire) | {
+        'CYCLONEDDS_URI': f'<CycloneDDS><Domain><Discovery>{lease}</Discovery></Domain></CycloneDDS>',
+        'ZENOH_CONFIG_OVERRIDE': f'transport/link/tx/lease={lease_s * 1000:.0f}',
+    }
+
+
 def told(mission: Program, outcomes: Outcomes, since: float | None = None) -> str:
     """Wait for the end of what programs/mission.py does, and count it; `since` (s) is when a fault struck."""
     kind, at = mission.expect(r'^ended (\w+) (\d+)$').groups()
@@ -101,7 +115,7 @@ def stage(isolated: dict[str, str]) -> MakeStage:
                     goalwire.Node('mission', context=contexts[1]) as mission,
                 ):
                     yield Stage(arm, mission, plan)
-                    assert pending(mission._open_core()) == {}
+                    assert left_pending(mission._open_core()) == {}
             finally:
                 plan.heal()
                 for context in contexts:

@@ -10,12 +10,10 @@ import time
 from collections.abc import Iterator
 from contextlib import ExitStack
 from functools import cache
-from pathlib import Path
 from typing import NamedTuple
 
 import pytest
 from helpers.cable import cabled_machines, can_make_cables
-from helpers.isolation import isolated_env
 from helpers.machines import Machine, can_make_machines
 from helpers.outcomes import Outcomes
 from helpers.processes import Program
@@ -23,12 +21,10 @@ from helpers.wires import require
 
 from goalwire.transport.faults import Delay, Fault, Faults, Loss, Reordering, SlowReader
 
-from .conftest import BETWEEN_PROCESSES, LONG, Evidence, told
+from .conftest import BETWEEN_PROCESSES, LONG, PROGRAMS, Evidence, impatient_world, told
 
 pytestmark = pytest.mark.slow
 
-LEASE_S = 2.0
-PROGRAMS = Path(__file__).parent / 'programs'
 SERVER, CLIENT = '10.77.0.1', '10.77.0.2'
 
 
@@ -65,11 +61,9 @@ def network(transport_name: str) -> Iterator[Network]:
     if not cables_work():
         pytest.skip('network namespaces and TAP devices take Linux and root')
     faults = Faults(seed=7)
-    lease = f'<LeaseDuration>{LEASE_S}s</LeaseDuration>'
-    world = isolated_env(transport_name) | {
+    world = impatient_world(transport_name, lease_s=2.0) | {
         'GOALWIRE_ROUTER': 'off',
         'ROS_AUTOMATIC_DISCOVERY_RANGE': 'SUBNET',
-        'CYCLONEDDS_URI': f'<CycloneDDS><Domain><Discovery>{lease}</Discovery></Domain></CycloneDDS>',
     }
     there = {
         'listen': f'connect/endpoints=[];listen/endpoints=["tcp/{SERVER}:7447"]',
@@ -79,8 +73,7 @@ def network(transport_name: str) -> Iterator[Network]:
         machines = stack.enter_context(cabled_machines(SERVER, CLIENT, faults))
         programs = []
         for machine, name, how in zip(machines, ('arm', 'mission'), ('listen', 'connect'), strict=True):
-            place = f'{there[how]};transport/link/tx/lease={LEASE_S * 1000:.0f}'
-            env = world | {'ZENOH_CONFIG_OVERRIDE': place}
+            env = world | {'ZENOH_CONFIG_OVERRIDE': f'{there[how]};{world["ZENOH_CONFIG_OVERRIDE"]}'}
             programs.append(stack.enter_context(machine.run(PROGRAMS / f'{name}.py', env=env)))
             programs[-1].expect('ready')
         whole = Network(programs[1], faults, machines)

@@ -5,19 +5,14 @@ from __future__ import annotations
 import signal
 import time
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
-from helpers.isolation import isolated_env
 from helpers.outcomes import Outcomes
 from helpers.processes import Program
 from helpers.programs import Start, programs_in
 from helpers.wires import DDS, require
 
-from .conftest import BETWEEN_PROCESSES, Evidence, told
-
-LEASE_S = 1.0
-"""Of every link, where a wire's own is too long for a test."""
+from .conftest import BETWEEN_PROCESSES, LEASE_S, PROGRAMS, Evidence, impatient_world, told
 
 
 @pytest.fixture(params=BETWEEN_PROCESSES)
@@ -30,13 +25,8 @@ def transport_name(request: pytest.FixtureRequest) -> str:
 
 @pytest.fixture
 def start(transport_name: str) -> Iterator[Start]:
-    """A function that starts a program of this folder in the test's world, where peers are missed soon."""
-    lease = f'<LeaseDuration>{LEASE_S}s</LeaseDuration>'
-    world = isolated_env(transport_name) | {
-        'CYCLONEDDS_URI': f'<CycloneDDS><Domain><Discovery>{lease}</Discovery></Domain></CycloneDDS>',
-        'ZENOH_CONFIG_OVERRIDE': f'transport/link/tx/lease={LEASE_S * 1000:.0f}',
-    }
-    with programs_in(world, Path(__file__).parent / 'programs') as start:
+    """A function that starts a program of this folder, in a world where peers are missed soon."""
+    with programs_in(impatient_world(transport_name), PROGRAMS) as start:
         yield start
 
 

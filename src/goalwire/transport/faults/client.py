@@ -60,7 +60,8 @@ class FaultyClient(ClientPort):
                 call.sequence = sequence
                 self._calls[sequence] = call
         if self._is_blind():
-            call.on_end('')
+            call.sequence = sequence
+            self._end(call)
         return sequence
 
     def ended(self, call: Call) -> bool:
@@ -86,10 +87,15 @@ class FaultyClient(ClientPort):
         with self._lock:
             calls = list(self._calls.values())
         for call in calls:
-            try:
-                call.on_end('')
-            except Exception as error:
-                report_failure('client under faults', error)
+            self._end(call)
+
+    def _end(self, call: Call) -> None:
+        """End a call of which the wire has not said that it has ended."""
+        try:
+            call.on_end('')
+        except Exception as error:
+            report_failure('client under faults', error)
+        self._inner.forget(call.sequence)
 
     def reaches_server(self) -> bool:
         """Whether a server that the graph shows can be called already."""

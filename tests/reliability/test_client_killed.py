@@ -1,0 +1,48 @@
+"""Item 2: a client that is killed before it hears that its goal was accepted; its server goes on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+from helpers.outcomes import Outcomes
+from helpers.programs import Start, programs_in
+from helpers.wires import require
+
+from .conftest import BETWEEN_PROCESSES, PROGRAMS, Evidence, impatient_world, told
+
+
+@pytest.fixture(params=BETWEEN_PROCESSES)
+def transport_name(request: pytest.FixtureRequest) -> str:
+    """The wires between processes."""
+    name: str = request.param
+    require(name)
+    return name
+
+
+@pytest.fixture
+def start(transport_name: str) -> Iterator[Start]:
+    """A function that starts a program of this folder, in a world where peers are missed soon."""
+    with programs_in(impatient_world(transport_name), PROGRAMS) as start:
+        yield start
+
+
+@pytest.mark.slow
+def test_the_goal_of_a_client_that_never_heard_the_answer_ends_as_the_server_chose(
+    start: Start, evidence: Evidence
+) -> None:
+    outcomes = Outcomes()
+    arm = start('arm', GOALWIRE_FAULTS='delay 0.5 kind=reply name=/count/_action/send_goal times=1')
+    first, second = start('mission'), start('mission')
+    for program in (arm, first, second):
+        program.expect('ready')
+    first.write_line('goal 1000 60.0')
+    arm.expect('goal begun')
+    first.kill()
+    arm.expect('goal left')
+    outcomes.note('cancelled at the server')
+    second.write_line('goal 3 10.0')
+    assert told(second, outcomes) == 'done'
+    second.write_line('leave')
+    second.succeed()
+    evidence(2, 'SIGKILL of the client before it hears of the acceptance; on_client_lost cancels', outcomes)
