@@ -49,6 +49,18 @@ def test_a_rejected_goal_is_forgotten() -> None:
     client.on_send(A)
 
 
+def test_who_waits_for_a_result_is_told_though_a_second_goal_of_that_id_is_rejected() -> None:
+    client = Client()
+    client.on_send(A)
+    client.on_result_request(A, 'waiter')  # by the handle of an older goal
+    assert client.on_goal_reply(A, accepted=False) == [GoalRejected(A)]
+    assert client.on_result(A, GoalStatus.ABORTED, 'old') == [
+        StatusChanged(A, GoalStatus.ABORTED),
+        DeliverResult('waiter', GoalStatus.ABORTED, 'old'),
+    ]
+    assert client.statistics().waiting_for_results == 0
+
+
 def test_an_id_under_way_cannot_be_used_again() -> None:
     client = with_goal()
     with pytest.raises(GoalIdTaken, match=A.hex()):

@@ -128,7 +128,7 @@ class ServerMachine(RuleBasedStateMachine):
                 self.start_executing(effect.goal_id)
             elif isinstance(effect, CalledOff):
                 assert self.policy.preempts or self.lost != 'keep'
-                assert effect.goal_id in self.executing
+                assert self.server.status(effect.goal_id) in {GoalStatus.CANCELING, GoalStatus.ABORTED}
             elif isinstance(effect, WakeAt):
                 assert effect.time_ns > self.now
                 self.wake_at = effect.time_ns

@@ -106,10 +106,11 @@ class GoalClient(Generic[FeedbackT, WaiterT, ResultT]):
         goal = self._goals.get(goal_id)
         if goal is None or goal.answered:
             return [UnexpectedReply(goal_id)]
-        if not accepted:
-            del self._goals[goal_id]
-            return [GoalRejected(goal_id)]
         goal.answered = True
+        if not accepted:
+            if not goal.waiters:  # else one who holds an older goal of this id has asked: an answer will come
+                del self._goals[goal_id]
+            return [GoalRejected(goal_id)]
         self._forget_if_over(goal_id, goal)
         return [GoalAccepted(goal_id, goal.status)]
 
@@ -119,6 +120,14 @@ class GoalClient(Generic[FeedbackT, WaiterT, ResultT]):
         """No answer will come, or nobody waits for it any more: [FailResult…]."""
         goal = self._goals.pop(goal_id, None)
         return [] if goal is None else [FailResult(waiter, error) for waiter in goal.waiters]
+
+    def on_crowd(self) -> GoalId | None:
+        """Forget the oldest accepted goal whose end nobody asks for; None where there is none."""
+        for goal_id, goal in self._goals.items():
+            if goal.answered and not goal.waiters:
+                self._forget_if_over(goal_id, goal, at_any_status=True)
+                return goal_id
+        return None
 
     # ---- what the server tells on its own ----
 
