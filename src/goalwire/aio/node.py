@@ -219,12 +219,17 @@ class Node:
         return Timer(self._open_core(), period)
 
     def action(
-        self, action_type: type[ActionType[GoalT, ResultT, FeedbackT]], name: str
+        self,
+        action_type: type[ActionType[GoalT, ResultT, FeedbackT]],
+        name: str,
+        *,
+        timeout: float | None = None,
     ) -> ActionClient[GoalT, ResultT, FeedbackT]:
-        """Make an action client. Raises InvalidTopicNameException, and RuntimeError or AttributeError for
-        what is no action type.
+        """Make an action client, whose goals may take `timeout` s where they say nothing else.
+
+        Raises InvalidTopicNameException, and RuntimeError or AttributeError for what is no action type.
         """
-        return ActionClient(self._open_core(), action_support(action_type), name)
+        return ActionClient(self._open_core(), action_support(action_type), name, timeout)
 
     def action_server(
         self,

@@ -50,6 +50,7 @@ class ResponseFuture(Future[Any]):
         '_client',
         '_decode_response',
         '_request',
+        'forgotten',
         'guard',
         'introspected',
         'reason',
@@ -69,6 +70,8 @@ class ResponseFuture(Future[Any]):
         """What a guard sends, in time."""
         self.introspected: IntrospectedCall | None = None
         """Where the steps of this call are told; None where nobody wants to know."""
+        self.forgotten = False
+        """True once nobody waits for it any more."""
         self.unanswered = False
         """True once the transport has said that no reply can come any more."""
         self.reason = ''
@@ -118,6 +121,7 @@ class ResponseFuture(Future[Any]):
         """Wait for the response no longer."""
         if self.guard is not None:
             self.guard.end()
+        self.forgotten = self.forgotten or not self.over  # first: who is sending looks at both
         client, self._client = self._client, None
         if client is not None:
             client.guarded.pop(self, None)
@@ -280,7 +284,7 @@ class ClientCore(Introspected):
         if future.over and self.pending.pop(sequence, None) is not None:  # the end came before this number
             if future.unanswered:
                 self.report_unanswered(future.reason)
-            else:
+            elif future.forgotten:
                 port.forget(sequence)
 
     def withdraw(self, future: ResponseFuture) -> None:

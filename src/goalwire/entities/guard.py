@@ -38,10 +38,12 @@ class Guarded(Protocol):
 class Guard:
     """Watches one request. It is sent when there is a server, at once or later."""
 
-    __slots__ = ('_alarm', '_ending', '_request', 'line', 'terms')
+    __slots__ = ('_alarm', '_ending', '_request', '_waits', 'line', 'terms')
 
-    def __init__(self, terms: CallTerms, line: ServerLine, request: Guarded) -> None:
+    def __init__(self, terms: CallTerms, line: ServerLine, request: Guarded, *, waits: bool = True) -> None:
+        """`waits` False: it is sent at once, and ends where nobody is there."""
         self.terms = terms
+        self._waits = waits
         self.line = line
         self._request: Guarded | None = request
         self._ending = allocate_lock()
@@ -58,7 +60,7 @@ class Guard:
             raise
 
     def _go(self) -> None:
-        if self.line.is_there():
+        if not self._waits or self.line.is_there():
             self._send()
         else:
             self.line.add(self)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import inf
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar, cast
 
 from goalwire.aio.action.run import Limits, Run
@@ -41,12 +42,10 @@ class CancelAnswer(NamedTuple):
 class _Core(ActionClientCore):
     """A client whose futures fail where nobody answers."""
 
-    def _on_failed(self, future: Future[Any], error: Exception) -> None:
-        if future.pending():
-            future.set_exception(InvalidHandle() if self.destroyed else error)
-
-    def _report_lost(self, what: str, reason: str) -> None:
-        """Nothing to log: it is raised where it is waited for."""
+    @property
+    def default_timeout(self) -> float:
+        limit = super().default_timeout
+        return inf if limit is None else limit
 
     def server_is_there(self) -> bool:
         if self.destroyed:
@@ -57,8 +56,11 @@ class _Core(ActionClientCore):
 class ActionClient(Entity, Generic[GoalT, ResultT, FeedbackT]):
     """Made by Node.action."""
 
-    def __init__(self, node: NodeCore, support: ActionSupport, name: str) -> None:
+    def __init__(
+        self, node: NodeCore, support: ActionSupport, name: str, timeout: float | None = None
+    ) -> None:
         self._core = _Core(node, support, name, ReentrantCallbackGroup())
+        self._timeout = timeout
         self.name = self._core.full_name
 
     def send(
@@ -75,14 +77,16 @@ class ActionClient(Entity, Generic[GoalT, ResultT, FeedbackT]):
 
         Entering the block waits for a server and sends the goal, leaving it cancels a goal that still runs
         and waits for its end, `grace` s at most. The server, its answer and the result must be there within
-        `timeout` s, if it is given. A server that gives no sign of life for `heartbeat` s, neither feedback
-        nor a change of the goal's status, counts as stuck. Raises TypeError for what is no such goal,
-        ValueError for a heartbeat that is not above 0.
+        `timeout` s, or the client's; where neither is given, only the server and its answer have a time, if
+        the node or the process has one for calls. A server that gives no sign of life for `heartbeat` s,
+        neither feedback nor a change of the goal's status, counts as stuck. Raises TypeError for what is no
+        such goal, ValueError for a heartbeat that is not above 0.
         """
         message = message_of(self._core.goal_type, goal, fields)
         if heartbeat is not None and not heartbeat > 0:
             raise ValueError(f'a heartbeat is a time above 0 s, not {heartbeat}')
-        return Run(self._core, message, Limits(timeout, grace, heartbeat))
+        limit = self._timeout if timeout is None else timeout
+        return Run(self._core, message, Limits(limit, grace, heartbeat))
 
     async def call(
         self,
@@ -128,6 +132,9 @@ class ActionClient(Entity, Generic[GoalT, ResultT, FeedbackT]):
             response: Any = asked.result()
         except CallError as error:
             raise attempt.retold(error) from None
+        finally:
+            if asked.pending():
+                asked.cancel()
         goals = tuple(bytes(goal.goal_id.uuid) for goal in response.goals_canceling)
         return CancelAnswer(CancelCode(response.return_code), goals)
 

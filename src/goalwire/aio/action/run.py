@@ -25,7 +25,7 @@ from goalwire.errors import (
     ServerStuckError,
 )
 from goalwire.execution.asyncio_stream import Stream
-from goalwire.execution.asyncio_waiting import delay_s
+from goalwire.execution.asyncio_waiting import delay_s, settle
 from goalwire.execution.future import Future
 from goalwire.logging import get_logger
 from goalwire.protocol.goals.ids import new_goal_id
@@ -105,8 +105,9 @@ class Run(Generic[ResultT, FeedbackT]):
 
         Raises DeadlineError, ServerLostError, ServerFailedError, ShutDownError.
         """
-        attempt = Attempt(self._core.node.context, 'action', self._core.full_name, timeout)
-        return await self._cancel(attempt)
+        core = self._core
+        limit = core.default_timeout if timeout is None else timeout
+        return await self._cancel(Attempt(core.node.context, 'action', core.full_name, limit))
 
     def __del__(self) -> None:
         if self._attempt is None:
@@ -130,17 +131,13 @@ class Run(Generic[ResultT, FeedbackT]):
         core = self._core
         context = core.node.context
         attempt = self._attempt = Attempt(context, 'action', core.full_name, self._limits.timeout)
-        await attempt.until(core.server_is_there, core.goal_service)
-        sending = core.send_as(self._id, self._goal, self._stream)
+        until_accepted = None if self._limits.timeout is None else attempt
+        sending = core.send_as(self._id, self._goal, self._stream, until_accepted)
         self._record = core.goal(self._id)
         try:
-            await attempt.settle(sending)
+            if not await settle(sending, context.lifeline):
+                raise ShutDownError(attempt.title)
             self._take(sending)
-        except DeadlineError:
-            sending.add_done_callback(self._cancel_late)
-            raise
-        except CallError as error:
-            raise attempt.retold(error) from None
         except asyncio.CancelledError:
             await self._give_up(sending)
             raise
@@ -155,12 +152,13 @@ class Run(Generic[ResultT, FeedbackT]):
 
     def _take(self, sending: Future[ClientGoalHandle[Any, Any, Any]]) -> None:
         """Look at the server's answer to the goal, and ask for its result at once where it was accepted."""
-        handle = sending.result()
+        handle, attempt = sending.result(), self._attempt
         assert handle is not None
-        assert self._attempt is not None
+        assert attempt is not None
+        attempt.see_servers(self._core.goal_service)
         if not handle.accepted:
-            raise self._attempt.error(GoalRefused, 'the server refused the goal')
-        self._answer = self._core.get_result(self._id)
+            raise attempt.error(GoalRefused, 'the server refused the goal')
+        self._answer = self._core.get_result(self._id, attempt)
         self._answer.add_waker(self._stream.close)
 
     async def __aexit__(
@@ -192,20 +190,11 @@ class Run(Generic[ResultT, FeedbackT]):
             await limit.settle(sending)
             self._take(sending)
         except DeadlineError:
-            sending.add_done_callback(self._cancel_late)
+            self._core.give_up(sending)
         except (CallError, ClosedError):
             return  # it was refused, or its server is gone
         else:
             await self._stop(limit)
-
-    def _cancel_late(self, sending: Future[ClientGoalHandle[Any, Any, Any]]) -> None:
-        """The server has answered at last: it shall not work on a goal that was given up."""
-        if sending.exception() is not None:
-            return
-        handle = sending.result()
-        if handle is not None and handle.accepted:
-            with suppress(ClosedError):
-                self._core.cancel_goal(self._id).add_done_callback(Future.exception)
 
     def _on_stuck(self) -> None:
         """The server has been silent too long: end the run, and cancel the goal should the server wake up."""
@@ -232,12 +221,14 @@ class Run(Generic[ResultT, FeedbackT]):
             return  # its server is gone: so is the goal
 
     async def _cancel(self, attempt: Attempt) -> bool:
-        asked = self._core.cancel_goal(self._id)
+        asked = self._core.cancel_goal(self._id, terms=attempt)
         try:
-            await attempt.settle(asked)
+            if not await settle(asked, attempt.context.lifeline):
+                raise ShutDownError(attempt.title)
             response: Any = asked.result()
-        except CallError as error:
-            raise attempt.retold(error) from None
+        finally:
+            if asked.pending():
+                asked.cancel()
         return any(bytes(goal.goal_id.uuid) == self._id for goal in response.goals_canceling)
 
     def _warn(self, what: str) -> None:

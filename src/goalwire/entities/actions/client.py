@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Callable
+from math import inf
 from threading import Lock
 from typing import TYPE_CHECKING, Any
 
@@ -15,13 +16,14 @@ from goalwire.codec import cdr
 from goalwire.entities.actions.client_goal import ClientGoal, ClientGoalHandle, FeedbackQueue
 from goalwire.entities.actions.endpoints import ActionQoS
 from goalwire.entities.actions.goal_ids import goal_id_bytes
-from goalwire.entities.client import NO_REASON, REASONS_LIMIT, unanswered
+from goalwire.entities.actions.requests import ActionRequest, GoalRequest, RawFuture
+from goalwire.entities.client import NO_REASON, PENDING_LIMIT, REASONS_LIMIT, unanswered
 from goalwire.entities.endpoint import describe_endpoint
 from goalwire.entities.exceptions import InvalidHandle, ShutDownError
 from goalwire.entities.graph_waiting import wait_for_graph
 from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import ActionSupport, MessageSupport, ServiceSupport
-from goalwire.errors import ClosedError, RemoteError
+from goalwire.errors import CallError, ClosedError, RemoteError, TooManyCallsError
 from goalwire.execution.blocking import block_on
 from goalwire.execution.callback_groups import CallbackGroup
 from goalwire.execution.future import Future
@@ -41,6 +43,13 @@ if TYPE_CHECKING:
     from action_msgs.srv import CancelGoal
     from builtin_interfaces.msg import Time as StampMessage
 
+    from goalwire.entities.call_terms import CallTerms
+    from goalwire.entities.guard import Guard
+    from goalwire.entities.server_line import ServerLine
+
+LINGERING_LIMIT = 1000
+"""Goals given up, of one client, that are cancelled where a server takes them late."""
+
 FEEDBACK_LIMIT = 1000
 """Feedback messages that may wait for one goal's callback; the oldest is dropped and counted."""
 
@@ -48,20 +57,7 @@ _STATUS_LIMIT = 10
 """Status arrays that may wait. More than one: a goal whose result is not kept is in a single array."""
 
 
-class _RawFuture(Future[Any]):
-    """Completed with a payload, which `make` turns into the result when somebody asks."""
-
-    __slots__ = ('_make',)
-
-    def __init__(self, client: ActionClientCore, make: Callable[[Payload], Any]) -> None:
-        super().__init__(home=client.node.home)
-        self._make = make
-
-    def _decode(self, raw: Any) -> Any:
-        return self._make(raw)
-
-
-Effects = list[effect.ClientEffect[Any, _RawFuture, Payload]]
+Effects = list[effect.ClientEffect[Any, RawFuture, Payload]]
 
 
 class ActionClientCore:
@@ -82,10 +78,17 @@ class ActionClientCore:
         self._group = group
         self._logger = get_logger(node.logger_name).get_child('action_client')
         self._lock = Lock()
-        self._reactor: GoalClient[Any, _RawFuture, Payload] = GoalClient()
+        self._reactor: GoalClient[Any, RawFuture, Payload] = GoalClient()
         self._goals: dict[GoalId, ClientGoal] = {}
         self._ended: OrderedDict[GoalId, ClientGoal] = OrderedDict()
         self._reported: set[tuple[str, str]] = set()
+        self.requests: dict[ActionRequest, None] = {}
+        """Those to take or cancel goals that wait for their answers, or for a server."""
+        self.lingering: dict[GoalRequest, None] = {}
+        """Goals that were given up before a server had answered, not long ago."""
+        self.call_timeout: float | None = None
+        """s until a goal is accepted, or a cancel request answered; None: what the node says."""
+        self._line: ServerLine | None = None
         self._destroyed = False
         self._goal_class: type = support.cls.Goal  # type: ignore[attr-defined]
         self._encode_goal = cdr.encoder(self._goal_class)
@@ -118,53 +121,108 @@ class ActionClientCore:
         """Send a goal; the future gives its ClientGoalHandle, accepted or not.
 
         Raises TypeError for another type than the action's Goal, EncodeError where a field cannot go on the
-        wire, GoalIdTaken for an id that is under way, InvalidHandle once destroyed.
+        wire, GoalIdTaken for an id that is under way, TooManyCallsError, InvalidHandle once destroyed.
         """
         goal_id = new_goal_id() if goal_uuid is None else goal_id_bytes(goal_uuid)
         feedback = None if feedback_callback is None else self._feedback_inbox(feedback_callback)
         return self.send_as(goal_id, goal, feedback)
 
     def send_as(
-        self, goal_id: GoalId, goal: Any, feedback: FeedbackQueue | None
+        self, goal_id: GoalId, goal: Any, feedback: FeedbackQueue | None, terms: CallTerms | None = None
     ) -> Future[ClientGoalHandle[Any, Any, Any]]:
-        """Send a goal; feedback goes to the queue, as it comes from the wire. Raises as `send` does."""
+        """Send a goal; feedback goes to the queue, as it comes from the wire. Raises as `send` does.
+
+        With terms, or a `default_timeout`, the future ends with a typed error where nobody answers, and a
+        goal that is accepted too late is cancelled.
+        """
         if not isinstance(goal, self._goal_class):
             raise TypeError(f'Expected {self._goal_class}, got {type(goal)}')
         self._check_alive()
+        self._make_room()
         payload = wire.wrap(goal_id, self._encode_goal(goal))
         record = ClientGoal(goal_id, feedback)
         with self._lock:
             self._reactor.on_send(goal_id)
             self._ended.pop(goal_id, None)
             self._goals[goal_id] = record
-        future = _RawFuture(
+        future = RawFuture(
             self,
             lambda raw: ClientGoalHandle(self, record, self.support.send_goal.decode_response(raw)),
+            terms or self.new_terms(),
         )
         try:
-            self._request(
-                self._send_port,
-                payload,
-                lambda sample: self._on_goal_reply(record, future, sample),
-                lambda reason: self._on_goal_end(record, future, reason),
-            )
+            GoalRequest(self, self._send_port, payload, future, record).begin()
         except BaseException:
-            self._drop(record, '')
+            self.drop(record, '')
             raise
         return future
 
-    def _request(
+    def _make_room(self) -> None:
+        """Raise TooManyCallsError where too many requests wait; forget goals of which nobody asks the end."""
+        if len(self.requests) >= PENDING_LIMIT:
+            raise TooManyCallsError(
+                f"cannot use the action '{self.full_name}': {PENDING_LIMIT} requests of this client wait for "
+                'answers already; give goals a timeout, or wait for some of them first'
+            )
+        if len(self._goals) >= PENDING_LIMIT:
+            with self._lock:
+                crowded_out = self._reactor.on_crowd()
+            if crowded_out is None:
+                raise TooManyCallsError(
+                    f"cannot send a goal to '{self.full_name}': {PENDING_LIMIT} goals of this client are "
+                    'under way already; wait for the results of some of them first'
+                )
+            self._forget(crowded_out)
+
+    def request(
         self,
         port: ClientPort,
         payload: bytes,
         on_reply: Callable[[Sample], None],
         on_end: Callable[[str], None],
-    ) -> None:
+    ) -> int:
+        """Hand a request to the wire and return its number. Raises InvalidHandle, ShutDownError."""
         try:
-            port.request(payload, on_reply, on_end)
+            return port.request(payload, on_reply, on_end)
         except ClosedError:
             self._check_alive()
             raise ShutDownError(f"cannot use the action '{self.name}'") from None
+
+    def guard(self, terms: CallTerms, request: ActionRequest) -> Guard:
+        """Make what sees to the end of a request that has terms."""
+        from goalwire.entities.guard import Guard
+        from goalwire.entities.server_line import ServerLine
+
+        line = self._line
+        if line is None:
+            line = self._line = ServerLine(self.node.context, self.server_is_there, self.goal_service)
+        return Guard(terms, line, request, waits=request.waits)
+
+    def new_terms(self, timeout: float | None = None) -> CallTerms | None:
+        """Terms for a request that may take `timeout` s, else the `default_timeout`; None without either."""
+        limit = self.default_timeout if timeout is None else timeout
+        if limit is None:
+            return None
+        from goalwire.entities.call_terms import CallTerms
+
+        return CallTerms(self.node.context, 'action', self.full_name, limit)
+
+    @property
+    def default_timeout(self) -> float | None:
+        """s until a goal is accepted or a cancel request answered: the client's, node's or context's."""
+        own = self.call_timeout
+        return self.node.default_timeout if own is None else own
+
+    def give_up(self, sending: Future[ClientGoalHandle[Any, Any, Any]]) -> None:
+        """Wait no longer for a server to take a goal; where one does so yet, it is cancelled."""
+        if isinstance(sending, RawFuture) and isinstance(sending.request, GoalRequest):
+            sending.request.give_up()
+
+    def linger(self, request: GoalRequest) -> None:
+        """Keep an ear open for a goal that was given up: the latest few."""
+        self.lingering[request] = None
+        if len(self.lingering) > LINGERING_LIMIT:
+            next(iter(self.lingering)).let_go()
 
     def _feedback_inbox(self, callback: Callable[[Any], object]) -> Inbox[Sample]:
         decode = self.support.feedback.decode
@@ -179,7 +237,8 @@ class ActionClientCore:
 
         return Inbox(self.node.home, self._group, handle, depth=FEEDBACK_LIMIT)
 
-    def _on_goal_reply(self, record: ClientGoal, future: _RawFuture, sample: Sample) -> None:
+    def on_goal_reply(self, record: ClientGoal, future: RawFuture, sample: Sample) -> None:
+        """A server has accepted or refused a goal."""
         with self._lock:
             effects = self._reactor.on_goal_reply(record.goal_id, wire.is_acceptance(sample.payload))
         for item in effects:
@@ -193,14 +252,9 @@ class ActionClientCore:
                 case effect.GoalRejected():
                     self._goals.pop(record.goal_id, None)
         record.answered = True
-        self._complete(future, sample.payload)
+        self.complete(future, sample.payload)
 
-    def _on_goal_end(self, record: ClientGoal, future: _RawFuture, reason: str) -> None:
-        if not record.answered:
-            self._drop(record, reason)
-            self._on_unanswered(future, 'goal', reason)
-
-    def _drop(self, record: ClientGoal, reason: str) -> None:
+    def drop(self, record: ClientGoal, reason: str) -> None:
         """Forget a goal that no server has taken."""
         self._goals.pop(record.goal_id, None)
         self._apply(self._reactor.on_send_failed, record.goal_id, unanswered('goal', reason))
@@ -239,11 +293,12 @@ class ActionClientCore:
                 case effect.RequestResult(goal_id):
                     self._request_result(goal_id)
                 case effect.DeliverResult(waiter, _, payload):
-                    self._complete(waiter, payload)
+                    self.complete(waiter, payload)
                 case effect.FailResult(waiter, error):
                     self._on_failed(waiter, error)
 
-    def _complete(self, future: _RawFuture, payload: Payload) -> None:
+    def complete(self, future: RawFuture, payload: Payload) -> None:
+        """Give a future what it waits for."""
         if future.pending() and not future.set_raw(payload):  # else it was cancelled
             self._arrivals.deliver(None)
 
@@ -268,10 +323,11 @@ class ActionClientCore:
 
     # -- results and cancelling ----------------------------------------------------------------------------
 
-    def get_result(self, goal_id: GoalId) -> Future[Any]:
+    def get_result(self, goal_id: GoalId, terms: CallTerms | None = None) -> Future[Any]:
         """Ask for a goal's result; the future gives the action's GetResult response."""
         self._check_alive()
-        future = _RawFuture(self, self.support.get_result.decode_response)
+        make = self.support.get_result.decode_response
+        future = RawFuture(self, make, terms or self._terms_of_results())
         self._apply(self._reactor.on_result_request, goal_id, future)
         return future
 
@@ -295,27 +351,21 @@ class ActionClientCore:
             if not answered:
                 self._forget(goal_id)
                 self._apply(self._reactor.on_result_failed, goal_id, unanswered('result', reason))
-                self._report_lost('result', reason)
+                self.report_lost('result', reason)
 
         try:
-            self._request(self._result_port, wire.encode_result_request(goal_id), on_reply, on_end)
+            self.request(self._result_port, wire.encode_result_request(goal_id), on_reply, on_end)
         except BaseException:  # nothing was sent: the next who asks tries again
             self._apply(self._reactor.on_result_failed, goal_id, unanswered('result', ''))
             raise
 
-    def cancel_goal(self, goal_id: GoalId, stamp_ns: int = 0) -> Future[Any]:
+    def cancel_goal(self, goal_id: GoalId, stamp_ns: int = 0, terms: CallTerms | None = None) -> Future[Any]:
         """Ask for cancellation; the future gives an action_msgs/srv/CancelGoal response."""
         self._check_alive()
-        future = _RawFuture(self, self.support.cancel_goal.decode_response)
-
-        def on_reply(sample: Sample) -> None:
-            self._complete(future, sample.payload)
-
-        def on_end(reason: str) -> None:
-            if future.pending():
-                self._on_unanswered(future, 'cancel request', reason)
-
-        self._request(self._cancel_port, wire.encode_cancel_request(goal_id, stamp_ns), on_reply, on_end)
+        make = self.support.cancel_goal.decode_response
+        future = RawFuture(self, make, terms or self.new_terms())
+        payload = wire.encode_cancel_request(goal_id, stamp_ns)
+        ActionRequest(self, self._cancel_port, payload, future).begin()
         return future
 
     def cancel_all_goals_async(self) -> Future[CancelGoal.Response]:
@@ -352,17 +402,29 @@ class ActionClientCore:
         block_on(future, None, self.node.context.lifeline)
         return future.result()
 
-    def _on_unanswered(self, future: _RawFuture, what: str, reason: str) -> None:
-        self._on_failed(future, unanswered(what, reason))
-        self._report_lost(what, reason)
+    def _terms_of_results(self) -> CallTerms | None:
+        """A goal may run for ever: where calls have a time, its result has none, but typed errors."""
+        terms = self.new_terms(inf if self.default_timeout is not None else None)
+        if terms is not None:
+            terms.see_servers(self.goal_service)
+        return terms
 
-    def _on_failed(self, future: Future[Any], error: Exception) -> None:
-        """No answer will come: as in ROS 2 the future stays pending, and a warning tells."""
+    def _on_failed(self, future: RawFuture, error: Exception) -> None:
+        """No result will come. Without terms the future stays pending, as in ROS 2, and a warning tells."""
+        terms = future.terms
+        if terms is None or not future.pending():
+            return
+        if self._destroyed:
+            future.set_exception(InvalidHandle())
+        elif not self.node.context.ok():
+            future.set_exception(ShutDownError(terms.title))
+        else:
+            future.set_exception(terms.retold(error) if isinstance(error, CallError) else error)
 
-    def _report_lost(self, what: str, reason: str) -> None:
+    def report_lost(self, what: str, reason: str) -> None:
         """Say once for each kind of request, and each of the first reasons, that nobody will answer it."""
-        if self._destroyed or not self.node.context.ok():
-            return  # it is this side that goes
+        if self._destroyed or not self.node.context.ok() or self.default_timeout is not None:
+            return  # it is this side that goes, or errors tell
         if (what, reason) in self._reported or len(self._reported) == REASONS_LIMIT:
             return
         self._reported.add((what, reason))
@@ -381,7 +443,9 @@ class ActionClientCore:
         if self._destroyed:
             return False
         self.node.check_open()
-        return self.node.graph.has_action(self._names.name, self.type_name)
+        if not self.node.graph.has_action(self._names.name, self.type_name):
+            return False
+        return all(port.reaches_server() for port in (self._send_port, self._result_port, self._cancel_port))
 
     @property
     def full_name(self) -> str:
@@ -431,6 +495,11 @@ class ActionClientCore:
             return
         self._destroyed = True
         self.node.disown(self)
+        for request in (*self.lingering,):
+            request.let_go()
+        for asked in (*self.requests,):
+            if asked.guard is not None:
+                asked.guard.fail(InvalidHandle())
         for port in (
             self._feedback_port,
             self._status_port,
@@ -445,5 +514,6 @@ class ActionClientCore:
         for goal in (*self._goals.values(), *self._ended.values()):
             if goal.feedback is not None:
                 goal.feedback.close()
+        self.requests.clear()
         self._goals.clear()
         self._ended.clear()

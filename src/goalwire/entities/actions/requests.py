@@ -1,0 +1,210 @@
+"""What an action client asks of its server, to take or to cancel goals, and what becomes of the answers.
+
+With terms a request has a guard: it waits for a server, has a deadline, and its future ends with a typed
+error. Without, the future stays pending where nobody answers, as in ROS 2.
+"""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any
+
+from goalwire.errors import ClosedError, DeadlineError
+from goalwire.execution.agenda import Alarm
+from goalwire.execution.future import Future
+from goalwire.protocol.goals import wire
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from goalwire.entities.actions.client import ActionClientCore
+    from goalwire.entities.actions.client_goal import ClientGoal
+    from goalwire.entities.call_terms import CallTerms
+    from goalwire.entities.guard import Guard
+    from goalwire.transport.contract import ClientPort, Payload, Sample
+
+LATE_S = 10.0
+"""How long a goal that was given up may still be accepted: it is cancelled then."""
+
+
+class RawFuture(Future[Any]):
+    """Completed with a payload, which `make` turns into the result when somebody asks."""
+
+    __slots__ = ('_make', 'request', 'terms')
+
+    def __init__(
+        self, client: ActionClientCore, make: Callable[[Payload], Any], terms: CallTerms | None
+    ) -> None:
+        super().__init__(home=client.node.home)
+        self._make = make
+        self.terms = terms
+        """What its errors tell; None: it stays pending where nobody answers."""
+        self.request: ActionRequest | None = None
+        """What was sent for it alone."""
+
+    def cancel(self) -> None:
+        """Give the answer up. A goal goes on, as in ROS 2."""
+        if self.request is not None and self.pending():
+            self.request.forget()
+        super().cancel()
+
+    def _decode(self, raw: Any) -> Any:
+        return self._make(raw)
+
+
+class ActionRequest:
+    """One request: to cancel goals, or (GoalRequest) to take one."""
+
+    waits = False
+    """Whether it waits for a server; who cancels a goal has had one."""
+
+    def __init__(self, client: ActionClientCore, port: ClientPort, payload: bytes, future: RawFuture) -> None:
+        self.client = client
+        self.future = future
+        self.guard: Guard | None = None
+        self._port = port
+        self._payload = payload
+        self._sequence = 0
+        self._is_over = False
+        self._is_forgotten = False
+
+    def begin(self) -> None:
+        """Send it now, or as soon as there is a server; raises what sending raises, and leaves nothing."""
+        self.client.requests[self] = None
+        self.future.request = self
+        try:
+            if self.future.terms is None:
+                self.send()
+            else:
+                self.guard = self.client.guard(self.future.terms, self)
+                self.guard.begin()
+        except BaseException:
+            self.client.requests.pop(self, None)
+            raise
+
+    def send(self) -> None:
+        """Hand it to the wire."""
+        sequence = self.client.request(self._port, self._payload, self.on_reply, self.on_end)
+        self._sequence = sequence
+        if self._is_forgotten:
+            self.withdraw()
+
+    def on_reply(self, sample: Sample) -> None:
+        """The first answer counts."""
+        if not self._is_over and (self.guard is None or self.guard.answered()):
+            self._leave()
+            self._answered(sample)
+
+    def on_end(self, reason: str) -> None:
+        """No answer can come any more."""
+        if self._is_over:
+            return
+        if self.guard is not None:
+            self.guard.unanswered(reason)
+        else:
+            self._leave()
+            self._unanswered(reason)
+
+    def withdraw(self) -> None:
+        """Hold nothing for it in the transport."""
+        self._is_forgotten = True
+        sequence, self._sequence = self._sequence, 0
+        if sequence:
+            self._port.forget(sequence)
+
+    def fail(self, error: Exception) -> None:
+        """It ends with `error`."""
+        self._leave()
+        self.withdraw()
+        if self.future.pending():
+            self.future.set_exception(error)
+
+    def forget(self) -> None:
+        """Nobody waits for the answer any more."""
+        if self.guard is not None:
+            self.guard.end()
+        self._leave()
+        self.withdraw()
+
+    def _leave(self) -> None:
+        self._is_over = True
+        self.client.requests.pop(self, None)
+
+    def _answered(self, sample: Sample) -> None:
+        self.client.complete(self.future, sample.payload)
+
+    def _unanswered(self, reason: str) -> None:
+        self.client.report_lost('cancel request', reason)
+
+
+class GoalRequest(ActionRequest):
+    """A goal. One that was given up is cancelled, should the server take it after all."""
+
+    waits = True
+
+    def __init__(
+        self, client: ActionClientCore, port: ClientPort, payload: bytes, future: RawFuture, goal: ClientGoal
+    ) -> None:
+        super().__init__(client, port, payload, future)
+        self._goal = goal
+        self._alarm: Alarm | None = None
+
+    def on_reply(self, sample: Sample) -> None:
+        if self._alarm is None:
+            if self._is_over:
+                self._answered(sample)  # another server's
+            else:
+                super().on_reply(sample)
+        elif wire.is_acceptance(sample.payload):
+            self.client.node.context.sends.soon(Alarm(self._call_off))
+
+    def on_end(self, reason: str) -> None:
+        if self._alarm is None:
+            super().on_end(reason)
+        else:
+            self.let_go()
+
+    def _answered(self, sample: Sample) -> None:
+        self.client.on_goal_reply(self._goal, self.future, sample)
+
+    def _unanswered(self, reason: str) -> None:
+        self.client.drop(self._goal, reason)
+        self.client.report_lost('goal', reason)
+
+    def fail(self, error: Exception) -> None:
+        self._leave()
+        self.client.drop(self._goal, '')
+        if isinstance(error, DeadlineError) and self._sequence:
+            self._linger()
+        else:
+            self.withdraw()
+        if self.future.pending():
+            self.future.set_exception(error)
+
+    def forget(self) -> None:
+        super().forget()
+        self.client.drop(self._goal, '')
+
+    def give_up(self) -> None:
+        """Nobody waits any more for the server to take it."""
+        if self.guard is not None:
+            self.guard.fail(DeadlineError(f"the goal for '{self.client.full_name}' was given up"))
+
+    def _linger(self) -> None:
+        context = self.client.node.context
+        self._alarm = Alarm(self.let_go)
+        self.client.linger(self)
+        context.deadlines.set(self._alarm, context.lifeline.clock.now() + int(LATE_S * 1e9))
+
+    def let_go(self) -> None:
+        """It is too late even for that."""
+        if self._alarm is not None:
+            self.client.node.context.deadlines.drop(self._alarm)
+        self.client.lingering.pop(self, None)
+        self.withdraw()
+
+    def _call_off(self) -> None:
+        self.let_go()
+        with suppress(ClosedError):
+            asked = self.client.cancel_goal(self._goal.goal_id, terms=self.client.new_terms(LATE_S))
+            asked.add_done_callback(Future.exception)
