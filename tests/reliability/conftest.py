@@ -81,9 +81,13 @@ def impatient_world(wire: str, lease_s: float = LEASE_S) -> dict[str, str]:
 
 
 def told(mission: Program, outcomes: Outcomes, since: float | None = None) -> str:
-    """Wait for the end of what programs/mission.py does, and count it; `since` (s) is when a fault struck."""
-    kind, at = mission.expect(r'^ended (\w+) (\d+)$').groups()
-    outcomes.note(kind, None if since is None or kind == 'done' else int(at) / 1e9 - since)
+    """Wait for the end of what programs/mission.py does, and count it; an error with its time.
+
+    That is the time since a fault struck where `since` (s) tells, else since the call began.
+    """
+    kind, at, took = mission.expect(r'^ended (\w+) (\d+) ([\d.e-]+)$').groups()
+    seconds = float(took) if since is None else int(at) / 1e9 - since
+    outcomes.note(kind, None if kind == 'done' else seconds)
     return kind
 
 

@@ -1,7 +1,7 @@
 """A client that does what its standard input says, and tells how each thing ended.
 
-`call NAME SECONDS [NUMBER]`, `goal ORDER SECONDS`: each end is a line `ended KIND TIME`, with steady time in
-ns, so that it compares with other processes' times. `leave` ends it.
+`call NAME SECONDS [NUMBER]`, `goal ORDER SECONDS`: each end is a line `ended KIND TIME SECONDS`: when, in ns
+of steady time, which compares with other processes' times, and after how long. `leave` ends it.
 """
 
 from __future__ import annotations
@@ -43,12 +43,13 @@ class Mission:
 
 
 async def told(work: Awaitable[object]) -> None:
-    kind = 'done'
+    kind, began = 'done', time.monotonic_ns()
     try:
         await work
     except GoalwireError as error:
         kind = type(error).__name__
-    print('ended', kind, time.monotonic_ns())
+    now = time.monotonic_ns()
+    print('ended', kind, now, (now - began) / 1e9)
 
 
 async def main() -> None:

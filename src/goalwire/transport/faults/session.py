@@ -50,6 +50,7 @@ class FaultySession(Session):
         self.id = inner.id
         self.enforces_qos = inner.enforces_qos
         self.compares_definitions = inner.compares_definitions
+        self.vigil = inner.vigil
         self._lock = Lock()
         self._nodes: tuple[FaultyNode, ...] = ()
         self.sight = Sight(Nobody(), self._is_hidden)

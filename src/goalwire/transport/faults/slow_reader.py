@@ -1,7 +1,8 @@
-"""A reader, or a line, that takes so many things a second and no more."""
+"""A reader, or a line, that takes so much a second and no more."""
 
 from __future__ import annotations
 
+import math
 from collections import defaultdict, deque
 from dataclasses import dataclass, field
 from random import Random
@@ -12,27 +13,33 @@ from goalwire.transport.faults.fault import Fault, to_ns
 
 @dataclass(eq=False)
 class SlowReader(Fault):
-    """One thing each `period` seconds on every path; of a topic's messages `room` may wait, more are lost."""
+    """Busy for `period` seconds with each thing, and so long for each byte that it does `bytes_per_s`.
 
-    period: float = field(kw_only=False)
+    Each path has a reader of its own. Of a topic's messages `room` may wait, more are lost.
+    """
+
+    period: float = field(default=0.0, kw_only=False)
+    bytes_per_s: float = math.inf
     room: int = 100
     lost: int = field(default=0, init=False)
     """Messages for which there was no room."""
-    _due: dict[Path, deque[int]] = field(default_factory=lambda: defaultdict(deque), init=False, repr=False)
-    """When each of those that wait on a path will be read."""
+    _busy: dict[Path, deque[int]] = field(default_factory=lambda: defaultdict(deque), init=False, repr=False)
+    """When it will be done with each of those that are on a path."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
         to_ns(self.period)
+        if not self.bytes_per_s > 0:
+            raise ValueError(f'a reader takes some bytes a second, got {self.bytes_per_s}')
 
     def strike(self, crossing: Crossing, luck: Random, now: int) -> tuple[Crossing, ...]:  # noqa: ARG002
-        waiting = self._due[crossing.path]
-        while waiting and waiting[0] + to_ns(self.period) <= now:
-            waiting.popleft()
-        if crossing.kind is Kind.MESSAGE and len(waiting) > self.room:
+        busy = self._busy[crossing.path]
+        while busy and busy[0] <= now:
+            busy.popleft()
+        if crossing.kind is Kind.MESSAGE and len(busy) > self.room:
             self.lost += 1
             return ()
         arrival = now + crossing.delay_ns
-        due = max(arrival, waiting[-1] + to_ns(self.period)) if waiting else arrival
-        waiting.append(due)
+        due = max(arrival, busy[-1]) if busy else arrival
+        busy.append(due + to_ns(self.period + len(crossing.payload) / self.bytes_per_s))
         return (crossing._replace(delay_ns=due - now),)
