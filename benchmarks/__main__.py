@@ -1,6 +1,6 @@
 """make bench: goalwire on both wires, the real rclpy and the raw wires beside it, in one run.
 
-usage: python -m benchmarks [--rounds N] [--scale X] [--only WORD] [--out FOLDER]
+usage: python -m benchmarks [--rounds N] [--scale X] [--only WORD] [--alone] [--out FOLDER]
        python -m benchmarks --curves | --short
 """
 
@@ -16,7 +16,7 @@ from time import monotonic
 from benchmarks import ROOT, curves, machine, markdown, short, svg
 from benchmarks.line import Line
 from benchmarks.measuring import Measured, measure
-from benchmarks.subjects import PEER, everybody
+from benchmarks.subjects import PEER, Subject, everybody
 from benchmarks.table import LINES
 from benchmarks.verdicts import judge
 
@@ -27,14 +27,13 @@ def say(text: str) -> None:
         print(f'\r{text[:100]:100}', end='', file=sys.stderr, flush=True)
 
 
-def table(lines: Iterable[Line], rounds: int | None, scale: float) -> tuple[list[Measured], str]:
-    """Measure the lines; also return why the real rclpy was not measured, where that is so."""
-    subjects, no_peer = everybody()
+def table(lines: Iterable[Line], subjects: list[Subject], rounds: int | None, scale: float) -> list[Measured]:
+    """Measure the lines."""
     results = []
     for line in lines:
         count = max(int(line.operations * scale), 1)
         results.append(measure(line, subjects, rounds or line.rounds, count, say))
-    return results, no_peer
+    return results
 
 
 def picture(results: Iterable[Measured]) -> str:
@@ -84,6 +83,7 @@ def main() -> int:
     parser.add_argument('--scale', type=float, default=1.0, help='of the numbers of operations')
     parser.add_argument('--only', default='', metavar='WORD', help='lines whose program has WORD in its name')
     parser.add_argument('--out', type=Path, default=ROOT / 'build' / 'bench', metavar='FOLDER')
+    parser.add_argument('--alone', action='store_true', help='without the real rclpy')
     parser.add_argument('--curves', action='store_true', help='how it scales, as plots')
     parser.add_argument('--short', action='store_true', help='ratios alone, against those expected: for CI')
     options = parser.parse_args()
@@ -94,7 +94,8 @@ def main() -> int:
     begun = monotonic()
     facts = machine.facts()
     lines = [line for line in LINES if options.only in line.module]
-    results, no_peer = table(lines, options.rounds, options.scale)
+    subjects, no_peer = everybody(peer=not options.alone)
+    results = table(lines, subjects, options.rounds, options.scale)
     write(options.out, results, facts | {'taken': f'{monotonic() - begun:.0f} s'}, no_peer)
     return 0
 

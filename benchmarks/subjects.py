@@ -65,16 +65,16 @@ RAW = {ZENOH.name: RAW_ZENOH.name, DDS.name: RAW_DDS.name}
 """The wire that each goalwire is held against: with the same settings."""
 
 
-def everybody() -> tuple[list[Subject], str]:
+def everybody(*, peer: bool = True) -> tuple[list[Subject], str]:
     """Return all subjects that can be had here, and why the real rclpy is not among them."""
     subjects = [ZENOH, RAW_ZENOH, DDS, RAW_DDS, UNTUNED_ZENOH, TCP]
+    if not peer:
+        return subjects, 'nobody asked for it'
     if not real_rclpy.EXISTS:
         return subjects, real_rclpy.WHY_NOT
     try:
         environment = real_rclpy.kept(ROOT / 'build')
     except CannotInstall as error:
         return subjects, f'the real rclpy could not be installed: {error}'
-    peer = Subject(
-        PEER, 'rmw_fastrtps_cpp', peer_program, {stage.SPIN_ONCE: '1'}, environment.python.absolute()
-    )
-    return [*subjects, peer], ''
+    python, env = environment.python.absolute(), {stage.SPIN_ONCE: '1'}
+    return [*subjects, Subject(PEER, 'rmw_fastrtps_cpp', peer_program, env, python)], ''
