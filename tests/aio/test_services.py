@@ -9,7 +9,6 @@ from collections.abc import Awaitable, Callable
 import pytest
 from helpers.collector import Collector
 from helpers.loops import Play
-from helpers.wires import DDS
 from std_srvs.srv import SetBool, Trigger
 
 import goalwire
@@ -132,9 +131,6 @@ def test_a_server_that_goes_away_fails_the_calls_that_wait_at_once(play: Play) -
     play(scenario)
 
 
-@pytest.mark.differs_on(
-    DDS, 'a server cannot say that it will not answer: the call ends when the server goes'
-)
 def test_a_handler_that_fails_is_logged_and_told_and_the_node_goes_on(play: Play) -> None:
     records: Collector[str] = Collector()
 

@@ -5,15 +5,12 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 
-import pytest
 from helpers.collector import Collector
 from helpers.wire import Answers, ContentClient, Side
-from helpers.wires import DDS
 
 from goalwire.transport.contract import EndpointKind, Port, Request, Sample, Session
 
 SERVICE = EndpointKind.SERVICE
-GIVING_UP = 'a server cannot say that it will not answer: the call ends when the server goes'
 
 Requests = Collector[Request]
 Sides = tuple[Side, Side]
@@ -114,7 +111,6 @@ def test_several_servers_all_answer_and_the_request_ends_once(sides: Sides) -> N
     assert answers.replies_before_each_end == [2]
 
 
-@pytest.mark.differs_on(DDS, GIVING_UP)
 def test_a_server_that_gives_up_does_not_end_a_request_another_still_has(sides: Sides) -> None:
     alpha, beta = sides
     requests, answers = Requests(), Answers()
@@ -134,7 +130,6 @@ def test_a_request_to_nobody_ends_at_once_without_a_reply(sides: Sides) -> None:
     answers.expect(replies=0)
 
 
-@pytest.mark.differs_on(DDS, GIVING_UP)
 def test_a_request_that_is_dropped_ends_without_a_reply(sides: Sides) -> None:
     requests, answers = Requests(), Answers()
     client, _ = connected(sides, requests)
@@ -144,7 +139,6 @@ def test_a_request_that_is_dropped_ends_without_a_reply(sides: Sides) -> None:
     assert answers.reasons == ['']
 
 
-@pytest.mark.differs_on(DDS, GIVING_UP)
 def test_the_reason_for_dropping_a_request_reaches_its_client(sides: Sides) -> None:
     requests, answers = Requests(), Answers()
     client, _ = connected(sides, requests)

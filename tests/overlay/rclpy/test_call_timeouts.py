@@ -11,7 +11,6 @@ from typing import Any
 import pytest
 from helpers.collector import Collector
 from helpers.spinning import PATIENCE, MakeNode, Spin, Spinner, result_of
-from helpers.wires import DDS
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.client import Client
 from rclpy.context import Context
@@ -166,9 +165,6 @@ def test_a_server_that_goes_is_told_at_once(impatient: TriggerClient, hanging: H
     hanging.spinner.expect_raised(InvalidHandle)
 
 
-@pytest.mark.differs_on(
-    DDS, 'a server cannot say that it will not answer: the call ends when the server goes'
-)
 def test_what_a_callback_raises_reaches_its_client(make_node: MakeNode, spin: Spin) -> None:
     def fail(_: Trigger.Request, __: Trigger.Response) -> Trigger.Response:
         raise KeyError('bulb')

@@ -31,6 +31,7 @@ def test_a_participant_without_an_enclave_has_the_empty_one() -> None:
         (EndpointData(HASH), f'typehash={HASH};'),
         (EndpointData(HASH, service_id='1.2'), f'serviceid=1.2;typehash={HASH};'),
         (EndpointData(HASH, client_id='1.2'), f'clientid=1.2;typehash={HASH};'),
+        (EndpointData(HASH, client_id='1', takes_refusals=True), f'clientid=1;typehash={HASH};goalwire=1;'),
     ],
 )
 def test_an_endpoint_says_what_it_is_in_ros_2s_order(data: EndpointData, raw: str) -> None:

@@ -2,8 +2,8 @@
 
 Layouts are those of Cyclone DDS 0.10 and 11.0 (dds.h, dds_public_impl.h, ddsi_serdata.h); selftest.py holds
 the loaded library to them. Functions that may block or take a lock let other Python threads run (CDLL), the
-short ones on a message's way do not (PyDLL). No callback is ever handed to the library, so none of its
-threads waits for the interpreter.
+short ones on a message's way do not (PyDLL). No callback is handed to the library, so none of its threads
+waits for the interpreter; fast_dds.py, behind a switch, is the exception.
 """
 
 from __future__ import annotations
@@ -11,7 +11,18 @@ from __future__ import annotations
 import ctypes
 import sys
 from collections.abc import Callable
-from ctypes import c_bool, c_char_p, c_int32, c_int64, c_size_t, c_ssize_t, c_uint32, c_uint64, c_void_p
+from ctypes import (
+    c_bool,
+    c_char_p,
+    c_int32,
+    c_int64,
+    c_size_t,
+    c_ssize_t,
+    c_uint16,
+    c_uint32,
+    c_uint64,
+    c_void_p,
+)
 from typing import TypeAlias
 
 Function: TypeAlias = Callable[..., int]
@@ -118,6 +129,22 @@ class AliveCounts(ctypes.Structure):
     ]
 
 
+class PacketPiece(ctypes.Structure):
+    """struct ddsi_rdata of 11.0: a piece of a received sample, and where it is in its packet."""
+
+    _fields_ = [
+        ('packet', c_void_p),
+        ('next', c_void_p),
+        ('first', c_uint32),
+        ('end', c_uint32),
+        ('submessage', c_uint16),
+        ('payload', c_uint16),
+    ]
+
+
+PACKET_START = 48
+"""Bytes before a packet in what the library keeps of it (struct ddsi_rmsg of 11.0)."""
+
 _P = c_void_p
 _I = c_int32
 _CREATE = (_I, _I, _P, _P)
@@ -136,11 +163,11 @@ _RELEASING: dict[str, tuple[type | None, tuple[type, ...]]] = {
     'dds_create_waitset': (_I, (_I,)),
     'dds_waitset_attach': (_I, (_I, _I, c_ssize_t)),
     'dds_waitset_detach': (_I, (_I, _I)),
-    'dds_waitset_wait': (_I, (_I, ctypes.POINTER(c_ssize_t), c_size_t, c_int64)),
+    'dds_waitset_wait': (_I, (_I, _P, c_size_t, c_int64)),
     'dds_delete': (_I, (_I,)),
     'dds_write': (_I, (_I, _P)),
     'dds_writecdr': (_I, (_I, _P)),
-    'dds_takecdr': (_I, (_I, ctypes.POINTER(_P), c_uint32, ctypes.POINTER(SampleInfo), c_uint32)),
+    'dds_takecdr': (_I, (_I, _P, c_uint32, _P, c_uint32)),
     'dds_take': (_I, (_I, ctypes.POINTER(_P), ctypes.POINTER(SampleInfo), c_size_t, c_uint32)),
     'dds_return_loan': (_I, (_I, ctypes.POINTER(_P), _I)),
     'dds_set_status_mask': (_I, (_I, c_uint32)),

@@ -9,11 +9,13 @@ from time import time_ns
 
 from goalwire.errors import RemoteError, TransportError
 from goalwire.transport.contract import ClientPort, Endpoint, Sample
+from goalwire.transport.dds.configuration import FAST_DDS_SERVICES
 from goalwire.transport.dds.core import Core
 from goalwire.transport.dds.declaring import Declaration
 from goalwire.transport.dds.intake import Intake
 from goalwire.transport.dds.names import Role
 from goalwire.transport.dds.peers import Peer
+from goalwire.transport.dds.refusal import is_refusal, refusal_reason
 from goalwire.transport.dds.service_ends import make_reader, make_writer
 from goalwire.transport.dds.service_header import Header, unwrap, wrap
 from goalwire.transport.dds.status import PUBLICATION_MATCHED, SUBSCRIPTION_MATCHED
@@ -21,7 +23,11 @@ from goalwire.transport.dds.user_data import EndpointData
 from goalwire.transport.dds.wire import Taken
 
 _FOREIGN = (
-    'its server runs on Fast DDS, whose services Cyclone DDS cannot call: start it with '
+    'its server runs on Fast DDS, whose services take requests of another form: start it with '
+    f'RMW_IMPLEMENTATION=rmw_cyclonedds_cpp, or set {FAST_DDS_SERVICES}=1 here'
+)
+_MIXED = (
+    'it has servers on Fast DDS and on Cyclone DDS, which take requests of different forms: start all with '
     'RMW_IMPLEMENTATION=rmw_cyclonedds_cpp'
 )
 
@@ -29,12 +35,14 @@ _FOREIGN = (
 class Call:
     """One request on its way, and the servers that may still answer."""
 
-    __slots__ = ('on_end', 'on_reply', 'servers')
+    __slots__ = ('on_end', 'on_reply', 'reason', 'servers')
 
     def __init__(
         self, servers: set[str], on_reply: Callable[[Sample], None], on_end: Callable[[str], None]
     ) -> None:
         self.servers = servers
+        self.reason = ''
+        """Why a server has refused it."""
         self.on_reply = on_reply
         self.on_end = on_end
 
@@ -43,7 +51,7 @@ class DdsClient(ClientPort):
     """A declared service client."""
 
     def __init__(self, core: Core, new: Declaration, endpoint: Endpoint) -> None:
-        data = EndpointData(endpoint.type_hash, client_id=core.next_service_id())
+        data = EndpointData(endpoint.type_hash, client_id=core.next_service_id(), takes_refusals=True)
         self._core = core
         self._place = new.place
         self._writer = make_writer(core, Role.REQUEST, endpoint, data, new.undo)
@@ -54,6 +62,9 @@ class DdsClient(ClientPort):
         self._calls: dict[int, Call] = {}
         self._requested: list[Peer] = []
         self._answering: list[Peer] = []
+        self._fast_dds = None if core.translation is None else core.translation.add(self._writer, self.reader)
+        if core.translation is not None:
+            new.undo.callback(core.translation.remove, self._writer)
         new.undo.callback(self.end_all)
         new.take_in(self.reader.topic, Intake(self.reader, new.place.title, self._on_message))
         core.statuses.watch(self._writer.handle, PUBLICATION_MATCHED, self._look)
@@ -74,10 +85,9 @@ class DdsClient(ClientPort):
         if self._place.closed:  # since the check above: closing may have missed this call
             self.end_all()
             return sequence
-        result = self._writer.write(wrap(Header(self._writer.instance, sequence), payload))
+        result = self._send(sequence, payload)
         if result:
-            with self._lock:
-                self._calls.pop(sequence, None)
+            self.forget(sequence)
             self._place.check()
             error = self._core.library.dds_strretcode(result).decode()
             raise TransportError(f'{self._place.title}: Cyclone DDS refused a request: {error}')
@@ -87,22 +97,39 @@ class DdsClient(ClientPort):
     def forget(self, sequence: int) -> None:
         """Hold nothing for this request any more."""
         with self._lock:
-            self._calls.pop(sequence, None)
+            self._pop(sequence)
+
+    def _pop(self, sequence: int) -> Call | None:
+        if self._fast_dds is not None:
+            self._fast_dds.end(sequence)
+        return self._calls.pop(sequence, None)
+
+    def _send(self, sequence: int, payload: bytes) -> int:
+        """Write a request in the form that its servers take; return 0 or the library's error."""
+        if self._fast_dds is None:
+            return self._writer.write(wrap(Header(self._writer.instance, sequence), payload))
+        if self._requested[0].speaks_fast_dds:
+            return self._fast_dds.write(payload, sequence)
+        return self._fast_dds.write(wrap(Header(self._writer.instance, sequence), payload))
 
     def _servers(self) -> tuple[set[str], str]:
         """Return who gets a request now, or nobody and why."""
         if not self._requested:
             self._look()
         requested = self._requested
-        if any(peer.speaks_fast_dds for peer in requested):
+        foreign = [peer for peer in requested if peer.speaks_fast_dds]
+        if foreign and self._fast_dds is None:
             return set(), _FOREIGN
+        if foreign and len(foreign) < len(requested):
+            return set(), _MIXED
         return {peer.server for peer in requested}, ''
 
     def reaches_server(self) -> bool:
         """Whether both ends of a server are matched with ours (rmw_service_server_is_available)."""
         if not (self._requested and self._answering):
             self._look()
-        asked = [peer for peer in self._requested if not peer.speaks_fast_dds]
+        calls_all = self._fast_dds is not None
+        asked = [peer for peer in self._requested if calls_all or not peer.speaks_fast_dds]
         ids = {peer.service_id for peer in asked if peer.service_id}
         if not ids:
             return bool(asked and self._answering)
@@ -121,9 +148,10 @@ class DdsClient(ClientPort):
             for sequence, call in list(self._calls.items()):
                 call.servers &= there
                 if not call.servers:
-                    ended.append(self._calls.pop(sequence))
+                    self._pop(sequence)
+                    ended.append(call)
         for call in ended:
-            call.on_end('')
+            call.on_end(call.reason)
         if changed:
             self._core.feed.connected()
 
@@ -135,23 +163,34 @@ class DdsClient(ClientPort):
             return
         if header.client != self._writer.instance:
             return  # another client's
+        if is_refusal(header):
+            self._answered(-header.sequence, message.publication, refusal_reason(payload))
+            return
         call = self._calls.get(header.sequence)
         if call is None:
             return
         call.on_reply(Sample(payload, header.sequence, message.source_timestamp, time_ns(), self.gid))
-        peer = self._core.peers.publication(self.reader.handle, message.publication)
+        self._answered(header.sequence, message.publication)
+
+    def _answered(self, sequence: int, publication: int, reason: str = '') -> None:
+        """Cross the server off that has just answered or refused; the last one ends the call."""
+        peer = self._core.peers.publication(self.reader.handle, publication)
         with self._lock:
+            call = self._calls.get(sequence)
+            if call is None:
+                return
             if peer is not None:
                 call.servers.discard(peer.server)
-            is_last = not call.servers and self._calls.pop(header.sequence, None) is not None
-        if is_last:
-            call.on_end('')
+            call.reason = call.reason or reason
+            if call.servers:
+                return
+            self._pop(sequence)
+        call.on_end(call.reason)
 
     def end_all(self) -> None:
         """End every call: the client is closing."""
         with self._lock:
-            calls = list(self._calls.values())
-            self._calls.clear()
+            calls = [call for each in list(self._calls) if (call := self._pop(each)) is not None]
         for call in calls:
             call.on_end('')
 

@@ -21,6 +21,10 @@ LARGEST_DOMAIN = 232
 """Beyond it a domain has no UDP ports."""
 
 
+FAST_DDS_SERVICES = 'GOALWIRE_FASTDDS_SERVICES'
+"""1: servers on Fast DDS may be called."""
+
+
 class Range(Enum):
     """How far discovery looks (ROS_AUTOMATIC_DISCOVERY_RANGE)."""
 
@@ -48,6 +52,11 @@ def discovery_range() -> Range:
 def static_peers() -> list[str]:
     """Return the addresses that ROS_STATIC_PEERS names, separated by semicolons."""
     return [peer for part in os.environ.get('ROS_STATIC_PEERS', '').split(';') if (peer := part.strip())]
+
+
+def calls_fast_dds() -> bool:
+    """Whether servers on Fast DDS may be called."""
+    return os.environ.get(FAST_DDS_SERVICES, '').strip() == '1'
 
 
 def domain_configuration() -> str:

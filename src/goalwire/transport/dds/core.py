@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from itertools import count
+from typing import TYPE_CHECKING
 
 from goalwire.transport.dds.abi import Library
+from goalwire.transport.dds.configuration import calls_fast_dds
 from goalwire.transport.dds.discovery import Discovery
 from goalwire.transport.dds.domain import DOMAINS
 from goalwire.transport.dds.feed import Feed
@@ -15,6 +17,9 @@ from goalwire.transport.dds.vigil import DdsVigil
 from goalwire.transport.dds.wire import Participant
 from goalwire.transport.fork import ForkGuard
 from goalwire.transport.rejects import Rejects
+
+if TYPE_CHECKING:
+    from goalwire.transport.dds.fast_dds import Translation
 
 
 class Core:
@@ -28,6 +33,7 @@ class Core:
         self.guard = ForkGuard()
         self.rejects = Rejects()
         self.feed = Feed()
+        self.translation = _translation(library)
         domain = DOMAINS.acquire(library, domain_id)
         try:
             self.participant = Participant(library, domain_id, encode_participant(enclave))
@@ -64,3 +70,12 @@ class Core:
         if participant is not None:
             participant.close()
         DOMAINS.release(self.library, self.domain_id)
+
+
+def _translation(library: Library) -> Translation | None:
+    """Return what lets clients call servers on Fast DDS, where the environment asks for it."""
+    if not calls_fast_dds():
+        return None
+    from goalwire.transport.dds.fast_dds import translation
+
+    return translation(library)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from threading import Lock
 
-from goalwire.transport.contract import EndpointKind, GraphEntity, GraphListener
+from goalwire.transport.contract import EndpointKind, GraphEntity, GraphListener, NodeName
 from goalwire.transport.dds.world import Change
 from goalwire.transport.failures import report_failure
 from goalwire.transport.outbox import Outbox
@@ -64,6 +64,11 @@ class Feed:
             self._there.pop(key, None)
         for watcher in self._watchers:
             watcher.outbox.post(change)
+
+    def owner(self, gid: bytes) -> NodeName | None:
+        """Return the node that an endpoint belongs to, None for an unknown one; it searches them all."""
+        with self._lock:
+            return next((each.node for each in self._there.values() if each.gid == gid), None)
 
     def connected(self) -> None:
         """An endpoint of this session was connected with another, or disconnected."""

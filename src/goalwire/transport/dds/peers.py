@@ -21,6 +21,7 @@ class Peer(NamedTuple):
     gid: bytes
     service_id: str
     client_id: str
+    takes_refusals: bool
 
     @property
     def participant(self) -> bytes:
@@ -77,7 +78,7 @@ class Peers:
         try:
             endpoint = ctypes.cast(address, ctypes.POINTER(BuiltinEndpoint)).contents
             data = decode_endpoint(read_user_data(self._library, endpoint.qos))
-            peer = Peer(bytes(endpoint.key), data.service_id, data.client_id)
+            peer = Peer(bytes(endpoint.key), data.service_id, data.client_id, data.takes_refusals)
         finally:
             self._library.dds_builtintopic_free_endpoint(address)
         if len(self._known) >= _CACHE_LIMIT:

@@ -14,6 +14,8 @@ from goalwire.transport.dds.core import Core
 from goalwire.transport.dds.declaring import Declaration
 from goalwire.transport.dds.intake import Intake
 from goalwire.transport.dds.names import Role
+from goalwire.transport.dds.peers import Peer
+from goalwire.transport.dds.refusal import refusal
 from goalwire.transport.dds.service_ends import make_reader, make_writer
 from goalwire.transport.dds.service_header import Header, unwrap, wrap
 from goalwire.transport.dds.status import PUBLICATION_MATCHED
@@ -33,6 +35,7 @@ class Client(NamedTuple):
 
     id: str
     writer: int
+    takes_refusals: bool
 
 
 class DdsRequest(Request):
@@ -54,11 +57,13 @@ class DdsRequest(Request):
             raise LocalError(f'{service.place.title}: this request was answered before; answer it once')
         self._is_answered = True
         if service.release(self):
-            service.send(self._header, self._client, payload)
+            service.send(self._client, wrap(self._header, payload))
 
-    def drop(self, reason: str = '') -> None:  # noqa: ARG002 - no place for it on this wire
-        """Give the request up. On this wire nothing can tell the client: its call ends with the server."""
-        self._service.release(self)
+    def drop(self, reason: str = '') -> None:
+        """Give the request up. A client that is not goalwire's is not told: its call ends with the server."""
+        service = self._service
+        if service.release(self) and self._client.takes_refusals:
+            service.send(self._client, refusal(self._header, reason))
 
 
 class DdsService(Port):
@@ -85,9 +90,7 @@ class DdsService(Port):
         if peer is None:
             return  # the client has gone
         if peer.speaks_fast_dds:
-            self._core.rejects.add(
-                'request', f'{self.place.title}: from Fast DDS, whose clients expect what Cyclone cannot send'
-            )
+            self._reject_fast_dds(peer)
             return
         try:
             header, payload = unwrap(message.payload)
@@ -95,7 +98,7 @@ class DdsService(Port):
             self._core.rejects.add('request', f'{self.place.title}: {error}')
             return
         sample = Sample(payload, header.sequence, message.source_timestamp, time_ns(), peer.gid)
-        client = Client(peer.client_id, message.publication)
+        client = Client(peer.client_id, message.publication, peer.takes_refusals)
         request = DdsRequest(self, header, client, sample)
         with self._lock:
             self._waiting.add(request)
@@ -104,6 +107,16 @@ class DdsService(Port):
         except Exception as error:
             report_failure(self.place.title, error)
             request.drop()
+
+    def _reject_fast_dds(self, peer: Peer) -> None:
+        node = self._core.feed.owner(peer.gid)
+        owner = 'a node' if node is None else f"node '{node.qualified}'"
+        self._core.rejects.add(
+            'request from Fast DDS',
+            f'{self.place.title}: of {owner}, '
+            'which cannot be answered, for its RMW expects what Cyclone DDS does not send: start both with '
+            'RMW_IMPLEMENTATION=rmw_cyclonedds_cpp',
+        )
 
     def release(self, request: DdsRequest) -> bool:
         """Take a request off the list; True for the one caller that found it there."""
@@ -115,11 +128,11 @@ class DdsService(Port):
                 return True
             return False
 
-    def send(self, header: Header, client: Client, payload: bytes) -> None:
+    def send(self, client: Client, reply: bytes) -> None:
         """Send one reply, once its client can hear it; what cannot be sent is counted."""
         if client.id and client.id not in self._reached and not self._reaches(client):
             return
-        result = self._writer.write(wrap(header, payload))
+        result = self._writer.write(reply)
         if result and not self.place.closed:
             error = self._core.library.dds_strretcode(result).decode()
             self._core.rejects.add('reply', f'{self.place.title}: Cyclone DDS refused it: {error}')

@@ -8,6 +8,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 GUID_PREFIX_SIZE = 12
+REFUSALS = 'goalwire'
+"""The key of a client that takes refusals (refusal.py); ROS 2 skips what it does not know."""
 
 
 class EndpointData(NamedTuple):
@@ -16,6 +18,8 @@ class EndpointData(NamedTuple):
     type_hash: str = ''
     service_id: str = ''
     client_id: str = ''
+    takes_refusals: bool = False
+    """Whether a client knows what refusal.py describes."""
 
 
 def encode_participant(enclave: str) -> bytes:
@@ -29,15 +33,22 @@ def enclave_of(data: bytes) -> str:
 
 
 def encode_endpoint(data: EndpointData) -> bytes:
-    """Return an endpoint's user data, in ROS 2's order."""
-    pairs = (('serviceid', data.service_id), ('clientid', data.client_id), ('typehash', data.type_hash))
+    """Return an endpoint's user data, in ROS 2's order, goalwire's own key last."""
+    pairs = (
+        ('serviceid', data.service_id),
+        ('clientid', data.client_id),
+        ('typehash', data.type_hash),
+        (REFUSALS, '1' if data.takes_refusals else ''),
+    )
     return ''.join(f'{key}={value};' for key, value in pairs if value).encode()
 
 
 def decode_endpoint(data: bytes) -> EndpointData:
     """Read an endpoint's user data; what cannot be read counts as not said."""
     pairs = _pairs(data)
-    return EndpointData(pairs.get('typehash', ''), pairs.get('serviceid', ''), pairs.get('clientid', ''))
+    return EndpointData(
+        pairs.get('typehash', ''), pairs.get('serviceid', ''), pairs.get('clientid', ''), REFUSALS in pairs
+    )
 
 
 def _pairs(data: bytes) -> dict[str, str]:

@@ -8,7 +8,6 @@ from typing import Any
 
 import pytest
 from helpers.loops import run
-from helpers.wires import DDS
 from rclpy.experimental import AsyncClient, AsyncNode
 from std_srvs.srv import Trigger
 
@@ -129,9 +128,6 @@ def test_a_callback_may_destroy_its_own_service_and_go_on(make_async: MakeAsyncN
     run(scenario())
 
 
-@pytest.mark.differs_on(
-    DDS, 'a server cannot say that it will not answer: the call ends when the server goes'
-)
 def test_a_request_whose_callback_never_began_is_given_up(
     make_async: MakeAsyncNode, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
