@@ -150,32 +150,27 @@ class Readiness:
 class Parker(Keeper):
     """A waiter that watches file descriptors while it sleeps, where there are any and nobody else does."""
 
-    __slots__ = ('_readiness', '_watching')
+    __slots__ = ('_readiness',)
 
     def __init__(self, readiness: Readiness, lifeline: Lifeline) -> None:
         super().__init__(lifeline)
         self._readiness = readiness
-        self._watching = False
 
     def wait(self, timeout_ns: int | None = None) -> bool:
         readiness = self._readiness
         if not readiness.watched:
             return super().wait(timeout_ns)
         timeout = None if timeout_ns is None else max(timeout_ns, 0) / 1e9
-        self._watching = True
+        self.interrupt = readiness.interrupt
         try:
             if not readiness.wait(timeout, self._is_woken):
                 readiness.wanted = True
                 if not readiness.wait(timeout, self._is_woken):
+                    self.interrupt = None
                     return super().wait(timeout_ns)
         finally:
-            self._watching = False
+            self.interrupt = None
         return self.doze(0)
-
-    def wake(self) -> None:
-        super().wake()
-        if self._watching:
-            self._readiness.interrupt()
 
     def _is_woken(self) -> bool:
         return not self._gate.locked()

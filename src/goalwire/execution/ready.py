@@ -137,8 +137,8 @@ class ReadyQueue:
                 clock.wait(waiter, deadline)
         finally:
             # Where a poster took it: its wake-up ends this wait, or makes the next one look once more.
-            with suppress(ValueError):
-                self._wakers.remove(wake)
+            if self._wakers:
+                self.unlisten(wake)
 
     def reclaim(self, home: Home) -> list[Work]:
         """Take out all work of `home`, oldest first; the order of the rest stays."""

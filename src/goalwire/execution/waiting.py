@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 from goalwire.execution.signal_listener import wait_on_wire
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from goalwire.execution.lifeline import Lifeline
 
 
@@ -45,13 +47,15 @@ class Waiter:
 class Keeper(Waiter):
     """A waiter whose thread waits on the wire itself, where the session of `lifeline` has a place for it."""
 
-    __slots__ = ('_lifeline',)
+    __slots__ = ('_lifeline', 'interrupt')
 
     doze = Waiter.wait
     """Sleep on the lock, whatever the wire does."""
 
     def __init__(self, lifeline: Lifeline) -> None:
         super().__init__()
+        self.interrupt: Callable[[], None] | None = None
+        """What ends this thread's sleep, where it sleeps elsewhere than on its lock."""
         self._lifeline = lifeline
 
     def wait(self, timeout_ns: int | None = None) -> bool:
@@ -62,7 +66,11 @@ class Keeper(Waiter):
         return wait_on_wire(vigil, self, timeout_ns)
 
     def wake(self) -> None:
-        super().wake()
-        vigil = self._lifeline.vigil
-        if vigil is not None:
-            vigil.rouse(self)
+        # Who sleeps elsewhere says so first, then looks at the lock: one of the two sees the other.
+        try:
+            self._gate.release()
+        except RuntimeError:
+            return
+        interrupt = self.interrupt
+        if interrupt is not None:
+            interrupt()

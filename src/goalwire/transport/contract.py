@@ -224,11 +224,14 @@ class NodePort(Port):
 class Sleeper(Protocol):
     """A thread that has nothing to do."""
 
+    interrupt: Callable[[], None] | None
+    """What ends its sleep while it sleeps elsewhere than on its lock; `wake` calls it."""
+
     def doze(self, timeout_ns: int | None = None) -> bool:
         """Sleep on a lock until `wake` (True) or for `timeout_ns` (False); 0 takes up a wake-up that came."""
 
     def wake(self) -> None:
-        """End its sleep, wherever it sleeps."""
+        """End its sleep, wherever it sleeps. Any thread, signal handlers too."""
 
 
 class Vigil(ABC):
@@ -243,10 +246,6 @@ class Vigil(ABC):
 
         True may also mean nothing: whoever waits looks again.
         """
-
-    @abstractmethod
-    def rouse(self, sleeper: Sleeper) -> None:
-        """End the wait of a sleeper that was woken, if it waits here. Any thread, signal handlers too."""
 
     @abstractmethod
     def interrupt(self) -> None:

@@ -52,16 +52,13 @@ class Intake:
                 for message in messages:
                     if self.closed:
                         return
-                    self._deliver(message)
+                    try:
+                        self._handle(message)
+                    except Exception as error:
+                        report_failure(self._title, error)
         finally:
             self._deliverer = 0
             self._turn.release()
-
-    def _deliver(self, message: Taken) -> None:
-        try:
-            self._handle(message)
-        except Exception as error:
-            report_failure(self._title, error)
 
 
 class LocalIntakes:

@@ -62,8 +62,10 @@ class Pump:
         while not self._stopping:
             alarm = self._alarm
             patience = INFINITY if alarm is None else max(alarm[0] - time.monotonic_ns(), 0)
-            if not self._set.wait(patience):
+            found = self._set.wait(patience)
+            if found < 0:
                 return
+            self._set.serve(found)
             if alarm is not None and time.monotonic_ns() >= alarm[0]:
                 self._alarm = None
                 self._call(alarm[1])

@@ -39,6 +39,7 @@ class DdsVigil(Vigil):
     def __init__(self, participant: Participant, name: str) -> None:
         self._name = name
         self._set = WaitSet(participant, name)
+        self._interrupt = self._set.interrupt
         self._leader: dict[str, object] = {}
         self._leaders_thread = 0
         self._followers: list[Sleeper] = []
@@ -76,8 +77,9 @@ class DdsVigil(Vigil):
             if leader.setdefault(_LEAD, sleeper) is sleeper:
                 return self._lead(sleeper, timeout_ns)
         finally:
-            # No call in between: Python runs signal handlers after calls, and they may raise.
+            # No call before the lead is free: Python runs signal handlers after calls, and they may raise.
             if _LEAD in leader and leader[_LEAD] is sleeper:
+                sleeper.interrupt = None
                 self._leaves += 1
                 del leader[_LEAD]
                 if self._dozing:
@@ -87,27 +89,28 @@ class DdsVigil(Vigil):
                     self._hand_over()
         return self._follow(sleeper, timeout_ns)
 
-    def rouse(self, sleeper: Sleeper) -> None:
-        if self._leader.get(_LEAD) is sleeper and self._leaders_thread != get_ident():
-            self._set.interrupt()
-
     def interrupt(self) -> None:
         self._set.interrupt()
 
     def _lead(self, sleeper: Sleeper, timeout_ns: int | None) -> bool:
         """Deliver what comes until `sleeper` is woken (True) or the time is over (False)."""
-        # First the thread, then a look at the wake-ups: `rouse` looks the other way round.
         self._leaders_thread = get_ident()
         deadline = None if timeout_ns is None else monotonic_ns() + timeout_ns
         left = INFINITY
-        while not sleeper.doze(0):
+        while True:
+            sleeper.interrupt = self._interrupt
+            if sleeper.doze(0):
+                return True
             if deadline is not None:
                 left = deadline - monotonic_ns()
                 if left <= 0:
                     return False
-            if not self._set.wait(left) or self._closed:
+            found = self._set.wait(left)
+            sleeper.interrupt = None  # what this thread delivers to itself needs none
+            if found < 0 or self._closed:
                 return True
-        return True
+            if found:
+                self._set.serve(found)
 
     def _follow(self, sleeper: Sleeper, timeout_ns: int | None) -> bool:
         """Sleep on the lock, until `sleeper` is woken for its own sake or to lead."""
@@ -139,8 +142,8 @@ class DdsVigil(Vigil):
         leader, followers = self._leader, self._followers
         while not self._closed:
             if leader.setdefault(_LEAD, _STANDBY) is _STANDBY:
-                while not (followers or self._closed) and self._set.wait(INFINITY):
-                    pass
+                while not (followers or self._closed) and (found := self._set.wait(INFINITY)) >= 0:
+                    self._set.serve(found)
                 del leader[_LEAD]
                 self._hand_over()
             self._keep_off()

@@ -7,9 +7,11 @@ information: so any message passes untouched, and discovery looks as rmw_cyclone
 from __future__ import annotations
 
 import ctypes
+import struct
 import threading
-from ctypes import byref, c_char, c_uint32, c_uint64, c_void_p, string_at
-from functools import cache
+from collections.abc import Callable
+from ctypes import addressof, byref, c_char, c_uint32, c_uint64, c_void_p, sizeof, string_at
+from functools import cache, partial
 from typing import NamedTuple
 
 from goalwire.errors import LocalError, TransportError
@@ -35,6 +37,7 @@ _RESTRICTS_REPRESENTATION = 0x80
 _XCDR1 = 1
 _ONE_OCTET = (c_uint32 * 3)(0x01010000, 0, 0)
 _PADDING = b'\0\0\0'
+_INFO_SIZE = sizeof(SampleInfo)
 
 
 class OutPiece(ctypes.Structure):
@@ -53,16 +56,23 @@ class Taken(NamedTuple):
 
 
 class _Scratch(threading.local):
-    """Where one thread takes samples to."""
+    """Where one thread takes samples to, and makes small ones from: pieces of memory and their addresses."""
 
     def __init__(self) -> None:
         self.samples = (c_void_p * BATCH)()
         self.infos = (SampleInfo * BATCH)()
+        self.taking = addressof(self.samples), BATCH, addressof(self.infos), ANY_STATE
         self.piece = Piece()
         self.room = (c_char * SMALL)()
+        self.out = OutPiece()
+        self.out_address = addressof(self.out)
 
 
 _scratch = _Scratch()
+_taken: Callable[[tuple[bytes, int, int]], Taken] = partial(tuple.__new__, Taken)
+"""Makes one as its class does, without a call of Python code."""
+_read_info = struct.Struct('=12x?3xq8xQ').unpack_from
+"""Of dds_sample_info_t: valid_data, source_timestamp, publication_handle."""
 
 
 def check(library: Library, result: int, what: str) -> int:
@@ -136,6 +146,7 @@ class Writer:
             self.handle = library.dds_create_writer(participant.handle, declared, qos, None)
             check(library, self.handle, f"writer of '{topic}'")
             self._serdata_type = _serdata_type(participant, self.handle, topic, type_name)
+            self._make, self._send = library.ddsi_serdata_from_ser_iov, library.dds_writecdr
         finally:
             library.dds_delete(declared)
         self.guid = guid_of(library, self.handle)
@@ -148,20 +159,31 @@ class Writer:
 
         Raises LocalError for bytes that are no message.
         """
-        size, library = len(payload), self.library
-        padding = -size % 4  # the network layer counts on it
-        make = library.ddsi_serdata_from_ser_iov if size < LARGE else library.from_large
-        if padding:
-            pieces = (OutPiece * 2)(OutPiece(payload, size), OutPiece(_PADDING, padding))
-            made = make(self._serdata_type, SERIALIZED_DATA, 2, byref(pieces), size + padding)
-        else:
-            made = make(self._serdata_type, SERIALIZED_DATA, 1, byref(OutPiece(payload, size)), size)
+        size = len(payload)
+        made = self._small(payload, size) if size <= SMALL else self._large(payload, size)
         if not made:
             raise LocalError(
                 f"topic '{self.topic}': {size} bytes that begin with {payload[:4].hex() or 'nothing'} are no "
                 f'serialized message, which begins with 00010000 and has 5 bytes or more'
             )
-        return library.dds_writecdr(self.handle, made)
+        return self._send(self.handle, made)
+
+    def _small(self, payload: bytes, size: int) -> int:
+        """Make a sample; its length is filled up to a multiple of four, as the network layer counts on."""
+        if size & 3:
+            payload += _PADDING[: -size & 3]
+            size = len(payload)
+        scratch = _scratch
+        piece = scratch.out
+        piece.base, piece.size = payload, size
+        return self._make(self._serdata_type, SERIALIZED_DATA, 1, scratch.out_address, size)
+
+    def _large(self, payload: bytes, size: int) -> int:
+        """The same without a copy of the payload."""
+        padding = -size & 3
+        pieces = (OutPiece * 2)(OutPiece(payload, size), OutPiece(_PADDING, padding))
+        make, count = self._make if size < LARGE else self.library.from_large, 2 if padding else 1
+        return make(self._serdata_type, SERIALIZED_DATA, count, addressof(pieces), size + padding)
 
     def delete(self) -> None:
         """Take it off the wire."""
@@ -194,21 +216,23 @@ class Reader:
         finally:
             library.dds_delete(declared)
         check(library, self.handle, f"reader of '{topic}'")
+        self._take = library.dds_takecdr
         self.condition = library.dds_create_readcondition(self.handle, ANY_STATE)
         self.guid = guid_of(library, self.handle)
 
     def take(self) -> tuple[int, list[Taken]]:
         """Take up to BATCH samples; return how many there were, and the messages among them."""
-        library = self.library
-        samples, infos = _scratch.samples, _scratch.infos
-        count = library.dds_takecdr(self.handle, samples, BATCH, infos, ANY_STATE)
+        scratch = _scratch
+        count = self._take(self.handle, *scratch.taking)
         taken = []
-        for index in range(count):
-            sample, info = samples[index] or 0, infos[index]
-            if info.valid_data:
-                payload = _content(library, sample)
-                taken.append(Taken(payload, info.source_timestamp, info.publication_handle))
-            library.ddsi_serdata_unref(sample)
+        if count > 0:
+            library, samples, infos = self.library, scratch.samples, scratch.infos
+            for index in range(count):
+                sample = samples[index] or 0
+                valid, sent, publication = _read_info(infos, index * _INFO_SIZE)
+                if valid:
+                    taken.append(_taken((_content(library, sample), sent, publication)))
+                library.ddsi_serdata_unref(sample)
         return count, taken
 
     def delete(self) -> None:
