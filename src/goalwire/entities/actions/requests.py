@@ -187,6 +187,7 @@ class GoalRequest(ActionRequest):
 
     def give_up(self) -> None:
         """Nobody waits any more for the server to take it."""
+        Future.cancel(self.future)  # who waits no longer gets no error either
         if self.guard is not None:
             self.guard.fail(DeadlineError(f"the goal for '{self.client.full_name}' was given up"))
 
