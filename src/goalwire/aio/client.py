@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from goalwire.entities.type_support import ServiceSupport
     from goalwire.protocol.qos import QoS
     from goalwire.protocol.retries import Retry
+    from goalwire.protocol.statistics import ClientStatistics
 
 RequestT = TypeVar('RequestT')
 ResponseT = TypeVar('ResponseT')
@@ -65,6 +66,10 @@ class Client(Entity, Generic[RequestT, ResponseT]):
         core = self._core
         attempt = Attempt(core.node.context, 'service', self.name, timeout)
         await attempt.until(core.server_is_there, self.name)
+
+    def statistics(self) -> ClientStatistics:
+        """Count what was sent, and what came of it."""
+        return self._core.statistics()
 
     def close(self) -> None:
         """Call no more; calls that wait raise InvalidHandle. Idempotent."""

@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from goalwire.protocol.goals.policy import GoalPolicy, OnClientLost
     from goalwire.protocol.parameters import ParameterValue
     from goalwire.protocol.retries import Retry
+    from goalwire.protocol.statistics import NodeStatistics
     from goalwire.transport.contract import Request
 
 MsgT = TypeVar('MsgT')
@@ -167,6 +168,10 @@ class Node:
         """Its parameters."""
         self._open_core()
         return self._parameters
+
+    def statistics(self) -> NodeStatistics:
+        """Return what everything that it has counts, its standing parts included."""
+        return self._open_core().statistics()
 
     # -- what it makes -------------------------------------------------------------------------------------
 

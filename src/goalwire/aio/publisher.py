@@ -12,6 +12,7 @@ from goalwire.entities.qos_warnings import warn_by_default
 if TYPE_CHECKING:
     from goalwire.entities.node import NodeCore
     from goalwire.protocol.qos import QoS
+    from goalwire.protocol.statistics import PublisherStatistics
 
 MsgT = TypeVar('MsgT')
 
@@ -44,6 +45,10 @@ class Publisher(Entity, Generic[MsgT]):
         """
         attempt = Attempt(self._core.node.context, 'topic', self.name, timeout)
         await attempt.shows(lambda: self._core.subscription_count() >= count, 'too few subscribers came')
+
+    def statistics(self) -> PublisherStatistics:
+        """Count what was published."""
+        return self._core.statistics()
 
     def close(self) -> None:
         """Publish no more. Idempotent."""

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from goalwire.entities.type_support import ServiceSupport
     from goalwire.execution.asyncio_runs import Runs
     from goalwire.protocol.qos import QoS
+    from goalwire.protocol.statistics import ServiceStatistics
 
 RequestT = TypeVar('RequestT')
 ResponseT = TypeVar('ResponseT')
@@ -67,6 +68,10 @@ class Service(Entity, Generic[RequestT, ResponseT]):
         self._core = LoggedService(node, support, name, answer, qos, concurrent=concurrent)
         self._runs = runs
         self.name = self._core.full_name
+
+    def statistics(self) -> ServiceStatistics:
+        """Count what was asked, and what came of it."""
+        return self._core.statistics()
 
     def close(self) -> None:
         """Answer no more; handlers that run are cancelled, and their clients learn of it. Idempotent."""

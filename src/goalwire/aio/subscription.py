@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from goalwire.entities.node import NodeCore
     from goalwire.entities.subscription import MessageInfo
     from goalwire.protocol.qos import QoS
+    from goalwire.protocol.statistics import SubscriptionStatistics
     from goalwire.transport.contract import Sample
 
 MsgT = TypeVar('MsgT')
@@ -32,6 +33,9 @@ class _Core(SubscriptionCore[MsgT]):
         if self._note_arrival is not None:
             self._note_arrival(sample)
         self.stream.deliver(sample)
+
+    def statistics(self) -> SubscriptionStatistics:
+        return self._count(len(self.stream), self.stream.dropped)
 
     def destroy(self) -> None:
         super().destroy()
@@ -66,6 +70,10 @@ class Subscription(Entity, Generic[MsgT]):
     def dropped(self) -> int:
         """How many messages were dropped, since too many waited."""
         return self._core.stream.dropped
+
+    def statistics(self) -> SubscriptionStatistics:
+        """Count what has come."""
+        return self._core.statistics()
 
     def publishers(self) -> int:
         """How many publishers match; raises InvalidHandle once closed."""

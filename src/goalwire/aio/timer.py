@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from typing import Self
 
     from goalwire.entities.node import NodeCore
+    from goalwire.protocol.statistics import TimerStatistics
     from goalwire.protocol.time import Time
 
 
@@ -41,6 +42,10 @@ class Timer(Entity):
     async def __anext__(self) -> Time:
         """Wait for the next tick."""
         return await anext(self._stream)
+
+    def statistics(self) -> TimerStatistics:
+        """Count its ticks, and how late they came."""
+        return self._core.statistics()
 
     def close(self) -> None:
         """Tick no more. Idempotent."""

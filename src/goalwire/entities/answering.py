@@ -16,7 +16,7 @@ class Answering(Coroutine[Any, Any, None]):
     `async def` around it would not even have begun, and could not clean up.
     """
 
-    __slots__ = ('_answer', '_callback', '_failed', '_request')
+    __slots__ = ('_answer', '_callback', '_failed', '_given_up', '_request')
 
     def __init__(
         self,
@@ -24,12 +24,14 @@ class Answering(Coroutine[Any, Any, None]):
         request: Request,
         answer: Callable[[object, Request], None],
         failed: Callable[[Exception], None] | None = None,
+        given_up: Callable[[], object] = bool,
     ) -> None:
-        """Without `failed` errors go on, to who steps this."""
+        """Without `failed` errors go on, to who steps this. `given_up` is called where the request is."""
         self._callback = callback
         self._request = request
         self._answer = answer
         self._failed = failed
+        self._given_up = given_up
 
     def send(self, value: Any) -> Any:
         """Go on, as coroutines do."""
@@ -44,7 +46,11 @@ class Answering(Coroutine[Any, Any, None]):
         try:
             self._callback.close()
         finally:
-            self._request.drop(reasons.STOPPED)
+            self._give_up(reasons.STOPPED)
+
+    def _give_up(self, reason: str) -> None:
+        self._given_up()
+        self._request.drop(reason)
 
     def __await__(self) -> Self:
         return self
@@ -63,7 +69,7 @@ class Answering(Coroutine[Any, Any, None]):
                 response = end.value
             self._answer(response, self._request)
         except BaseException as error:
-            self._request.drop(reasons.failed(error))
+            self._give_up(reasons.failed(error))
             if self._failed is None or not isinstance(error, Exception):
                 raise
             self._failed(error)

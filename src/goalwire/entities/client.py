@@ -19,6 +19,7 @@ from goalwire.execution.inbox import Arrivals
 from goalwire.execution.steady import deadline_after
 from goalwire.logging import get_logger
 from goalwire.protocol import reasons
+from goalwire.protocol.latencies import Latencies
 from goalwire.protocol.qos import QoS
 from goalwire.transport.contract import ClientPort, EndpointKind, Sample
 
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from goalwire.entities.retrying import Retries
     from goalwire.entities.server_line import ServerLine
     from goalwire.protocol.retries import Retry
+    from goalwire.protocol.statistics import ClientStatistics
 
 PENDING_LIMIT = 10_000
 """Calls of one client that may wait for their answers. ROS 2 has no limit, and its clients leak where nobody
@@ -54,6 +56,7 @@ class ResponseFuture(Future[Any]):
         'guard',
         'introspected',
         'reason',
+        'sent_at',
         'sequence',
         'unanswered',
     )
@@ -64,6 +67,8 @@ class ResponseFuture(Future[Any]):
         self._decode_response = client.support.decode_response
         self.sequence = 0
         """Of what was sent last; 0 while nothing is on its way."""
+        self.sent_at = 0
+        """When, in ns since the UNIX epoch, as a reply's `received_timestamp`."""
         self.guard: Guard | None = None
         """What makes it end in time; None where it may stay pending, as in ROS 2."""
         self._request = b''
@@ -94,6 +99,7 @@ class ResponseFuture(Future[Any]):
                 client.guarded.pop(self, None)
             if self.introspected is not None:
                 self.introspected.received(sample)
+            client.latencies.add(sample.received_timestamp - self.sent_at)
             if self.pending() and not self.set_raw(sample.payload):
                 client.arrivals.deliver(None)
             client.count_response()
@@ -178,6 +184,11 @@ class ClientCore(Introspected):
         self.events = 0
         """How many responses have come; see wait_set.Waited."""
         self.watchers: Sequence[Callable[[], None]] = ()
+        self.sent = 0
+        """How many requests were handed to the wire."""
+        self.latencies = Latencies()
+        """From requests to their responses."""
+        self._now = node.context.lifeline.clock.system_now
         self.unanswered = 0
         """How many requests no server answered: there was none, it went away, or it gave them up."""
         self._reported: set[str] = set()
@@ -271,12 +282,14 @@ class ClientCore(Introspected):
         port = self._port
         if port is None:
             raise InvalidHandle
+        future.sent_at = self._now()
         try:
             sequence = port.request(payload, future.on_reply, future.on_end)
         except ClosedError:
             if self._port is None:
                 raise InvalidHandle from None
             raise ShutDownError(f"cannot call '{self.full_name}'") from None
+        self.sent += 1
         future.sequence = sequence
         if future.introspected is not None:
             future.introspected.sent(sequence)
@@ -349,6 +362,19 @@ class ClientCore(Introspected):
         get_logger(self.node.logger_name).warning(
             f"Service '{self.full_name}': no server answered ({reason or NO_REASON}). The future stays "
             'pending, as in ROS 2: call wait_for_service() first, and give calls a timeout'
+        )
+
+    def statistics(self) -> ClientStatistics:
+        """Count what was sent, and what came of it."""
+        from goalwire.protocol.statistics import ClientStatistics
+
+        return ClientStatistics(
+            self.full_name,
+            self.sent,
+            self.events,
+            self.unanswered,
+            len(self.pending),
+            self.latencies.histogram(),
         )
 
     @property

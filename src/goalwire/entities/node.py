@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from goalwire.entities.context import Context
     from goalwire.graph.graph import Graph
     from goalwire.protocol.parameters import ParameterValue
+    from goalwire.protocol.statistics import NodeStatistics
     from goalwire.transport.contract import NodeName, NodePort
 
 
@@ -133,6 +134,12 @@ class NodeCore:
     def owned(self) -> list[Owned]:
         """Return what the node owns, oldest first."""
         return list(self._owned.values())
+
+    def statistics(self) -> NodeStatistics:
+        """Return what each of its entities counts."""
+        from goalwire.entities.statistics import node_statistics
+
+        return node_statistics(self)
 
     def destroy(self) -> None:
         """Destroy what the node owns, newest first, then the node, whatever any of it raises. Idempotent."""

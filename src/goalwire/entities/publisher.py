@@ -16,6 +16,7 @@ from goalwire.transport.contract import EndpointKind, PublisherPort
 
 if TYPE_CHECKING:
     from goalwire.entities.qos_events import EndpointEvents
+    from goalwire.protocol.statistics import PublisherStatistics
 
 MsgT = TypeVar('MsgT')
 
@@ -36,6 +37,8 @@ class PublisherCore(Generic[MsgT]):
         self.full_name = node.resolve(topic)
         endpoint = describe_endpoint(node, EndpointKind.PUBLISHER, self.full_name, self.support, qos)
         self._endpoint = endpoint
+        self._published = [0]
+        """How many messages were handed to the wire. Half as dear as an attribute to count up."""
         self._events: EndpointEvents | None = None
         self._port: PublisherPort | None = node.port.publisher(endpoint)
         self._send: Callable[[bytes], None] = self._port.publish
@@ -63,6 +66,7 @@ class PublisherCore(Generic[MsgT]):
                 self._send(msg)
             else:
                 self._publish_other(msg)
+            self._published[0] += 1
         except ClosedError:
             if self._port is None:
                 raise InvalidHandle from None
@@ -109,6 +113,12 @@ class PublisherCore(Generic[MsgT]):
 
             self._events = EndpointEvents(self.node, self._endpoint, self._port)
         return self._events
+
+    def statistics(self) -> PublisherStatistics:
+        """Count what was published."""
+        from goalwire.protocol.statistics import PublisherStatistics
+
+        return PublisherStatistics(self.full_name, self._published[0])
 
     @property
     def destroyed(self) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Coroutine
 from types import CoroutineType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from goalwire.entities.answering import Answering
 from goalwire.entities.exceptions import InvalidHandle
@@ -15,8 +15,12 @@ from goalwire.entities.type_support import ServiceSupport
 from goalwire.execution.callback_groups import CallbackGroup
 from goalwire.execution.inbox import Inbox
 from goalwire.protocol import reasons
+from goalwire.protocol.latencies import Latencies
 from goalwire.protocol.qos import QoS
 from goalwire.transport.contract import Request
+
+if TYPE_CHECKING:
+    from goalwire.protocol.statistics import ServiceStatistics
 
 
 class ServiceCore(Introspected):
@@ -39,6 +43,13 @@ class ServiceCore(Introspected):
         self.name = name
         self.callback = callback
         self.qos = qos
+        self.taken = 0
+        """How many requests were handed to the callback."""
+        self.given_up = 0
+        """How many requests the callback gave up."""
+        self.latencies = Latencies()
+        """From the arrival of requests to their responses."""
+        self._now = node.context.lifeline.clock.system_now
         self._server = RequestServer(node, support, name, self._handle, qos, group)
         self._server.entity = self
         self.full_name = self._server.full_name
@@ -46,18 +57,23 @@ class ServiceCore(Introspected):
         node.own(self)
 
     def _handle(self, request: Request, message: object) -> Coroutine[Any, Any, None] | None:
+        self.taken += 1
         _tell(self.introspection, Step.REQUEST_RECEIVED, request, message)
         try:
             answer = self.callback(message, self.support.response())
             if isinstance(answer, CoroutineType):
-                return Answering(answer, request, self.send_response, self.failed)
+                return Answering(answer, request, self.send_response, self.failed, self._count_failure)
             self.send_response(answer, request)
         except Exception as error:
+            self._count_failure()
             if self.failed is None:
                 raise
             request.drop(reasons.failed(error))
             self.failed(error)
         return None
+
+    def _count_failure(self) -> None:
+        self.given_up += 1
 
     def send_response(self, response: object, header: Request) -> None:
         """Answer the request that `header` stands for: every response goes this way, as in rclpy.
@@ -74,6 +90,7 @@ class ServiceCore(Introspected):
             )
         introspection = self.introspection  # as it is now: who gets the reply may change it at once
         header.reply(self.support.encode_response(response))
+        self.latencies.add(self._now() - header.sample.received_timestamp)
         _tell(introspection, Step.RESPONSE_SENT, header, response)
 
     @property
@@ -91,8 +108,25 @@ class ServiceCore(Introspected):
         taken = self._server.take()
         if taken is not None:
             message, request = taken
+            self.taken += 1
             _tell(self.introspection, Step.REQUEST_RECEIVED, request, message)
         return taken
+
+    def statistics(self) -> ServiceStatistics:
+        """Count what was asked, and what came of it."""
+        from goalwire.protocol.statistics import ServiceStatistics
+
+        answered = self.latencies.count
+        return ServiceStatistics(
+            self.full_name,
+            answered,
+            self.given_up,
+            self.taken - answered - self.given_up,
+            len(self.inbox),
+            self._server.refused,
+            self._server.rejected,
+            self.latencies.histogram(),
+        )
 
     @property
     def destroyed(self) -> bool:

@@ -18,6 +18,7 @@ from goalwire.transport.contract import EndpointKind, Port, Sample
 
 if TYPE_CHECKING:
     from goalwire.entities.qos_events import EndpointEvents
+    from goalwire.protocol.statistics import SubscriptionStatistics
 
 MsgT = TypeVar('MsgT')
 
@@ -53,6 +54,8 @@ class SubscriptionCore(Generic[MsgT]):
         self.topic = topic
         self.qos = qos
         self.raw = raw
+        self.taken = 0
+        """How many messages the callback got, or who takes them."""
         self.rejected = 0
         """How many messages could not be decoded; none of them reached the callback."""
         self.support = message_support(msg_type)
@@ -86,6 +89,7 @@ class SubscriptionCore(Generic[MsgT]):
         except RemoteError as error:
             self._reject(error)
             return None
+        self.taken += 1
         if self._wants_info:
             return self._callback(message, _info(sample))
         return self._callback(message)
@@ -106,10 +110,12 @@ class SubscriptionCore(Generic[MsgT]):
     def read(self, sample: Sample) -> tuple[Any, MessageInfo] | None:
         """Return the message of a sample; None where it cannot be decoded, which is counted and logged."""
         try:
-            return self._decode(sample.payload), _info(sample)
+            message = self._decode(sample.payload)
         except RemoteError as error:
             self._reject(error)
             return None
+        self.taken += 1
+        return message, _info(sample)
 
     def _reject(self, error: RemoteError) -> None:
         self.rejected += 1
@@ -140,6 +146,15 @@ class SubscriptionCore(Generic[MsgT]):
 
     def _watch_arrivals(self, note: Callable[[Sample], None]) -> None:
         self._note_arrival = note
+
+    def statistics(self) -> SubscriptionStatistics:
+        """Count what has come."""
+        return self._count(len(self.inbox), self.inbox.dropped)
+
+    def _count(self, waiting: int, dropped: int) -> SubscriptionStatistics:
+        from goalwire.protocol.statistics import SubscriptionStatistics
+
+        return SubscriptionStatistics(self.full_name, self.taken, waiting, dropped, self.rejected)
 
     @property
     def destroyed(self) -> bool:

@@ -13,6 +13,8 @@ from goalwire.execution.home import Home
 from goalwire.execution.rate import Rate
 from goalwire.execution.timer_info import TimerInfo, taking_info
 from goalwire.execution.work import Work
+from goalwire.protocol.latencies import Latencies
+from goalwire.protocol.time import S_TO_NS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
     from goalwire.execution.callback_groups import CallbackGroup
     from goalwire.execution.clock import Clock
     from goalwire.execution.lifeline import ContextLike
+    from goalwire.protocol.statistics import TimerStatistics
 
 __all__ = ['Rate', 'Timer', 'TimerInfo']
 
@@ -42,7 +45,9 @@ class Timer(Work):
         '_clock',
         '_destroyed',
         '_last_call',
+        '_lateness',
         '_lock',
+        '_missed',
         '_next_call',
         '_period',
         '_posted',
@@ -77,6 +82,8 @@ class Timer(Work):
         self._clock: Clock = entity_of(clock.handle)  # what is no clock is refused here, with rclpy's words
         self._period = int(timer_period_ns)
         self._lock = Lock()
+        self._missed = 0
+        self._lateness = Latencies()
         self.watchers: Sequence[Callable[[], None]] = ()
         self._last_call = clock.now_ns()
         self._next_call = self._last_call + self._period
@@ -201,9 +208,18 @@ class Timer(Work):
             period = max(self._period, 0)
             following = due + period
             if following <= now:
+                self._missed += (now - following) // period + 1 if period else 0
                 following = now if period == 0 else now + period - (now - following) % period
             self._last_call, self._next_call = now, following
+        self._lateness.counts[(now - due).bit_length()] += 1
         return due, now
+
+    def statistics(self) -> TimerStatistics:
+        """Count its calls, and how late they came."""
+        from goalwire.protocol.statistics import TimerStatistics
+
+        lateness = self._lateness.histogram()
+        return TimerStatistics(self._period / S_TO_NS, lateness.count, self._missed, lateness)
 
     def run(self) -> object:
         self._posted = False

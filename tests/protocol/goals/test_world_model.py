@@ -206,7 +206,7 @@ class World(RuleBasedStateMachine):
         try:
             reactor.on_send(goal_id)
         except GoalIdTaken:
-            assert reactor.statistics().unanswered + reactor.statistics().accepted > 0
+            assert reactor.statistics().unanswered + reactor.statistics().active > 0
             return
         client.statuses[goal_id] = GoalStatus.UNKNOWN
         request = Request(
@@ -298,7 +298,7 @@ class World(RuleBasedStateMachine):
             held = client.reactor.statistics()
             assert (held.unanswered, held.waiting_for_results) == (0, 0)
             assert set(client.told) == client.waiters
-            assert client.alive or held.ended == 0
+            assert client.alive or held.remembered == 0
 
 
 TestWorld = World.TestCase

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from goalwire.entities.node import NodeCore
     from goalwire.entities.type_support import ActionSupport
     from goalwire.execution.future import Future
+    from goalwire.protocol.statistics import ActionClientStatistics
     from goalwire.protocol.time import Time
 
 GoalT = TypeVar('GoalT')
@@ -142,6 +143,10 @@ class ActionClient(Entity, Generic[GoalT, ResultT, FeedbackT]):
         """Wait until there is a server. Raises NoServerError, InvalidHandle once closed, ShutDownError."""
         attempt = Attempt(self._core.node.context, 'action', self.name, timeout)
         await attempt.until(self._core.server_is_there, self._core.goal_service)
+
+    def statistics(self) -> ActionClientStatistics:
+        """Count goals and feedback."""
+        return self._core.statistics()
 
     def close(self) -> None:
         """Send no more; runs under way end with InvalidHandle, their goals go on. Idempotent."""

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from goalwire.entities.type_support import ActionSupport
     from goalwire.protocol.goals.ids import GoalId
     from goalwire.protocol.goals.server import GoalServer
+    from goalwire.protocol.statistics import ActionServerStatistics
     from goalwire.transport.contract import Request
 
 GoalT = TypeVar('GoalT')
@@ -162,6 +163,10 @@ class ActionServer(Entity, Generic[GoalT, ResultT, FeedbackT]):
     def _log(self, what: str, error: Exception) -> None:
         lines = ''.join(traceback.format_exception(error)).rstrip()
         self._core.logger.error(f"Action '{self.name}': {what}\n{lines}")
+
+    def statistics(self) -> ActionServerStatistics:
+        """Count goals, requests and feedback."""
+        return self._core.statistics()
 
     def close(self) -> None:
         """Take no more goals; those that run are aborted, their handlers cancelled. Idempotent."""

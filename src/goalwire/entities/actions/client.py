@@ -35,6 +35,7 @@ from goalwire.protocol.goals.client import REMEMBERED, GoalClient
 from goalwire.protocol.goals.ids import NO_ID, GoalId, new_goal_id
 from goalwire.protocol.goals.status import decode_status_array
 from goalwire.protocol.goals.table import GoalStatus
+from goalwire.protocol.latencies import Latencies
 from goalwire.protocol.qos import QoS
 from goalwire.protocol.time import S_TO_NS, Time
 from goalwire.transport.contract import ClientPort, EndpointKind, Payload, Port, Sample
@@ -46,6 +47,7 @@ if TYPE_CHECKING:
     from goalwire.entities.call_terms import CallTerms
     from goalwire.entities.guard import Guard
     from goalwire.entities.server_line import ServerLine
+    from goalwire.protocol.statistics import ActionClientStatistics
 
 LINGERING_LIMIT = 1000
 """Goals given up, of one client, that are cancelled where a server takes them late."""
@@ -90,6 +92,9 @@ class ActionClientCore:
         """s until a goal is accepted, or a cancel request answered; None: what the node says."""
         self._line: ServerLine | None = None
         self._destroyed = False
+        self._feedback = self._feedback_dropped = 0
+        self._acceptances, self._durations = Latencies(), Latencies()
+        self._now = node.context.lifeline.clock.system_now
         self._goal_class: type = support.cls.Goal  # type: ignore[attr-defined]
         self._encode_goal = cdr.encoder(self._goal_class)
         self._names = names = node.resolve_action(name)
@@ -140,7 +145,7 @@ class ActionClientCore:
         self._check_alive()
         self._make_room()
         payload = wire.wrap(goal_id, self._encode_goal(goal))
-        record = ClientGoal(goal_id, feedback)
+        record = ClientGoal(goal_id, feedback, self._now())
         with self._lock:
             self._reactor.on_send(goal_id)
             self._ended.pop(goal_id, None)
@@ -252,6 +257,7 @@ class ActionClientCore:
                 case effect.GoalRejected():
                     self._goals.pop(record.goal_id, None)
         record.answered = True
+        self._acceptances.add(sample.received_timestamp - record.sent_at)
         self.complete(future, sample.payload)
 
     def drop(self, record: ClientGoal, reason: str) -> None:
@@ -266,6 +272,7 @@ class ActionClientCore:
         goal = self._goals.get(goal_id) or self._ended.get(goal_id)
         if goal is None:
             return
+        self._feedback += 1
         if goal.heard is not None:
             goal.heard()
         if goal.feedback is not None:
@@ -319,7 +326,7 @@ class ActionClientCore:
             self._ended[goal_id] = goal  # first: feedback is looked up under no lock, here or there
             self._goals.pop(goal_id, None)  # another thread may destroy the client meanwhile
             if len(self._ended) > REMEMBERED:
-                self._ended.popitem(last=False)
+                self._feedback_dropped += self._ended.popitem(last=False)[1].dropped
 
     # -- results and cancelling ----------------------------------------------------------------------------
 
@@ -341,8 +348,10 @@ class ActionClientCore:
             answered = True
             payload, reason = wire.split_reason(sample.payload)
             status = wire.status_of(payload)
-            if reason:
-                self.goal(goal_id).reason = reason
+            goal = self.goal(goal_id)
+            goal.reason = reason
+            if goal.sent_at:
+                self._durations.add(sample.received_timestamp - goal.sent_at)
             self._forget(goal_id)  # before anybody hears of the end, who may look at what is left
             self._apply(self._reactor.on_result, goal_id, status, payload)
             self._advance(goal_id, status)
@@ -479,6 +488,22 @@ class ActionClientCore:
         """Where statuses and the feedback of each goal wait for the executor."""
         goals = (*self._goals.copy().values(), *self._ended.copy().values())
         return [self._statuses, *(goal.feedback for goal in goals if isinstance(goal.feedback, Inbox))]
+
+    def statistics(self) -> ActionClientStatistics:
+        """Count goals and feedback."""
+        from goalwire.protocol.statistics import ActionClientStatistics
+
+        with self._lock:
+            goals = self._reactor.statistics()
+            kept = (*self._goals.copy().values(), *self._ended.values())
+        return ActionClientStatistics(
+            self.full_name,
+            goals,
+            self._feedback,
+            self._feedback_dropped + sum(goal.dropped for goal in kept),
+            self._acceptances.histogram(),
+            self._durations.histogram(),
+        )
 
     @property
     def destroyed(self) -> bool:

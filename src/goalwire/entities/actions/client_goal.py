@@ -30,15 +30,21 @@ class FeedbackQueue(Protocol):
     def close(self) -> None:
         """Drop what waits and refuse what comes."""
 
+    @property
+    def dropped(self) -> int:
+        """How many messages found it full."""
+
 
 class ClientGoal:
     """What the client keeps of one goal: where it stands, and the queue of its feedback."""
 
-    __slots__ = ('answered', 'feedback', 'goal_id', 'heard', 'reason', 'status')
+    __slots__ = ('answered', 'feedback', 'goal_id', 'heard', 'reason', 'sent_at', 'status')
 
-    def __init__(self, goal_id: GoalId, feedback: FeedbackQueue | None) -> None:
+    def __init__(self, goal_id: GoalId, feedback: FeedbackQueue | None, sent_at: int = 0) -> None:
         self.goal_id = goal_id
         self.feedback = feedback
+        self.sent_at = sent_at
+        """When, in ns since the UNIX epoch; 0 where it was not sent by this client."""
         self.answered = False
         """True once a server has accepted or refused it."""
         self.status = GoalStatus.UNKNOWN
@@ -46,6 +52,11 @@ class ClientGoal:
         """Why it was aborted, in the words of a server that knows goalwire."""
         self.heard: Callable[[], object] | None = None
         """Called at each sign of life: feedback, and every change of the status."""
+
+    @property
+    def dropped(self) -> int:
+        """How many feedback messages found the queue full."""
+        return 0 if self.feedback is None else self.feedback.dropped
 
     def advance(self, status: GoalStatus) -> None:
         """Note a status. It only moves forward, and a terminal one is final."""

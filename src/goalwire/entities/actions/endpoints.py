@@ -45,7 +45,7 @@ class ActionServerEndpoints:
     ) -> None:
         self._node = node
         self._support = support
-        self._names = names
+        self.names = names
         self._qos = qos
         self._group = group
         self._declared = ExitStack()
@@ -58,7 +58,7 @@ class ActionServerEndpoints:
         self, on_goal: Handle, on_result: Handle, on_cancel: Handle, split_goal: Callable[[Payload], object]
     ) -> None:
         """Declare everything. Where one declaration fails, those before it are taken back."""
-        names, support, qos = self._names, self._support, self._qos
+        names, support, qos = self.names, self._support, self._qos
         with ExitStack() as undo:
             self.feedback = self._publisher(names.feedback, support.feedback, qos.feedback, patient=True)
             undo.callback(self.feedback.close)

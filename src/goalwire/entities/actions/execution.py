@@ -29,7 +29,7 @@ class Failure(NamedTuple):
 class Execution(Work):
     """Runs an execute callback, in no callback group, as in rclpy."""
 
-    __slots__ = ('_callback', '_handle', '_server')
+    __slots__ = ('_begun', '_callback', '_handle', '_server')
 
     def __init__(
         self, server: ActionServerCore, handle: ServerGoalHandle, callback: Callable[[ServerGoalHandle], Any]
@@ -38,10 +38,12 @@ class Execution(Work):
         self._server = server
         self._handle = handle
         self._callback = callback
+        self._begun = 0
 
     def run(self) -> object:
         if self._server.destroyed:
             return None
+        self._begun = self._server.steady_now()
         try:
             result = self._callback(self._handle)
         except BaseException as error:
@@ -49,7 +51,7 @@ class Execution(Work):
             return None
         if isinstance(result, CoroutineType):
             return self._carry(result)
-        self._server.finished(self._handle, result)
+        self._finish(result)
         return None
 
     async def _carry(self, coroutine: Coroutine[Any, Any, Any]) -> None:
@@ -58,12 +60,16 @@ class Execution(Work):
         try:
             result = await coroutine
         except CancelledError:  # the executor was shut down
-            self._server.finished(self._handle, Failure())
+            self._finish(Failure())
             raise
         except BaseException as error:
             self._failed(error)
         else:
-            self._server.finished(self._handle, result)
+            self._finish(result)
+
+    def _finish(self, outcome: object) -> None:
+        self._server.durations.add(self._server.steady_now() - self._begun)
+        self._server.finished(self._handle, outcome)
 
     def _failed(self, error: BaseException) -> None:
         import traceback
@@ -71,9 +77,9 @@ class Execution(Work):
         lines = ''.join(traceback.format_exception(error)).rstrip()
         self._server.logger.error(f'Error raised in execute callback: {error}\n{lines}')
         if isinstance(error, Exception):
-            self._server.finished(self._handle, self._server.failure(self._handle, error))
+            self._finish(self._server.failure(self._handle, error))
         else:
-            self._server.finished(self._handle, Failure())
+            self._finish(Failure())
             raise error
 
 

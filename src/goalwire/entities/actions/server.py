@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from threading import Lock
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from goalwire.codec import cdr
 from goalwire.entities.actions.decisions import ActionCallbacks, Decisions
@@ -34,8 +34,12 @@ from goalwire.protocol.goals import wire
 from goalwire.protocol.goals.ids import GoalId
 from goalwire.protocol.goals.server import GoalServer
 from goalwire.protocol.goals.table import GoalEvent, GoalStatus, InvalidTransition
+from goalwire.protocol.latencies import Latencies
 from goalwire.transport.contract import Payload, Request
 from goalwire.transport.outbox import Outbox
+
+if TYPE_CHECKING:
+    from goalwire.protocol.statistics import ActionServerStatistics
 
 Effects = list[effect.ServerEffect[Request, bytes]]
 _USERS = (effect.AskGoal, effect.Accepted, effect.AskCancel, effect.CalledOff)
@@ -71,8 +75,14 @@ class ActionServerCore:
         self._encode_feedback = cdr.encoder(self._feedback_class)
         self._results = Results(support, name, self.logger)
         self._decisions = Decisions(self)
+        self.failed = 0
+        """How many goals' execution raised."""
+        self._feedback = 0
+        self.durations = Latencies()
+        """Of execute callbacks."""
         self._executions: dict[GoalId, Execution] = {}
         """Of goals whose turn to run has not come."""
+        self.steady_now = node.context.lifeline.clock.now
         self._lost_clients: LostClients | None = None
         self._open(qos or ActionQoS(), group)
 
@@ -183,6 +193,7 @@ class ActionServerCore:
         if self._destroyed:
             raise InvalidHandle
         payload = wire.wrap(handle.goal_id_bytes, self._encode_feedback(feedback))
+        self._feedback += 1
         try:
             self._endpoints.feedback.publish(payload)
         except ClosedError:
@@ -201,6 +212,7 @@ class ActionServerCore:
 
     def failure(self, handle: ServerGoalHandle, error: Exception) -> Failure:
         """Tell the program's hook what an execute callback raised; return what the client is told."""
+        self.failed += 1
         result: object = None
         if self.callbacks.failed is not None:
             try:
@@ -248,6 +260,24 @@ class ActionServerCore:
     def inboxes(self) -> list[Inbox[Any]]:
         """Where requests wait for the executor."""
         return [server.inbox for server in self._endpoints.servers]
+
+    def statistics(self) -> ActionServerStatistics:
+        """Count goals, requests and feedback."""
+        from goalwire.protocol.statistics import ActionServerStatistics
+
+        servers = self._endpoints.servers
+        with self._lock:
+            goals = self.reactor.statistics()
+        return ActionServerStatistics(
+            self._endpoints.names.name,
+            goals,
+            self._feedback,
+            self.failed,
+            sum(len(server.inbox) for server in servers),
+            sum(server.refused for server in servers),
+            sum(server.rejected for server in servers),
+            self.durations.histogram(),
+        )
 
     # -- the end -------------------------------------------------------------------------------------------
 

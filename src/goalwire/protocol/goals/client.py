@@ -60,12 +60,20 @@ class _Goal(Generic[WaiterT]):
 
 @dataclass(frozen=True, slots=True)
 class ClientStatistics:
-    """How much a client holds at the moment."""
+    """How much a client holds at the moment, and how many goals it has had."""
 
     unanswered: int
-    accepted: int
-    ended: int
+    active: int
+    """Accepted, and not known to have ended."""
+    remembered: int
+    """Ended; these still hear what was overtaken."""
     waiting_for_results: int
+    sent: int
+    accepted: int
+    refused: int
+    succeeded: int
+    canceled: int
+    aborted: int
 
 
 class GoalClient(Generic[FeedbackT, WaiterT, ResultT]):
@@ -74,6 +82,9 @@ class GoalClient(Generic[FeedbackT, WaiterT, ResultT]):
     def __init__(self) -> None:
         self._goals: dict[GoalId, _Goal[WaiterT]] = {}
         self._ended: OrderedDict[GoalId, GoalStatus] = OrderedDict()
+        self._sent = self._accepted = self._refused = 0
+        self._reached = [0] * len(GoalStatus)
+        """How many goals have come to each status."""
 
     def status(self, goal_id: GoalId) -> GoalStatus:
         """Return the last that was heard of a goal; UNKNOWN for one that is forgotten."""
@@ -85,9 +96,15 @@ class GoalClient(Generic[FeedbackT, WaiterT, ResultT]):
         goals = self._goals.values()
         return ClientStatistics(
             unanswered=sum(not goal.answered for goal in goals),
-            accepted=sum(goal.answered for goal in goals),
-            ended=len(self._ended),
+            active=sum(goal.answered for goal in goals),
+            remembered=len(self._ended),
             waiting_for_results=sum(len(goal.waiters) for goal in goals),
+            sent=self._sent,
+            accepted=self._accepted,
+            refused=self._refused,
+            succeeded=self._reached[GoalStatus.SUCCEEDED],
+            canceled=self._reached[GoalStatus.CANCELED],
+            aborted=self._reached[GoalStatus.ABORTED],
         )
 
     # ---- sending ----
@@ -98,6 +115,7 @@ class GoalClient(Generic[FeedbackT, WaiterT, ResultT]):
             raise GoalIdTaken(goal_id)
         self._ended.pop(goal_id, None)
         self._goals[goal_id] = _Goal()
+        self._sent += 1
 
     def on_goal_reply(
         self, goal_id: GoalId, accepted: bool
@@ -108,9 +126,11 @@ class GoalClient(Generic[FeedbackT, WaiterT, ResultT]):
             return [UnexpectedReply(goal_id)]
         goal.answered = True
         if not accepted:
+            self._refused += 1
             if not goal.waiters:  # else one who holds an older goal of this id has asked: an answer will come
                 del self._goals[goal_id]
             return [GoalRejected(goal_id)]
+        self._accepted += 1
         self._forget_if_over(goal_id, goal)
         return [GoalAccepted(goal_id, goal.status)]
 
@@ -150,6 +170,7 @@ class GoalClient(Generic[FeedbackT, WaiterT, ResultT]):
                 self._forget_if_over(goal_id, goal)
             elif _moves_on(self._ended.get(goal_id, GoalStatus.ABORTED), status):
                 self._ended[goal_id] = status
+                self._reached[status] += 1
                 effects.append(StatusChanged(goal_id, status))
         return effects
 
@@ -208,13 +229,13 @@ class GoalClient(Generic[FeedbackT, WaiterT, ResultT]):
 
     # ---- what they share ----
 
-    @staticmethod
     def _advance(
-        goal_id: GoalId, goal: _Goal[WaiterT], status: GoalStatus
+        self, goal_id: GoalId, goal: _Goal[WaiterT], status: GoalStatus
     ) -> list[ClientEffect[FeedbackT, WaiterT, ResultT]]:
         if not _moves_on(goal.status, status):
             return []
         goal.status = status
+        self._reached[status] += 1
         return [StatusChanged(goal_id, status)]
 
     def _forget_if_over(self, goal_id: GoalId, goal: _Goal[WaiterT], *, at_any_status: bool = False) -> None:
