@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import warnings
 from collections.abc import AsyncIterator, Awaitable, Generator
-from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
 from goalwire.aio.action.heartbeat import Heartbeat
@@ -204,8 +203,7 @@ class Run(Generic[ResultT, FeedbackT]):
         if answer.pending():
             silence = f'the server has given no sign of life for {self._limits.heartbeat} s'
             answer.set_exception(attempt.error(ServerStuckError, silence))
-            with suppress(ClosedError):
-                self._core.cancel_goal(self._id).add_done_callback(Future.exception)
+            self._core.call_off(self._id)
 
     async def _stop(self, limit: Attempt) -> None:
         """Cancel the goal and wait for its end."""

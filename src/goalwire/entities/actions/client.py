@@ -8,15 +8,16 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Callable
+from contextlib import suppress
 from math import inf
 from threading import Lock
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from goalwire.codec import cdr
 from goalwire.entities.actions.client_goal import ClientGoal, ClientGoalHandle, FeedbackQueue
 from goalwire.entities.actions.endpoints import ActionQoS
 from goalwire.entities.actions.goal_ids import goal_id_bytes
-from goalwire.entities.actions.requests import ActionRequest, GoalRequest, RawFuture
+from goalwire.entities.actions.requests import LATE_S, ActionRequest, GoalRequest, RawFuture
 from goalwire.entities.client import NO_REASON, PENDING_LIMIT, REASONS_LIMIT, unanswered
 from goalwire.entities.endpoint import describe_endpoint
 from goalwire.entities.exceptions import InvalidHandle, ShutDownError
@@ -376,6 +377,12 @@ class ActionClientCore:
         payload = wire.encode_cancel_request(goal_id, stamp_ns)
         ActionRequest(self, self._cancel_port, payload, future).begin()
         return future
+
+    def call_off(self, goal_id: GoalId) -> None:
+        """Ask for cancellation, whatever the server says to that."""
+        with suppress(ClosedError):
+            asked = self.cancel_goal(goal_id, terms=self.new_terms(LATE_S))
+            asked.add_waker(lambda: cast('None', asked.exception()))  # looked at
 
     def cancel_all_goals_async(self) -> Future[CancelGoal.Response]:
         """Ask the server to cancel every goal, whoever has sent it; the future tells which it does."""

@@ -6,10 +6,9 @@ error. Without, the future stays pending where nobody answers, as in ROS 2.
 
 from __future__ import annotations
 
-from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
-from goalwire.errors import ClosedError, DeadlineError
+from goalwire.errors import DeadlineError
 from goalwire.execution.agenda import Alarm
 from goalwire.execution.future import Future
 from goalwire.protocol.goals import wire
@@ -206,6 +205,4 @@ class GoalRequest(ActionRequest):
 
     def _call_off(self) -> None:
         self.let_go()
-        with suppress(ClosedError):
-            asked = self.client.cancel_goal(self._goal.goal_id, terms=self.client.new_terms(LATE_S))
-            asked.add_done_callback(Future.exception)
+        self.client.call_off(self._goal.goal_id)
