@@ -1,0 +1,74 @@
+"""Item 13: bytes that are no message, from a peer or changed on the way: rejected, and that is all."""
+
+from __future__ import annotations
+
+import pytest
+from helpers.loops import run
+from helpers.outcomes import Outcomes
+from rclpy.node import Node
+from std_msgs.msg import String
+from std_srvs.srv import SetBool
+
+from goalwire.transport.faults import FlippedBytes
+
+from .conftest import Evidence, MakeStage
+
+XCDR2 = bytes.fromhex('0007 0000 02000000 6100 0000')
+CUT_OFF = bytes.fromhex('0001 0000 ff000000 6100 0000')
+HUGE = bytes.fromhex('0001 0000 ffffffff 6100 0000')
+
+
+@pytest.mark.parametrize('message', [XCDR2, CUT_OFF, HUGE], ids=['XCDR2', 'cut', 'huge'])
+def test_a_message_that_is_none_reaches_no_callback_and_holds_up_nothing(
+    stage: MakeStage, evidence: Evidence, capfd: pytest.CaptureFixture[str], message: bytes
+) -> None:
+    outcomes = Outcomes()
+
+    async def scenario() -> None:
+        async with stage() as (arm, mission, _):
+            heard = mission.subscription(String, 'chatter')
+            raw = Node('raw', context=arm._open_core().context)
+            publisher = raw.create_publisher(String, 'chatter', 10)
+            await arm.publisher(String, 'chatter').wait_for_subscribers(timeout=5.0)
+            publisher.publish(message)
+            publisher.publish(String(data='fine'))
+            assert (await anext(aiter(heard))).data == 'fine'
+            outcomes.note('rejected')
+            outcomes.note('done')
+            raw.destroy_node()
+
+    run(scenario())
+    if message is XCDR2:
+        assert 'representation 0007 is XCDR2; ROS 2 messages are plain CDR' in capfd.readouterr().err
+        evidence(13, 'a message in XCDR2', outcomes)
+
+
+def test_bytes_that_flip_on_the_way_end_calls_by_type_and_harm_no_other(
+    stage: MakeStage, evidence: Evidence
+) -> None:
+    outcomes = Outcomes()
+
+    async def scenario() -> None:
+        async with stage() as (arm, mission, faults):
+            arm.service(SetBool, 'set', lambda request: SetBool.Response(success=request.data, message='on'))
+            client = mission.client(SetBool, 'set')
+            await client.call(data=True, timeout=5.0)
+            flips = faults.add(FlippedBytes(number=2, name='/set'))
+            for _ in range(40):
+                with outcomes.counted():
+                    await client.call(data=True, timeout=0.1)
+            assert flips.struck >= 40
+            faults.heal()
+            with outcomes.counted():
+                assert (await client.call(data=True, timeout=5.0)).success
+
+    run(scenario())
+    assert outcomes.total == 41
+    assert set(outcomes.counts) <= {
+        'done',
+        'DeadlineError',
+        'RefusedError',
+        'ServerFailedError',
+        'DecodeError',
+    }
+    evidence(13, 'two bytes flipped in each request and reply', outcomes)
