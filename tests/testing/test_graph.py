@@ -74,8 +74,10 @@ def test_a_program_runs_with_its_arguments_until_the_end_of_the_block(clock: Vir
 
     def main() -> None:
         rclpy.init()
-        rclpy.spin(rclpy.create_node('worker'))
-        ended.append(True)
+        try:
+            rclpy.spin(rclpy.create_node('worker'))
+        except rclpy.executors.ExternalShutdownException:
+            ended.append(True)
 
     before = sys.argv
     with Graph() as graph:

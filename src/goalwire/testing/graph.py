@@ -90,32 +90,37 @@ class Graph:
         error.add_note(text)
 
     def _end_what_was_started(self) -> None:
-        for program in self._programs:
-            program.stop()
         for spinning in self._spinning:
             if not spinning.close():
                 self.blame(f"node '{spinning.name}': a callback did not end")
             for raised in spinning.raised:
                 self.blame(f"node '{spinning.name}': a callback raised {raised!r}")
             spinning.node.destroy_node()
-        self._end_rclpy()
+        rclpy = self._rclpy()
+        self._end_programs(rclpy)
+        if rclpy is not None:
+            if not (self._opened_rclpy or self._programs):
+                self.blame('rclpy was initialised and not shut down')
+            rclpy.try_shutdown()
+            rclpy.uninstall_signal_handlers()
+
+    def _end_programs(self, rclpy: Any) -> None:
+        for program in self._programs:
+            program.stop()
+        if rclpy is not None and self._programs:
+            rclpy.get_default_context().lifeline.end('the graph was closed')  # what a signal does
         for program in self._programs:
             if not program.close():
                 self.blame(f"program '{program.name}' did not end with its context")
             elif program.unseen_error is not None:
                 self.blame(f"program '{program.name}' raised {program.unseen_error!r}")
 
-    def _end_rclpy(self) -> None:
-        """Shut down the default context, if it is in this graph."""
+    def _rclpy(self) -> Any:
+        """The module, if its default context is in this graph."""
         rclpy = sys.modules.get('rclpy')
-        if rclpy is None or not rclpy.ok():
-            return
-        if rclpy.get_default_context().get_domain_id() != self._world.domain:
-            return
-        if not (self._opened_rclpy or self._programs):
-            self.blame('rclpy was initialised and not shut down')
-        rclpy.try_shutdown()
-        rclpy.uninstall_signal_handlers()
+        if rclpy is None or rclpy.get_default_context() not in open_contexts() - self._before:
+            return None
+        return rclpy
 
     def _look_for_leaks(self) -> None:
         for context in open_contexts() - self._before - {self._context}:

@@ -8,6 +8,8 @@ import sys
 import threading
 from typing import TYPE_CHECKING, Any
 
+from goalwire.entities.exceptions import RCLError
+from goalwire.execution.outcomes import ExternalShutdownException
 from goalwire.testing.log import PATIENCE
 
 if TYPE_CHECKING:
@@ -22,7 +24,7 @@ class Program:
         self._main = main
         self._result: object = None
         self._error: BaseException | None = None
-        self._looked_at = False
+        self._stopped = self._looked_at = False
         self._loop: asyncio.AbstractEventLoop | None = None
         self._task: asyncio.Task[Any] | None = None
         self._argv, sys.argv = sys.argv, [self.name, *arguments]
@@ -40,7 +42,9 @@ class Program:
         except (asyncio.CancelledError, KeyboardInterrupt):
             self._result = None
         except BaseException as error:
-            self._error = error
+            # Its context ended under it: a program that is stopped by a signal sees the same.
+            if not (self._stopped and isinstance(error, (ExternalShutdownException, RCLError))):
+                self._error = error
 
     async def _follow(self, coroutine: Coroutine[Any, Any, object]) -> object:
         self._loop, self._task = asyncio.get_running_loop(), asyncio.current_task()
@@ -69,16 +73,17 @@ class Program:
         """What it raised, if nobody was told."""
         return None if self._looked_at else self._error
 
+    def close(self) -> bool:
+        """Wait for its end, now that its context has ended; False where that does not come."""
+        self._thread.join(PATIENCE)
+        sys.argv = self._argv
+        return not self._thread.is_alive()
+
     def stop(self) -> None:
-        """Cancel it, if it is a coroutine."""
+        """Cancel it, if it is a coroutine. From now on the end of its context is no error."""
+        self._stopped = True
         if self._loop is not None and self._task is not None and not self._loop.is_closed():
             try:
                 self._loop.call_soon_threadsafe(self._task.cancel)
             except RuntimeError:
                 return  # closed in between
-
-    def close(self) -> bool:
-        """Wait for its end, once its context is closed; False where that does not come."""
-        self._thread.join(PATIENCE)
-        sys.argv = self._argv
-        return not self._thread.is_alive()

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import asyncio
+import importlib
 import queue
 import subprocess
 import sys
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 from time import monotonic as my_monotonic
 from time import sleep as my_sleep
 
@@ -307,3 +309,21 @@ def test_an_error_of_a_thread_does_not_stop_time(
     time.sleep(1.0)
     assert clock.elapsed == 2.0
     assert str(reported[0].exc_value) == 'boom'
+
+
+def test_modules_that_are_imported_meanwhile_go_by_virtual_time_too(
+    clock: VirtualClock, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = (
+        'from _thread import allocate_lock\nfrom threading import Lock\nfrom time import monotonic, sleep\n'
+    )
+    (tmp_path / 'imported_meanwhile.py').write_text(text)
+    monkeypatch.syspath_prepend(tmp_path)
+    module = importlib.import_module('imported_meanwhile')
+    before = module.monotonic()
+    for make in (module.allocate_lock, module.Lock):
+        lock = make()
+        assert lock.acquire()
+        assert not lock.acquire(timeout=100.0)
+    module.sleep(100.0)
+    assert module.monotonic() - before == clock.elapsed == 300.0

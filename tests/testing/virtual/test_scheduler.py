@@ -102,7 +102,7 @@ def test_a_signal_handler_that_raises_ends_a_wait_and_leaves_the_order_whole() -
     class Interrupted:
         """A gate at which the handler's error comes out."""
 
-        def acquire(self) -> bool:
+        def acquire(self, *, timeout: float) -> bool:
             raise KeyboardInterrupt
 
         def release(self) -> None:
@@ -134,3 +134,21 @@ def test_who_reads_the_time_again_and_again_lets_some_pass() -> None:
     while scheduler.read(here) < 1_000_000_000:
         reads += 1
     assert 1000 < reads < 200_000
+
+
+def test_a_thread_that_blocks_in_the_real_world_is_named_after_a_while(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr('goalwire.testing.virtual.scheduler._STALL_S', 0.05)
+    scheduler, here = _scheduler()
+    real = threading.Event()
+
+    def block_for_real(member: Member) -> None:
+        real.wait(PATIENCE)
+
+    thread = _start(scheduler, block_for_real)
+    with pytest.raises(DeadlockError, match=r'stood still for 0\.1 s(.|\n)*in block_for_real'):
+        scheduler.wait(here, never, 100)
+    real.set()
+    thread.join(PATIENCE)
+    assert scheduler.wait(here, never, 100) is False

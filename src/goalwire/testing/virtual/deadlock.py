@@ -33,6 +33,19 @@ def describe(waiting: Iterable[Thread], here: Thread) -> str:
     return '\n'.join(lines)
 
 
+def describe_stall(running: Iterable[Thread], seconds: float) -> str:
+    """Say which threads keep the others waiting, and where they are."""
+    frames = sys._current_frames()  # noqa: SLF001
+    lines = [
+        f'virtual time has stood still for {seconds:g} s of real time, since somebody is busy elsewhere:'
+    ]
+    lines += [f"  thread '{thread.name}' is at{_where(frames.get(thread.ident or 0))}" for thread in running]
+    lines.append(
+        'it blocks in the real world (a socket, a process, a lock made before the clock), or computes'
+    )
+    return '\n'.join(lines)
+
+
 def _where(frame: FrameType | None) -> str:
     if frame is None:
         return ', not yet begun'

@@ -7,7 +7,7 @@ from types import ModuleType
 
 from goalwire.testing.virtual.stand_ins import ATTRIBUTES, NAMES
 
-_WAITING = frozenset({'queue', 'threading', 'time'})
+_WAITING = frozenset({'_thread', 'queue', 'threading', 'time'})
 """Modules of the standard library that get them: what the others need is made of these."""
 
 _RUNNERS = frozenset({'_pytest', 'execnet', 'hypothesis', 'pluggy', 'pytest', 'pytest_timeout', 'xdist'})

@@ -10,7 +10,7 @@ from __future__ import annotations
 from _thread import allocate_lock, get_ident
 from typing import TYPE_CHECKING
 
-from goalwire.testing.virtual.deadlock import DeadlockError, describe
+from goalwire.testing.virtual.deadlock import DeadlockError, describe, describe_stall
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -21,6 +21,10 @@ _POLLS = 1000
 
 _NAP_NS = 10_000_000
 """How long such a thread then sleeps, unless something is due before."""
+
+
+_STALL_S = 30.0
+"""Real time for which one thread may keep all others waiting, at least, before the owner is told of it."""
 
 
 def never() -> bool:
@@ -71,6 +75,7 @@ class Scheduler:
         self._lock = allocate_lock()
         self._waiting: dict[Member, None] = {}
         self._running = 1
+        self._turns = 0
         self._owner = Member(owner)
         self._members: dict[int, Member] = {get_ident(): self._owner}
 
@@ -119,8 +124,8 @@ class Scheduler:
 
     def _sleep(self, member: Member) -> None:
         try:
-            member.gate.acquire()
-        except BaseException:  # raised by a signal handler
+            self._pass_gate(member)
+        except BaseException:  # raised by a signal handler, or since time stands still
             with self._lock:
                 if member in self._waiting:
                     del self._waiting[member]
@@ -128,6 +133,14 @@ class Scheduler:
                 else:
                     member.gate.acquire(blocking=False)
             raise
+
+    def _pass_gate(self, member: Member) -> None:
+        turns = -1
+        while not member.gate.acquire(timeout=_STALL_S):
+            if member is self._owner and turns == self._turns:
+                running = [each.thread for each in self._members.values() if each not in self._waiting]
+                raise DeadlockError(describe_stall(running, 2 * _STALL_S))
+            turns = self._turns
 
     def _leave(self) -> None:
         """A member does not run any more; under the lock."""
@@ -160,6 +173,7 @@ class Scheduler:
     def _resume(self, member: Member, *, outcome: bool | None) -> None:
         del self._waiting[member]
         self._running += 1
+        self._turns += 1
         member.outcome = outcome
         member.ready = never
         member.gate.release()
