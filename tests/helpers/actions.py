@@ -150,6 +150,25 @@ class Gate:
         assert self._open.wait(PATIENCE)
 
 
+class Patient:
+    """Executes goals that wait at the gate; each ends as it was asked to by then. Its result is the order."""
+
+    def __init__(self) -> None:
+        self.gate = Gate()
+
+    def __call__(self, handle: ServerGoalHandle) -> Fibonacci.Result:
+        self.gate(handle)
+        if handle.is_cancel_requested:
+            handle.canceled()
+        elif handle.is_active:
+            handle.succeed()
+        return Result(sequence=[handle.request.order])
+
+    def wait_for(self, *orders: int) -> None:
+        """Wait until exactly these goals have come to the gate, in this order."""
+        self.gate.reached.wait_for(lambda seen: [each.request.order for each in seen] == list(orders))
+
+
 def succeed(handle: ServerGoalHandle) -> Fibonacci.Result:
     """Execute a goal at once; its result is the order."""
     handle.succeed()

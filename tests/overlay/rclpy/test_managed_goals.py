@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from builtin_interfaces.msg import Time as StampMessage
 from example_interfaces.action import Fibonacci
-from helpers.actions import NAMES, Arena, Gate, Goal, Result, accept_cancel, succeed
+from helpers.actions import NAMES, Arena, Gate, Goal, Patient, Result, accept_cancel, succeed
 from helpers.spinning import MakeNode, Spin, result_of
 from rclpy.action import ActionClient, ActionServer, GoalResponse
 from rclpy.action.client import ClientGoalHandle
@@ -17,27 +17,8 @@ import goalwire
 from goalwire.protocol.goals.policy import GoalPolicy, OnClientLost
 
 
-class Worker:
-    """Executes goals that wait at a gate, or until they are asked to stop."""
-
-    def __init__(self) -> None:
-        self.gate = Gate()
-
-    def __call__(self, handle: ServerGoalHandle) -> Fibonacci.Result:
-        self.gate(handle)
-        if handle.is_cancel_requested:
-            handle.canceled()
-        elif handle.is_active:
-            handle.succeed()
-        return Result(sequence=[handle.request.order])
-
-    def wait_for(self, *orders: int) -> None:
-        """Wait until exactly these goals have come to the gate, in this order."""
-        self.gate.reached.wait_for(lambda seen: [each.request.order for each in seen] == list(orders))
-
-
-def managed(make_node: MakeNode, spin: Spin, worker: Worker, **options: Any) -> Arena:
-    return Arena(make_node, spin, worker, cancel=accept_cancel, **options)
+def managed(make_node: MakeNode, spin: Spin, patient: Patient, **options: Any) -> Arena:
+    return Arena(make_node, spin, patient, cancel=accept_cancel, **options)
 
 
 def last_status(arena: Arena, handle: ClientGoalHandle) -> str:
@@ -51,11 +32,11 @@ def last_status(arena: Arena, handle: ClientGoalHandle) -> str:
 def test_one_goal_too_many_is_refused(
     make_node: MakeNode, spin: Spin, policy: GoalPolicy, places: int
 ) -> None:
-    worker = Worker()
-    arena = managed(make_node, spin, worker, policy=policy)
+    patient = Patient()
+    arena = managed(make_node, spin, patient, policy=policy)
     handles = [arena.accept(order) for order in range(places)]
     assert not arena.send(9).accepted
-    worker.gate.open()
+    patient.gate.open()
     assert [last_status(arena, handle) for handle in handles] == ['SUCCEEDED'] * places
     assert last_status(arena, arena.accept(9)) == 'SUCCEEDED'
 
@@ -63,46 +44,46 @@ def test_one_goal_too_many_is_refused(
 def test_queued_goals_are_accepted_then_executing_and_one_of_them_is_cancelled(
     make_node: MakeNode, spin: Spin
 ) -> None:
-    worker = Worker()
-    arena = managed(make_node, spin, worker, policy=goalwire.queue(2))
+    patient = Patient()
+    arena = managed(make_node, spin, patient, policy=goalwire.queue(2))
     first, second, third = (arena.accept(order) for order in (1, 2, 3))
     assert not arena.send(4).accepted
-    worker.wait_for(1)
+    patient.wait_for(1)
     assert arena.seen(third, 'ACCEPTED') == ['ACCEPTED']
     assert arena.cancel(second.goal_id) == (0, [bytes(second.goal_id.uuid)])
     assert last_status(arena, second) == 'CANCELED'
-    worker.gate.open()
+    patient.gate.open()
     assert [last_status(arena, handle) for handle in (first, third)] == ['SUCCEEDED'] * 2
-    worker.wait_for(1, 3)
+    patient.wait_for(1, 3)
     assert arena.seen(third, 'SUCCEEDED') == ['ACCEPTED', 'EXECUTING', 'SUCCEEDED']
     assert arena.seen(second, 'CANCELED')[-1] == 'CANCELED'
 
 
 def test_a_new_goal_asks_the_running_one_to_stop_and_follows_it(make_node: MakeNode, spin: Spin) -> None:
-    worker = Worker()
-    arena = Arena(make_node, spin, worker, policy=goalwire.preempt())  # asks no cancel callback
+    patient = Patient()
+    arena = Arena(make_node, spin, patient, policy=goalwire.preempt())  # asks no cancel callback
     first = arena.accept(1)
-    worker.wait_for(1)
+    patient.wait_for(1)
     second = arena.accept(2)
-    assert worker.gate.reached.items[0].is_cancel_requested
+    assert patient.gate.reached.items[0].is_cancel_requested
     arena.seen(first, 'CANCELING')
-    worker.gate.open()
+    patient.gate.open()
     assert (last_status(arena, first), last_status(arena, second)) == ('CANCELED', 'SUCCEEDED')
-    worker.wait_for(1, 2)
+    patient.wait_for(1, 2)
 
 
 def test_a_deferred_goal_waits_for_its_turn_from_its_execution_on(make_node: MakeNode, spin: Spin) -> None:
-    worker = Worker()
+    patient = Patient()
     deferred: list[ServerGoalHandle] = []
-    arena = managed(make_node, spin, worker, policy=goalwire.queue(1), accepted=deferred.append)
+    arena = managed(make_node, spin, patient, policy=goalwire.queue(1), accepted=deferred.append)
     handles = [arena.accept(order) for order in (1, 2)]
     one, two = deferred
     for handle in (two, one, one):  # the last waits already: nothing new
         handle.execute()
-    worker.wait_for(2)
-    worker.gate.open()
+    patient.wait_for(2)
+    patient.gate.open()
     assert [last_status(arena, handle) for handle in handles] == ['SUCCEEDED'] * 2
-    worker.wait_for(2, 1)
+    patient.wait_for(2, 1)
 
 
 # -- failures ----------------------------------------------------------------------------------------------
@@ -137,14 +118,14 @@ def test_a_goal_that_was_reached_has_no_reason(make_node: MakeNode, spin: Spin) 
 
 
 def test_all_goals_are_cancelled_by_one_request(make_node: MakeNode, spin: Spin) -> None:
-    worker = Worker()
-    arena = managed(make_node, spin, worker)
+    patient = Patient()
+    arena = managed(make_node, spin, patient)
     handles = [arena.accept(order) for order in (1, 2)]
     answer = result_of(arena.client.cancel_all_goals_async())
     assert answer.return_code == 0
     cancelled = {bytes(goal.goal_id.uuid) for goal in answer.goals_canceling}
     assert cancelled == {bytes(handle.goal_id.uuid) for handle in handles}
-    worker.gate.open()
+    patient.gate.open()
     assert [last_status(arena, handle) for handle in handles] == ['CANCELED'] * 2
     blocking = arena.client.cancel_all_goals()
     assert blocking is not None
@@ -152,8 +133,8 @@ def test_all_goals_are_cancelled_by_one_request(make_node: MakeNode, spin: Spin)
 
 
 def test_goals_accepted_before_a_time_are_cancelled(make_node: MakeNode, spin: Spin) -> None:
-    worker = Worker()
-    arena = managed(make_node, spin, worker)
+    patient = Patient()
+    arena = managed(make_node, spin, patient)
     before = arena.accept(1)
     between = arena.server_node.get_clock().now()
     later = arena.accept(2)
@@ -164,7 +145,7 @@ def test_goals_accepted_before_a_time_are_cancelled(make_node: MakeNode, spin: S
         assert answer is not None
         cancelled = [bytes(goal.goal_id.uuid) for goal in answer.goals_canceling]
         assert cancelled in ([bytes(before.goal_id.uuid)], [])
-    worker.gate.open()
+    patient.gate.open()
     assert [last_status(arena, handle) for handle in (before, later)] == ['CANCELED', 'SUCCEEDED']
     with pytest.raises(ValueError, match='cancel_all_goals cancels all'):
         _ = arena.client.cancel_goals_before_async(StampMessage())
@@ -179,19 +160,19 @@ def test_goals_accepted_before_a_time_are_cancelled(make_node: MakeNode, spin: S
 def test_the_goals_of_a_client_that_has_gone_end_and_no_others(
     make_node: MakeNode, spin: Spin, choice: OnClientLost, status: str, asked: bool
 ) -> None:
-    worker = Worker()
-    arena = Arena(make_node, spin, worker, on_client_lost=choice)
+    patient = Patient()
+    arena = Arena(make_node, spin, patient, on_client_lost=choice)
     other = ActionClient(arena.client_node, Fibonacci, 'fib')
     kept = result_of(other.send_goal_async(Goal(order=2)))
     lost = arena.accept(1)
-    worker.gate.reached.wait_for(lambda seen: len(seen) == 2)
+    patient.gate.reached.wait_for(lambda seen: len(seen) == 2)
     arena.client.destroy()
     arena.expect_event('on_client_lost')
-    by_order = {handle.request.order: handle for handle in worker.gate.reached.items}
+    by_order = {handle.request.order: handle for handle in patient.gate.reached.items}
     assert by_order[1].is_cancel_requested is asked
     assert by_order[1].is_active is asked
     assert not by_order[2].is_cancel_requested
-    worker.gate.open()
+    patient.gate.open()
     assert NAMES[result_of(kept.get_result_async()).status] == 'SUCCEEDED'
     assert arena.seen(lost, status)[-1] == status
 

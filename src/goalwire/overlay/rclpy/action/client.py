@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any, Generic, overload
 
 from goalwire.entities.actions.client import ActionClientCore
 from goalwire.entities.actions.client_goal import ClientGoalHandle
-from goalwire.entities.actions.endpoints import ActionQoS
 from goalwire.entities.actions.types import (
     ActionType,
     FeedbackMessage,
@@ -17,11 +16,11 @@ from goalwire.entities.actions.types import (
     ResultResponse,
     ResultT,
 )
-from goalwire.entities.exceptions import NameValidationException
 from goalwire.entities.type_support import action_support
 from goalwire.execution.callback_groups import checked_group
 from goalwire.execution.waitable import InboxWaitable
 from rclpy._borrowed import borrow
+from rclpy.action._making import action_qos, refusing_bad_names
 from rclpy.callback_groups import CallbackGroup
 from rclpy.qos import QoSProfile, qos_profile_action_status_default, qos_profile_services_default
 from rclpy.task import Future
@@ -56,22 +55,18 @@ class ActionClient(ActionClientCore, InboxWaitable, Generic[GoalT, ResultT, Feed
         status_sub_qos_profile: QoSProfile = qos_profile_action_status_default,
     ) -> None:
         """Raises ValueError for a bad name."""
-        qos = ActionQoS(
-            goal_service_qos_profile.to_core(),
-            result_service_qos_profile.to_core(),
-            cancel_service_qos_profile.to_core(),
-            feedback_sub_qos_profile.to_core(),
-            status_sub_qos_profile.to_core(),
+        qos = action_qos(
+            goal_service_qos_profile,
+            result_service_qos_profile,
+            cancel_service_qos_profile,
+            feedback_sub_qos_profile,
+            status_sub_qos_profile,
         )
         group = node.default_callback_group if callback_group is None else checked_group(callback_group)
         support = action_support(action_type)
         InboxWaitable.__init__(self, group)
-        try:
+        with refusing_bad_names('client', action_name):
             ActionClientCore.__init__(self, node.handle, support, action_name, group, qos)
-        except NameValidationException as error:
-            raise ValueError(
-                f"Failed to create action client due to invalid topic name '{action_name}' : {error}"
-            ) from None
         self._node = node
         self._action_type = action_type
         node.add_waitable(self)

@@ -6,11 +6,10 @@ from collections.abc import Awaitable, Callable
 from typing import TYPE_CHECKING, Generic, TypeAlias
 
 from goalwire.entities.actions.decisions import ActionCallbacks, CancelResponse, GoalResponse
-from goalwire.entities.actions.endpoints import ActionQoS
 from goalwire.entities.actions.goal_handle import ServerGoalHandle
 from goalwire.entities.actions.server import ActionServerCore
 from goalwire.entities.actions.types import ActionType, FeedbackT, GoalT, ResultT
-from goalwire.entities.exceptions import NameValidationException, RCLError
+from goalwire.entities.exceptions import RCLError
 from goalwire.entities.type_support import action_support
 from goalwire.execution.callback_groups import checked_group
 from goalwire.execution.waitable import InboxWaitable
@@ -18,6 +17,7 @@ from goalwire.protocol.goals.policy import UNLIMITED, GoalPolicy, OnClientLost
 from goalwire.protocol.goals.server import GoalServer
 from goalwire.protocol.goals.table import GoalEvent
 from rclpy._borrowed import borrow
+from rclpy.action._making import action_qos, refusing_bad_names
 from rclpy.callback_groups import CallbackGroup
 from rclpy.constants import S_TO_NS
 from rclpy.qos import QoSProfile, qos_profile_action_status_default, qos_profile_services_default
@@ -110,22 +110,18 @@ class ActionServer(ActionServerCore, InboxWaitable, Generic[GoalT, ResultT, Feed
             on_failure,
         )
         reactor: GoalServer[Request, bytes] = GoalServer(_nanoseconds(result_timeout), policy, on_client_lost)
-        qos = ActionQoS(
-            goal_service_qos_profile.to_core(),
-            result_service_qos_profile.to_core(),
-            cancel_service_qos_profile.to_core(),
-            feedback_pub_qos_profile.to_core(),
-            status_pub_qos_profile.to_core(),
+        qos = action_qos(
+            goal_service_qos_profile,
+            result_service_qos_profile,
+            cancel_service_qos_profile,
+            feedback_pub_qos_profile,
+            status_pub_qos_profile,
         )
         group = node.default_callback_group if callback_group is None else checked_group(callback_group)
         support = action_support(action_type)
         InboxWaitable.__init__(self, group)
-        try:
+        with refusing_bad_names('server', action_name):
             ActionServerCore.__init__(self, node.handle, support, action_name, callbacks, group, qos, reactor)
-        except NameValidationException as error:
-            raise ValueError(
-                f"Failed to create action server due to invalid topic name '{action_name}' : {error}"
-            ) from None
         self._node = node
         self._action_type = action_type
         node.add_waitable(self)

@@ -1,0 +1,31 @@
+"""What making an action server and a client have in common."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from goalwire.entities.actions.endpoints import ActionQoS
+from goalwire.entities.exceptions import NameValidationException
+
+if TYPE_CHECKING:
+    from rclpy.qos import QoSProfile
+
+
+def action_qos(
+    goal: QoSProfile, result: QoSProfile, cancel: QoSProfile, feedback: QoSProfile, status: QoSProfile
+) -> ActionQoS:
+    """Return the core's form of an action's five profiles."""
+    return ActionQoS(*(profile.to_core() for profile in (goal, result, cancel, feedback, status)))
+
+
+@contextmanager
+def refusing_bad_names(what: str, action_name: str) -> Iterator[None]:
+    """Raise for a bad name what rclpy raises: ValueError with its words. `what` is 'client' or 'server'."""
+    try:
+        yield
+    except NameValidationException as error:
+        raise ValueError(
+            f"Failed to create action {what} due to invalid topic name '{action_name}' : {error}"
+        ) from None
