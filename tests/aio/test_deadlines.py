@@ -152,6 +152,29 @@ def test_a_client_may_send_requests_again(play: Play) -> None:
     play(scenario)
 
 
+def test_a_handler_may_call_its_own_node_and_a_circle_ends_by_its_deadline(play: Play) -> None:
+    async def scenario() -> None:
+        async with goalwire.Node('node') as node:
+            inner = node.client(Trigger, 'inner', timeout=9.0)
+            circle = node.client(Trigger, 'circle', timeout=0.05)
+
+            async def ask(_: Trigger.Request) -> Trigger.Response:
+                return await inner.call()
+
+            async def ask_itself(_: Trigger.Request) -> Trigger.Response:
+                with pytest.raises(DeadlineError):
+                    await circle.call()
+                return Trigger.Response(message='a circle')
+
+            node.service(Trigger, 'inner', lambda _: Trigger.Response(success=True))
+            node.service(Trigger, 'outer', ask)
+            node.service(Trigger, 'circle', ask_itself, concurrent=False)
+            assert (await node.client(Trigger, 'outer').call(timeout=9.0)).success
+            assert (await circle.call(timeout=9.0)).message == 'a circle'
+
+    play(scenario)
+
+
 def test_errors_of_calls_are_one_hierarchy() -> None:
     for kind in (DeadlineError, NoServerError, RefusedError, ServerFailedError, ServerLostError):
         assert issubclass(kind, goalwire.CallError)
