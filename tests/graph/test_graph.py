@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import count
 from threading import Thread
 from time import thread_time
@@ -11,6 +10,7 @@ import pytest
 
 from goalwire.graph.graph import Graph
 from goalwire.protocol.qos import INFINITE_NS, DurabilityPolicy, QoS, ReliabilityPolicy
+from goalwire.records import replace
 from goalwire.transport.contract import Endpoint, EndpointKind, GraphEntity, NodeName
 
 PUBLISHER, SUBSCRIPTION = EndpointKind.PUBLISHER, EndpointKind.SUBSCRIPTION

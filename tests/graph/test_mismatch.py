@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import count
 
 from goalwire.graph.graph import Graph
 from goalwire.graph.mismatch import Mismatch, Reason
+from goalwire.records import replace
 from goalwire.transport.contract import EndpointKind, GraphEntity, NodeName
 
 PUBLISHER, SUBSCRIPTION = EndpointKind.PUBLISHER, EndpointKind.SUBSCRIPTION

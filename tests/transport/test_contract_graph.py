@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import pytest
 from helpers.wire import ADD, HASH, STRING, SeenGraph, Side, topic_endpoint
@@ -16,6 +15,7 @@ from goalwire.protocol.qos import (
     QoS,
     ReliabilityPolicy,
 )
+from goalwire.records import replace
 from goalwire.transport.contract import EndpointKind, NodeName, Port, Request, Sample, Session
 
 NODE, PUBLISHER, SUBSCRIPTION = EndpointKind.NODE, EndpointKind.PUBLISHER, EndpointKind.SUBSCRIPTION

@@ -9,12 +9,12 @@ from __future__ import annotations
 import builtins
 import struct
 from collections.abc import Collection, Iterable
-from dataclasses import dataclass
 from functools import cache
 
 from goalwire.interfaces import classes
 from goalwire.interfaces.foreign import definition_of
 from goalwire.interfaces.model import FieldType, MessageDefinition, Shape
+from goalwire.records import record
 
 HEADER_SIZE = 4
 MAX_PADDING = 7  # after the last field; whatever is longer was not meant to be padding
@@ -28,7 +28,7 @@ CODES = {
 SIZES = {base: struct.calcsize(f'<{code}') for base, code in CODES.items()}
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Leaf:
     """A field of a message class; `cls` is the class of its value or values where these are messages."""
 
@@ -37,7 +37,7 @@ class Leaf:
     cls: builtins.type | None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Item:
     """Something of known size inside a run; a text has the size that the run is asked for."""
 

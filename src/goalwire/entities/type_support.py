@@ -6,12 +6,12 @@ The texts of the refusals are rclpy's (rclpy.type_support).
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cache, cached_property
 from typing import Any, Protocol, TypeVar
 
 from goalwire import interfaces
 from goalwire.codec import cdr
+from goalwire.records import record
 from goalwire.transport.contract import Payload
 
 _ROS1_HINT = (
@@ -107,7 +107,7 @@ class ServiceSupport:
         return cdr.decoder(self.response)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class ActionSupport:
     """An action class, by the services and topics it is made of."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from inspect import Parameter, Signature, signature
 from types import FunctionType, MethodType
 from typing import TYPE_CHECKING
 
@@ -11,6 +10,7 @@ from goalwire.protocol.time import ClockType, Time
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from inspect import Signature
 
 
 class TimerInfo:
@@ -51,6 +51,8 @@ def taking_info(callback: object) -> Callable[[TimerInfo], object] | None:
     """
     if not callable(callback) or _takes_nothing(callback):
         return None
+    from inspect import Parameter  # 5 ms, for few callbacks
+
     try:
         parameters = _signature(callback).parameters.values()
     except (TypeError, ValueError):  # a builtin that does not tell
@@ -61,11 +63,9 @@ def taking_info(callback: object) -> Callable[[TimerInfo], object] | None:
             if parameter.kind is Parameter.POSITIONAL_ONLY:
                 return callback
             return lambda info: callback(**{name: info})
-    required = [one for one in parameters if one.default is Parameter.empty and one.kind in _POSITIONAL]
+    positional = (Parameter.POSITIONAL_ONLY, Parameter.POSITIONAL_OR_KEYWORD)
+    required = [one for one in parameters if one.default is Parameter.empty and one.kind in positional]
     return callback if required else None
-
-
-_POSITIONAL = (Parameter.POSITIONAL_ONLY, Parameter.POSITIONAL_OR_KEYWORD)
 
 
 def _takes_nothing(callback: Callable[..., object]) -> bool:
@@ -81,6 +81,8 @@ def _takes_nothing(callback: Callable[..., object]) -> bool:
 
 
 def _signature(callback: Callable[..., object]) -> Signature:
+    from inspect import signature
+
     if sys.version_info >= (3, 14):  # annotations that were imported for type checkers only have no value
         from annotationlib import Format
 

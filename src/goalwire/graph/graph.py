@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
 from threading import Lock
 from typing import TypeAlias
 
@@ -26,13 +25,15 @@ _Endpoints: TypeAlias = dict[bytes, GraphEntity]
 """Endpoints by gid, in the order of their appearance."""
 
 
-@dataclass(slots=True)
 class _Node:
     """One node and what it owns; `is_declared` is false while only its endpoints have been seen."""
 
-    entity: GraphEntity
-    is_declared: bool = False
-    endpoints: _Endpoints = field(default_factory=dict)
+    __slots__ = ('endpoints', 'entity', 'is_declared')
+
+    def __init__(self, entity: GraphEntity, *, is_declared: bool = False) -> None:
+        self.entity = entity
+        self.is_declared = is_declared
+        self.endpoints: _Endpoints = {}
 
 
 class Graph(GraphListener):

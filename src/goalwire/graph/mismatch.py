@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from enum import Enum
 
 from goalwire.graph.names import SEND_GOAL, is_part_of_action
+from goalwire.records import record
 from goalwire.transport.contract import EndpointKind, GraphEntity
 
 
@@ -21,7 +21,7 @@ class Reason(Enum):
     """Two nodes of one name, and so of one name for each of their standing services."""
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Mismatch:
     """Two endpoints that do not go together. `name` is the action's where they serve one, or the nodes'."""
 

@@ -6,15 +6,15 @@ Names inside: `_self` and everything the class borrows start with an underscore,
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 from goalwire.interfaces.model import Default, Field, MessageDefinition, Shape
 from goalwire.interfaces.runtime import TYPECODES, UNSET, ArrayDefault, to_array
+from goalwire.records import record
 
 _ZEROS = {'bool': False, 'byte': b'\0', 'string': '', 'wstring': ''}
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class _Slot:
     """A field as the source needs it: its signature default, and expressions for what is stored."""
 

@@ -8,7 +8,6 @@ rosidl_adapter. Every refusal is an InterfaceSyntaxError that names file, line a
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from keyword import iskeyword
 
 from goalwire.errors import InterfaceSyntaxError
@@ -24,6 +23,7 @@ from goalwire.interfaces.model import (
     ServiceDefinition,
     Shape,
 )
+from goalwire.records import record
 
 _PACKAGE = re.compile(r'(?!.*__)(?!.*_$)[a-z][a-z0-9_]*')
 _TYPE_NAME = re.compile(r'[A-Z][A-Za-z0-9]*')
@@ -46,7 +46,7 @@ _HINTS = {
 }
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class _Source:
     """Where a piece of text stands, for the error messages."""
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
 from enum import Enum
+
+from goalwire.records import record
 
 Scalar = bool | int | float | str | bytes
 Default = Scalar | tuple[Scalar, ...]
@@ -32,7 +33,7 @@ class Shape(Enum):
     UNBOUNDED = 3
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class FieldType:
     """The type of a field: `base` is a primitive's name or a message's full name (pkg/msg/Name)."""
 
@@ -66,7 +67,7 @@ def integer_range(base: str) -> tuple[int, int]:
     return (0, 2**bits - 1) if base[0] in 'uc' else (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Field:
     """A field; `line` counts from 1 in the definition file, 0 where no file says it."""
 
@@ -83,7 +84,7 @@ class Field:
         return found[1] if found else ''
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Constant:
     """A constant of a message."""
 
@@ -93,7 +94,7 @@ class Constant:
     comment: str = ''
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class MessageDefinition:
     """A message; `kind` is the folder it lives in: msg, srv or action."""
 
@@ -103,14 +104,16 @@ class MessageDefinition:
     fields: tuple[Field, ...] = ()
     constants: tuple[Constant, ...] = ()
     comment: str = ''
-    source: str = field(default='', compare=False)
+    source: str = ''
+
+    ASIDE = ('source',)
 
     @property
     def full_name(self) -> str:
         return f'{self.package}/{self.kind}/{self.name}'
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class ServiceDefinition:
     """A service with the three messages made for it."""
 
@@ -130,7 +133,7 @@ class ServiceDefinition:
         return (self.request, self.response, self.event)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class ActionDefinition:
     """An action with the messages and services made for it."""
 

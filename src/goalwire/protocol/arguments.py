@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from goalwire.errors import LocalError
@@ -12,6 +11,7 @@ from goalwire.logging.severity import LoggingSeverity
 from goalwire.protocol.names.lexer import Lexeme, Lexer, RuleSyntaxError, node_prefix, refuse_wildcard
 from goalwire.protocol.names.remapping import RemapRule, parse_remap_rule
 from goalwire.protocol.names.validation import InvalidName, validate_enclave
+from goalwire.records import record
 
 if TYPE_CHECKING:
     from goalwire.protocol.parameters import ParameterValue
@@ -30,7 +30,7 @@ class UnknownArguments(ArgumentError):
         super().__init__(str(list(arguments)))
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class ParameterOverride:
     """One `-p [node:]name:=value`. As in rcl, `node` means the node of that name in the root namespace."""
 
@@ -44,15 +44,20 @@ class ParameterOverride:
         return {self.node or '/**': {self.name: self.value}}
 
 
-@dataclass(frozen=True, slots=True)
+_UNREAD: NodeValues = {}
+
+
+@record
 class ParameterFile:
     """One `--params-file PATH`, and what it says once it has been read."""
 
     path: str
-    nodes: NodeValues = field(default_factory=dict, hash=False)
+    nodes: NodeValues = _UNREAD
+
+    ASIDE = ('nodes',)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Arguments:
     """A command line's ROS arguments, and the `rest` of it in its own order."""
 
@@ -164,20 +169,20 @@ _SWITCHES = {
 }
 
 
-@dataclass
 class _Parser:
     """Collects what the arguments say while it walks over them."""
 
-    remaps: list[RemapRule] = field(default_factory=list)
-    parameters: list[ParameterOverride | ParameterFile] = field(default_factory=list)
-    log_levels: list[tuple[str, LoggingSeverity]] = field(default_factory=list)
-    enclave: str | None = None
-    switches: dict[str, bool] = field(default_factory=dict)
-    log_config_file: str | None = None
-    log_file_name: str | None = None
-    rest: list[str] = field(default_factory=list)
-    deprecated: list[str] = field(default_factory=list)
-    unknown: list[str] = field(default_factory=list)
+    def __init__(self) -> None:
+        self.remaps: list[RemapRule] = []
+        self.parameters: list[ParameterOverride | ParameterFile] = []
+        self.log_levels: list[tuple[str, LoggingSeverity]] = []
+        self.enclave: str | None = None
+        self.switches: dict[str, bool] = {}
+        self.log_config_file: str | None = None
+        self.log_file_name: str | None = None
+        self.rest: list[str] = []
+        self.deprecated: list[str] = []
+        self.unknown: list[str] = []
 
     def read(self, arguments: Sequence[str]) -> None:
         in_ros_args = False

@@ -5,9 +5,10 @@ Numbers are those of rmw/types.h (rmw_qos_*_policy_e); durations are nanoseconds
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from enum import IntEnum
 from typing import Self
+
+from goalwire.records import record, replace
 
 UNSPECIFIED_NS = 0
 """A duration left to the middleware (RMW_DURATION_UNSPECIFIED)."""
@@ -100,7 +101,7 @@ class PolicyKind(IntEnum):
         return self.name.split('_', 3)[-1]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class QoS:
     """One endpoint's quality of service, as its user asked for it."""
 

@@ -7,7 +7,6 @@ Unlike rmw_dds_common's, a subscription that finds no publisher asks for no more
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import replace
 from enum import IntEnum
 
 from goalwire.protocol.qos import (
@@ -20,6 +19,7 @@ from goalwire.protocol.qos import (
     QoS,
     ReliabilityPolicy,
 )
+from goalwire.records import replace
 
 _UNSET = frozenset({UNSPECIFIED_NS, INFINITE_NS, BEST_AVAILABLE_NS})
 

@@ -7,7 +7,6 @@ ROS 2's own, "durabilty" included.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from enum import IntEnum
 from operator import attrgetter
 
@@ -20,6 +19,7 @@ from goalwire.protocol.qos import (
     QoSPolicyEnum,
     ReliabilityPolicy,
 )
+from goalwire.records import record
 
 
 class QoSCompatibility(IntEnum):
@@ -39,7 +39,7 @@ class QoSCompatibility(IntEnum):
 _OPEN = frozenset({'SYSTEM_DEFAULT', 'UNKNOWN'})
 
 
-@dataclass(frozen=True)
+@record
 class _OrderedPolicy:
     """A policy where an endpoint offers or asks for less (`weak`) or more (`strong`), and what to say."""
 

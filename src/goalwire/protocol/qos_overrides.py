@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TypeAlias
 
 from goalwire.errors import LocalError
@@ -15,6 +14,7 @@ from goalwire.protocol.qos import (
     QoSPolicyEnum,
     ReliabilityPolicy,
 )
+from goalwire.records import replace
 
 OverrideValue: TypeAlias = str | int | bool
 """How a parameter spells a policy: its short key, its number (nanoseconds for durations), or yes and no."""
@@ -87,7 +87,7 @@ def with_value(qos: QoS, policy: PolicyKind, value: object) -> QoS:
             raise _unexpected(policy, value, f'choose one of {", ".join(choices.short_keys())}') from None
     elif isinstance(value, int) and value < 0:
         raise _unexpected(policy, value, 'it must be 0 or more')
-    return replace(qos, **{_FIELDS[policy]: value})  # type: ignore[arg-type]  # of the type it was declared with
+    return replace(qos, **{_FIELDS[policy]: value})  # of the type it was declared with
 
 
 def _unexpected(policy: PolicyKind, value: object, choice: str) -> UnexpectedOverrideError:

@@ -10,11 +10,11 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, NamedTuple, Protocol, TypeAlias
 
 from goalwire.protocol.qos import DEFAULT, QoS
+from goalwire.records import record
 
 if TYPE_CHECKING:
     from goalwire.protocol.qos_events import EventStatus, EventType
@@ -34,7 +34,7 @@ class EndpointKind(Enum):
     CLIENT = 'client'
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class NodeName:
     """Who a node is: `name` without slashes, `namespace` absolute ('/' or '/a/b')."""
 
@@ -48,7 +48,7 @@ class NodeName:
         return f'{self.namespace.rstrip("/")}/{self.name}'
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Endpoint:
     """What an entity declares: `name` is fully qualified ('/chatter'), `type_name` is 'std_msgs/msg/String'
     (for services 'pkg/srv/Name', for an action's three services 'pkg/action/Name_SendGoal' and so on),
@@ -97,7 +97,7 @@ class Request(ABC):
         """Give the request up without an answer; the client's `on_end` gets the reason."""
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class GraphEntity:
     """One node or endpoint as discovery shows it. `session` and `node_id` tell nodes of one name apart."""
 
@@ -280,7 +280,7 @@ class Session(ABC):
         """Undeclare everything, send what is queued, disconnect. Idempotent; never called from `deliver`."""
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class SessionOptions:
     """What a context asks of its transport."""
 

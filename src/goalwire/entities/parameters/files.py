@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from goalwire.protocol.arguments import ArgumentError, Arguments, ParameterFile
 from goalwire.protocol.names.lexer import RuleSyntaxError
+from goalwire.records import replace
 
 if TYPE_CHECKING:
     from goalwire.protocol.parameters.files import NodeValues

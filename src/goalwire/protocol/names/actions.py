@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from goalwire.records import record
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class ActionNames:
     """The parts of the action `name`; they are remapped one by one, as in ROS 2."""
 

@@ -6,12 +6,12 @@ rules for its namespace and for its topics and services then see the new name.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Flag, auto
 from typing import TYPE_CHECKING
 
 from goalwire.protocol.names.expansion import expand_topic_name
 from goalwire.protocol.names.lexer import Lexeme, Lexer, RuleSyntaxError, node_prefix, refuse_wildcard
+from goalwire.records import record
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -26,7 +26,7 @@ class Remaps(Flag):
     SERVICE = auto()
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class RemapRule:
     """One rule. `match` is '' for nodes and namespaces; `node` narrows the rule to the node of that name."""
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from threading import Lock
 from typing import TypeVar
 
+from goalwire.records import replace
 from goalwire.transport.contract import (
     ClientPort,
     Endpoint,

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from contextlib import ExitStack
-from dataclasses import replace
 
 from goalwire.protocol.qos import HistoryPolicy
+from goalwire.records import replace
 from goalwire.transport.contract import Endpoint
 from goalwire.transport.dds.abi import INFINITY
 from goalwire.transport.dds.core import Core

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from time import time_ns
 
 from goalwire.errors import TransportError
 from goalwire.protocol.qos import QoS
 from goalwire.protocol.qos_events import EventStatus, EventType
+from goalwire.records import replace
 from goalwire.transport.contract import Endpoint, Port, PublisherPort, Sample
 from goalwire.transport.dds.abi import INFINITY
 from goalwire.transport.dds.core import Core

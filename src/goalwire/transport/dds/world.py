@@ -7,12 +7,13 @@ known. One that no node claims is shown after a while as nobody's, at once where
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import partial
 from itertools import count
 from typing import NamedTuple, TypeAlias
 
 from goalwire.protocol.qos import QoS
+from goalwire.records import replace
 from goalwire.transport.contract import EndpointKind, GraphEntity, NodeName
 from goalwire.transport.dds.names import Role
 from goalwire.transport.dds.participant_info import NodeInfo, ParticipantInfo
