@@ -25,6 +25,8 @@ _ACCEPTANCE = struct.Struct('<4s?3xiI')
 _REASON_MARK = b'\x00goalwire-why\x00'
 _REASON_LENGTH = struct.Struct('<H')
 _REASON_TAIL = _REASON_LENGTH.size + len(_REASON_MARK)
+_ALIGNMENT = 4
+"""Of what DDS sends: it would add bytes behind the mark."""
 REASON_LIMIT = 1000
 """Bytes of a reason that are sent; the rest is cut off."""
 _CANCEL_HEAD = struct.Struct('<4sb3xI')
@@ -88,6 +90,7 @@ def with_reason(payload: bytes, reason: str) -> bytes:
     that a client which does not know of this reads the reply as ever.
     """
     text = reason.encode(errors='replace')[:REASON_LIMIT]
+    text += bytes(-(len(payload) + len(text) + _REASON_TAIL) % _ALIGNMENT)
     return b''.join((payload, text, _REASON_LENGTH.pack(len(text)), _REASON_MARK))
 
 
@@ -101,7 +104,7 @@ def split_reason(payload: Payload) -> tuple[Payload, str]:
     start = end - _REASON_LENGTH.unpack_from(payload, end)[0]
     if start <= _START:
         return payload, ''
-    return payload[:start], bytes(payload[start:end]).decode(errors='replace')
+    return payload[:start], bytes(payload[start:end]).rstrip(b'\0').decode(errors='replace')
 
 
 def encode_cancel_request(goal_id: GoalId, stamp_ns: int = 0) -> bytes:
