@@ -28,6 +28,13 @@ def test_a_service_has_the_hash_and_class_of_its_definition(type_name: str) -> N
     assert support.cls is class_of(type_name)
 
 
+@pytest.mark.parametrize('type_name', SERVICE_HASHES)
+def test_the_parts_of_a_service_have_the_hashes_of_their_definitions(type_name: str) -> None:
+    service = class_of(type_name)
+    parts = service.Request, service.Response  # type: ignore[attr-defined]
+    assert standard_service(type_name).part_hashes() == tuple(interfaces.type_hash(part) for part in parts)
+
+
 @pytest.mark.parametrize('type_name', MESSAGE_HASHES)
 def test_a_message_has_the_hash_and_class_of_its_definition(type_name: str) -> None:
     support = standard_message(type_name)

@@ -41,6 +41,7 @@ def describe_endpoint(
         _settled(node, kind, name, qos),
         isinstance(support, MessageSupport) and support.has_buffers,
         waits_for_room=waits_for_room,
+        part_hashes=support.part_hashes if isinstance(support, ServiceSupport) else None,
     )
 
 

@@ -85,7 +85,13 @@ class MakeService(Protocol[T_co]):
 @cache
 def standard_service(type_name: str) -> ServiceSupport:
     """Return the support of 'pkg/srv/Name', one of SERVICE_HASHES."""
-    return ServiceSupport(type_name, SERVICE_HASHES[type_name], _finder(type_name))
+
+    def part_hashes() -> tuple[str, str]:
+        from goalwire.entities.standard_part_hashes import PART_HASHES
+
+        return PART_HASHES[type_name]
+
+    return ServiceSupport(type_name, SERVICE_HASHES[type_name], _finder(type_name), part_hashes)
 
 
 @cache

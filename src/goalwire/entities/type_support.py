@@ -64,10 +64,21 @@ class MessageSupport:
 class ServiceSupport:
     """A service class as the wire knows it. Classes and codecs are made when they are first needed."""
 
-    def __init__(self, type_name: str, type_hash: str, find: Callable[[], type]) -> None:
+    def __init__(
+        self,
+        type_name: str,
+        type_hash: str,
+        find: Callable[[], type],
+        part_hashes: Callable[[], tuple[str, str]] | None = None,
+    ) -> None:
         self.type_name = type_name
         self.type_hash = type_hash
+        self.part_hashes = part_hashes or self._part_hashes
+        """Tells the hashes of the request and of the response."""
         self._find = find
+
+    def _part_hashes(self) -> tuple[str, str]:
+        return interfaces.type_hash(self.request), interfaces.type_hash(self.response)
 
     @cached_property
     def cls(self) -> type:

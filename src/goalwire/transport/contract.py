@@ -11,6 +11,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from enum import Enum
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple, Protocol, TypeAlias
 
 from goalwire.protocol.qos import DEFAULT, QoS
@@ -66,6 +67,8 @@ class Endpoint:
     waits_for_room: bool | None = None
     """Whether a reliable publisher waits where the wire is full. None: where its history should reach all.
     Feedback waits, however small its history; log lines and service events never do."""
+    part_hashes: Callable[[], tuple[str, str]] | None = None
+    """Tells the hashes of a service's request and response, for a wire that announces those (DDS)."""
 
 
 class Sample(NamedTuple):
@@ -79,6 +82,10 @@ class Sample(NamedTuple):
     source_timestamp: int
     received_timestamp: int
     gid: bytes
+
+
+new_sample: Callable[[tuple[Payload, int, int, int, bytes]], Sample] = partial(tuple.__new__, Sample)
+"""Makes one as its class does, without a call of Python code: it is on every message's way."""
 
 
 class Request(ABC):

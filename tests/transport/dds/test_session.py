@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from ctypes import c_uint64
 
 import pytest
 from helpers.collector import Collector
 from helpers.stranger import Stranger
-from helpers.wire import ADD, HASH, Answers, Side, message, topic_endpoint
+from helpers.wire import ADD, HASH, OTHER_HASH, Answers, Side, message, topic_endpoint
 
 from goalwire.errors import LocalError, TransportError
 from goalwire.protocol.qos import DurabilityPolicy, LivelinessPolicy, QoS
@@ -21,10 +22,16 @@ from goalwire.protocol.qos_events import (
     RequestedDeadlineMissed,
     SubscriptionEvent,
 )
-from goalwire.transport.contract import EndpointKind, Request, Sample, SessionOptions
+from goalwire.transport.contract import Endpoint, EndpointKind, Request, Sample, SessionOptions
 from goalwire.transport.dds import TRANSPORT
+from goalwire.transport.dds.abi import BuiltinEndpoint
+from goalwire.transport.dds.client import DdsClient
 from goalwire.transport.dds.names import DISCOVERY_TOPIC, DISCOVERY_TYPE, Role, dds_topic, dds_type
+from goalwire.transport.dds.qos import read_user_data
+from goalwire.transport.dds.service import DdsService
 from goalwire.transport.dds.session import DdsSession
+from goalwire.transport.dds.user_data import decode_endpoint
+from goalwire.transport.dds.wire import Reader, Writer
 from goalwire.transport.dds.world import UNKNOWN_NAME
 
 Sides = tuple[Side, Side]
@@ -223,3 +230,32 @@ def test_a_type_hash_is_told_and_read(dds_sides: Sides) -> None:
     alpha, beta = dds_sides
     alpha.node.publisher(topic_endpoint(EndpointKind.PUBLISHER, '/chatter'))
     assert beta.graph.expect(EndpointKind.PUBLISHER, '/chatter')[0].type_hash == HASH
+
+
+def hash_opposite(end: Reader | Writer) -> str:
+    """Return the hash that the endpoint announces which `end` is matched with."""
+    library, handles = end.library, (c_uint64 * 1)()
+    kind = 'subscription' if isinstance(end, Writer) else 'publication'
+    assert getattr(library, f'dds_get_matched_{kind}s')(end.handle, handles, 1) == 1
+    address = getattr(library, f'dds_get_matched_{kind}_data')(end.handle, handles[0])
+    try:
+        qos = BuiltinEndpoint.from_address(address).qos
+        return decode_endpoint(read_user_data(library, qos)).type_hash
+    finally:
+        library.dds_builtintopic_free_endpoint(address)
+
+
+def test_each_end_of_a_service_announces_the_hash_of_what_it_carries(dds_sides: Sides) -> None:
+    """The graph shows neither: they say less than the service's own, which is not on this wire."""
+    alpha, beta = dds_sides
+    offered, used = (
+        Endpoint(kind, '/add', ADD, '', QoS(), part_hashes=lambda: (HASH, OTHER_HASH))
+        for kind in (EndpointKind.SERVICE, EndpointKind.CLIENT)
+    )
+    server, client = beta.node.service(offered, lambda _: None), alpha.node.client(used)
+    assert isinstance(server, DdsService)
+    assert isinstance(client, DdsClient)
+    alpha.graph.wait_for(client.reaches_server)
+    announced = [hash_opposite(end) for end in (server.reader, client._writer, server._writer, client.reader)]
+    assert announced == [HASH, HASH, OTHER_HASH, OTHER_HASH]
+    assert {seen.type_hash for seen in alpha.graph.expect(EndpointKind.SERVICE, '/add')} == {''}

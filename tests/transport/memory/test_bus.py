@@ -51,13 +51,14 @@ def test_closed_endpoints_leave_nothing_on_the_bus(open_session: OpenSession) ->
 def test_a_node_closed_while_it_declares_leaves_no_ghost(open_session: OpenSession, kind: str) -> None:
     """The node is closed after it has noted the endpoint, before the bus has."""
     side = Side(open_session(), 'alpha')
-    bus, note = bus_of(side), side.node._keep  # type: ignore[attr-defined]
+    bus, ports = bus_of(side), side.node._ports  # type: ignore[attr-defined]
+    note = ports.keep
 
     def note_and_close(port: Port) -> None:
         note(port)
         side.node.close()
 
-    side.node._keep = note_and_close  # type: ignore[attr-defined]
+    ports.keep = note_and_close
     deliver = () if kind in {'publisher', 'client'} else (print,)
     with pytest.raises(ClosedError, match='/name'):
         getattr(side, kind)('/name', *deliver)

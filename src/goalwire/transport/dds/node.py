@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from threading import Lock
 from typing import TypeVar
 
 from goalwire.records import replace
@@ -25,6 +24,7 @@ from goalwire.transport.dds.core import Core
 from goalwire.transport.dds.declaring import Declaration
 from goalwire.transport.dds.service import DdsService
 from goalwire.transport.dds.topics import DdsPublisher, DdsSubscription
+from goalwire.transport.members import Members
 from goalwire.transport.place import Place
 
 P = TypeVar('P', bound=Port)
@@ -33,17 +33,16 @@ P = TypeVar('P', bound=Port)
 class DdsNode(NodePort):
     """A declared node and its endpoints."""
 
-    def __init__(self, core: Core, name: NodeName, forget: Callable[[int], None]) -> None:
+    def __init__(self, core: Core, name: NodeName, forget: Callable[[bytes], None]) -> None:
         self.id = core.next_id()
         self.gid = core.participant.guid[:12] + self.id.to_bytes(4, 'big')
         self._core = core
         self._forget = forget
-        self._lock = Lock()
-        self._ports: dict[bytes, Port] = {}
         self._entity = GraphEntity(
             EndpointKind.NODE, core.id, self.id, replace(name, enclave=core.enclave), gid=self.gid
         )
         self._place = Place(f"node '{name.qualified}'", core.guard, self._leave)
+        self._ports = Members(self._place)
         core.announcement.add_node(self.id, name)
         core.announce()
         core.feed.change([(True, self._entity)])
@@ -94,10 +93,8 @@ class DdsNode(NodePort):
         readers: Iterable[bytes],
         writers: Iterable[bytes],
     ) -> P:
-        with self._lock:
-            self._place.check()  # once more: closing takes what it finds here, and finds nothing later
-            self._ports[port.gid] = port
-        new.undo.callback(self._ports.pop, port.gid, None)
+        self._ports.keep(port)
+        new.undo.callback(self._ports.forget, port.gid)
         entity = replace(
             self._entity,
             kind=endpoint.kind,
@@ -117,14 +114,11 @@ class DdsNode(NodePort):
         self._place.give_up()
 
     def _leave(self) -> None:
-        with self._lock:
-            ports = list(self._ports.values())
-        for port in ports:
-            port.close()
+        self._ports.close()
         self._core.announcement.remove_node(self.id)
         self._core.announce()
         self._core.feed.change([(False, self._entity)])
-        self._forget(self.id)
+        self._forget(self.gid)
 
 
 def _shown_hash(endpoint: Endpoint) -> str:

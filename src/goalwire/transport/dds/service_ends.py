@@ -19,6 +19,14 @@ _UNDER_WAY = 100
 all others; the ten of ROS 2's profile lose some of a burst."""
 
 
+def _user_data(role: Role, endpoint: Endpoint, data: EndpointData) -> bytes:
+    """Return what an end says of itself: the hash is that of what it carries."""
+    if endpoint.part_hashes is not None:
+        of_request, of_response = endpoint.part_hashes()
+        data = data._replace(type_hash=of_request if role is Role.REQUEST else of_response)
+    return encode_endpoint(data)
+
+
 def make_writer(
     core: Core,
     role: Role,
@@ -35,7 +43,7 @@ def make_writer(
         if endpoint.qos.keeps_all
         else replace(endpoint.qos, depth=max(endpoint.qos.depth, _UNDER_WAY))
     )
-    with endpoint_qos(core.library, kept, encode_endpoint(data), blocking_ns=blocking_ns) as qos:
+    with endpoint_qos(core.library, kept, _user_data(role, endpoint, data), blocking_ns=blocking_ns) as qos:
         writer = Writer(core.participant, topic, dds_type(role, endpoint.type_name), qos)
     undo.callback(writer.delete)
     undo.callback(core.statuses.forget, writer.handle)
@@ -47,7 +55,7 @@ def make_reader(core: Core, role: Role, endpoint: Endpoint, data: EndpointData, 
     verbatim = endpoint.qos.avoid_ros_namespace_conventions
     topic = dds_topic(role, endpoint.name, verbatim=verbatim)
     kept = replace(endpoint.qos, history=HistoryPolicy.KEEP_ALL)
-    with endpoint_qos(core.library, kept, encode_endpoint(data)) as qos:
+    with endpoint_qos(core.library, kept, _user_data(role, endpoint, data)) as qos:
         reader = Reader(core.participant, topic, dds_type(role, endpoint.type_name), qos)
     undo.callback(reader.delete)
     undo.callback(core.statuses.forget, reader.handle)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import atexit
-from threading import Lock
 from weakref import WeakSet
 
 from goalwire.transport.contract import GraphListener, NodeName, NodePort, Session, SessionOptions
 from goalwire.transport.dds.core import Core
 from goalwire.transport.dds.loading import load
 from goalwire.transport.dds.node import DdsNode
+from goalwire.transport.members import Members
 from goalwire.transport.place import Place
 
 _open: WeakSet[DdsSession] = WeakSet()
@@ -31,25 +31,13 @@ class DdsSession(Session):
         self.vigil = core.vigil
         self._core = core
         self._place = Place(f'session of domain {core.domain_id}', core.guard, self._leave)
-        self._lock = Lock()
-        self._nodes: dict[int, DdsNode] = {}
+        self._nodes = Members(self._place)
         _open.add(self)
 
     def node(self, name: NodeName) -> NodePort:
         """Declare a node."""
         self._place.check()
-        node = DdsNode(self._core, name, self._forget)
-        with self._lock:
-            if not self._place.closed:
-                self._nodes[node.id] = node
-                return node
-        node.close()
-        self._place.check()
-        return node
-
-    def _forget(self, node_id: int) -> None:
-        with self._lock:
-            self._nodes.pop(node_id, None)
+        return self._nodes.keep(DdsNode(self._core, name, self._nodes.forget))
 
     def watch_graph(self, listener: GraphListener) -> None:
         """Tell `listener` of everything in the domain."""
@@ -65,12 +53,9 @@ class DdsSession(Session):
         self._place.give_up()
 
     def _leave(self) -> None:
-        with self._lock:
-            nodes = list(self._nodes.values())
         self._core.participant.leaving = True
         try:
-            for node in nodes:
-                node.close()
+            self._nodes.close()
         finally:
             self._core.close()
 

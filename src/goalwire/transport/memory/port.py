@@ -4,43 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from goalwire.errors import ClosedError
 from goalwire.transport.contract import Endpoint, EndpointKind, GraphEntity, NodeName
 from goalwire.transport.fork import ForkGuard
+from goalwire.transport.place import Place
 
 
-class Membership:
-    """A place on the bus: whose it is, whether it is still held, and how it is given up."""
+class Membership(Place):
+    """A place on the bus, and whose it is."""
 
-    __slots__ = ('_guard', '_leave', 'closed', 'entity')
+    __slots__ = ('entity',)
 
     def __init__(self, entity: GraphEntity, guard: ForkGuard, leave: Callable[[], None]) -> None:
+        super().__init__(_title(entity), guard, leave)
         self.entity = entity
-        self.closed = False
-        self._guard = guard
-        self._leave = leave
 
-    @property
-    def title(self) -> str:
-        """What messages call it."""
-        name = self.entity.name or self.entity.node.qualified
-        return f"{self.entity.kind.value} '{name}'"
 
-    def check(self) -> None:
-        """Raise ClosedError or ForkedError where the place is no longer held."""
-        self._guard.check(self.title)
-        if self.closed:
-            raise ClosedError(
-                f"{self.title} of node '{self.entity.node.qualified}' was used after it, its node or its "
-                f'context had been closed; declare it again, or stop using it first'
-            )
-
-    def give_up(self) -> None:
-        """Leave the bus, once; a forked child has nothing to leave."""
-        if self._guard.is_forked or self.closed:
-            return
-        self.closed = True
-        self._leave()
+def _title(entity: GraphEntity) -> str:
+    """Return what messages call an endpoint or a node."""
+    if entity.kind is EndpointKind.NODE:
+        return f"node '{entity.node.qualified}'"
+    return f"{entity.kind.value} '{entity.name}' of node '{entity.node.qualified}'"
 
 
 def describe(endpoint: Endpoint, node: GraphEntity, gid: bytes) -> GraphEntity:

@@ -7,7 +7,6 @@ from collections.abc import Callable
 from itertools import count
 from threading import Lock
 
-from goalwire.errors import ClosedError
 from goalwire.transport.contract import (
     ClientPort,
     Endpoint,
@@ -24,10 +23,12 @@ from goalwire.transport.contract import (
     Transport,
 )
 from goalwire.transport.fork import ForkGuard
+from goalwire.transport.members import Members
 from goalwire.transport.memory.bus import BUSES, Bus, Watcher, key_of
 from goalwire.transport.memory.port import Membership, describe, describe_node
 from goalwire.transport.memory.services import MemoryClient, MemoryService
 from goalwire.transport.memory.topics import MemoryPublisher, MemorySubscription
+from goalwire.transport.place import Place
 
 
 class MemorySession(Session):
@@ -41,15 +42,10 @@ class MemorySession(Session):
         self.id = gid_prefix.hex()
         self._gid_prefix = gid_prefix[:8]
         self._numbers = count()
-        self._nodes: dict[bytes, MemoryNode] = {}
+        self._place = Place(f'session of domain {domain_id}', self._guard, self._leave)
+        self._nodes = Members(self._place)
         self._watchers: list[Watcher] = []
         self._lock = Lock()
-        self._is_closed = False
-
-    def _check(self) -> None:
-        self._guard.check(f'session of domain {self._domain_id}')
-        if self._is_closed:
-            raise ClosedError(f'session of domain {self._domain_id} was used after it had been closed')
 
     def _next_gid(self) -> tuple[int, bytes]:
         """Return a new number of this session and the gid made of both."""
@@ -58,42 +54,34 @@ class MemorySession(Session):
 
     def node(self, name: NodeName) -> NodePort:
         """Declare a node."""
+        self._place.check()
         number, gid = self._next_gid()
         entity = describe_node(name, self.id, number, gid)
-        with self._lock:
-            self._check()
-            node = MemoryNode(entity, self._bus, self._guard, lambda: self._next_gid()[1], self._forget)
-            self._nodes[gid] = node
+        node = MemoryNode(entity, self._bus, self._guard, lambda: self._next_gid()[1], self._nodes.forget)
+        self._nodes.keep(node)
         self._bus.show(node.place)
         return node
 
-    def _forget(self, gid: bytes) -> None:
-        with self._lock:
-            self._nodes.pop(gid, None)
-
     def watch_graph(self, listener: GraphListener) -> None:
         """Tell `listener` of everything on this bus."""
-        self._check()
+        self._place.check()
         watcher = self._bus.watch(listener)
         with self._lock:
-            if not self._is_closed:
+            if not self._place.closed:
                 self._watchers.append(watcher)
                 return
         self._bus.unwatch(watcher)
 
     def close(self) -> None:
         """Close every node and leave the bus."""
-        if self._guard.is_forked:
-            return
+        self._place.give_up()
+
+    def _leave(self) -> None:
         with self._lock:
-            if self._is_closed:
-                return
-            self._is_closed = True
-            nodes = list(self._nodes.values())
-        for watcher in self._watchers:
+            watchers = list(self._watchers)
+        for watcher in watchers:
             self._bus.unwatch(watcher)
-        for node in nodes:
-            node.close()
+        self._nodes.close()
         BUSES.release(self._domain_id)
 
 
@@ -114,14 +102,13 @@ class MemoryNode(NodePort):
         self._guard = guard
         self._next_gid = next_gid
         self._forget = forget
-        self._ports: dict[bytes, Port] = {}
-        self._lock = Lock()
+        self._ports = Members(self.place)
 
     def publisher(self, endpoint: Endpoint) -> PublisherPort:
         """Declare a publisher."""
         place = self._place_for(endpoint, lambda: self._bus.remove_publisher(port))
         port = MemoryPublisher(place)
-        self._keep(port)
+        self._ports.keep(port)
         self._bus.add_publisher(port)
         return port
 
@@ -129,7 +116,7 @@ class MemoryNode(NodePort):
         """Declare a subscription."""
         place = self._place_for(endpoint, lambda: self._bus.remove_subscription(port))
         port = MemorySubscription(place, deliver, ignore_local=endpoint.ignore_local)
-        self._keep(port)
+        self._ports.keep(port)
         self._bus.add_subscription(port)
         return port
 
@@ -137,7 +124,7 @@ class MemoryNode(NodePort):
         """Declare a service server."""
         place = self._place_for(endpoint, lambda: self._bus.remove_server(port))
         port = MemoryService(place, deliver)
-        self._keep(port)
+        self._ports.keep(port)
         self._bus.add_server(port)
         return port
 
@@ -151,7 +138,7 @@ class MemoryNode(NodePort):
         place = self._place_for(endpoint, leave)
         key = key_of(place.entity)
         port = MemoryClient(place, lambda: self._bus.servers(key))
-        self._keep(port)
+        self._ports.keep(port)
         self._bus.show(place)
         return port
 
@@ -161,26 +148,17 @@ class MemoryNode(NodePort):
         entity = describe(endpoint, self.place.entity, self._next_gid())
 
         def leave_us() -> None:
-            with self._lock:
-                self._ports.pop(entity.gid, None)
+            self._ports.forget(entity.gid)
             leave()
 
         return Membership(entity, self._guard, leave_us)
-
-    def _keep(self, port: Port) -> None:
-        with self._lock:
-            self.place.check()  # once more: closing takes what it finds here, and finds nothing later
-            self._ports[port.gid] = port
 
     def close(self) -> None:
         """Close every endpoint, then leave the graph."""
         self.place.give_up()
 
     def _leave(self) -> None:
-        with self._lock:
-            ports = list(self._ports.values())
-        for port in ports:
-            port.close()
+        self._ports.close()
         self._bus.hide(self.place.entity)
         self._forget(self.gid)
 

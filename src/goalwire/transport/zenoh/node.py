@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
-from threading import Lock
 from typing import TypeVar
 
 import zenoh
@@ -25,6 +24,7 @@ from goalwire.transport.contract import (
     Request,
     Sample,
 )
+from goalwire.transport.members import Members
 from goalwire.transport.place import Place
 from goalwire.transport.zenoh import client, publisher, subscription
 from goalwire.transport.zenoh.config import reason
@@ -41,9 +41,7 @@ class Declaration:
 
     __slots__ = ('_forget', 'entity', 'gid', 'key', 'place', 'token', 'way_out')
 
-    def __init__(
-        self, key: str, token: str, entity: GraphEntity, forget: Callable[[Declaration], None]
-    ) -> None:
+    def __init__(self, key: str, token: str, entity: GraphEntity, forget: Callable[[bytes], None]) -> None:
         self.key = key
         self.token = token
         self.entity = entity
@@ -55,7 +53,7 @@ class Declaration:
 
     def leave(self) -> None:
         """Take it off the wire."""
-        self._forget(self)
+        self._forget(self.gid)
         self._undo_all()
 
     def _undo_all(self) -> None:
@@ -75,11 +73,10 @@ class ZenohNode(NodePort):
         self._name = name
         self._id = core.next_id()
         self._forget = forget
-        self._lock = Lock()
-        self._ports: dict[bytes, Port] = {}
         token = encode_node(core.domain_id, core.id, self._id, name)
         self.gid = gid_of(token)
         self._place = Place(f"node '{name.qualified}'", core.guard, self._leave)
+        self._ports = Members(self._place)
         self._token = core.zenoh.liveliness().declare_token(token)
 
     def publisher(self, endpoint: Endpoint) -> PublisherPort:
@@ -90,7 +87,7 @@ class ZenohNode(NodePort):
             declared = publisher.declare(self._core.zenoh, new.key, endpoint)
             port = publisher.port(new.place, new.gid, declared)
             new.way_out = [port.release, partial(undeclare, declared), token]
-            return self._keep(port)
+            return self._ports.keep(port)
 
     def subscription(self, endpoint: Endpoint, deliver: Callable[[Sample], None]) -> Port:
         """Declare a subscription."""
@@ -98,7 +95,7 @@ class ZenohNode(NodePort):
             for subscriber in subscription.declare(self._core, new.key, endpoint, deliver):
                 new.way_out.append(partial(undeclare, subscriber))
             new.way_out.append(self._show(new))
-            return self._keep(subscription.ZenohSubscription(new.place, new.gid))
+            return self._ports.keep(subscription.ZenohSubscription(new.place, new.gid))
 
     def service(self, endpoint: Endpoint, deliver: Callable[[Request], None]) -> Port:
         """Declare a service server."""
@@ -106,7 +103,7 @@ class ZenohNode(NodePort):
             port = ZenohService(self._core, new.place, new.key, new.gid, deliver)
             new.way_out += [port.drop_all, partial(undeclare, port.declare())]
             new.way_out.append(self._show(new))
-            return self._keep(port)
+            return self._ports.keep(port)
 
     def client(self, endpoint: Endpoint) -> ClientPort:
         """Declare a service client."""
@@ -115,7 +112,7 @@ class ZenohNode(NodePort):
             port = client.ZenohClient(new.place, self._core, new.gid, querier)
             new.way_out += [port.release, partial(undeclare, querier)]
             new.way_out.append(self._show(new))
-            return self._keep(port)
+            return self._ports.keep(port)
 
     @contextmanager
     def _declaring(self, endpoint: Endpoint) -> Iterator[Declaration]:
@@ -124,7 +121,9 @@ class ZenohNode(NodePort):
         core = self._core
         key = data_key(core.domain_id, endpoint.name, endpoint.type_name, endpoint.type_hash)
         token = encode_endpoint(core.domain_id, core.id, self._id, core.next_id(), self._name, endpoint)
-        new = Declaration(key, token, own_entity(token, core.id, self._id, self._name, endpoint), self._drop)
+        new = Declaration(
+            key, token, own_entity(token, core.id, self._id, self._name, endpoint), self._ports.forget
+        )
         title = f"{endpoint.kind.value} '{endpoint.name}'"
         new.place = Place(title, core.guard, new.leave)
         try:
@@ -147,24 +146,11 @@ class ZenohNode(NodePort):
         undeclare(token)
         self._core.own.pop(text, None)
 
-    def _keep(self, port: P) -> P:
-        with self._lock:
-            self._place.check()  # once more: closing takes what it finds here, and finds nothing later
-            self._ports[port.gid] = port
-        return port
-
-    def _drop(self, declaration: Declaration) -> None:
-        with self._lock:
-            self._ports.pop(declaration.gid, None)
-
     def close(self) -> None:
         """Close every endpoint, then leave the graph."""
         self._place.give_up()
 
     def _leave(self) -> None:
-        with self._lock:
-            ports = list(self._ports.values())
-        for port in ports:
-            port.close()
+        self._ports.close()
         undeclare(self._token)
         self._forget(self.gid)

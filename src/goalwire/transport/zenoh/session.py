@@ -10,6 +10,7 @@ import zenoh
 
 from goalwire.errors import TransportError
 from goalwire.transport.contract import GraphListener, NodeName, NodePort, Session, SessionOptions
+from goalwire.transport.members import Members
 from goalwire.transport.place import Place
 from goalwire.transport.zenoh import config, discovery, environment, lifecycle
 from goalwire.transport.zenoh.core import Core, undeclare
@@ -108,7 +109,7 @@ class ZenohSession(Session):
         self._stop_offering = stop_offering
         self._place = Place(f'session of domain {core.domain_id}', core.guard, self._leave)
         self._lock = Lock()
-        self._nodes: dict[bytes, ZenohNode] = {}
+        self._nodes = Members(self._place)
         self._watchers: list[zenoh.Subscriber[None]] = []
         lifecycle.closes_at_exit(self)
 
@@ -116,23 +117,13 @@ class ZenohSession(Session):
         """Declare a node."""
         self._place.check()
         try:
-            node = ZenohNode(self._core, name, self._forget)
+            node = ZenohNode(self._core, name, self._nodes.forget)
         except zenoh.ZError as error:
             self._place.check()
             raise TransportError(
                 f"node '{name.qualified}': zenoh refused the declaration: {config.reason(error)}"
             ) from None
-        with self._lock:
-            if not self._place.closed:
-                self._nodes[node.gid] = node
-                return node
-        node.close()
-        self._place.check()
-        return node
-
-    def _forget(self, gid: bytes) -> None:
-        with self._lock:
-            self._nodes.pop(gid, None)
+        return self._nodes.keep(node)
 
     def watch_graph(self, listener: GraphListener) -> None:
         """Tell `listener` of every token of the domain."""
@@ -151,12 +142,11 @@ class ZenohSession(Session):
 
     def _leave(self) -> None:
         with self._lock:
-            nodes, watchers = list(self._nodes.values()), list(self._watchers)
+            watchers = list(self._watchers)
         try:
             for watcher in watchers:
                 undeclare(watcher)
-            for node in nodes:
-                node.close()
+            self._nodes.close()
         finally:
             self._disconnect()
             self._core.in_flight.wait(CLOSING_S)
