@@ -118,13 +118,14 @@ class Executor(Engine):
         Raises ShutdownException after `shutdown`.
         """
         self._refuse_after_shutdown('add a node')
-        if node in self._nodes and node.handle.home.queue is self._ready:
+        home = node.handle.home
+        if home.queue is self._ready and node in self._nodes:
             return False
         previous = node.executor
         if previous is not None and previous is not self:
             previous.remove_node(node)
         self._nodes.add(node)
-        node.handle.home.attach(self._ready, self._agenda)
+        home.attach(self._ready, self._agenda)
         node.executor = self
         self._ready.wake_one()
         return True
@@ -132,9 +133,11 @@ class Executor(Engine):
     def remove_node(self, node: NodeLike) -> None:
         """Run `node`'s callbacks no more. What is pending waits for the executor it is added to next."""
         self._nodes.discard(node)
-        self._ask_again()  # so that what was refused goes with its node
-        if node.handle.home.queue is self._ready:
-            node.handle.home.detach()
+        if self._refused:
+            self._ask_again()  # so that what was refused goes with its node
+        home = node.handle.home
+        if home.queue is self._ready:
+            home.detach()
 
     def get_nodes(self) -> list[Any]:
         """The nodes that were added and are still alive."""
@@ -355,7 +358,7 @@ class Executor(Engine):
             work = self._next()
             if work is not None:
                 return work
-            if leave() or self._is_past(deadline):
+            if leave() or (deadline is not None and self._is_past(deadline)):
                 return None
             self._sleep(parker, leave, deadline)
         return None

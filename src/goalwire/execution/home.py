@@ -47,10 +47,12 @@ class Home:
 
     def attach(self, queue: ReadyQueue, agenda: Agenda) -> None:
         """From now on post to `queue`, and let timers follow `agenda`."""
-        self.detach()
+        if self.queue is not None:
+            self.detach()
         self.agenda = agenda
         self.queue = queue
-        self._flush()
+        if self._backlog:
+            self._flush()
         for lookout in tuple(self._lookouts):
             queue.add_lookout(lookout)
         for alarm in tuple(self._alarms):

@@ -133,7 +133,7 @@ class ReadyQueue:
                 self._wakers.insert(0, wake)
             else:
                 self._wakers.append(wake)
-            if not self.restless and not leave():
+            if not (self.items or (self._stirred and self.lookouts) or leave()):
                 clock.wait(waiter, deadline)
         finally:
             # Where a poster took it: its wake-up ends this wait, or makes the next one look once more.

@@ -8,16 +8,17 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from weakref import WeakSet
 
 from goalwire.errors import ForkedError
 
-_forks = 0
+_guards: WeakSet[ForkGuard] = WeakSet()
 _resets: list[Callable[[], None]] = []
 
 
 def _in_child() -> None:
-    global _forks  # noqa: PLW0603 - one number per process, changed by the fork alone
-    _forks += 1
+    for guard in _guards:
+        guard.is_forked = True
     for reset in _resets:
         reset()
 
@@ -32,21 +33,17 @@ def in_child(reset: Callable[[], None]) -> None:
 
 
 class ForkGuard:
-    """Remembers in which process something was opened."""
+    """Remembers in which process something was opened; `is_forked` is True in a child forked since."""
 
-    __slots__ = ('_opened',)
+    __slots__ = ('__weakref__', 'is_forked')
 
     def __init__(self) -> None:
-        self._opened = _forks
-
-    @property
-    def is_forked(self) -> bool:
-        """True in a child forked since."""
-        return self._opened != _forks
+        self.is_forked = False
+        _guards.add(self)
 
     def check(self, what: str) -> None:
         """Raise ForkedError in a child; `what` names the thing that was used."""
-        if self._opened != _forks:
+        if self.is_forked:
             raise ForkedError(
                 f'{what} was opened before this process was forked and is dead in the child; '
                 f'open a new context in the child, or start it with the spawn method of multiprocessing'

@@ -31,7 +31,8 @@ class Place:
 
     def check(self) -> None:
         """Raise ClosedError or ForkedError where the place is no longer held."""
-        self._guard.check(self.title)
+        if self._guard.is_forked:
+            self._guard.check(self.title)
         if self.closed:
             raise ClosedError(
                 f'{self.title} was used after it, its node or its context had been closed; '

@@ -8,7 +8,7 @@ from threading import Lock
 from time import time_ns
 
 from goalwire.errors import RemoteError, TransportError
-from goalwire.transport.contract import ClientPort, Endpoint, Sample
+from goalwire.transport.contract import ClientPort, Endpoint, Sample, new_sample
 from goalwire.transport.dds.configuration import FAST_DDS_SERVICES
 from goalwire.transport.dds.core import Core
 from goalwire.transport.dds.declaring import Declaration
@@ -17,7 +17,7 @@ from goalwire.transport.dds.names import Role
 from goalwire.transport.dds.peers import Peer
 from goalwire.transport.dds.refusal import is_refusal, refusal_reason
 from goalwire.transport.dds.service_ends import make_reader, make_writer
-from goalwire.transport.dds.service_header import Header, unwrap, wrap
+from goalwire.transport.dds.service_header import unwrap, wrap
 from goalwire.transport.dds.status import PUBLICATION_MATCHED, SUBSCRIPTION_MATCHED
 from goalwire.transport.dds.user_data import EndpointData
 from goalwire.transport.dds.wire import Taken
@@ -62,6 +62,8 @@ class DdsClient(ClientPort):
         self._calls: dict[int, Call] = {}
         self._requested: list[Peer] = []
         self._answering: list[Peer] = []
+        self._targets: tuple[frozenset[str], str] = frozenset(), ''
+        """Who gets a request now, or nobody and why."""
         self._fast_dds = None if core.translation is None else core.translation.add(self._writer, self.reader)
         if core.translation is not None:
             new.undo.callback(core.translation.remove, self._writer)
@@ -76,12 +78,15 @@ class DdsClient(ClientPort):
         """Send one request to every server."""
         self._place.check()
         sequence = self._next_sequence()
-        servers, reason = self._servers()
+        if not self._targets[0]:
+            self._look()
+        servers, reason = self._targets
         if not servers:
             on_end(reason)
             return sequence
+        call = Call(set(servers), on_reply, on_end)
         with self._lock:
-            self._calls[sequence] = Call(servers, on_reply, on_end)
+            self._calls[sequence] = call
         if self._place.closed:  # since the check above: closing may have missed this call
             self.end_all()
             return sequence
@@ -107,22 +112,19 @@ class DdsClient(ClientPort):
     def _send(self, sequence: int, payload: bytes) -> int:
         """Write a request in the form that its servers take; return 0 or the library's error."""
         if self._fast_dds is None:
-            return self._writer.write(wrap(Header(self._writer.instance, sequence), payload))
+            return self._writer.write(wrap((self._writer.instance, sequence), payload))
         if self._requested[0].speaks_fast_dds:
             return self._fast_dds.write(payload, sequence)
-        return self._fast_dds.write(wrap(Header(self._writer.instance, sequence), payload))
+        return self._fast_dds.write(wrap((self._writer.instance, sequence), payload))
 
-    def _servers(self) -> tuple[set[str], str]:
-        """Return who gets a request now, or nobody and why."""
-        if not self._requested:
-            self._look()
-        requested = self._requested
+    def _servers(self, requested: list[Peer]) -> tuple[frozenset[str], str]:
+        """Return who of these gets a request, or nobody and why."""
         foreign = [peer for peer in requested if peer.speaks_fast_dds]
         if foreign and self._fast_dds is None:
-            return set(), _FOREIGN
+            return frozenset(), _FOREIGN
         if foreign and len(foreign) < len(requested):
-            return set(), _MIXED
-        return {peer.server for peer in requested}, ''
+            return frozenset(), _MIXED
+        return frozenset(peer.server for peer in requested), ''
 
     def reaches_server(self) -> bool:
         """Whether both ends of a server are matched with ours (rmw_service_server_is_available)."""
@@ -142,6 +144,7 @@ class DdsClient(ClientPort):
             before = self._requested, self._answering
             self._requested = peers.subscriptions(self._writer.handle)
             self._answering = peers.publications(self.reader.handle)
+            self._targets = self._servers(self._requested)
             changed = before != (self._requested, self._answering)
             there = {peer.server for peer in self._requested}
             ended = []
@@ -169,7 +172,7 @@ class DdsClient(ClientPort):
         call = self._calls.get(header.sequence)
         if call is None:
             return
-        call.on_reply(Sample(payload, header.sequence, message.source_timestamp, time_ns(), self.gid))
+        call.on_reply(new_sample((payload, header.sequence, message.source_timestamp, time_ns(), self.gid)))
         self._answered(header.sequence, message.publication)
 
     def _answered(self, sequence: int, publication: int, reason: str = '') -> None:

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from ctypes import c_ssize_t
-from threading import Lock
 from time import monotonic_ns, time_ns
-from typing import NamedTuple
 
 from goalwire.errors import LocalError, RemoteError
-from goalwire.transport.contract import Endpoint, Port, Request, Sample
+from goalwire.transport.contract import Endpoint, Port, Request, Sample, new_sample
 from goalwire.transport.dds.core import Core
 from goalwire.transport.dds.declaring import Declaration
 from goalwire.transport.dds.intake import Intake
@@ -30,24 +28,20 @@ _BLOCKING_NS = 1_000_000_000
 _REACHED_LIMIT = 10_000
 
 
-class Client(NamedTuple):
-    """Who asked: its id, '' for one that has none, and the handle of its request writer."""
-
-    id: str
-    writer: int
-    takes_refusals: bool
-
-
 class DdsRequest(Request):
     """One request waiting for its reply."""
 
-    __slots__ = ('_client', '_header', '_is_answered', '_service', 'sample')
+    __slots__ = ('_header', '_is_answered', '_service', 'client', 'sample', 'writer')
 
-    def __init__(self, service: DdsService, header: Header, client: Client, sample: Sample) -> None:
+    def __init__(
+        self, service: DdsService, header: Header, client: Peer, writer: int, sample: Sample
+    ) -> None:
         self.sample = sample
+        self.client = client
+        self.writer = writer
+        """The instance handle of the client's request writer."""
         self._service = service
         self._header = header
-        self._client = client
         self._is_answered = False
 
     def reply(self, payload: bytes) -> None:
@@ -57,13 +51,13 @@ class DdsRequest(Request):
             raise LocalError(f'{service.place.title}: this request was answered before; answer it once')
         self._is_answered = True
         if service.release(self):
-            service.send(self._client, wrap(self._header, payload))
+            service.send(self, wrap(self._header, payload))
 
     def drop(self, reason: str = '') -> None:
         """Give the request up. A client that is not goalwire's is not told: its call ends with the server."""
         service = self._service
-        if service.release(self) and self._client.takes_refusals:
-            service.send(self._client, refusal(self._header, reason))
+        if service.release(self) and self.client.takes_refusals:
+            service.send(self, refusal(self._header, reason))
 
 
 class DdsService(Port):
@@ -79,7 +73,6 @@ class DdsService(Port):
         self.reader = make_reader(core, Role.REQUEST, endpoint, data, new.undo)
         self.gid = self.reader.guid
         self._deliver = deliver
-        self._lock = Lock()
         self._waiting: set[DdsRequest] = set()
         self._reached: set[str] = set()
         new.undo.callback(self._drop_all)
@@ -97,11 +90,9 @@ class DdsService(Port):
         except RemoteError as error:
             self._core.rejects.add('request', f'{self.place.title}: {error}')
             return
-        sample = Sample(payload, header.sequence, message.source_timestamp, time_ns(), peer.gid)
-        client = Client(peer.client_id, message.publication, peer.takes_refusals)
-        request = DdsRequest(self, header, client, sample)
-        with self._lock:
-            self._waiting.add(request)
+        sample = new_sample((payload, header.sequence, message.source_timestamp, time_ns(), peer.gid))
+        request = DdsRequest(self, header, peer, message.publication, sample)
+        self._waiting.add(request)
         try:
             self._deliver(request)
         except Exception as error:
@@ -122,15 +113,16 @@ class DdsService(Port):
         """Take a request off the list; True for the one caller that found it there."""
         if self.place.is_forked:
             self.place.check()
-        with self._lock:
-            if request in self._waiting:
-                self._waiting.remove(request)
-                return True
+        try:
+            self._waiting.remove(request)
+        except KeyError:
             return False
+        return True
 
-    def send(self, client: Client, reply: bytes) -> None:
+    def send(self, request: DdsRequest, reply: bytes) -> None:
         """Send one reply, once its client can hear it; what cannot be sent is counted."""
-        if client.id and client.id not in self._reached and not self._reaches(client):
+        client = request.client.client_id
+        if client and client not in self._reached and not self._reaches(client, request.writer):
             return
         result = self._writer.write(reply)
         if result and not self.place.closed:
@@ -138,25 +130,22 @@ class DdsService(Port):
             self._core.rejects.add('reply', f'{self.place.title}: Cyclone DDS refused it: {error}')
         self._core.intakes.drain(self._writer.topic)
 
-    def _reaches(self, client: Client) -> bool:
+    def _reaches(self, client: str, request_writer: int) -> bool:
         """Wait until the client's reader is matched with our writer."""
-        if not self._wait_for_match(client):
-            if self._is_there(client):
+        if not self._wait_for_match(client, request_writer):
+            if self._core.peers.is_matched(self.reader.handle, request_writer):
                 self._core.rejects.add('reply', f'{self.place.title}: its client does not listen to replies')
             return False
         if len(self._reached) >= _REACHED_LIMIT:
             self._reached.clear()
-        self._reached.add(client.id)
+        self._reached.add(client)
         return True
 
-    def _is_there(self, client: Client) -> bool:
-        return self._core.peers.is_matched(self.reader.handle, client.writer)
-
-    def _is_matched(self, client: Client) -> bool:
+    def _is_matched(self, client: str) -> bool:
         readers = self._core.peers.subscriptions(self._writer.handle)
-        return any(peer.client_id == client.id for peer in readers)
+        return any(peer.client_id == client for peer in readers)
 
-    def _wait_for_match(self, client: Client) -> bool:
+    def _wait_for_match(self, client: str, request_writer: int) -> bool:
         if self._is_matched(client):
             return True
         library, writer = self._core.library, self._writer.handle
@@ -167,7 +156,7 @@ class DdsService(Port):
         try:
             while not self._is_matched(client):
                 left = deadline - monotonic_ns()
-                if left <= 0 or not self._is_there(client):
+                if left <= 0 or not self._core.peers.is_matched(self.reader.handle, request_writer):
                     return False
                 library.dds_waitset_wait(waiting, (c_ssize_t * 1)(), 1, left)
                 self._core.statuses.reset(writer, PUBLICATION_MATCHED)
@@ -176,8 +165,7 @@ class DdsService(Port):
             library.dds_delete(waiting)
 
     def _drop_all(self) -> None:
-        with self._lock:
-            self._waiting.clear()
+        self._waiting.clear()
 
     @property
     def gids(self) -> tuple[tuple[bytes, ...], tuple[bytes, ...]]:

@@ -6,6 +6,8 @@ Source: rmw_cyclonedds_cpp src/serdata.hpp (cdds_request_header_t), src/Serializ
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from struct import Struct
 from typing import NamedTuple
 
@@ -25,10 +27,14 @@ class Header(NamedTuple):
     sequence: int
 
 
-def wrap(header: Header, message: bytes) -> bytes:
+_header: Callable[[tuple[int, int]], Header] = partial(tuple.__new__, Header)
+"""Makes one as its class does, without a call of Python code."""
+
+
+def wrap(header: tuple[int, int], message: bytes) -> bytes:
     """Return a message, encapsulation first, with the header put in."""
     layout = _LITTLE if message[1] & 1 else _BIG
-    return b''.join((message[:ENCAPSULATION_SIZE], layout.pack(*header), message[ENCAPSULATION_SIZE:]))
+    return message[:ENCAPSULATION_SIZE] + layout.pack(*header) + message[ENCAPSULATION_SIZE:]
 
 
 def unwrap(payload: bytes) -> tuple[Header, bytes]:
@@ -37,5 +43,5 @@ def unwrap(payload: bytes) -> tuple[Header, bytes]:
     if len(payload) <= start:
         raise RemoteError(f'{len(payload)} bytes are too few for a service header and a message')
     layout = _LITTLE if payload[1] & 1 else _BIG
-    client, sequence = layout.unpack_from(payload, ENCAPSULATION_SIZE)
-    return Header(client, sequence), payload[:ENCAPSULATION_SIZE] + payload[start:]
+    header = _header(layout.unpack_from(payload, ENCAPSULATION_SIZE))
+    return header, payload[:ENCAPSULATION_SIZE] + payload[start:]

@@ -9,7 +9,7 @@ from goalwire.errors import TransportError
 from goalwire.protocol.qos import QoS
 from goalwire.protocol.qos_events import EventStatus, EventType
 from goalwire.records import replace
-from goalwire.transport.contract import Endpoint, Port, PublisherPort, Sample
+from goalwire.transport.contract import Endpoint, Port, PublisherPort, Sample, new_sample
 from goalwire.transport.dds.abi import INFINITY
 from goalwire.transport.dds.core import Core
 from goalwire.transport.dds.declaring import Declaration
@@ -113,7 +113,7 @@ class DdsSubscription(Port):
         payload, sent, publication = message
         peer = self._core.peers.publication(self.reader.handle, publication)
         gid = publication.to_bytes(16, 'little') if peer is None else peer.gid
-        self._deliver(Sample(payload, NOT_COUNTED, sent, time_ns(), gid))
+        self._deliver(new_sample((payload, NOT_COUNTED, sent, time_ns(), gid)))
 
     def watch_event(self, event: EventType, changed: Callable[[EventStatus], None]) -> bool:
         """Tell of an event that the library notices."""
