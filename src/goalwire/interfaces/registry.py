@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import threading
 from collections.abc import Callable, Iterator, Mapping
-from pathlib import Path
 
 from goalwire.errors import InterfaceError, InterfaceSyntaxError, UnknownInterfaceError
 from goalwire.interfaces import grammar, search_path, workspace
@@ -111,8 +111,8 @@ def _text(package: str, kind: str, name: str) -> tuple[str, str]:
     found = search_path.find_package(package)
     names = workspace.definition_names(found.folder, kind) if found else []
     if found and name in names:
-        path = found.path / kind / f'{name}.{kind}'
-        return read_definition(path), str(path)
+        file = os.path.join(found.folder, kind, f'{name}.{kind}')
+        return read_definition(file), file
     if found is None and package not in _texts:
         raise UnknownInterfaceError(
             f'{package}/{key}: no package {package!r} was found '
@@ -123,18 +123,19 @@ def _text(package: str, kind: str, name: str) -> tuple[str, str]:
 
     close = get_close_matches(key, known, n=3, cutoff=0.7)
     hint = f'; close: {", ".join(close)}' if close else ''
-    place = f' in {found.path}' if found else ''
+    place = f' in {found.folder}' if found else ''
     raise UnknownInterfaceError(f'{package}/{key}: the package has no such type{place}{hint}')
 
 
-def read_definition(path: Path) -> str:
+def read_definition(file: str) -> str:
     """Read a definition file; InterfaceSyntaxError where it is no UTF-8, InterfaceError for the rest."""
     try:
-        data = path.read_bytes()
+        with open(file, 'rb') as stream:
+            data = stream.read()
     except OSError as error:
-        raise InterfaceError(f'{path}: cannot be read: {error.strerror}') from error
+        raise InterfaceError(f'{file}: cannot be read: {error.strerror}') from error
     try:
         return data.decode('utf-8-sig')
     except UnicodeDecodeError as error:
         line = data.count(b'\n', 0, error.start) + 1
-        raise InterfaceSyntaxError(str(path), line, 1, 'this line is no UTF-8 text') from None
+        raise InterfaceSyntaxError(file, line, 1, 'this line is no UTF-8 text') from None
