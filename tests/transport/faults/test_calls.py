@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 from helpers.collector import Collector
 from helpers.hand_clock import HandClock
-from helpers.wire import Answers, ContentClient
+from helpers.wire import BARE, Answers, ContentClient, Side
 
 from goalwire.errors import LocalError
 from goalwire.transport.contract import EndpointKind, Request
@@ -200,6 +200,21 @@ def test_nothing_leaves_a_dead_node(sides: Sides, faults: Faults) -> None:
         publisher.publish(b'alive')
     alpha.graph.expect(NODE, '/beta', 0)
     assert len(heard.items) == 3
+
+
+def test_a_node_that_was_killed_can_be_made_again(sides: Sides, faults: Faults) -> None:
+    alpha, beta = sides
+    faults.add(Kill('beta', Point.REQUEST_RECEIVED))
+    answers = Answers()
+    client = connected(sides, Server())
+    answers.ask(client)
+    answers.expect(replies=0)
+    alpha.graph.expect(NODE, '/beta', 0)
+    again = Side(beta.session, 'beta', BARE)
+    again.service('/add', Server())
+    alpha.graph.expect(SERVICE, '/add')
+    answers.ask(client)
+    answers.expect(replies=1, ends=2)
 
 
 @pytest.mark.parametrize(('accepted', 'dies'), [(1, True), (0, False)])

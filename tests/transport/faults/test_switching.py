@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+from unittest.mock import Mock
 
 import pytest
 
@@ -24,6 +25,7 @@ from goalwire.transport.faults.service import FaultyRequest, FaultyService
 from goalwire.transport.faults.session import FaultyNode, FaultySession, FaultyTransport
 from goalwire.transport.faults.text import parse
 from goalwire.transport.faults.topics import FaultyPublisher, FaultySubscription
+from goalwire.transport.memory import TRANSPORT
 
 from .conftest import Sides
 
@@ -47,6 +49,16 @@ def test_every_method_of_the_contract_is_wrapped(interface: type) -> None:
     for wrapper in WRAPPERS[interface]:
         missing = {name for name in methods - set(vars(wrapper)) if (wrapper, name) not in UNUSED}
         assert not missing, wrapper
+
+
+def test_a_session_tells_of_itself_what_the_wires_own_tells() -> None:
+    inner = TRANSPORT.open(SessionOptions())
+    told = {'enforces_qos': True, 'compares_definitions': False, 'id': 'its own', 'vigil': Mock()}
+    assert set(told) == set(contract.Session.__annotations__) | {'enforces_qos', 'compares_definitions'}
+    vars(inner).update(told)
+    session = FaultySession(inner, Faults())
+    assert {name: getattr(session, name) for name in told} == told
+    session.close()
 
 
 def test_a_with_block_puts_faults_on_what_is_opened_in_it() -> None:

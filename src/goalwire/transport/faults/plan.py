@@ -63,7 +63,7 @@ class Faults:
         return self.add(Partition(here, there, one_way=one_way, lease=lease))
 
     def heal(self, *faults: AnyFault) -> None:
-        """End these faults, or all. The dead stay dead, and what is under way arrives as it was to."""
+        """End these faults, or all. The dead stay dead until a node of that name begins."""
         with self._lock:
             self._faults = tuple(each for each in self._faults if faults and each not in faults)
         self._look_again()
@@ -118,6 +118,11 @@ class Faults:
             was_last = not self._sessions
         if was_last:
             self._courier.clear()
+
+    def revive(self, node: str) -> None:
+        """A node of that name begins, which may have died before."""
+        with self._lock:
+            self._dead -= {node}
 
     def call(self, method: str) -> None:
         """A method of the transport is called. Raises TransportError where that shall fail."""

@@ -51,6 +51,7 @@ class FaultySession(Session):
         self.enforces_qos = inner.enforces_qos
         self.compares_definitions = inner.compares_definitions
         self.vigil = inner.vigil
+        self.vigil = inner.vigil
         self._lock = Lock()
         self._nodes: tuple[FaultyNode, ...] = ()
         self.sight = Sight(Nobody(), self._is_hidden)
@@ -65,6 +66,7 @@ class FaultySession(Session):
     def node(self, name: NodeName) -> NodePort:
         """Declare a node."""
         self.faults.call('session.node')
+        self.faults.revive(name.qualified)
         node = FaultyNode(self.inner.node(name), name.qualified, self)
         with self._lock:
             self._nodes += (node,)
