@@ -38,12 +38,13 @@ class Guarded(Protocol):
 class Guard:
     """Watches one request. It is sent when there is a server, at once or later."""
 
-    __slots__ = ('_alarm', '_ending', '_request', '_waits', 'line', 'terms')
+    __slots__ = ('_alarm', '_ending', '_request', '_waits', '_was_sent', 'line', 'terms')
 
     def __init__(self, terms: CallTerms, line: ServerLine, request: Guarded, *, waits: bool = True) -> None:
         """`waits` False: it is sent at once, and ends where nobody is there."""
         self.terms = terms
         self._waits = waits
+        self._was_sent = False
         self.line = line
         self._request: Guarded | None = request
         self._ending = allocate_lock()
@@ -70,6 +71,7 @@ class Guard:
     def _send(self) -> None:
         request = self._request
         if request is not None:
+            self._was_sent = True
             self.terms.see_servers(self.line.served_as)
             request.send()
 
@@ -113,7 +115,7 @@ class Guard:
         terms = self.terms
         if not terms.context.ok():
             self.fail(ShutDownError(terms.title))
-        elif self in self.line:
+        elif self in self.line or not self._was_sent:
             self.fail(terms.error(NoServerError, 'no server came'))
         else:
             self.fail(terms.error(DeadlineError, 'no answer came in time'))
