@@ -85,7 +85,7 @@ def test_a_library_whose_layouts_are_not_known_is_refused_with_what_to_do(
 ) -> None:
     library = load()
     monkeypatch.setattr(library, 'path', '/opt/ros/jazzy/lib/libddsc.so.0.10.5')
-    with pytest.raises(TransportError, match=r'GOALWIRE_FASTDDS_SERVICES=1 needs .* 11\.0 .*unset'):
+    with pytest.raises(TransportError, match=r'GOALWIRE_FASTDDS_SERVICES=1 needs Cyclone DDS 11\.0,.*unset'):
         Translation(library)
 
 

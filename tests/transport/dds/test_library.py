@@ -44,7 +44,9 @@ def test_an_override_that_is_not_there_is_named(monkeypatch: pytest.MonkeyPatch)
 def test_without_a_library_it_is_said_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, 'version_info', (3, 13, 0))
     monkeypatch.setattr(platform, 'machine', lambda: 'x86_64')
-    with pytest.raises(TransportError, match=r"rmw_cyclonedds_cpp needs .* pip install 'goalwire\[dds\]'$"):
+    with pytest.raises(
+        TransportError, match=r"rmw_cyclonedds_cpp needs .* pip install 'cyclonedds==11\.0\.\*'$"
+    ):
         find_library()
 
 

@@ -33,6 +33,7 @@ from threading import Lock
 from goalwire.errors import TransportError
 from goalwire.transport.dds.abi import GUID_SIZE, PACKET_START, SERIALIZED_DATA, Library, PacketPiece
 from goalwire.transport.dds.configuration import FAST_DDS_SERVICES
+from goalwire.transport.dds.library import INSTALLING
 from goalwire.transport.dds.service_header import Header, wrap
 from goalwire.transport.dds.wire import OutPiece, Reader, Writer, check
 
@@ -120,8 +121,8 @@ class Translation:
         """Raises TransportError for a library whose layouts are not known."""
         if not _FITTING.search(PurePath(library.path).name) or library.dds_get_entity_sertype is None:
             raise TransportError(
-                f"{FAST_DDS_SERVICES}=1 needs the Cyclone DDS 11.0 of pip install 'goalwire[dds]', and "
-                f"'{library.path}' is not it: install that one, or unset {FAST_DDS_SERVICES}"
+                f"{FAST_DDS_SERVICES}=1 needs Cyclone DDS 11.0, which '{library.path}' does not say it is: "
+                f'{INSTALLING}, or unset {FAST_DDS_SERVICES}'
             )
         self._library = library
         self._sample_type_of = library.dds_get_entity_sertype

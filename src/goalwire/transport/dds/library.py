@@ -16,6 +16,9 @@ from goalwire.errors import TransportError
 OVERRIDE = 'GOALWIRE_LIBDDSC'
 """Names the library file to use, before all others."""
 
+INSTALLING = "pip install 'cyclonedds==11.0.*'"
+"""What goalwire[dds] installs, too."""
+
 _PATTERNS = {
     'linux': ('cyclonedds.libs/libddsc-*.so*',),
     'darwin': ('cyclonedds/.dylibs/libddsc*.dylib', 'cyclonedds.libs/libddsc*.dylib'),
@@ -65,7 +68,7 @@ def _advice() -> str:
     elif version >= (3, 14):
         why = f'its wheels do not cover Python {version.major}.{version.minor}'
     else:
-        return "install it with: pip install 'goalwire[dds]'"
+        return f'install it with: {INSTALLING}'
     return (
         f'{why}; install libddsc from your system or a ROS 2 (ros-<distribution>-cyclonedds, with ROS_DISTRO '
         f'set), or let {OVERRIDE} name the library file'

@@ -6,7 +6,7 @@ from threading import Lock
 
 from goalwire.errors import ForkedError, TransportError
 from goalwire.transport.dds.abi import Library
-from goalwire.transport.dds.library import OVERRIDE, find_library
+from goalwire.transport.dds.library import INSTALLING, OVERRIDE, find_library
 from goalwire.transport.dds.selftest import find_fault
 from goalwire.transport.fork import ForkGuard
 
@@ -40,6 +40,6 @@ def _fitting(path: str) -> Library:
     if fault:
         raise TransportError(
             f"the Cyclone DDS library '{path}' cannot be used ({fault}): install the "
-            f"right one with pip install 'goalwire[dds]', or let {OVERRIDE} name another"
+            f'right one with {INSTALLING}, or let {OVERRIDE} name another'
         )
     return library
