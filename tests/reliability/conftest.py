@@ -30,7 +30,10 @@ PROGRAMS = Path(__file__).parent / 'programs'
 LEASE_S = 1.0
 """Of every link in an `impatient_world`."""
 
-LONG_ONES = 'GOALWIRE_EVIDENCE' in os.environ
+EVIDENCE = os.environ.get('GOALWIRE_EVIDENCE')
+"""Read here: a test's world hides it."""
+
+LONG_ONES = EVIDENCE is not None
 WHERE_LONG = 'takes long: `make reliability` alone'
 LONG = pytest.mark.skipif(not LONG_ONES, reason=WHERE_LONG)
 
@@ -65,9 +68,8 @@ def evidence(request: pytest.FixtureRequest) -> Iterator[Evidence]:
         )
 
     yield note
-    file = os.environ.get('GOALWIRE_EVIDENCE')
-    if file:
-        with Path(file).open('a', encoding='utf-8') as lines:
+    if EVIDENCE is not None:
+        with Path(EVIDENCE).open('a', encoding='utf-8') as lines:
             lines.writelines(json.dumps(row) + '\n' for row in rows)
 
 

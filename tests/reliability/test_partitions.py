@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import time
 
 import pytest
 from example_interfaces.action import Fibonacci
@@ -16,44 +17,58 @@ from goalwire.testing import VirtualClock
 from .conftest import Evidence, MakeStage
 
 
-async def partition(stage: MakeStage, here: str, there: str, one_way: bool, outcomes: Outcomes) -> list[str]:
-    """Call before, during and after a partition; return how the calls ended."""
-    ends: list[str] = []
-    async with stage() as (arm, mission, faults):
-        arm.service(Trigger, 'ask', lambda _: Trigger.Response(success=True))
-        client = mission.client(Trigger, 'ask')
-
-        async def call(seconds: float) -> None:
-            before = outcomes.counts.copy()
-            with outcomes.counted():
-                await client.call(timeout=seconds)
-            ends.extend(outcomes.counts - before)
-
-        await call(5.0)
-        faults.partition(here, there, one_way=one_way, lease=0.3)
-        for seconds in (0.05, 0.6, 0.05):
-            await call(seconds)
-        faults.heal()
-        await call(5.0)
-    return ends
-
-
 @pytest.mark.parametrize('one_way', [False, True])
 def test_a_partition_is_a_slow_server_then_a_lost_one_then_none_and_then_is_over(
     stage: MakeStage, evidence: Evidence, one_way: bool
 ) -> None:
     outcomes = Outcomes()
-    ends = run(partition(stage, 'arm', 'mission', one_way, outcomes))
-    assert ends == ['done', 'DeadlineError', 'ServerLostError', 'NoServerError', 'done']
-    evidence(9, f'the wire parts them{", the client is deaf" if one_way else ""}; lease of 0.3 s', outcomes)
+
+    async def scenario() -> None:
+        async with stage() as (arm, mission, faults):
+            arm.service(Trigger, 'ask', lambda _: Trigger.Response(success=True))
+            client = mission.client(Trigger, 'ask')
+            await client.call(timeout=5.0)
+            faults.partition('arm', 'mission', one_way=one_way, lease=1000.0)
+            with outcomes.counted():
+                await client.call(timeout=0.05)
+            waiting = asyncio.create_task(client.call(timeout=5.0))
+            await asyncio.sleep(0)
+            assert client._core.pending, 'a call to a server in sight is sent at once'
+            noticed = time.monotonic_ns()
+            faults.partition('arm', 'mission', one_way=one_way, lease=0.0)
+            with outcomes.counted(lambda: noticed):
+                await waiting
+            with outcomes.counted():
+                await client.call(timeout=0.05)
+            faults.heal()
+            with outcomes.counted():
+                await client.call(timeout=5.0)
+
+    run(scenario())
+    assert list(outcomes.counts) == ['DeadlineError', 'ServerLostError', 'NoServerError', 'done']
+    evidence(9, f'the wire parts them{", the client is deaf" if one_way else ""}', outcomes)
 
 
 def test_a_server_that_does_not_hear_a_client_that_hears_it_is_a_slow_one(
     stage: MakeStage, evidence: Evidence
 ) -> None:
     outcomes = Outcomes()
-    ends = run(partition(stage, 'mission', 'arm', True, outcomes))
-    assert ends == ['done', *['DeadlineError'] * 3, 'done']
+
+    async def scenario() -> None:
+        async with stage() as (arm, mission, faults):
+            arm.service(Trigger, 'ask', lambda _: Trigger.Response(success=True))
+            client = mission.client(Trigger, 'ask')
+            await client.call(timeout=5.0)
+            faults.partition('mission', 'arm', one_way=True, lease=0.0)
+            for _ in range(3):
+                with outcomes.counted():
+                    await client.call(timeout=0.05)
+            faults.heal()
+            with outcomes.counted():
+                await client.call(timeout=5.0)
+
+    run(scenario())
+    assert outcomes.counts == {'DeadlineError': 3, 'done': 1}
     evidence(9, 'the wire parts them, the client is mute', outcomes)
 
 
