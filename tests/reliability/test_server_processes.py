@@ -15,6 +15,9 @@ from helpers.wires import DDS, require
 from .conftest import BETWEEN_PROCESSES, LEASE_S, PROGRAMS, Evidence, impatient_world, told
 
 
+pytestmark = pytest.mark.slow
+
+
 @pytest.fixture(params=BETWEEN_PROCESSES)
 def transport_name(request: pytest.FixtureRequest) -> str:
     """The wires between processes."""
