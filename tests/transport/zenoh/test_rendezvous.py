@@ -10,13 +10,14 @@ from collections.abc import Iterator
 
 import pytest
 import zenoh
+from helpers.collector import Collector
 from helpers.processes import Program
 from helpers.wire import SeenGraph, Side
 
 from goalwire.errors import TransportError
 from goalwire.transport.contract import EndpointKind, SessionOptions
-from goalwire.transport.zenoh import TRANSPORT
-from goalwire.transport.zenoh.rendezvous import PORT_IS_TAKEN, Offer
+from goalwire.transport.zenoh import TRANSPORT, rendezvous
+from goalwire.transport.zenoh.rendezvous import PORT_IS_TAKEN, Offer, is_taken
 
 from .conftest import OpenSide
 
@@ -79,6 +80,51 @@ def test_zenoh_still_says_that_a_port_is_taken_as_we_expect(world: dict[str, str
 def test_a_configuration_that_zenoh_refuses_is_not_taken_for_a_taken_port(world: dict[str, str]) -> None:
     with pytest.raises(TransportError, match='cannot be offered: Unicast not supported'):
         Offer(1, router_config('nosuch/1'))
+
+
+@pytest.mark.parametrize(
+    'endpoint',
+    ['tcp/127.0.0.1:{}', 'tcp/localhost:{}', 'tcp/[::]:{}', 'tcp/0.0.0.0:{}', 'tls/127.0.0.1:{}#a=b'],
+)
+def test_a_port_is_taken_while_somebody_listens_there(
+    world: dict[str, str], port: int, endpoint: str
+) -> None:
+    endpoints = json.dumps({'router': ['udp/127.0.0.1:1', endpoint.format(port)]})
+    assert not is_taken(endpoints)
+    with socket.create_server(('127.0.0.1', port)):
+        assert is_taken(endpoints)
+    assert not is_taken(endpoints)
+
+
+@pytest.mark.parametrize('endpoint', ['udp/127.0.0.1:{}', 'tcp/some.name:{}', 'tcp/192.0.2.1:{}'])
+def test_where_a_socket_cannot_tell_zenoh_is_asked(world: dict[str, str], port: int, endpoint: str) -> None:
+    with socket.create_server(('127.0.0.1', port)):
+        assert not is_taken(json.dumps([endpoint.format(port)]))
+
+
+def test_while_a_port_is_taken_zenoh_is_not_asked_again(
+    world: dict[str, str], port: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each attempt of zenoh's that fails costs memory for ever."""
+    attempts, looked = Collector[object](), Collector[str]()
+
+    def fail(config: zenoh.Config) -> zenoh.Session:
+        attempts(config)
+        raise zenoh.ZError(f'cannot start a {PORT_IS_TAKEN}')
+
+    def look(endpoints: str) -> bool:
+        looked(endpoints)
+        return len(looked.items) < 4
+
+    monkeypatch.setattr(zenoh, 'open', fail)
+    monkeypatch.setattr(rendezvous, 'is_taken', look)
+    monkeypatch.setattr(rendezvous, 'RETRY_S', 0.001)
+    offer = Offer(port, router_config(f'tcp/127.0.0.1:{port}'))
+    try:
+        attempts.expect(2)
+        assert len(looked.items) >= 4
+    finally:
+        offer.close()
 
 
 def router_config(endpoint: str) -> zenoh.Config:
