@@ -14,7 +14,6 @@ from helpers.wires import DDS, require
 
 from .conftest import BETWEEN_PROCESSES, LEASE_S, PROGRAMS, Evidence, impatient_world, told
 
-
 pytestmark = pytest.mark.slow
 
 
