@@ -8,6 +8,7 @@ import pytest
 from builtin_interfaces.msg import Time as StampMessage
 from example_interfaces.action import Fibonacci
 from helpers.actions import NAMES, Arena, Gate, Goal, Patient, Result, accept_cancel, succeed
+from helpers.collector import Collector
 from helpers.spinning import MakeNode, Spin, result_of
 from rclpy.action import ActionClient, ActionServer, GoalResponse
 from rclpy.action.client import ClientGoalHandle
@@ -65,8 +66,8 @@ def test_a_new_goal_asks_the_running_one_to_stop_and_follows_it(make_node: MakeN
     first = arena.accept(1)
     patient.wait_for(1)
     second = arena.accept(2)
-    assert patient.gate.reached.items[0].is_cancel_requested
     arena.seen(first, 'CANCELING')
+    assert patient.gate.reached.items[0].is_cancel_requested
     patient.gate.open()
     assert (last_status(arena, first), last_status(arena, second)) == ('CANCELED', 'SUCCEEDED')
     patient.wait_for(1, 2)
@@ -74,10 +75,10 @@ def test_a_new_goal_asks_the_running_one_to_stop_and_follows_it(make_node: MakeN
 
 def test_a_deferred_goal_waits_for_its_turn_from_its_execution_on(make_node: MakeNode, spin: Spin) -> None:
     patient = Patient()
-    deferred: list[ServerGoalHandle] = []
-    arena = managed(make_node, spin, patient, policy=goalwire.queue(1), accepted=deferred.append)
+    deferred: Collector[ServerGoalHandle] = Collector()
+    arena = managed(make_node, spin, patient, policy=goalwire.queue(1), accepted=deferred)
     handles = [arena.accept(order) for order in (1, 2)]
-    one, two = deferred
+    one, two = sorted(deferred.expect(2), key=lambda handle: int(handle.request.order))
     for handle in (two, one, one):  # the last waits already: nothing new
         handle.execute()
     patient.wait_for(2)
