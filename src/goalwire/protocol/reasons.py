@@ -32,8 +32,13 @@ def failed(error: BaseException) -> str:
     """The server's callback ended in `error`: its type and text, no traceback."""
     if not isinstance(error, Exception):
         return STOPPED
-    text = str(error)
-    return _bounded(f'its callback failed: {type(error).__name__}{": " if text else ""}{text}')
+    return _bounded(f'its callback failed: {described(error)}')
+
+
+def described(error: BaseException) -> str:
+    """Return an error in one line: its type and what it says."""
+    kind, text = type(error).__name__, str(error)
+    return f'{kind}: {text}' if text else kind
 
 
 def meaning(reason: str) -> type[CallError]:

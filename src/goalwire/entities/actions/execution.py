@@ -83,12 +83,6 @@ class Execution(Work):
             raise error
 
 
-def described(error: BaseException) -> str:
-    """Return an error in one line: its type and what it says."""
-    kind, text = type(error).__name__, str(error)
-    return f'{kind}: {text}' if text else kind
-
-
 class Results:
     """Makes GetResult responses. Their status is only known when they are sent: see wire.with_status."""
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 from goalwire.codec import cdr
 from goalwire.entities.actions.decisions import ActionCallbacks, Decisions
 from goalwire.entities.actions.endpoints import ActionQoS, ActionServerEndpoints
-from goalwire.entities.actions.execution import Execution, Failure, Results, described
+from goalwire.entities.actions.execution import Execution, Failure, Results
 from goalwire.entities.actions.goal_handle import ServerGoalHandle
 from goalwire.entities.actions.lost_clients import LostClients
 from goalwire.entities.exceptions import InvalidHandle, RCLError, ShutDownError
@@ -35,6 +35,7 @@ from goalwire.protocol.goals.ids import GoalId
 from goalwire.protocol.goals.server import GoalServer
 from goalwire.protocol.goals.table import GoalEvent, GoalStatus, InvalidTransition
 from goalwire.protocol.latencies import Latencies
+from goalwire.protocol.reasons import described
 from goalwire.transport.contract import Payload, Request
 from goalwire.transport.outbox import Outbox
 
