@@ -121,7 +121,7 @@ class SlowReply(ClientPort):
         self.go_on = threading.Event()
         self.thread: threading.Thread
 
-    def request(self, payload: bytes, on_reply: Any, on_end: Any) -> int:
+    def request(self, payload: bytes, on_reply: Any, on_end: Any, timeout_ns: int | None = None) -> int:
         sample = Sample(TRIGGER.encode_response(Trigger.Response()), 1, 0, 0, bytes(16))
         self.thread = threading.Thread(target=on_reply, args=(sample,))
         self.thread.start()

@@ -109,14 +109,18 @@ class ContentClient(ClientPort):
         self.gid = port.gid
 
     def request(
-        self, payload: bytes, on_reply: Callable[[Sample], None], on_end: Callable[[str], None]
+        self,
+        payload: bytes,
+        on_reply: Callable[[Sample], None],
+        on_end: Callable[[str], None],
+        timeout_ns: int | None = None,
     ) -> int:
         """Send one request."""
 
         def unwrap(reply: Sample) -> None:
             on_reply(reply._replace(payload=self._wrapping.unpack(reply.payload)))
 
-        return self.port.request(self._wrapping.pack(payload), unwrap, on_end)
+        return self.port.request(self._wrapping.pack(payload), unwrap, on_end, timeout_ns)
 
     def forget(self, sequence: int) -> None:
         """Wait for a reply no longer."""

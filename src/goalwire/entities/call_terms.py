@@ -59,6 +59,10 @@ class CallTerms:
         """s since the beginning."""
         return (self.now() - self.begun) / 1e9
 
+    def left_ns(self, margin_s: float) -> int | None:
+        """How long the wire has to hold a request: what is left, and `margin_s` for us to be first."""
+        return None if self.deadline is None else max(self.deadline - self.now(), 0) + int(margin_s * 1e9)
+
     def retold(self, error: CallError) -> CallError:
         """Add what is known here to an error of a client; one that tells it already stays as it is."""
         return error if error.name else self.error(type(error), str(error))

@@ -34,6 +34,9 @@ PENDING_LIMIT = 10_000
 """Calls of one client that may wait for their answers. ROS 2 has no limit, and its clients leak where nobody
 answers."""
 
+MARGIN_S = 1.0
+"""How much longer than its caller the wire waits: the caller's deadline says what happened."""
+
 REASONS_LIMIT = 10
 """Different reasons for missing answers that one client logs: servers choose their words."""
 
@@ -284,7 +287,9 @@ class ClientCore(Introspected):
             raise InvalidHandle
         future.sent_at = self._now()
         try:
-            sequence = port.request(payload, future.on_reply, future.on_end)
+            guard = future.guard
+            left = None if guard is None else guard.terms.left_ns(MARGIN_S)
+            sequence = port.request(payload, future.on_reply, future.on_end, left)
         except ClosedError:
             if self._port is None:
                 raise InvalidHandle from None

@@ -22,6 +22,10 @@ NEVER = 2**62
 """When the alarm rings of a call without deadline, in ns: it is there for the context's end."""
 
 
+def _nothing() -> None:
+    """What an alarm rings for whose request has ended."""
+
+
 class Guarded(Protocol):
     """A request and the future of its answer."""
 
@@ -88,6 +92,7 @@ class Guard:
             return False
         self._request = None
         self.terms.context.deadlines.drop(self._alarm)
+        self._alarm.ring = _nothing  # no circle is left for the garbage collector
         self.line.discard(self)
         return True
 

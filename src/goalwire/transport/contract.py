@@ -185,12 +185,14 @@ class ClientPort(Port):
         payload: bytes,
         on_reply: Callable[[Sample], None],
         on_end: Callable[[str], None],
+        timeout_ns: int | None = None,
     ) -> int:
         """Send one request and return its sequence number (1, 2, …).
 
         `on_reply` gets each reply (one per server); `on_end` fires once when no more can come: every
         server has answered, none was there, or the last one died. It gets the reason that a server gave for
-        not answering, or ''. Both may fire before this returns.
+        not answering, or ''. Both may fire before this returns. `timeout_ns` is how long the caller waits at
+        most, where it knows: the wire need hold the request no longer.
         """
 
     @abstractmethod

@@ -186,10 +186,11 @@ class ActionClientCore:
         payload: bytes,
         on_reply: Callable[[Sample], None],
         on_end: Callable[[str], None],
+        timeout_ns: int | None = None,
     ) -> int:
         """Hand a request to the wire and return its number. Raises InvalidHandle, ShutDownError."""
         try:
-            return port.request(payload, on_reply, on_end)
+            return port.request(payload, on_reply, on_end, timeout_ns)
         except ClosedError:
             self._check_alive()
             raise ShutDownError(f"cannot use the action '{self.name}'") from None

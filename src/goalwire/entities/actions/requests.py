@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from goalwire.entities.client import MARGIN_S
 from goalwire.errors import DeadlineError
 from goalwire.execution.agenda import Alarm
 from goalwire.execution.future import Future
@@ -64,6 +65,7 @@ class ActionRequest:
         self._port = port
         self._payload = payload
         self._sequence = 0
+        self._was_sent = False
         self._is_over = False
         self._is_forgotten = False
 
@@ -83,7 +85,10 @@ class ActionRequest:
 
     def send(self) -> None:
         """Hand it to the wire."""
-        sequence = self.client.request(self._port, self._payload, self.on_reply, self.on_end)
+        self._was_sent = True
+        terms = self.future.terms
+        left = None if terms is None else terms.left_ns(LATE_S + MARGIN_S)
+        sequence = self.client.request(self._port, self._payload, self.on_reply, self.on_end, left)
         self._sequence = sequence
         if self._is_forgotten:
             self.withdraw()
@@ -173,7 +178,7 @@ class GoalRequest(ActionRequest):
     def fail(self, error: Exception) -> None:
         self._leave()
         self.client.drop(self._goal, '')
-        if isinstance(error, DeadlineError) and self._sequence:
+        if isinstance(error, DeadlineError) and self._was_sent:
             self._linger()
         else:
             self.withdraw()

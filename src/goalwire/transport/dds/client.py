@@ -73,7 +73,11 @@ class DdsClient(ClientPort):
         core.statuses.watch(self.reader.handle, SUBSCRIPTION_MATCHED, self._look)
 
     def request(
-        self, payload: bytes, on_reply: Callable[[Sample], None], on_end: Callable[[str], None]
+        self,
+        payload: bytes,
+        on_reply: Callable[[Sample], None],
+        on_end: Callable[[str], None],
+        timeout_ns: int | None = None,  # noqa: ARG002 - it is forgotten in time
     ) -> int:
         """Send one request to every server."""
         self._place.check()

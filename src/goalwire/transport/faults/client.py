@@ -49,12 +49,16 @@ class FaultyClient(ClientPort):
         self._calls: dict[int, Call] = {}
 
     def request(
-        self, payload: bytes, on_reply: Callable[[Sample], None], on_end: Callable[[str], None]
+        self,
+        payload: bytes,
+        on_reply: Callable[[Sample], None],
+        on_end: Callable[[str], None],
+        timeout_ns: int | None = None,
     ) -> int:
         """Send one request."""
         self._faults.call('client.request')
         call = Call(self, on_reply, on_end)
-        sequence = self._inner.request(payload, call.on_reply, call.on_end)
+        sequence = self._inner.request(payload, call.on_reply, call.on_end, timeout_ns)
         with self._lock:
             if not call.is_over:
                 call.sequence = sequence

@@ -23,7 +23,7 @@ def _to_nobody(_: object) -> None:
 class Call:
     """One request on its way at the client's side."""
 
-    __slots__ = ('_client', '_lock', '_on_end', '_on_reply', '_open', '_reason', '_sequence')
+    __slots__ = ('_client', '_lock', '_on_end', '_on_reply', '_open', '_reason', '_sequence', 'requests')
 
     def __init__(
         self,
@@ -40,6 +40,8 @@ class Call:
         self._open = servers
         self._reason = ''
         self._lock = Lock()
+        self.requests: list[MemoryRequest] = []
+        """What the servers have of it."""
 
     def answered(self, sample: Sample) -> None:
         """Hand one server's reply over; then that server is done."""
@@ -57,10 +59,12 @@ class Call:
             self._end()
 
     def abandon(self) -> None:
-        """Tell nobody of what servers answer yet."""
+        """Tell nobody of what servers answer yet, and let them hold nothing for it."""
         with self._lock:
             self._open = 0
         self._on_reply, self._on_end = _to_nobody, _to_nobody
+        while self.requests:
+            self.requests.pop().withdraw()
 
     def cancel(self) -> None:
         """End the call although servers have not answered: the client is closing."""
@@ -95,6 +99,10 @@ class MemoryRequest(Request):
             now = time_ns()
             self._call.answered(Sample(bytes(payload), self.sample.sequence, now, now, self.sample.gid))
 
+    def withdraw(self) -> None:
+        """Nobody waits for the answer any more."""
+        self._server.release(self)
+
     def drop(self, reason: str = '') -> None:
         """Give the request up; harmless after an answer."""
         if self._server.release(self):
@@ -114,6 +122,7 @@ class MemoryService(Port):
     def accept(self, call: Call, sample: Sample) -> None:
         """Take one call in; where the server has just gone, or fails, the call ends at once."""
         request = MemoryRequest(self, call, sample)
+        call.requests.append(request)
         with self._lock:
             self._waiting.add(request)
         if self.place.closed:
@@ -157,7 +166,11 @@ class MemoryClient(ClientPort):
         self._calls: dict[int, Call] = {}
 
     def request(
-        self, payload: bytes, on_reply: Callable[[Sample], None], on_end: Callable[[str], None]
+        self,
+        payload: bytes,
+        on_reply: Callable[[Sample], None],
+        on_end: Callable[[str], None],
+        timeout_ns: int | None = None,  # noqa: ARG002 - it is forgotten in time
     ) -> int:
         """Hand one request to every server, on this thread."""
         self.place.check()

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from itertools import count
 from time import time_ns
+from typing import Any
 
 import zenoh
 
@@ -26,13 +28,18 @@ _REASON_LIMIT = 500
 """Characters of a server's reason that are shown."""
 
 
+_MANNER: dict[str, Any] = {
+    'target': zenoh.QueryTarget.ALL_COMPLETE,
+    'consolidation': zenoh.ConsolidationMode.NONE,
+    'congestion_control': zenoh.CongestionControl.BLOCK,
+}
+
+
 def declare(session: zenoh.Session, key: str) -> zenoh.Querier:
     """Declare what sends requests on `key`, for 10 minutes unless a goal decides how long."""
     return session.declare_querier(
         key,
-        target=zenoh.QueryTarget.ALL_COMPLETE,
-        consolidation=zenoh.ConsolidationMode.NONE,
-        congestion_control=zenoh.CongestionControl.BLOCK,
+        **_MANNER,
         timeout=FOR_EVER_S if is_get_result(key) else None,
     )
 
@@ -100,16 +107,22 @@ def _read(answer: zenoh.Sample, expected: int, received: int) -> Sample:
 class ZenohClient(ClientPort):
     """A declared service client."""
 
-    def __init__(self, place: Place, core: Core, gid: bytes, querier: zenoh.Querier) -> None:
+    def __init__(self, place: Place, core: Core, gid: bytes, key: str, querier: zenoh.Querier) -> None:
         self.gid = gid
         self._place = place
         self._core = core
-        self._get: Callable[..., None] = querier.get
+        self._get: Callable[..., object] = querier.get
+        self._get_within: Callable[..., object] = partial(core.zenoh.get, key, **_MANNER)
+        """For requests with a time: a querier has one for all, and routers hold a query as long as that."""
         self._next_sequence = count(1).__next__
         self._waiting: dict[int, Call] = {}
 
     def request(
-        self, payload: bytes, on_reply: Callable[[Sample], None], on_end: Callable[[str], None]
+        self,
+        payload: bytes,
+        on_reply: Callable[[Sample], None],
+        on_end: Callable[[str], None],
+        timeout_ns: int | None = None,
     ) -> int:
         """Send one request to every server."""
         self._place.check()
@@ -118,8 +131,9 @@ class ZenohClient(ClientPort):
         self._waiting[sequence] = call
         self._core.in_flight.enter(call)
         try:
-            self._get(
-                zenoh.handlers.Callback(call.replied, drop=call.dropped, indirect=False),
+            get = self._get if timeout_ns is None else partial(self._get_within, timeout=timeout_ns / 1e9)
+            get(
+                handler=zenoh.handlers.Callback(call.replied, drop=call.dropped, indirect=False),
                 payload=payload,
                 attachment=encode(sequence, time_ns(), self.gid),
                 cancellation_token=call.token,
@@ -155,7 +169,7 @@ class ZenohClient(ClientPort):
 
     def release(self) -> None:
         """Let go of the querier and end every call."""
-        self._get = taken_back
+        self._get = self._get_within = taken_back
         for sequence in list(self._waiting):
             self._end(sequence)
 

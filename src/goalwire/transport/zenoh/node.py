@@ -109,7 +109,7 @@ class ZenohNode(NodePort):
         """Declare a service client."""
         with self._declaring(endpoint) as new:
             querier = client.declare(self._core.zenoh, new.key)
-            port = client.ZenohClient(new.place, self._core, new.gid, querier)
+            port = client.ZenohClient(new.place, self._core, new.gid, new.key, querier)
             new.way_out += [port.release, partial(undeclare, querier)]
             new.way_out.append(self._show(new))
             return self._ports.keep(port)
