@@ -143,7 +143,7 @@ class Run(Generic[ResultT, FeedbackT]):
         if attempt.deadline is not None:
             delay = delay_s(attempt.deadline - context.lifeline.clock.now())
             self._alarm = asyncio.get_running_loop().call_later(delay, self._stream.close)
-        if self._limits.heartbeat is not None and self._record.heard is None:
+        if self._limits.heartbeat is not None:
             clock = context.lifeline.clock
             self._heartbeat = Heartbeat(self._limits.heartbeat, self._record, clock, self._on_stuck)
         self._watch = context.lifeline.watch(self._stream.close)
@@ -175,7 +175,8 @@ class Run(Generic[ResultT, FeedbackT]):
                 self._watch.close()
             self._stream.discard()
             if self._answer is not None:
-                self._answer.exception()  # looked at, whether the program did or not
+                # Whatever comes of it, now or later, is looked at: nobody else will.
+                self._answer.add_waker(self._answer.exception)
 
     # -- its end -------------------------------------------------------------------------------------------
 
