@@ -26,6 +26,7 @@ REAL_LOCK = threading._allocate_lock  # type: ignore[attr-defined]  # noqa: SLF0
 _real_sleep = time.sleep
 _real_start = threading.Thread.start
 _real_join = threading.Thread.join
+_real_is_alive = threading.Thread.is_alive
 _real_select = cast(
     'Callable[[selectors.BaseSelector, float | None], Ready]', selectors.DefaultSelector.select
 )
@@ -191,6 +192,14 @@ def join(thread: threading.Thread, timeout: float | None = None) -> None:
     _real_join(thread, timeout)
 
 
+def is_alive(thread: threading.Thread) -> bool:
+    """Whether a thread runs. One whose turns are over takes a moment in real time to end: it is not alive."""
+    member = _members.get(thread)
+    if member is not None and member.over and thread is not threading.current_thread():
+        _real_join(thread)
+    return _real_is_alive(thread)
+
+
 # -- selectors: how asyncio's loops wait
 
 
@@ -231,6 +240,7 @@ NAMES = _names()
 ATTRIBUTES: list[tuple[object, str, object]] = [
     (threading.Thread, 'start', start),
     (threading.Thread, 'join', join),
+    (threading.Thread, 'is_alive', is_alive),
     (threading, '_CRLock', None),  # threading.RLock() then gives the one in Python, made of a lock
     (selectors.DefaultSelector, 'select', select),
 ]
