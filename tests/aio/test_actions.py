@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import gc
 import threading
 import time
 from collections.abc import AsyncIterator
@@ -342,6 +343,33 @@ def test_a_goal_that_does_not_end_when_it_is_cancelled_is_waited_for_as_long_as_
     with add_sink(lambda record: records(record.message)):
         play(scenario)
     assert [text for text in records.items if 'a goal that was cancelled did not end' in text]
+
+
+def test_the_late_failure_of_a_goal_that_was_left_is_no_surprise(
+    play: Play, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Its result fails, here as the client is closed, when nobody asks for it any more."""
+
+    async def scenario() -> None:
+        async def stubborn(_: Taken) -> Fibonacci.Result:
+            began.set()
+            while not done.is_set():
+                with suppress(asyncio.CancelledError):
+                    await done.wait()
+            return Fibonacci.Result()
+
+        began, done = asyncio.Event(), asyncio.Event()
+        async with goalwire.Node('node') as node:
+            node.action_server(Fibonacci, 'count', stubborn)
+            client = node.action(Fibonacci, 'count')
+            async with client.send(timeout=5.0, grace=0.01):
+                await began.wait()
+            client.close()
+            gc.collect()
+            done.set()
+
+    play(scenario)
+    assert 'never retrieved' not in capsys.readouterr().err
 
 
 def test_a_goal_of_a_server_that_cancels_none_goes_on(play: Play) -> None:

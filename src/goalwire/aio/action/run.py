@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import warnings
 from collections.abc import AsyncIterator, Awaitable, Generator
+from functools import partial
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
 from goalwire.aio.action.heartbeat import Heartbeat
@@ -176,7 +177,7 @@ class Run(Generic[ResultT, FeedbackT]):
             self._stream.discard()
             if self._answer is not None:
                 # Whatever comes of it, now or later, is looked at: nobody else will.
-                self._answer.add_waker(self._answer.exception)
+                self._answer.add_waker(partial(_look_at, self._answer))
 
     # -- its end -------------------------------------------------------------------------------------------
 
@@ -247,6 +248,10 @@ class Run(Generic[ResultT, FeedbackT]):
             result: ResultT = response.result
             return result
         raise _failure(attempt, response, self._record.reason)
+
+
+def _look_at(future: Future[Any]) -> None:
+    future.exception()
 
 
 def _failure(attempt: Attempt, response: Any, reason: str) -> CallError:
