@@ -134,3 +134,4 @@ async def call(name: str, report: Report, stop: asyncio.Event, workers: int = 6)
                 group.create_task(caller.work(stop))
             for server in (*STEADY, *MORTAL):
                 group.create_task(caller.listen(server, stop))
+        report.check_empty(node.statistics())

@@ -209,3 +209,4 @@ def call(name: str, report: Report, stop: threading.Event, workers: int = 3) -> 
             thread.start()
         for thread in threads:
             thread.join()
+        report.check_empty(node.handle.statistics())

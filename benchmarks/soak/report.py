@@ -12,6 +12,7 @@ from time import monotonic
 
 from benchmarks.soak.work import ANSWERED, GIVEN_UP, UNEXPECTED, Work
 from goalwire.errors import CallError
+from goalwire.protocol.statistics import NodeStatistics
 
 NUMBERS = 10**9
 """A tag is a member's incarnation times this, plus a number."""
@@ -80,6 +81,14 @@ class Report:
         if list(result) != steps or list(feedback) != sorted(set(feedback)):
             raise WrongAnswer(f'{list(result)} after {list(feedback)} for {work.ask} steps')
         self.say('feedback', len(feedback), len(steps) - len(feedback))
+
+    def check_empty(self, statistics: NodeStatistics) -> None:
+        """Report what a node's clients still hold, now that all their calls have ended."""
+        requests = sum(client.in_flight for client in statistics.clients)
+        goals = sum(
+            client.goals.unanswered + client.goals.waiting_for_results for client in statistics.action_clients
+        )
+        self.say('held', requests, goals)
 
     def handled(self, what: object) -> None:
         """A handler was entered for this tag or goal."""
