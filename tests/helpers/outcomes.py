@@ -22,12 +22,17 @@ class Outcomes:
         """The longest time from a fault to its typed error, in s."""
 
     @contextmanager
-    def counted(self, since: Callable[[], int] = time.monotonic_ns) -> Iterator[None]:
-        """Count how the block ends; `since` tells, then, when the fault struck (steady ns)."""
+    def counted(self, since: Callable[[], int] | None = None) -> Iterator[None]:
+        """Count how the block ends, an error with the time that it took.
+
+        That is the time since the fault struck where `since` tells it (steady ns), else since the beginning.
+        """
+        began = time.monotonic_ns()
         try:
             yield
         except GoalwireError as error:
-            self.note(type(error).__name__, (time.monotonic_ns() - since()) / 1e9)
+            struck = began if since is None else since()
+            self.note(type(error).__name__, (time.monotonic_ns() - struck) / 1e9)
         else:
             self.note(DONE)
 

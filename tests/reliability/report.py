@@ -49,7 +49,7 @@ def read(files: Iterable[Path]) -> dict[tuple[int, str], dict[str, str]]:
 def _cell(row: dict[str, Any]) -> str:
     ends = ', '.join(f'{number} {kind}' for kind, number in row['outcomes'].items())
     slowest = row['slowest']
-    return ends if slowest is None else f'{ends}; {slowest:.2f} s'
+    return ends if slowest is None else f'{ends}; {max(slowest, 0.01):.2f} s'
 
 
 def what_is_proven() -> Iterator[str]:

@@ -146,6 +146,5 @@ def test_whichever_call_of_the_transport_fails_the_error_is_typed_and_nothing_is
     with Faults() as faults:
         assert fail_each_call(scenario, faults, outcomes, VirtualClock if is_virtual else nullcontext) == []
     assert outcomes.total > 30
-    if is_virtual:
-        outcomes.slowest = None
+    outcomes.slowest = None  # from the beginning of the scenario, which says nothing
     evidence(18, f'each call into the transport fails once, {scenario.__name__.replace("_", " ")}', outcomes)

@@ -1,4 +1,4 @@
-"""Items 7 and 10 on the memory transport, in virtual time: many calls on a wire that loses and delays.
+"""Items 7 and 10: many calls on a wire that loses and delays, on memory in virtual time.
 
 Nothing repeats what this wire loses, so every loss is a call that ends at its deadline: all that were sent
 are answered or fail by type.
@@ -15,9 +15,9 @@ from std_srvs.srv import Trigger
 from goalwire.testing import VirtualClock
 from goalwire.transport.faults import Delay, Duplication, Fault, Loss, LostReply, Reordering
 
-from .conftest import Evidence, MakeStage
+from .conftest import LONG, Evidence, MakeStage
 
-pytestmark = pytest.mark.parametrize('transport_name', ['goalwire_memory'], indirect=True)
+ON_MEMORY = pytest.mark.parametrize('transport_name', ['goalwire_memory'], indirect=True)
 
 CONDITIONS: dict[str, list[Fault]] = {
     'delay 20 ms': [Delay(0.02)],
@@ -28,6 +28,8 @@ CONDITIONS: dict[str, list[Fault]] = {
     'everything twice': [Duplication()],
     'reorder 25 %, delay 20 ms': [Delay(0.02), Reordering(rate=0.25)],
 }
+
+DEAD = 'every request lost, deadlines of 50 ms, 1000 at a time'
 
 
 def call_often(stage: MakeStage, faults: list[Fault], number: int, at_once: int, seconds: float) -> Outcomes:
@@ -51,24 +53,35 @@ def call_often(stage: MakeStage, faults: list[Fault], number: int, at_once: int,
                 for _ in range(at_once):
                     group.create_task(work())
 
-    with VirtualClock():
-        asyncio.run(scenario())
-    outcomes.slowest = None  # virtual time
+    asyncio.run(scenario())
     return outcomes
 
 
+@ON_MEMORY
 @pytest.mark.parametrize('condition', CONDITIONS)
 def test_all_that_are_sent_are_answered_or_fail_by_type(
     stage: MakeStage, evidence: Evidence, condition: str
 ) -> None:
     faults = CONDITIONS[condition]
-    outcomes = call_often(stage, faults, number=500, at_once=10, seconds=2.0)
+    with VirtualClock():
+        outcomes = call_often(stage, faults, number=500, at_once=10, seconds=2.0)
     lost = sum(fault.struck for fault in faults if isinstance(fault, Loss))
     assert outcomes.counts == {'done': 500 - lost} | ({'DeadlineError': lost} if lost else {})
+    outcomes.slowest = None
     evidence(10, f'{condition} (virtual time)', outcomes)
 
 
+@ON_MEMORY
 def test_calls_to_a_dead_service_leave_nothing_in_any_table(stage: MakeStage, evidence: Evidence) -> None:
+    with VirtualClock():
+        outcomes = call_often(stage, [Loss()], number=3000, at_once=1000, seconds=0.05)
+    assert outcomes.counts == {'DeadlineError': 3000}
+    outcomes.slowest = None
+    evidence(7, f'{DEAD} (virtual time)', outcomes)
+
+
+@LONG
+def test_calls_to_a_dead_service_in_real_time(stage: MakeStage, evidence: Evidence) -> None:
     outcomes = call_often(stage, [Loss()], number=3000, at_once=1000, seconds=0.05)
     assert outcomes.counts == {'DeadlineError': 3000}
-    evidence(7, 'every request lost, deadlines of 50 ms, 1000 at a time (virtual time)', outcomes)
+    evidence(7, DEAD, outcomes)

@@ -120,6 +120,14 @@ def test_in_each_condition_nothing_is_lost(network: Network, evidence: Evidence,
     evidence(10, condition, outcomes)
 
 
+WAYS = {
+    'both': 'both ways',
+    'deaf': 'towards the client',
+    'mute': 'towards the server',
+    'flap': 'as its network device is down',
+}
+
+
 def part(network: Network, way: str) -> None:
     """Cut the cable, or one direction of it: the client hears nothing ('deaf') or is not heard ('mute')."""
     if way == 'flap':
@@ -155,17 +163,17 @@ def test_calls_fail_by_type_while_nothing_passes_and_are_answered_again_after(
     network: Network, evidence: Evidence, way: str
 ) -> None:
     outcomes = survive_partition(network, 1.0, way)
-    evidence(9, f'partition of 1 s, {way}', outcomes)
+    evidence(9, f'a cable cut for 1 s, {WAYS[way]}', outcomes)
 
 
 @LONG
-@pytest.mark.parametrize('way', ['both', 'deaf', 'mute', 'flap'])
+@pytest.mark.parametrize('way', WAYS)
 @pytest.mark.parametrize('seconds', [5, 30])
 def test_partitions_longer_than_the_lease_heal_as_well(
     network: Network, evidence: Evidence, seconds: int, way: str
 ) -> None:
     outcomes = survive_partition(network, seconds, way)
-    evidence(9, f'partition of {seconds} s, {way}', outcomes)
+    evidence(9, f'a cable cut for {seconds} s, {WAYS[way]}', outcomes)
 
 
 def test_a_call_under_way_outlives_a_partition_shorter_than_the_lease(
@@ -178,4 +186,4 @@ def test_a_call_under_way_outlives_a_partition_shorter_than_the_lease(
         network.mission.expect('^ended', timeout=0.5)
     network.faults.heal()
     assert told(network.mission, outcomes) == 'done'
-    evidence(9, 'partition of 0.5 s while a call waits', outcomes)
+    evidence(9, 'a cable cut for 0.5 s while a call waits', outcomes)
