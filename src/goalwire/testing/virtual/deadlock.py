@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-import traceback
+from traceback import StackSummary, walk_stack
 from typing import TYPE_CHECKING, Any
 
 from goalwire.errors import LocalError
@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from threading import Thread
     from types import FrameType
 
-_FRAMES = 3
-"""Of each thread: the innermost ones of the program, and what they wait in."""
+_SHOWN = 3
+"""Places of each thread and coroutine."""
 
 
 class DeadlockError(LocalError):
@@ -23,35 +23,29 @@ class DeadlockError(LocalError):
 
 def describe(waiting: Iterable[Thread], here: Thread) -> str:
     """Say who waits where: threads, and coroutines in asyncio loops."""
-    frames = sys._current_frames()  # noqa: SLF001 - public in all but name, says its documentation
     lines = ['everything waits and nothing is due, so no wait would ever end:']
-    for thread in [here, *waiting]:
-        frame = frames.get(thread.ident or 0)
-        lines.append(f"  thread '{thread.name}' waits{_where(frame)}")
-    lines += [f"  coroutine '{name}' waits{_where(frame)}" for name, frame in _coroutines()]
+    lines += [f"  thread '{name}' waits{_shown(places)}" for name, places in _threads([here, *waiting])]
+    lines += [f"  coroutine '{name}' waits{_shown(places)}" for name, places in _coroutines()]
     lines.append('give the wait a timeout, or let something end it')
     return '\n'.join(lines)
 
 
 def describe_stall(running: Iterable[Thread], seconds: float) -> str:
     """Say which threads keep the others waiting, and where they are."""
-    frames = sys._current_frames()  # noqa: SLF001
     lines = [
         f'virtual time has stood still for {seconds:g} s of real time, since somebody is busy elsewhere:'
     ]
-    lines += [f"  thread '{thread.name}' is at{_where(frames.get(thread.ident or 0))}" for thread in running]
+    lines += [f"  thread '{name}' is at{_shown(places)}" for name, places in _threads(running)]
     lines.append(
         'it blocks in the real world (a socket, a process, a lock made before the clock), or computes'
     )
     return '\n'.join(lines)
 
 
-def _where(frame: FrameType | None) -> str:
-    if frame is None:
-        return ', not yet begun'
-    entries = traceback.extract_stack(frame)
-    own = [entry for entry in entries if not _is_machinery(entry.filename)] or entries
-    return ''.join(f'\n    {entry.filename}:{entry.lineno} in {entry.name}' for entry in own[-_FRAMES:][::-1])
+def _shown(places: StackSummary) -> str:
+    """The innermost places, which are the last, outside the library and Python's own where there are any."""
+    own = [place for place in places if not _is_machinery(place.filename)] or places
+    return ''.join(f'\n    {place.filename}:{place.lineno} in {place.name}' for place in own[-_SHOWN:][::-1])
 
 
 def _is_machinery(path: str) -> bool:
@@ -59,17 +53,39 @@ def _is_machinery(path: str) -> bool:
     return '/goalwire/' in path or '/pytest' in path or '/lib/python' in path or path.startswith('<')
 
 
-def _coroutines() -> list[tuple[str, FrameType]]:
-    """The asyncio tasks that have begun and wait, wherever their loop is."""
+def _threads(threads: Iterable[Thread]) -> list[tuple[str, StackSummary]]:
+    frames = sys._current_frames()  # noqa: SLF001 - public in all but name, says its documentation
+    found = []
+    for thread in threads:
+        frame = frames.get(thread.ident or 0)
+        places = StackSummary() if frame is None else StackSummary.extract(walk_stack(frame))
+        places.reverse()
+        found.append((thread.name, places))
+    return found
+
+
+def _coroutines() -> list[tuple[str, StackSummary]]:
+    """The asyncio tasks that wait, wherever their loop is, with what each awaits."""
     asyncio = sys.modules.get('asyncio')
     if asyncio is None:
         return []
     import gc
 
-    found: list[tuple[str, FrameType]] = []
     tasks: list[Any] = [each for each in gc.get_objects() if isinstance(each, asyncio.Task)]
+    found = []
     for task in tasks:
-        stack = [] if task.done() else task.get_stack()
-        if stack:
-            found.append((task.get_coro().__qualname__, stack[-1]))
+        frames = [] if task.done() else _frames_of(task.get_coro())
+        if frames:
+            places = StackSummary.extract((frame, frame.f_lineno) for frame in frames)
+            own = [place.name for place in places if not _is_machinery(place.filename)]
+            found.append((own[0] if own else places[0].name, places))
     return found
+
+
+def _frames_of(coroutine: Any) -> list[FrameType]:
+    """A coroutine and those that it awaits, the outermost first."""
+    frames = []
+    while frame := getattr(coroutine, 'cr_frame', None):
+        frames.append(frame)
+        coroutine = coroutine.cr_await
+    return frames
