@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     from goalwire.errors import ServerStuckError as ServerStuckError
     from goalwire.errors import TooManyCallsError as TooManyCallsError
     from goalwire.protocol.goals.policy import GoalPolicy as GoalPolicy
-    from goalwire.protocol.goals.policy import OnClientLost as OnClientLost
     from goalwire.protocol.goals.policy import parallel as parallel
     from goalwire.protocol.goals.policy import preempt as preempt
     from goalwire.protocol.goals.policy import queue as queue
@@ -57,7 +56,7 @@ _NAMES = {
         'CallError DeadlineError GoalAborted GoalCanceled GoalFailed GoalRefused GoalwireError NoServerError '
         'RefusedError ServerFailedError ServerLostError ServerStuckError TooManyCallsError'
     ),
-    'goalwire.protocol.goals.policy': 'GoalPolicy OnClientLost parallel preempt queue single',
+    'goalwire.protocol.goals.policy': 'GoalPolicy parallel preempt queue single',
     'goalwire.protocol.qos': 'DurabilityPolicy HistoryPolicy LivelinessPolicy QoS ReliabilityPolicy',
     'goalwire.protocol.retries': 'CallAttempt Retry',
 }

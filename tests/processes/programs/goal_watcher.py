@@ -6,6 +6,7 @@ What it does when clients go is its argument. A goal of order 1 is accepted when
 import asyncio
 import sys
 import time
+from typing import Any
 
 from example_interfaces.action import Fibonacci
 
@@ -31,8 +32,8 @@ async def execute(goal: 'goalwire.Goal[Fibonacci.Goal, Fibonacci.Feedback]') -> 
 
 async def main() -> None:
     async with goalwire.Node('watcher') as node:
-        on_client_lost: goalwire.OnClientLost = sys.argv[1]  # type: ignore[assignment]
-        node.action_server(Fibonacci, 'watched', execute, accept=accept, on_client_lost=on_client_lost)
+        choice: Any = sys.argv[1]
+        node.action_server(Fibonacci, 'watched', execute, accept=accept, on_client_lost=choice)
         print('ready', flush=True)
         await asyncio.Event().wait()
 
