@@ -293,7 +293,7 @@ def test_a_server_that_is_silent_too_long_counts_as_stuck(play: Play) -> None:
 
 def test_a_server_that_gives_feedback_is_not_stuck(play: Play) -> None:
     async def work(goal: Taken) -> Fibonacci.Result:
-        for step in range(6):
+        for step in range(12):
             await asyncio.sleep(0.05)
             goal.feedback(sequence=[step])
         return Fibonacci.Result(sequence=[6])
@@ -301,7 +301,7 @@ def test_a_server_that_gives_feedback_is_not_stuck(play: Play) -> None:
     async def scenario() -> None:
         async with goalwire.Node('node') as node:
             node.action_server(Fibonacci, 'job', work)
-            result = await node.action(Fibonacci, 'job').call(heartbeat=0.2, timeout=IN_TIME)
+            result = await node.action(Fibonacci, 'job').call(heartbeat=0.4, timeout=IN_TIME)
             assert list(result.sequence) == [6]
 
     play(scenario)
@@ -313,8 +313,8 @@ def test_a_goal_that_waits_for_its_turn_is_not_stuck(play: Play) -> None:
         async with goalwire.Node('node') as node:
             node.action_server(Fibonacci, 'job', jobs, policy=goalwire.queue(1))
             client = node.action(Fibonacci, 'job')
-            async with client.send(order=1) as first, client.send(order=2, heartbeat=0.05) as second:
-                await asyncio.sleep(0.15)
+            async with client.send(order=1) as first, client.send(order=2, heartbeat=0.3) as second:
+                await asyncio.sleep(0.4)
                 assert second.status is GoalStatus.ACCEPTED
                 jobs.finish(1)
                 assert await settled(first) == 'done [1]'
