@@ -10,7 +10,7 @@ from _thread import allocate_lock
 from typing import TYPE_CHECKING, Protocol
 
 from goalwire.entities.exceptions import ShutDownError
-from goalwire.errors import DeadlineError, NoServerError
+from goalwire.errors import ClosedError, DeadlineError, NoServerError
 from goalwire.execution.agenda import Alarm
 from goalwire.protocol import reasons
 
@@ -120,7 +120,15 @@ class Guard:
         terms = self.terms
         if not terms.context.ok():
             self.fail(ShutDownError(terms.title))
-        elif self in self.line or not self._was_sent:
+        elif self._lacks_server():
             self.fail(terms.error(NoServerError, 'no server came'))
         else:
             self.fail(terms.error(DeadlineError, 'no answer came in time'))
+
+    def _lacks_server(self) -> bool:
+        if self._was_sent:
+            return self in self.line  # to be sent again
+        try:
+            return not self.line.is_there()
+        except ClosedError:
+            return True

@@ -35,6 +35,10 @@ class Alarms:
         self._thread: threading.Thread | None = None
         self._watch: Watch | None = None
 
+    def __len__(self) -> int:
+        """How many alarms are kept, some of which may have been dropped."""
+        return len(self._agenda.heap)
+
     def set(self, alarm: Alarm, due: int) -> None:
         """Let `alarm` ring at `due`, instead of any time set before. Any thread."""
         if self._thread is None:
