@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import json
+import os
+import signal
 import subprocess
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from dataclasses import dataclass, field
 from statistics import median
 from typing import TypeAlias
@@ -58,20 +61,29 @@ def run(subject: Subject, line: Line, *arguments: object) -> Figures | None:
     if not command:
         return None
     env = {**isolated_env(subject.transport), **subject.env}
-    env.pop(
-        'PYTHONDONTWRITEBYTECODE', None
-    )  # to compile everything anew is half of a start
+    env.pop('PYTHONDONTWRITEBYTECODE', None)  # to compile everything anew is half of a start
+    process = subprocess.Popen(
+        command, cwd=ROOT, env=env, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        start_new_session=True,
+    )  # fmt: skip
     try:
-        done = subprocess.run(
-            command, cwd=ROOT, env=env, capture_output=True, text=True, timeout=TOO_LONG_S, check=False
-        )
+        output, errors = process.communicate(timeout=TOO_LONG_S)
     except subprocess.TimeoutExpired:
         raise Failed(f'{subject.name}: not done after {TOO_LONG_S:.0f} s') from None
-    if done.returncode:
-        last_words = ''.join(done.stderr.strip().splitlines()[-1:])
-        raise Failed(f'{subject.name}: {last_words or f"exit code {done.returncode}"}')
-    figures: Figures = json.loads(done.stdout)
+    finally:
+        _end_group(process)
+    if process.returncode:
+        last_words = ''.join(errors.strip().splitlines()[-1:])
+        raise Failed(f'{subject.name}: {last_words or f"exit code {process.returncode}"}')
+    figures: Figures = json.loads(output)
     return figures
+
+
+def _end_group(process: subprocess.Popen[str]) -> None:
+    """End a program and its partners, whatever they are in the middle of."""
+    with suppress(ProcessLookupError):
+        os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
 
 
 def measure(
