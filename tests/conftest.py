@@ -11,7 +11,7 @@ from typing import TypeAlias
 import pytest
 from helpers.isolation import claim_slot, isolated_env, log_directory
 from helpers.leaks import Inventory
-from helpers.wires import TRANSPORTS, require_wire
+from helpers.wires import DDS, TRANSPORTS, require_wire
 
 from goalwire.transport import registry
 from goalwire.transport.contract import Session, SessionOptions
@@ -41,10 +41,23 @@ def _open_memory_sessions() -> int:
     return module.BUSES.users() if module else 0
 
 
-@pytest.fixture(params=TRANSPORTS)
-def transport_name(request: pytest.FixtureRequest) -> str:
-    """Each transport in turn, by its RMW_IMPLEMENTATION name, but for those that the test is marked with."""
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    """Choose the wires of a scenario for all of them; DDS is among them where it is marked so."""
+    if 'wire' in metafunc.fixturenames:
+        also = {DDS} if metafunc.definition.get_closest_marker('also_on_dds') else set()
+        metafunc.parametrize('wire', sorted({*TRANSPORTS, *also}), indirect=True)
+
+
+@pytest.fixture
+def wire(request: pytest.FixtureRequest) -> str:
+    """One wire, where the test is not marked as different on it."""
     return require_wire(request)
+
+
+@pytest.fixture
+def transport_name(wire: str) -> str:
+    """Each transport in turn, by its RMW_IMPLEMENTATION name; folders and modules may choose others."""
+    return wire
 
 
 @pytest.fixture

@@ -22,6 +22,8 @@ from goalwire.errors import (
 )
 from goalwire.logging import add_sink
 
+pytestmark = pytest.mark.also_on_dds
+
 
 async def switch(request: SetBool.Request) -> SetBool.Response:
     await asyncio.sleep(0)

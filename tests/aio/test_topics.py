@@ -13,6 +13,8 @@ import goalwire
 from goalwire.errors import DeadlineError, EncodeError, InvalidHandle
 from goalwire.logging import add_sink
 
+pytestmark = pytest.mark.also_on_dds
+
 
 def test_messages_come_in_order(play: Play) -> None:
     async def scenario() -> None:

@@ -11,7 +11,12 @@ from goalwire.transport.dds.library import find_library
 
 DDS = 'rmw_cyclonedds_cpp'
 TRANSPORTS = os.environ.get('GOALWIRE_TEST_TRANSPORTS', 'goalwire_memory,rmw_zenoh_cpp').split(',')
-"""The wires of most scenarios. All of them on DDS too: GOALWIRE_TEST_TRANSPORTS=rmw_cyclonedds_cpp."""
+"""The wires of most scenarios.
+
+On DDS too run the contract of all wires (tests/transport) and the modules marked `also_on_dds`, which between
+them use all that a wire does. All scenarios: GOALWIRE_TEST_TRANSPORTS=rmw_cyclonedds_cpp; all programs:
+GOALWIRE_TEST_NETWORK=rmw_cyclonedds_cpp.
+"""
 
 
 def require_wire(request: pytest.FixtureRequest) -> str:

@@ -26,6 +26,8 @@ from goalwire.errors import EncodeError, WouldDeadlockError
 from goalwire.execution.inbox import Inbox
 from goalwire.protocol.goals.client import GoalIdTaken
 
+pytestmark = pytest.mark.also_on_dds
+
 T = TypeVar('T')
 
 Handle = ServerGoalHandle

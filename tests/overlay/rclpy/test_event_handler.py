@@ -39,6 +39,8 @@ from goalwire.logging.dispatch import add_sink
 from goalwire.logging.record import LogRecord
 from goalwire.transport.contract import Sample
 
+pytestmark = pytest.mark.also_on_dds
+
 BEST_EFFORT = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 RELIABLE = QoSProfile(depth=1)
 MATCHED = QoSPublisherEventType.RCL_PUBLISHER_MATCHED

@@ -26,6 +26,8 @@ from std_msgs.msg import String
 
 from goalwire.entities.exceptions import RCLError
 
+pytestmark = pytest.mark.also_on_dds
+
 ADD = ['example_interfaces/srv/AddTwoInts']
 CHAT = ['std_msgs/msg/String']
 FIBONACCI = ['example_interfaces/action/Fibonacci']

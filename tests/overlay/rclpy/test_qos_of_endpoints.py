@@ -21,6 +21,8 @@ from std_msgs.msg import String
 
 from goalwire.entities.exceptions import RCLError
 
+pytestmark = pytest.mark.also_on_dds
+
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 

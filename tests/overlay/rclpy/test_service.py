@@ -21,6 +21,8 @@ from std_srvs.srv import Trigger
 
 from goalwire.errors import EncodeError
 
+pytestmark = pytest.mark.also_on_dds
+
 Request, Response = AddTwoInts.Request, AddTwoInts.Response
 
 

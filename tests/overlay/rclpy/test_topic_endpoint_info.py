@@ -5,6 +5,8 @@ from rclpy.qos import QoSProfile, qos_profile_unknown
 from rclpy.topic_endpoint_info import TopicEndpointInfo, TopicEndpointTypeEnum
 from rclpy.type_hash import TypeHash
 
+pytestmark = pytest.mark.also_on_dds
+
 
 def test_an_endpoint_is_printed_as_ros2_topic_info_does() -> None:
     info = TopicEndpointInfo(

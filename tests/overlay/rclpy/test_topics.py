@@ -21,6 +21,8 @@ from std_srvs.srv import SetBool
 
 from goalwire.errors import EncodeError
 
+pytestmark = pytest.mark.also_on_dds
+
 
 def meet(publisher: Publisher[Any], subscription: Subscription[Any], context: Context) -> None:
     wait_until(
