@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import os
-import sys
 import threading
 import time
 from collections.abc import Callable
@@ -69,62 +67,6 @@ def test_a_node_that_is_there_is_spun_with_the_executor_that_is_wanted(graph: Gr
     rclpy.shutdown()
 
 
-def test_a_program_runs_with_its_arguments_until_the_end_of_the_block(clock: VirtualClock) -> None:
-    ended = []
-
-    def main() -> None:
-        rclpy.init()
-        try:
-            rclpy.spin(rclpy.create_node('worker'))
-        except rclpy.executors.ExternalShutdownException:
-            ended.append(True)
-
-    before = sys.argv
-    with Graph() as graph:
-        program = graph.run(main, '--ros-args', '-r', '__node:=renamed', node='renamed')
-        running = [program.running]
-        assert sys.argv == [program.name, '--ros-args', '-r', '__node:=renamed']
-    running.append(program.running)
-    assert running == [True, False]
-    assert sys.argv is before
-    assert ended == [True]
-
-
-def test_a_program_that_ends_tells_what_it_returned_or_raised(graph: Graph) -> None:
-    def leave() -> None:
-        time.sleep(1.0)
-        raise SystemExit(3)
-
-    def fail() -> None:
-        raise ValueError('boom')
-
-    assert graph.run(lambda: 'done').wait() == 'done'
-    assert graph.run(leave).wait() == 3
-    with pytest.raises(ValueError, match='boom'):
-        graph.run(fail).wait()
-    slow = graph.run(lambda: time.sleep(20.0))
-    with pytest.raises(AssertionError, match='did not end within 10 s'):
-        slow.wait(timeout=10.0)
-    slow.wait(timeout=20.0)
-
-
-def test_a_program_of_asyncio_is_cancelled_at_the_end(clock: VirtualClock) -> None:
-    cleaned_up = []
-
-    async def main() -> None:
-        async with goalwire.Node('worker') as node:
-            node.service(SetBool, 'set', lambda _: SetBool.Response(success=True))
-            try:
-                await asyncio.Event().wait()
-            finally:
-                cleaned_up.append(True)
-
-    with Graph() as graph:
-        graph.run(main, node='worker')
-        assert graph.call(SetBool, 'set').success
-    assert cleaned_up == [True]
-
-
 def test_both_fronts_and_nodes_of_the_graph_meet(graph: Graph) -> None:
     async def play() -> int:
         async with graph.node('client') as one, goalwire.Node('other') as other:
@@ -168,25 +110,6 @@ def test_two_graphs_do_not_see_each_other(clock: VirtualClock) -> None:
             assert other.domain != one.domain
             assert other.nodes() == []
         assert one.nodes() == ['/fake_set']
-
-
-def test_the_environment_is_that_of_the_graph_and_then_again_as_before(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setenv('ROS_DOMAIN_ID', '7')
-    monkeypatch.setenv('ZENOH_CONFIG_OVERRIDE', 'mode="client"')
-    before = dict(os.environ)
-    with Graph('zenoh') as graph:
-        assert os.environ['ROS_DOMAIN_ID'] == str(graph.domain) != '7'
-        assert 'ZENOH_CONFIG_OVERRIDE' not in os.environ
-        assert graph.environment.items() <= os.environ.items()
-        assert graph.environment['RMW_IMPLEMENTATION'] == 'rmw_zenoh_cpp'
-    assert dict(os.environ) == before
-
-
-def test_an_unknown_transport_is_refused() -> None:
-    with pytest.raises(LocalError, match="'pigeon'; choose memory, zenoh, dds"), Graph('pigeon'):
-        pass
 
 
 @pytest.mark.parametrize('transport', TRANSPORTS)

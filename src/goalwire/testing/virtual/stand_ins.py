@@ -10,7 +10,7 @@ import queue
 import selectors
 import threading
 import time
-from typing import TYPE_CHECKING, Any, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, SupportsIndex, TypeAlias, cast
 from weakref import WeakKeyDictionary
 
 from goalwire.testing.virtual.scheduler import never
@@ -80,14 +80,19 @@ def _clock(real: Callable[[], Any], *, system: bool, nanoseconds: bool) -> Calla
     return tell
 
 
-def sleep(seconds: float, /) -> None:
+def _whole(seconds: SupportsIndex) -> int:
+    return seconds.__index__() if hasattr(seconds, '__index__') else -1
+
+
+def sleep(seconds: float | SupportsIndex, /) -> None:
     """Let virtual time pass."""
     found = _here()
-    if found is None or seconds < 0:
-        _real_sleep(seconds)
+    wanted = seconds if isinstance(seconds, float) else _whole(seconds)
+    if found is None or wanted < 0:
+        _real_sleep(seconds)  # which refuses what is no time
         return
     scheduler, member = found
-    deadline = _deadline(scheduler, seconds)
+    deadline = _deadline(scheduler, wanted)
     if scheduler.wait(member, never, deadline) is None:
         _real_sleep(_left(scheduler, deadline))
 
@@ -106,11 +111,13 @@ class Lock:
     def acquire(self, blocking: bool = True, timeout: float = -1) -> bool:
         """As threading.Lock's."""
         take = self._lock.acquire
+        if not blocking or (timeout < 0 and timeout != -1):
+            return bool(take(blocking, timeout))
         if take(False):
             return True
         found = _here()
-        if found is None or not blocking or (timeout < 0 and timeout != -1):
-            return bool(take(blocking, timeout))
+        if found is None:
+            return bool(take(True, timeout))
         scheduler, member = found
         deadline = None if timeout == -1 else _deadline(scheduler, timeout)
         got = scheduler.wait(member, lambda: take(False), deadline)
