@@ -29,6 +29,7 @@ from goalwire.transport.dds.client import DdsClient
 from goalwire.transport.dds.names import DISCOVERY_TOPIC, DISCOVERY_TYPE, Role, dds_topic, dds_type
 from goalwire.transport.dds.qos import read_user_data
 from goalwire.transport.dds.service import DdsService
+from goalwire.transport.dds.service_header import Header, unwrap, wrap
 from goalwire.transport.dds.session import DdsSession
 from goalwire.transport.dds.user_data import decode_endpoint
 from goalwire.transport.dds.wire import Reader, Writer
@@ -259,3 +260,33 @@ def test_each_end_of_a_service_announces_the_hash_of_what_it_carries(dds_sides: 
     announced = [hash_opposite(end) for end in (server.reader, client._writer, server._writer, client.reader)]
     assert announced == [HASH, HASH, OTHER_HASH, OTHER_HASH]
     assert {seen.type_hash for seen in alpha.graph.expect(EndpointKind.SERVICE, '/add')} == {''}
+
+
+def test_a_client_that_does_not_know_refusals_is_sent_none(dds_sides: Sides, stranger: Stranger) -> None:
+    """One of stock ROS 2: its call ends when the server goes, as there."""
+    asked: Collector[Request] = Collector()
+    dds_sides[0].service('/add', asked)
+    writer = stranger.writer(dds_topic(Role.REQUEST, '/add'), dds_type(Role.REQUEST, ADD))
+    reader = stranger.reader(dds_topic(Role.REPLY, '/add'), dds_type(Role.REPLY, ADD))
+    for sequence in (1, 2):
+        assert writer.write(wrap(Header(writer.instance, sequence), message(b'request'))) == 0
+    first, second = asked.expect(2)
+    first.drop('no time')
+    second.reply(b'an answer')
+    _, taken = reader.take()
+    assert [unwrap(each.payload)[0] for each in taken] == [Header(writer.instance, 2)]
+
+
+def test_a_refusal_bears_the_id_of_the_client_that_it_is_for(dds_sides: Sides, stranger: Stranger) -> None:
+    """So a client of stock ROS 2, which gets it too, drops it."""
+    alpha, beta = dds_sides
+    reader = stranger.reader(dds_topic(Role.REPLY, '/add'), dds_type(Role.REPLY, ADD))
+    beta.service('/add', lambda request: request.drop('no time'))
+    client, answers = alpha.client('/add'), Answers()
+    alpha.expect_server(client, '/add')
+    answers.ask(client)
+    answers.expect(replies=0)
+    assert answers.reasons == ['no time']
+    _, taken = reader.take()
+    assert isinstance(client.port, DdsClient)
+    assert [unwrap(each.payload)[0] for each in taken] == [Header(client.port._writer.instance, -1)]
