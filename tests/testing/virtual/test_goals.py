@@ -9,6 +9,7 @@ from collections.abc import Callable
 import pytest
 import rclpy
 from example_interfaces.action import Fibonacci
+from helpers.robot import ROOT
 from rclpy.action import ActionClient, ActionServer
 from rclpy.action.server import ServerGoalHandle
 from rclpy.executors import Executor, MultiThreadedExecutor, SingleThreadedExecutor
@@ -132,3 +133,27 @@ def test_a_goal_of_half_a_minute_takes_milliseconds_and_goes_the_same_way_each_t
         took.append(time.process_time() - began)
         assert trace == expected
     assert min(took) < limit
+
+
+def _humanoid(clock: VirtualClock) -> list[tuple[float, float]]:
+    """The robot's own server and client: when each feedback came, and what was left to drive."""
+    from humanoid.mission.robot import Robot
+    from humanoid.navigation.server import NavigationActionServer
+
+    with Graph() as graph:
+        graph.start(NavigationActionServer)
+        with Robot() as robot, robot.drive(4.0, 0.0, allowed=30.0, timeout=60.0) as run:
+            trace = [(clock.elapsed, feedback.distance_remaining) for feedback in run.feedback()]
+        assert run.status == 'SUCCEEDED'
+        return [*trace, (clock.elapsed, 0.0)]
+
+
+def test_the_humanoid_drives_the_same_way_fifty_times(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv('GOALWIRE_INTERFACE_PATH', str(ROOT / 'robot'))
+    traces = set()
+    for _ in range(50):
+        with VirtualClock() as clock:
+            traces.add(tuple(_humanoid(clock)))
+    [trace] = traces
+    assert len(trace) == pytest.approx(51, abs=2)
+    assert trace[-1][0] == pytest.approx(5.0, abs=0.1)
