@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import os
 import queue
 import subprocess
 import sys
@@ -247,3 +248,16 @@ def test_an_error_of_a_thread_does_not_stop_time(
     time.sleep(1.0)
     assert clock.elapsed == 2.0
     assert str(reported[0].exc_value) == 'boom'
+
+
+@pytest.mark.skipif(not hasattr(os, 'fork'), reason='no fork here')
+def test_a_forked_child_lives_in_real_time(clock: VirtualClock) -> None:
+    time.sleep(1e6)
+    virtual = time.monotonic()
+    child = os.fork()
+    if not child:
+        began = time.monotonic()
+        time.sleep(0.01)
+        os._exit(0 if 0.01 <= time.monotonic() - began < 10.0 and abs(began - virtual) > 1.0 else 1)
+    assert os.waitpid(child, 0)[1] == 0
+    assert clock.elapsed == 1e6

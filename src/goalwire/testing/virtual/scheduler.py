@@ -210,6 +210,7 @@ class Scheduler:
 
     def close(self) -> None:
         """End this time. Whoever waits goes on in real time."""
+        self._owner.busy = True
         with self._lock:
             self.closed = True
             for member in tuple(self._waiting):

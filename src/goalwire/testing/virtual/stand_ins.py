@@ -6,6 +6,7 @@ it does no harm where a module keeps one for longer.
 
 from __future__ import annotations
 
+import os
 import queue
 import selectors
 import threading
@@ -41,6 +42,15 @@ class Running:
     scheduler: Scheduler | None = None
     epoch_ns = 0
     """System time minus steady time."""
+
+
+def _forget_in_child() -> None:
+    """After fork: none of the threads that would have to wait is there."""
+    Running.scheduler = None
+
+
+if hasattr(os, 'register_at_fork'):
+    os.register_at_fork(after_in_child=_forget_in_child)
 
 
 def _here() -> tuple[Scheduler, Member] | None:
@@ -158,10 +168,10 @@ def start(thread: threading.Thread) -> None:
         _real_start(thread)
         return
     scheduler, starter = found
-    if thread.name not in OUTSIDE:
-        _enrol(thread, scheduler)
-    starter.busy = True  # until it lives, which takes real time
+    starter.busy = True  # until the other one lives, which takes real time
     try:
+        if thread.name not in OUTSIDE:
+            _enrol(thread, scheduler)
         _real_start(thread)
     except BaseException:
         if thread in _members:
