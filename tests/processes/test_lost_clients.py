@@ -22,16 +22,16 @@ WITHIN_S = {ZENOH: 1.0, DDS: LEASE_S + 1.0}
 
 
 @pytest.fixture
-def wire(request: pytest.FixtureRequest) -> str:
+def network(request: pytest.FixtureRequest) -> str:
     name: str = request.param
     require(name)
     return name
 
 
 @pytest.fixture
-def start(wire: str) -> Iterator[Start]:
+def start(network: str) -> Iterator[Start]:
     """A function that starts a program in a world of its own on each wire between processes."""
-    with programs_in(isolated_env(wire) | {'CYCLONEDDS_URI': SHORT_LEASE}) as start:
+    with programs_in(isolated_env(network) | {'CYCLONEDDS_URI': SHORT_LEASE}) as start:
         yield start
 
 
@@ -50,9 +50,9 @@ def kill(program: Program) -> float:
 
 
 @pytest.mark.parametrize(
-    ('wire', 'choice'), [(ZENOH, 'cancel'), (ZENOH, 'abort'), (DDS, 'cancel')], indirect=['wire']
+    ('network', 'choice'), [(ZENOH, 'cancel'), (ZENOH, 'abort'), (DDS, 'cancel')], indirect=['network']
 )
-def test_the_goals_of_a_client_that_was_killed_end_soon(start: Start, wire: str, choice: str) -> None:
+def test_the_goals_of_a_client_that_was_killed_end_soon(start: Start, network: str, choice: str) -> None:
     server = serve(start, choice)
     victim = start('goal_sender', 7)
     server.expect('began 7')
@@ -60,13 +60,13 @@ def test_the_goals_of_a_client_that_was_killed_end_soon(start: Start, wire: str,
     server.expect('began 8')
     killed_at = kill(victim)
     ended_at = float(server.expect(r'ended 7 at ([\d.]+)').group(1))
-    assert ended_at - killed_at < WITHIN_S[wire]
+    assert ended_at - killed_at < WITHIN_S[network]
     assert 'ended 8' not in server.output
     other.kill()
     server.expect('ended 8')
 
 
-@pytest.mark.parametrize(('wire', 'choice'), [(ZENOH, 'cancel'), (DDS, 'abort')], indirect=['wire'])
+@pytest.mark.parametrize(('network', 'choice'), [(ZENOH, 'cancel'), (DDS, 'abort')], indirect=['network'])
 def test_a_client_that_is_killed_before_its_goal_is_accepted_leaves_no_goal_behind(
     start: Start, choice: str
 ) -> None:
