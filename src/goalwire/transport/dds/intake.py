@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from threading import Lock, get_ident
 
-from goalwire.transport.dds.wire import BATCH, Reader, Taken
+from goalwire.transport.dds.wire import Reader, Taken
 from goalwire.transport.failures import report_failure
 
 PATIENCE_S = 0.1
@@ -30,25 +30,26 @@ class Intake:
         self._deliverer = 0
 
     def drain(self) -> None:
-        """Deliver what is there, unless another thread is at it."""
+        """Deliver some of what is there, unless another thread is at it; the waitset tells of the rest."""
         if self._turn.acquire(blocking=False):
-            self._take_turn()
+            self._take_turn(takes_all=False)
 
     def drain_own(self) -> None:
         """Deliver what this thread has written, after what another one is just delivering."""
         if self._turn.acquire(blocking=False):
-            self._take_turn()
+            self._take_turn(takes_all=True)
             return
         is_ours = self._deliverer == get_ident()  # further up: it takes this one too
         if not is_ours and self._turn.acquire(timeout=PATIENCE_S):
-            self._take_turn()
+            self._take_turn(takes_all=True)
 
-    def _take_turn(self) -> None:
+    def _take_turn(self, *, takes_all: bool) -> None:
         self._deliverer = get_ident()
+        reader = self.reader
         try:
-            count = BATCH
-            while count == BATCH:
-                count, messages = self.reader.take()
+            while True:
+                wanted = reader.at_once
+                count, messages = reader.take()
                 for message in messages:
                     if self.closed:
                         return
@@ -56,6 +57,8 @@ class Intake:
                         self._handle(message)
                     except Exception as error:
                         report_failure(self._title, error)
+                if count < wanted or not takes_all:
+                    return
         finally:
             self._deliverer = 0
             self._turn.release()

@@ -61,7 +61,7 @@ class _Scratch(threading.local):
     def __init__(self) -> None:
         self.samples = (c_void_p * BATCH)()
         self.infos = (SampleInfo * BATCH)()
-        self.taking = addressof(self.samples), BATCH, addressof(self.infos), ANY_STATE
+        self.samples_address, self.infos_address = addressof(self.samples), addressof(self.infos)
         self.piece = Piece()
         self.room = (c_char * SMALL)()
         self.out = OutPiece()
@@ -217,13 +217,17 @@ class Reader:
             library.dds_delete(declared)
         check(library, self.handle, f"reader of '{topic}'")
         self._take = library.dds_takecdr
+        self.at_once = BATCH
+        """How many samples are taken at once. Large ones singly: what waits in the library costs no copy."""
         self.condition = library.dds_create_readcondition(self.handle, ANY_STATE)
         self.guid = guid_of(library, self.handle)
 
     def take(self) -> tuple[int, list[Taken]]:
-        """Take up to BATCH samples; return how many there were, and the messages among them."""
+        """Take up to `at_once` samples; return how many there were, and the messages among them."""
         scratch = _scratch
-        count = self._take(self.handle, *scratch.taking)
+        count = self._take(
+            self.handle, scratch.samples_address, self.at_once, scratch.infos_address, ANY_STATE
+        )
         taken = []
         if count > 0:
             library, samples, infos = self.library, scratch.samples, scratch.infos
@@ -231,8 +235,11 @@ class Reader:
                 sample = samples[index] or 0
                 valid, sent, publication = _read_info(infos, index * _INFO_SIZE)
                 if valid:
-                    taken.append(_taken((_content(library, sample), sent, publication)))
+                    payload = _content(library, sample)
+                    taken.append(_taken((payload, sent, publication)))
                 library.ddsi_serdata_unref(sample)
+            if taken:
+                self.at_once = BATCH if len(payload) < LARGE else 1
         return count, taken
 
     def delete(self) -> None:
