@@ -88,7 +88,8 @@ def main(*, accept: bool = False) -> int:
     """Measure, compare, and return the exit code."""
     measured = ratios()
     if accept:
-        EXPECTED.write_text(json.dumps(measured, indent=1) + '\n', encoding='utf-8')
+        rounded = {name: float(f'{ratio:.3g}') for name, ratio in measured.items()}
+        EXPECTED.write_text(json.dumps(rounded, indent=1) + '\n', encoding='utf-8')
     expected: dict[str, float] = json.loads(EXPECTED.read_text(encoding='utf-8'))
     slower = [name for name, ratio in measured.items() if ratio > expected[name] * BAND]
     for name, ratio in measured.items():
