@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import asyncio
+from contextlib import suppress
 
 import pytest
 from example_interfaces.action import Fibonacci
 from helpers.loops import run
 from helpers.outcomes import Outcomes
+from helpers.pending import left_pending
 from std_srvs.srv import Trigger
 
 import goalwire
+from goalwire.errors import ClosedError
 from goalwire.transport.faults import Kill, Point
 
 from .conftest import Evidence, MakeStage
@@ -74,3 +77,34 @@ def test_a_server_that_vanishes_fails_its_call_by_type_within_a_second(
     assert outcomes.slowest is not None
     assert outcomes.slowest < 1.0
     evidence(1, f'the server vanishes {when}', outcomes)
+
+
+def test_a_goal_that_does_not_end_when_its_client_leaves_it_leaves_nothing_there(
+    stage: MakeStage, evidence: Evidence
+) -> None:
+    outcomes = Outcomes()
+
+    async def hang(_: goalwire.Goal[Fibonacci.Goal, Fibonacci.Feedback]) -> Fibonacci.Result:
+        while not over.is_set():
+            with suppress(asyncio.CancelledError):
+                await over.wait()
+        return Fibonacci.Result()
+
+    over = asyncio.Event()
+
+    async def scenario() -> None:
+        async with stage() as (arm, mission, _):
+            arm.action_server(Fibonacci, 'hang', hang)
+            client = mission.action(Fibonacci, 'hang')
+            for _ in range(3):
+                with outcomes.counted():
+                    async with client.send(timeout=0.05, grace=0.05) as goal:
+                        await goal.result
+            assert left_pending(mission._open_core()) == {}
+            with pytest.raises(ClosedError):
+                await goal.result
+            over.set()
+
+    run(scenario())
+    assert outcomes.counts == {'DeadlineError': 3}
+    evidence(1, 'the server neither ends its goals nor lets them be cancelled', outcomes)

@@ -229,3 +229,17 @@ def test_tables_are_bounded() -> None:
     statistics = client.statistics()
     assert (statistics.unanswered, statistics.active, statistics.remembered) == (0, 0, REMEMBERED)
     assert client.on_feedback(goal_id, 'last') == [DeliverFeedback(goal_id, 'last')]
+
+
+def test_a_result_that_nobody_waits_for_any_more_is_given_up_with_the_last_who_did() -> None:
+    client = with_goal()
+    client.on_result_request(A, 'first')
+    client.on_result_request(A, 'second')
+    assert not client.on_result_given_up(A, 'first')
+    assert not client.on_result_given_up(A, 'first')
+    assert client.wants_result(A)
+    assert client.on_result_given_up(A, 'second')
+    assert not client.wants_result(A)
+    assert client.statistics().active == 0
+    assert client.on_status([(A, GoalStatus.EXECUTING)]) == [StatusChanged(A, GoalStatus.EXECUTING)]
+    assert client.on_result_request(A, 'third') == [RequestResult(A)]

@@ -178,6 +178,7 @@ class Run(Generic[ResultT, FeedbackT]):
             if self._answer is not None:
                 # Whatever comes of it, now or later, is looked at: nobody else will.
                 self._answer.add_waker(partial(_look_at, self._answer))
+                self._answer.cancel()  # where the goal goes on: nobody waits for its end any more
 
     # -- its end -------------------------------------------------------------------------------------------
 
@@ -241,6 +242,10 @@ class Run(Generic[ResultT, FeedbackT]):
             raise ClosedError("a run's result is there in its block: async with client.send(…) as run:")
         try:
             await attempt.settle(answer)
+            if answer.cancelled():
+                raise ClosedError(
+                    "a run's block was left while its goal went on: its result is not waited for"
+                )
             response: Any = answer.result()
         except CallError as error:
             raise attempt.retold(error) from None

@@ -17,7 +17,7 @@ from goalwire.codec import cdr
 from goalwire.entities.actions.client_goal import ClientGoal, ClientGoalHandle, FeedbackQueue
 from goalwire.entities.actions.endpoints import ActionQoS
 from goalwire.entities.actions.goal_ids import goal_id_bytes
-from goalwire.entities.actions.requests import LATE_S, ActionRequest, GoalRequest, RawFuture
+from goalwire.entities.actions.requests import LATE_S, ActionRequest, GoalRequest, RawFuture, ResultWait
 from goalwire.entities.client import NO_REASON, PENDING_LIMIT, REASONS_LIMIT, unanswered
 from goalwire.entities.endpoint import describe_endpoint
 from goalwire.entities.exceptions import InvalidHandle, ShutDownError
@@ -92,6 +92,8 @@ class ActionClientCore:
         self.call_timeout: float | None = None
         """s until a goal is accepted, or a cancel request answered; None: what the node says."""
         self._line: ServerLine | None = None
+        self._result_requests: dict[GoalId, int] = {}
+        """The numbers on the wire of the requests for results that are under way."""
         self._destroyed = False
         self._feedback = self._feedback_dropped = 0
         self._acceptances, self._durations = Latencies(), Latencies()
@@ -337,17 +339,30 @@ class ActionClientCore:
         self._check_alive()
         make = self.support.get_result.decode_response
         future = RawFuture(self, make, terms or self._terms_of_results())
+        future.request = ResultWait(self, goal_id, future)
         self._apply(self._reactor.on_result_request, goal_id, future)
         return future
 
+    def give_result_up(self, goal_id: GoalId, future: RawFuture) -> None:
+        """Complete this future no more. With the last one that waits for it the request is forgotten, too."""
+        with self._lock:
+            is_last = self._reactor.on_result_given_up(goal_id, future)
+            sequence = self._result_requests.pop(goal_id, 0) if is_last else 0
+        if is_last:
+            self._forget(goal_id)
+        if sequence:
+            self._result_port.forget(sequence)
+
     def _request_result(self, goal_id: GoalId) -> None:
-        answered = False
+        answered = ended = False
 
         def on_reply(sample: Sample) -> None:
             nonlocal answered
             if answered:
                 return
-            answered = True
+            with self._lock:
+                answered = True
+                self._result_requests.pop(goal_id, None)
             payload, reason = wire.split_reason(sample.payload)
             status = wire.status_of(payload)
             goal = self.goal(goal_id)
@@ -359,16 +374,28 @@ class ActionClientCore:
             self._advance(goal_id, status)
 
         def on_end(reason: str) -> None:
+            nonlocal ended
+            with self._lock:
+                ended = True
+                if not answered:
+                    self._result_requests.pop(goal_id, None)
             if not answered:
                 self._forget(goal_id)
                 self._apply(self._reactor.on_result_failed, goal_id, unanswered('result', reason))
                 self.report_lost('result', reason)
 
         try:
-            self.request(self._result_port, wire.encode_result_request(goal_id), on_reply, on_end)
+            payload = wire.encode_result_request(goal_id)
+            sequence = self.request(self._result_port, payload, on_reply, on_end)
         except BaseException:  # nothing was sent: the next who asks tries again
             self._apply(self._reactor.on_result_failed, goal_id, unanswered('result', ''))
             raise
+        with self._lock:
+            wanted = self._reactor.wants_result(goal_id)
+            if wanted and not (answered or ended):
+                self._result_requests[goal_id] = sequence
+        if not wanted:
+            self._result_port.forget(sequence)  # given up, or answered, before its number was known
 
     def cancel_goal(self, goal_id: GoalId, stamp_ns: int = 0, terms: CallTerms | None = None) -> Future[Any]:
         """Ask for cancellation; the future gives an action_msgs/srv/CancelGoal response."""
@@ -549,4 +576,5 @@ class ActionClientCore:
                 goal.feedback.close()
         self.requests.clear()
         self._goals.clear()
+        self._result_requests.clear()
         self._ended.clear()

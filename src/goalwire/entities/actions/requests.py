@@ -39,8 +39,8 @@ class RawFuture(Future[Any]):
         self._make = make
         self.terms = terms
         """What its errors tell; None: it stays pending where nobody answers."""
-        self.request: ActionRequest | None = None
-        """What was sent for it alone."""
+        self.request: ActionRequest | ResultWait | None = None
+        """What it waits for."""
 
     def cancel(self) -> None:
         """Give the answer up. A goal goes on, as in ROS 2."""
@@ -50,6 +50,19 @@ class RawFuture(Future[Any]):
 
     def _decode(self, raw: Any) -> Any:
         return self._make(raw)
+
+
+class ResultWait:
+    """One who waits for a goal's result; all who do share one request."""
+
+    def __init__(self, client: ActionClientCore, goal_id: bytes, future: RawFuture) -> None:
+        self._client = client
+        self._goal_id = goal_id
+        self._future = future
+
+    def forget(self) -> None:
+        """Wait no longer."""
+        self._client.give_result_up(self._goal_id, self._future)
 
 
 class ActionRequest:

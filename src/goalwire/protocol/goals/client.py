@@ -220,6 +220,20 @@ class GoalClient(Generic[FeedbackT, WaiterT, ResultT]):
         self._forget_if_over(goal_id, goal, at_any_status=True)
         return effects
 
+    def on_result_given_up(self, goal_id: GoalId, waiter: WaiterT) -> bool:
+        """One who wanted the result waits no longer; True where nobody is left for whom it was asked."""
+        goal = self._goals.get(goal_id)
+        if goal is None or waiter not in goal.waiters:
+            return False
+        goal.waiters.remove(waiter)
+        self._forget_if_over(goal_id, goal, at_any_status=True)
+        return not goal.waiters
+
+    def wants_result(self, goal_id: GoalId) -> bool:
+        """Whether somebody waits for a goal's result."""
+        goal = self._goals.get(goal_id)
+        return goal is not None and bool(goal.waiters)
+
     def on_close(self, error: Exception) -> list[ClientEffect[FeedbackT, WaiterT, ResultT]]:
         """The client goes away: [FailResult…] for all who wait."""
         waiters = [waiter for goal in self._goals.values() for waiter in goal.waiters]
