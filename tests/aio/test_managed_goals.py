@@ -135,6 +135,31 @@ def test_queued_goals_run_in_turn_and_one_that_is_cancelled_never_runs(play: Pla
     play(scenario)
 
 
+@pytest.mark.parametrize('policy', [goalwire.preempt(), goalwire.queue(9)])
+def test_of_goals_that_have_ended_in_whatever_way_nothing_is_left(
+    play: Play, policy: goalwire.GoalPolicy
+) -> None:
+    async def scenario() -> None:
+        jobs = Jobs()
+        async with goalwire.Node('node') as node:
+            server = node.action_server(Fibonacci, 'job', jobs, policy=policy, on_client_lost='abort')
+            client = node.action(Fibonacci, 'job')
+            async with client.send(order=1, timeout=IN_TIME) as first:
+                await jobs.began.get()
+                async with (
+                    client.send(order=2, timeout=IN_TIME),
+                    client.send(order=3, timeout=IN_TIME) as last,
+                ):
+                    await client.cancel_all_goals(timeout=IN_TIME)
+                    assert await settled(last) == await settled(first) == 'GoalCanceled'
+            counted = server.statistics().goals
+            assert (counted.canceled, counted.running, counted.waiting, counted.active) == (3, 0, 0, 0)
+            assert server._core._decisions.goal_ids() == []
+            assert server._core._executions == {}
+
+    play(scenario)
+
+
 def test_a_queued_goal_is_shown_as_accepted_then_as_executing(play: Play) -> None:
     async def scenario() -> None:
         jobs = Jobs()
