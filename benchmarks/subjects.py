@@ -13,6 +13,8 @@ from helpers.environments import CannotInstall
 
 from benchmarks import ROOT, stage
 from benchmarks.line import Line
+from goalwire.errors import TransportError
+from goalwire.transport.dds.library import find_library
 
 Program: TypeAlias = Callable[[Line], list[str]]
 """The module that does a line's work, and its first arguments; empty where there is none."""
@@ -63,6 +65,15 @@ PEER = 'rclpy on Fast DDS'
 
 RAW = {ZENOH.name: RAW_ZENOH.name, DDS.name: RAW_DDS.name}
 """The wire that each goalwire is held against: with the same settings."""
+
+
+def has_dds() -> bool:
+    """Whether the library of DDS is here; not every platform has a wheel of it."""
+    try:
+        find_library()
+    except TransportError:
+        return False
+    return True
 
 
 def everybody(*, peer: bool = True) -> tuple[list[Subject], str]:
