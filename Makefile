@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 RMW ?= rmw_zenoh_cpp
 EXTRA := $(if $(filter rmw_cyclonedds_cpp,$(RMW)),[dds])
 
-.PHONY: demo test quick lint types bench bench-curves bench-short clean
+.PHONY: demo test quick fuzz lint types bench bench-curves bench-short clean reliability
 
 demo: $(VENV)/.run-$(RMW)
 	RMW_IMPLEMENTATION=$(RMW) $(BIN)/humanoid demo
@@ -15,6 +15,10 @@ test: $(VENV)/.dev
 
 quick: $(VENV)/.dev
 	$(BIN)/python -m pytest -n auto -m 'not slow'
+
+fuzz: $(VENV)/.dev
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[fuzz]'
+	$(BIN)/python tests/fuzz --seconds $(or $(SECONDS),60)
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .
@@ -43,6 +47,9 @@ $(VENV)/.run-$(RMW): pyproject.toml robot/humanoid/setup.py | $(BIN)/python
 $(VENV)/.dev: pyproject.toml robot/humanoid/setup.py | $(BIN)/python
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]' ./robot/humanoid
 	@touch $@
+
+reliability: $(VENV)/.dev
+	$(BIN)/python tests/reliability/report.py
 
 clean:
 	rm -rf $(VENV) build dist .pytest_cache .mypy_cache .ruff_cache

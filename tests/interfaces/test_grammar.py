@@ -162,6 +162,7 @@ def test_empty_parts_of_services_and_actions_are_fine() -> None:
     ('text', 'line', 'column', 'problem'),
     [
         ('int32 a\nint32', 2, 1, "'int32' has no name after it"),
+        (' WORD = 1', 1, 2, "'WORD = 1' has no name"),
         ('int32 a\n\nint b', 3, 1, "'int' is no type .write int32."),
         ('Header header', None, None, None),
         ('time stamp', 1, 1, "'time' is no type .write builtin_interfaces/Time."),
@@ -176,6 +177,9 @@ def test_empty_parts_of_services_and_actions_are_fine() -> None:
         ('int32 check_fields', 1, 7, 'is taken by Python'),
         ('  int32 a\n  int32 a', 2, 9, "'a' is already defined in line 1"),
         ('int32 low=1', 1, 7, "'low' is no constant name"),
+        ('int32 BAD_=1', 1, 7, "'BAD_' is no constant name"),
+        ('int32 B__AD=1', 1, 7, "'B__AD' is no constant name"),
+        (f'int32 {"A" * 4000}a=1', 1, 7, 'is no constant name'),  # at once, not in 2**4000 steps
         ('int32[] X=1', 1, 1, 'only single values of primitive types'),
         ('Point X=1', 1, 1, 'only single values of primitive types'),
         ('int32 X=', 1, 9, 'constant X has no value'),

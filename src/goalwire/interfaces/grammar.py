@@ -28,7 +28,7 @@ from goalwire.records import record
 _PACKAGE = re.compile(r'(?!.*__)(?!.*_$)[a-z][a-z0-9_]*')
 _TYPE_NAME = re.compile(r'[A-Z][A-Za-z0-9]*')
 _FIELD_NAME = re.compile(r'(?!.*__)(?!.*_$)[a-z][a-z0-9_]*')
-_CONSTANT_NAME = re.compile(r'[A-Z](?:[A-Z0-9_]?[A-Z0-9]+)*')
+_CONSTANT_NAME = re.compile(r'[A-Z](?:_?[A-Z0-9])*')
 _LINE = re.compile(r'(\S+)(?:\s+([^\s=]+)\s*(=?)\s*(.*))?', re.DOTALL)
 _ARRAY = re.compile(r'(.*)\[([^\[\]]*)\]')
 _TAKEN = frozenset({'check_fields', 'get_fields_and_field_types'})
@@ -165,7 +165,8 @@ class _Message:
     def _definition(self, code: str, where: _Source) -> None:
         indent = len(code) - len(code.lstrip()) + 1
         match = _LINE.fullmatch(code.strip())
-        assert match is not None
+        if match is None:
+            raise where.error(indent, f'{code.strip()!r} has no name (write: type name, or type NAME=value)')
         type_text, name, equals, value = match.groups()
         if name is None:
             raise where.error(indent, f'{type_text!r} has no name after it (write: type name)')

@@ -1,0 +1,241 @@
+"""Everything that reads what others have written: bytes in, a value or one documented error out.
+
+A target gets any bytes. It returns where they are accepted and raises one of its `errors` where they are not;
+anything else that it raises is a find, as is what takes long or much memory. What is accepted must survive
+being written and read again, where there is a way to write it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import count
+
+from goalwire.codec import cdr
+from goalwire.entities.type_support import action_support, service_support
+from goalwire.errors import EncodeValueError, InterfaceError, RemoteError
+from goalwire.interfaces import get_action, get_interface, get_message, get_service, register_definitions
+from goalwire.interfaces.grammar import parse_action, parse_message, parse_service
+from goalwire.protocol.arguments import ArgumentError, UnknownArguments, parse_arguments
+from goalwire.protocol.goals import decode_status_array, wire
+from goalwire.protocol.names.lexer import RuleSyntaxError
+from goalwire.protocol.parameters.files import parse_parameter_file
+from goalwire.records import replace
+from goalwire.transport.dds import participant_info, service_header, user_data
+from goalwire.transport.zenoh import attachment, keyexpr, qos_text, tokens
+
+Errors = type[Exception] | tuple[type[Exception], ...]
+
+
+@dataclass(frozen=True)
+class Target:
+    """One reader: `seeds` are inputs that it accepts."""
+
+    name: str
+    read: Callable[[bytes], object]
+    errors: Errors
+    seeds: tuple[bytes, ...]
+
+    def __call__(self, data: bytes) -> bool:
+        """Return whether the reader accepts the bytes; raise what is neither acceptance nor good refusal."""
+        try:
+            self.read(data)
+        except self.errors as refusal:
+            if str(refusal).strip():
+                return False
+            raise RuntimeError('an error that says nothing') from refusal
+        return True
+
+
+# ---- definitions ----
+
+
+def text_of(data: bytes) -> str:
+    """Return the text of a definition file: its reader refuses what is no UTF-8 before the grammar."""
+    return data.decode(errors='replace')
+
+
+_packages = count()
+
+
+def build_classes(data: bytes) -> None:
+    """Register a message's text, make its class, write and read a message of it."""
+    package = f'fuzz{next(_packages)}_msgs'
+    register_definitions(package, {'msg/Fuzzed': text_of(data)})
+    cls = get_message(f'{package}/msg/Fuzzed')
+    message = cls()
+    assert repr(message)
+    assert cdr.decode(cdr.encode(message), cls) is not None
+
+
+def name_a_type(data: bytes) -> None:
+    """Ask for a type by any name: no file outside the packages' folders is ever looked at."""
+    get_interface(text_of(data))
+
+
+# ---- messages ----
+
+_CLASSES = (
+    get_message('sensor_msgs/msg/PointCloud2'),
+    get_message('rcl_interfaces/msg/ParameterEvent'),
+    get_message('visualization_msgs/msg/Marker'),
+    get_message('trajectory_msgs/msg/JointTrajectory'),
+    get_message('type_description_interfaces/msg/TypeDescription'),
+    get_message('std_msgs/msg/UInt8MultiArray'),
+    service_support(get_service('std_srvs/srv/SetBool')).response,
+    action_support(get_action('example_interfaces/action/Fibonacci')).feedback.cls,
+)
+
+
+def read_message(data: bytes) -> None:
+    """Read a message of a type that the first byte chooses; what is read is written, and read, the same."""
+    cls = _CLASSES[data[0] % len(_CLASSES)] if data else _CLASSES[0]
+    message: object = cdr.decode(data[1:], cls)
+    try:
+        again = cdr.encode(message)
+    except EncodeValueError as error:
+        if 'a string cannot contain a NUL' in str(error):
+            return  # peers in C++ can send one
+        raise
+    assert cdr.encode(cdr.decode(again, cls)) == again  # bytes, since nan is no equal of itself
+
+
+def _messages() -> tuple[bytes, ...]:
+    return tuple(bytes([number]) + cdr.encode(cls()) for number, cls in enumerate(_CLASSES))
+
+
+# ---- the wires ----
+
+
+def read_attachment(data: bytes) -> None:
+    """Of either form."""
+    sequence, stamp, gid = attachment.decode(data)
+    assert attachment.decode(attachment.encode(sequence, stamp, gid)) == (sequence, stamp, gid)
+
+
+def read_token(data: bytes) -> None:
+    """A liveliness token, with the QoS and the type in it."""
+    found = tokens.parse(text_of(data))
+    assert len(found.gid) == attachment.GID_SIZE
+
+
+def read_qos(data: bytes) -> None:
+    """What was read is written in the shortest form, which means the same."""
+    qos = qos_text.decode_qos(text_of(data))
+    if 'UNKNOWN' in {qos.reliability.name, qos.durability.name, qos.history.name, qos.liveliness.name}:
+        return  # no endpoint of ours has that
+    again = qos_text.decode_qos(qos_text.encode_qos(qos))
+    assert again == replace(qos, depth=qos_text.actual_depth(qos))
+
+
+def read_type(data: bytes) -> None:
+    """A type's name as tokens and DDS topics spell it."""
+    keyexpr.ros_type(text_of(data))
+
+
+def read_request(data: bytes) -> None:
+    """A request or reply over DDS."""
+    header, message = service_header.unwrap(data)
+    assert service_header.unwrap(service_header.wrap(header, message)) == (header, message)
+
+
+def read_user_data(data: bytes) -> None:
+    """What participants and endpoints say of themselves: anything is allowed."""
+    user_data.enclave_of(data)
+    user_data.decode_endpoint(data)
+
+
+def read_participant(data: bytes) -> None:
+    """ros_discovery_info, of either form."""
+    info = participant_info.decode(data)
+    assert participant_info.decode(participant_info.encode(info)).nodes == info.nodes
+
+
+def read_goals(data: bytes) -> None:
+    """Everything of an action that is read without its type."""
+    wire.status_of(data)
+    wire.is_acceptance(data)
+    wire.unwrap(data)
+    wire.decode_cancel_request(data)
+
+
+# ---- what users write ----
+
+
+def read_command_line(data: bytes) -> None:
+    """Arguments, one a line."""
+    parse_arguments(['--ros-args', *text_of(data).split('\n')])
+
+
+_TOKEN = (
+    b'@ros2_lv/0/aac3178e146ba6f1fc6e6a4085e77f21/0/10/MP/%/%/talker/%chatter/std_msgs::msg::dds_::String_/'
+    b'RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18/::,7:,:,:,,'
+)
+_MESSAGE = b"""# what it is
+std_msgs/Header header
+string<=20 name "what \\"is\\" it" # [m]
+int32[<=3] few [1, -2, 3]
+float64[4] all
+uint8 KIND=0x1F
+string WORD = a word
+"""
+_PARAMETERS = b"""/**:
+  ros__parameters:
+    speed: 1.5
+    names: [a, b]
+/arm/left:
+  ros__parameters: {limits: {low: -1, high: 0x10}, on: true, data: [1, 2, 3]}
+"""
+
+TARGETS = (
+    Target(
+        'message', lambda data: parse_message(text_of(data), 'fuzz_msgs', 'It'), InterfaceError, (_MESSAGE,)
+    ),
+    Target(
+        'service',
+        lambda data: parse_service(text_of(data), 'fuzz_msgs', 'It'),
+        InterfaceError,
+        (_MESSAGE + b'---\n' + _MESSAGE, b'---'),
+    ),
+    Target(
+        'action',
+        lambda data: parse_action(text_of(data), 'fuzz_msgs', 'It'),
+        InterfaceError,
+        (_MESSAGE + b'---\n---\n' + _MESSAGE, b'---\n---'),
+    ),
+    Target('classes', build_classes, InterfaceError, (_MESSAGE, b'')),
+    Target('type_name', name_a_type, InterfaceError, (b'std_msgs/msg/String', b'std_srvs/srv/SetBool')),
+    Target('cdr', read_message, RemoteError, _messages()),
+    Target(
+        'attachment',
+        read_attachment,
+        RemoteError,
+        (attachment.encode(3, 5, bytes(16)), bytes(16) + b'\x10' + bytes(16)),
+    ),
+    Target('token', read_token, RemoteError, (_TOKEN, b'@ros2_lv/0/aa/0/0/NN/%/%/talker')),
+    Target('qos', read_qos, RemoteError, (b'::,7:,:,:,,', b'2:1:2,100:1,5:0,7:3,3,4')),
+    Target('type', read_type, (), (b'std_msgs::msg::dds_::String_',)),
+    Target('request', read_request, RemoteError, (b'\x00\x01\x00\x00' + bytes(16) + b'abc', bytes(21))),
+    Target('user_data', read_user_data, (), (b'enclave=/;', b'typehash=RIHS01_0;serviceid=1.2;')),
+    Target(
+        'participant',
+        read_participant,
+        RemoteError,
+        (
+            participant_info.encode(
+                participant_info.ParticipantInfo(
+                    bytes(range(16)), (participant_info.NodeInfo('/', 'talker', (bytes(16),), (bytes(16),)),)
+                )
+            ),
+        ),
+    ),
+    Target('goals', read_goals, RemoteError, (b'\x00\x01\x00\x00' + bytes(24),)),
+    Target('statuses', decode_status_array, RemoteError, (b'\x00\x01\x00\x00\x01\x00\x00\x00' + bytes(25),)),
+    Target('parameters', parse_parameter_file, RuleSyntaxError, (_PARAMETERS,)),
+    Target(
+        'command_line',
+        read_command_line,
+        (ArgumentError, UnknownArguments),
+        (b'-r\na:=b\n-p\nn:x:=[1, 2]\n--log-level\ndebug\n-r\n__ns:=/a', b'-r\nrostopic://a/b:=/c'),
+    ),
+)
