@@ -103,7 +103,7 @@ def test_an_unknown_package_says_what_to_do() -> None:
         'os.path/msg/String',
         'std_msgs/msg/..',
         'std_msgs/msg/A\0',
-    ],  # fmt: skip
+    ],
 )
 def test_what_is_no_full_name_is_refused(name: str) -> None:
     with pytest.raises(UnknownInterfaceError, match='is no interface name'):
