@@ -221,7 +221,7 @@ class Context:
             session.close()
             raise
         self._session, self._graph = session, graph
-        self.lifeline.vigil = session.vigil
+        self.lifeline.take_vigil(session.vigil)
 
 
 _contexts: WeakSet[Context] = WeakSet()

@@ -47,7 +47,7 @@ class LoopEngine(Engine):
     def open(self) -> None:
         """Begin. From now on a call that blocks the loop's thread, on something of this node, is refused."""
         THREAD.executors.append(self)
-        self._lifeline.loops.add(self)
+        self._lifeline.depend(self)
         self._node_home.attach(self._ready, self._agenda)
         self._listen()
 
@@ -60,7 +60,7 @@ class LoopEngine(Engine):
         self._ready.unlisten(self.ask)
         self._set_timer(None)
         THREAD.executors.remove(self)
-        self._lifeline.loops.discard(self)
+        self._lifeline.depend_no_more(self)
         self._node_home.detach()
         self._close_lanes()
 

@@ -34,7 +34,7 @@ class Watch:
 class Lifeline:
     """Ends once, for whatever reason. `clock` is the time that everything under this context lives in."""
 
-    __slots__ = ('__weakref__', '_watchers', 'alive', 'clock', 'loops', 'reason', 'vigil')
+    __slots__ = ('__weakref__', '_watchers', 'alive', 'clock', 'dependants', 'reason', 'vigil')
 
     def __init__(self, clock: SteadyClock = STEADY) -> None:
         self.clock = clock
@@ -42,10 +42,25 @@ class Lifeline:
         self.reason: str | None = None
         self.vigil: Vigil | None = None
         """Where threads under this may wait on the wire, once there is a session that lets them."""
-        self.loops: set[object] = set()
-        """The asyncio loops under this. They cannot wait on the wire, so while there are any nobody but the
-        session's own thread does."""
+        self.dependants: set[object] = set()
+        """Who sleeps under this where the wire does not reach it: asyncio loops, watchers of descriptors."""
         self._watchers: dict[Watch, None] = {}
+
+    def take_vigil(self, vigil: Vigil | None) -> None:
+        """Let threads under this wait on a session's wire, as far as it has a place for that."""
+        if vigil is not None:
+            vigil.dependants = self.dependants
+            self.vigil = vigil
+
+    def depend(self, who: object) -> None:
+        """Have the session's own thread wait on the wire until `depend_no_more`. Any thread."""
+        self.dependants.add(who)
+        if self.vigil is not None:
+            self.vigil.attend()
+
+    def depend_no_more(self, who: object) -> None:
+        """Undo `depend`; nothing where it was not called."""
+        self.dependants.discard(who)
 
     def new_waiter(self) -> Waiter:
         """A place for one thread to sleep in while it waits for what the wire may bring."""

@@ -162,14 +162,16 @@ class Parker(Keeper):
             return super().wait(timeout_ns)
         timeout = None if timeout_ns is None else max(timeout_ns, 0) / 1e9
         self.interrupt = readiness.interrupt
+        self._lifeline.depend(self)
         try:
             if not readiness.wait(timeout, self._is_woken):
                 readiness.wanted = True
                 if not readiness.wait(timeout, self._is_woken):
                     self.interrupt = None
-                    return super().wait(timeout_ns)
+                    return self.doze(timeout_ns)
         finally:
             self.interrupt = None
+            self._lifeline.depend_no_more(self)
         return self.doze(0)
 
     def _is_woken(self) -> bool:

@@ -77,17 +77,22 @@ class SignalListener:
                         vigil.interrupt()
 
 
-def wait_on_wire(vigil: Vigil, sleeper: Sleeper, timeout_ns: int | None) -> bool:
-    """Have the calling thread wait in `vigil`; the main one only where signals bring it out.
+def in_deaf_main_thread() -> bool:
+    """Whether this is the main thread, and no signal would bring it out of the wire's library.
 
-    Python runs their handlers in the main thread, and not while that is inside the wire's library.
+    Python runs signal handlers in the main thread, and not while that is in there.
     """
+    if not _listening:
+        return threading.current_thread() is threading.main_thread()
+    listener = _listening[0]
+    return get_ident() == listener.main_thread and not listener.hears()
+
+
+def wait_on_wire(vigil: Vigil, sleeper: Sleeper, timeout_ns: int | None) -> bool:
+    """Have the calling thread wait in `vigil`, the main one so that signals bring it out."""
     listener = _listening[0] if _listening else None
-    main_thread = threading.main_thread().ident if listener is None else listener.main_thread
-    if get_ident() != main_thread:
+    if listener is None or get_ident() != listener.main_thread:
         return vigil.wait(sleeper, timeout_ns)
-    if listener is None or not listener.hears():
-        return sleeper.doze(timeout_ns)
     # A signal that came before this line has its handler run before the wait begins.
     outer, listener.vigil = listener.vigil, vigil
     try:

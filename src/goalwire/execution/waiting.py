@@ -6,7 +6,7 @@ from _thread import allocate_lock
 from threading import TIMEOUT_MAX
 from typing import TYPE_CHECKING
 
-from goalwire.execution.signal_listener import wait_on_wire
+from goalwire.execution.signal_listener import in_deaf_main_thread, wait_on_wire
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -61,9 +61,15 @@ class Keeper(Waiter):
     def wait(self, timeout_ns: int | None = None) -> bool:
         lifeline = self._lifeline
         vigil = lifeline.vigil
-        if vigil is None or lifeline.loops or (timeout_ns is not None and timeout_ns <= 0):
+        if vigil is None or (timeout_ns is not None and timeout_ns <= 0):
             return self.doze(timeout_ns)
-        return wait_on_wire(vigil, self, timeout_ns)
+        if not in_deaf_main_thread():
+            return wait_on_wire(vigil, self, timeout_ns)
+        lifeline.depend(self)
+        try:
+            return self.doze(timeout_ns)
+        finally:
+            lifeline.depend_no_more(self)
 
     def wake(self) -> None:
         # Who sleeps elsewhere says so first, then looks at the lock: one of the two sees the other.

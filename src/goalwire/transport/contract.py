@@ -249,12 +249,20 @@ class Vigil(ABC):
     That thread then delivers what has come. The others sleep on their locks (the pattern Leader/Followers).
     """
 
+    dependants: set[object]
+    """Who sleeps where the wire does not reach it, and so needs the session's own thread to wait here. While
+    there are any, nobody else begins to."""
+
     @abstractmethod
     def wait(self, sleeper: Sleeper, timeout_ns: int | None) -> bool:
         """Sleep until `sleeper` is woken (True) or for `timeout_ns` (False), on the wire where that is free.
 
         True may also mean nothing: whoever waits looks again.
         """
+
+    @abstractmethod
+    def attend(self) -> None:
+        """See to it that somebody waits on the wire: there are dependants. Any thread."""
 
     @abstractmethod
     def interrupt(self) -> None:

@@ -209,3 +209,18 @@ def test_after_closing_a_wait_is_a_sleep_that_a_wake_ends(post: Post) -> None:
     waker.start()
     assert post.vigil.wait(keeper, None)
     waker.join()
+
+
+def test_for_dependants_the_own_thread_leads_as_soon_as_the_leader_leaves(post: Post) -> None:
+    with Idle(post.vigil, 'idle') as idle:
+        post.send_until_brought_by('idle')
+        post.vigil.dependants.add('a loop')
+        assert post.send() == 'idle'  # who leads goes on until it has work
+        idle.__exit__()
+    assert {post.send() for _ in range(5)} == {OWN}
+    keeper = Keeper(Lifeline())
+    keeper_waits = threading.Thread(target=post.vigil.wait, args=(keeper, None), name='late')
+    keeper_waits.start()
+    assert {post.send() for _ in range(20)} == {OWN}
+    keeper.wake()
+    keeper_waits.join(PATIENCE)

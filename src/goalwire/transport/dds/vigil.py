@@ -22,9 +22,10 @@ from goalwire.transport.dds.waitset import WaitSet
 from goalwire.transport.dds.wire import Participant
 from goalwire.transport.fork import in_child
 
-AWAY_S = 0.005
+AWAY_S = 0.05
 """How long there is no leader, once to twice, before the session's own thread leads. Each look costs it some
-15 us; and who waits for something takes the lead itself."""
+15 us, so this costs 20 looks a second while leaders come and go. Who waits for something is not delayed by
+it: an idle thread takes the lead itself, and for dependants the own thread leads at once."""
 _LEAD = 'lead'
 _STANDBY = object()
 
@@ -37,6 +38,7 @@ class DdsVigil(Vigil):
     """
 
     def __init__(self, participant: Participant, name: str) -> None:
+        self.dependants = set()
         self._name = name
         self._set = WaitSet(participant, name)
         self._interrupt = self._set.interrupt
@@ -70,7 +72,7 @@ class DdsVigil(Vigil):
     # -- idle threads
 
     def wait(self, sleeper: Sleeper, timeout_ns: int | None) -> bool:
-        if self._closed:
+        if self._closed or self.dependants:
             return sleeper.doze(timeout_ns)
         leader = self._leader
         try:
@@ -82,12 +84,16 @@ class DdsVigil(Vigil):
                 sleeper.interrupt = None
                 self._leaves += 1
                 del leader[_LEAD]
-                if self._dozing:
+                if self._dozing or self.dependants:
                     self._dozing = False
-                    self._gate.release()
+                    self.attend()
                 if self._followers or self._closed:
                     self._hand_over()
         return self._follow(sleeper, timeout_ns)
+
+    def attend(self) -> None:
+        with suppress(RuntimeError):  # it is awake
+            self._gate.release()
 
     def interrupt(self) -> None:
         self._set.interrupt()
@@ -152,15 +158,17 @@ class DdsVigil(Vigil):
         """Sleep until nobody has led for a while."""
         gate, leader, leaves = self._gate, self._leader, -1
         while not self._closed:
-            if leaves == self._leaves:
+            if self.dependants or leaves == self._leaves:
                 if _LEAD not in leader:
                     return
                 # Somebody waits for long. The order of these two, and of what a leaving leader does, is the
                 # opposite one: so it is seen to leave here, or sees that this sleeps.
                 self._dozing = True
-                if _LEAD in leader and leaves == self._leaves:
+                if _LEAD in leader:
                     gate.acquire()
                 self._dozing = False
+                leaves = -1
+                continue
             leaves = self._leaves
             gate.acquire(timeout=AWAY_S)
 
@@ -170,8 +178,7 @@ class DdsVigil(Vigil):
             self._closed = True
             thread = self._thread
         self._set.interrupt()
-        with suppress(RuntimeError):  # it is awake
-            self._gate.release()
+        self.attend()
         if thread is not None:
             thread.join(CLOSING_S)
         if _LEAD in self._leader and self._leaders_thread != get_ident():
