@@ -29,6 +29,7 @@ def test_by_default_the_subnet_is_searched_and_this_machine_asked() -> None:
     assert configured('General/AllowMulticast') == []
     assert configured('Discovery/ParticipantIndex') == ['auto']
     assert configured('Discovery/MaxAutoParticipantIndex') == ['32']
+    assert configured('Discovery/SPDPInterval') == ['5s']
     assert configured('Discovery/Peers/Peer') == ['localhost']
 
 
