@@ -82,7 +82,7 @@ def main() -> int:
     parser.add_argument('--rounds', type=int, help="in place of each line's own number")
     parser.add_argument('--scale', type=float, default=1.0, help='of the numbers of operations')
     parser.add_argument('--only', default='', metavar='WORD', help='lines whose program has WORD in its name')
-    parser.add_argument('--out', type=Path, default=ROOT / 'build' / 'bench', metavar='FOLDER')
+    parser.add_argument('--out', type=Path, metavar='FOLDER', help='build/bench, for curves docs/performance')
     parser.add_argument('--alone', action='store_true', help='without the real rclpy')
     parser.add_argument('--curves', action='store_true', help='how it scales, as plots')
     parser.add_argument('--short', action='store_true', help='ratios alone, against those expected: for CI')
@@ -90,13 +90,18 @@ def main() -> int:
     if options.short:
         return short.main()
     if options.curves:
-        return curves.main(options.out, options.scale, options.only)
+        return curves.main(options.out or ROOT / 'docs' / 'performance', options.scale, options.only)
     begun = monotonic()
     facts = machine.facts()
     lines = [line for line in LINES if options.only in line.module]
     subjects, no_peer = everybody(peer=not options.alone)
     results = table(lines, subjects, options.rounds, options.scale)
-    write(options.out, results, facts | {'taken': f'{monotonic() - begun:.0f} s'}, no_peer)
+    write(
+        options.out or ROOT / 'build' / 'bench',
+        results,
+        facts | {'taken': f'{monotonic() - begun:.0f} s'},
+        no_peer,
+    )
     return 0
 
 

@@ -20,7 +20,7 @@ def report(facts: Mapping[str, str], results: Iterable[Measured], no_peer: str) 
     if no_peer:
         parts += ['', f'The real rclpy was not measured: {no_peer}.']
     parts += ['', '## Goals', '', *goals(measured), '', '## Figures', '', *figures(measured)]
-    failures = [text for result in measured for text in result.failures.values()]
+    failures = [f'{result.line.name}: {text}' for result in measured for text in result.failures.values()]
     if failures:
         parts += ['', '## Not measured', '', *(f'- {text}' for text in failures)]
     return '\n'.join(parts) + '\n'

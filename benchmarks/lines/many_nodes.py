@@ -1,6 +1,6 @@
 """Many nodes in several processes: until everybody knows everybody, and what knowing costs at rest.
 
-Each node has four publishers, four subscriptions, a service and a client, besides what every node has.
+Each node has ten entities: the nine that every node has, and a publisher or a subscription.
 """
 
 from __future__ import annotations
@@ -28,43 +28,43 @@ LINE = Line(
     ),
     rounds=2,
 )
-ALL = 'bench_everybody'
+TOPIC = 'bench_everybody'
 SETTLE_S, IDLE_S = 1.0, 3.0
 LOOK_S = 0.02
 """How often a process looks whether it has found everybody: rclpy has no way to be told."""
 
 
-def make(first: int, count: int, total: int) -> list[Node]:
-    """Make nodes whose topics are read by the next one's subscriptions."""
+def make(first: int, count: int) -> list[Node]:
+    """Make nodes; those with even numbers publish what the others subscribe to."""
     import rclpy
     from std_msgs.msg import String
-    from std_srvs.srv import SetBool
 
     nodes = []
     for number in range(first, first + count):
-        node, last = rclpy.create_node(f'bench_{number}'), (number - 1) % total
-        for topic in (f'bench_out_{number}', f'bench_state_{number}', ALL, f'bench_log_{number}'):
-            node.create_publisher(String, topic, 10)
-        for topic in (f'bench_out_{last}', f'bench_state_{last}', ALL, f'bench_in_{number}'):
-            node.create_subscription(String, topic, print, 10)
-        node.create_service(SetBool, f'bench_serve_{number}', lambda _, response: response)
-        node.create_client(SetBool, f'bench_serve_{last}')
+        node = rclpy.create_node(f'bench_{number}')
+        if number % 2:
+            node.create_subscription(String, TOPIC, print, 10)
+        else:
+            node.create_publisher(String, TOPIC, 10)
         nodes.append(node)
     return nodes
 
 
 def find(node: Node, total: int) -> None:
-    """Wait until every node and every endpoint of them is known here."""
+    """Wait until every node and the entities of each are known here."""
 
-    def ends() -> bool:
+    def all_known() -> bool:
         if len([name for name in node.get_node_names() if name.startswith('bench_')]) < total:
             return False
-        return node.count_publishers(ALL) == node.count_subscribers(ALL) == total and all(
-            node.count_publishers(f'bench_log_{number}') and node.count_services(f'bench_serve_{number}')
+        if node.count_publishers(TOPIC) + node.count_subscribers(TOPIC) < total:
+            return False
+        return node.count_publishers('/rosout') >= total and all(
+            node.count_services(f'/bench_{number}/{last}')
             for number in range(total)
+            for last in ('get_type_description', 'set_parameters_atomically')
         )
 
-    while not ends():
+    while not all_known():
         sleep(LOOK_S)
 
 
@@ -89,7 +89,7 @@ def answer(first: int, count: int, total: int) -> None:
     rclpy.init()
     nodes: list[Node] = []
     stage.obey({
-        'make': lambda: nodes.extend(make(first, count, total)),
+        'make': lambda: nodes.extend(make(first, count)),
         'find': lambda: find(nodes[0], total),
         'rest': lambda: rest(nodes),
     })  # fmt: skip

@@ -64,7 +64,7 @@ def test_the_report_shows_goals_figures_and_who_could_not_be_measured() -> None:
     text = markdown.report({'Python': '3'}, [MEASURED], '')
     assert '| a call | Zenoh | p50 | 50 µs | ≤ 0.5 of the reference | 0.5 | yes | 0.25 | yes |' in text
     assert '| a call | goalwire on Zenoh | p50 50 µs | 100% |' in text
-    assert '- it is not here' in text
+    assert '- a call: it is not here' in text
 
 
 def test_plots_are_well_formed_and_hold_every_point() -> None:
