@@ -15,15 +15,22 @@ class Rejects:
 
     def add(self, kind: str, reason: object) -> None:
         """Count one; the first of a kind is logged as a warning."""
+        if self.count(kind):
+            self.warn(kind, reason)
+
+    def count(self, kind: str) -> bool:
+        """Count one; True where it is the first of its kind, which its finder warns of."""
         with self._lock:
             self._counts[kind] += 1
-            is_first = self._counts[kind] == 1
-        if is_first:
-            from logging import getLogger  # heavy, and needed only when something is broken
+            return self._counts[kind] == 1
 
-            getLogger('goalwire.transport').warning(
-                '%s ignored (further ones are only counted): %s', kind, reason
-            )
+    def warn(self, kind: str, reason: object) -> None:
+        """Log the first of a kind."""
+        from logging import getLogger  # heavy, and needed only when something is broken
+
+        getLogger('goalwire.transport').warning(
+            '%s ignored (further ones are only counted): %s', kind, reason
+        )
 
     def counts(self) -> dict[str, int]:
         """Return the count of every kind seen."""

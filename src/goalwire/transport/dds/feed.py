@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator
 from threading import Lock
 
 from goalwire.transport.contract import EndpointKind, GraphEntity, GraphListener, NodeName
-from goalwire.transport.dds.world import Change
+from goalwire.transport.dds.world import UNKNOWN_ID, Change
 from goalwire.transport.failures import report_failure
 from goalwire.transport.outbox import Outbox
 
@@ -37,6 +37,7 @@ class Feed:
         self._lock = Lock()
         self._there: dict[tuple[EndpointKind, str, int, bytes], GraphEntity] = {}
         self._watchers: tuple[_Watcher, ...] = ()
+        self._awaited: list[tuple[bytes, Callable[[NodeName], None]]] = []
 
     def watch(self, listener: GraphListener) -> None:
         """Tell a listener of all there is, before this returns, and of every change until `close`."""
@@ -52,8 +53,11 @@ class Feed:
             for change in changes:
                 self._note(change)
             watchers = self._watchers
+            shown = list(self._shown()) if self._awaited else ()
         for watcher in watchers:
             watcher.outbox.drain()
+        for node, tell in shown:
+            tell(node)
 
     def _note(self, change: Change) -> None:
         is_there, entity = change
@@ -65,10 +69,23 @@ class Feed:
         for watcher in self._watchers:
             watcher.outbox.post(change)
 
-    def owner(self, gid: bytes) -> NodeName | None:
-        """Return the node that an endpoint belongs to, None for an unknown one; it searches them all."""
+    def when_shown(self, gid: bytes, tell: Callable[[NodeName], None]) -> None:
+        """Call `tell` with the node of an endpoint once that is known, which may be at once, or never."""
         with self._lock:
-            return next((each.node for each in self._there.values() if each.gid == gid), None)
+            self._awaited.append((gid, tell))
+            shown = list(self._shown())
+        for node, told in shown:
+            told(node)
+
+    def _shown(self) -> Iterator[tuple[NodeName, Callable[[NodeName], None]]]:
+        """Yield who waits no longer, and for which node."""
+        known = (entity for entity in self._there.values() if entity.node_id != UNKNOWN_ID)
+        nodes = {entity.gid: entity.node for entity in known}
+        for awaited in list(self._awaited):
+            gid, tell = awaited
+            if gid in nodes:
+                self._awaited.remove(awaited)
+                yield nodes[gid], tell
 
     def connected(self) -> None:
         """An endpoint of this session was connected with another, or disconnected."""

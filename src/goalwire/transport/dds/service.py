@@ -7,7 +7,7 @@ from ctypes import c_ssize_t
 from time import monotonic_ns, time_ns
 
 from goalwire.errors import LocalError, RemoteError
-from goalwire.transport.contract import Endpoint, Port, Request, Sample, new_sample
+from goalwire.transport.contract import Endpoint, NodeName, Port, Request, Sample, new_sample
 from goalwire.transport.dds.core import Core
 from goalwire.transport.dds.declaring import Declaration
 from goalwire.transport.dds.intake import Intake
@@ -25,6 +25,7 @@ MATCHING_NS = 100_000_000
 """How long a reply waits for its client's reader (as in rmw_cyclonedds)."""
 _BLOCKING_NS = 1_000_000_000
 """How long a reply waits for room where some client does not read."""
+_FROM_FAST_DDS = 'request from Fast DDS'
 _REACHED_LIMIT = 10_000
 
 
@@ -83,7 +84,8 @@ class DdsService(Port):
         if peer is None:
             return  # the client has gone
         if peer.speaks_fast_dds:
-            self._reject_fast_dds(peer)
+            if self._core.rejects.count(_FROM_FAST_DDS):
+                self._core.feed.when_shown(peer.gid, self._warn_of_fast_dds)
             return
         try:
             header, payload = unwrap(message.payload)
@@ -99,14 +101,11 @@ class DdsService(Port):
             report_failure(self.place.title, error)
             request.drop()
 
-    def _reject_fast_dds(self, peer: Peer) -> None:
-        node = self._core.feed.owner(peer.gid)
-        owner = 'a node' if node is None else f"node '{node.qualified}'"
-        self._core.rejects.add(
-            'request from Fast DDS',
-            f'{self.place.title}: of {owner}, '
-            'which cannot be answered, for its RMW expects what Cyclone DDS does not send: start both with '
-            'RMW_IMPLEMENTATION=rmw_cyclonedds_cpp',
+    def _warn_of_fast_dds(self, client: NodeName) -> None:
+        self._core.rejects.warn(
+            _FROM_FAST_DDS,
+            f"{self.place.title}: of node '{client.qualified}', which cannot be answered, for its RMW wants "
+            'what Cyclone DDS does not send: start both with RMW_IMPLEMENTATION=rmw_cyclonedds_cpp',
         )
 
     def release(self, request: DdsRequest) -> bool:
