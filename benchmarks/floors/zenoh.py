@@ -19,7 +19,7 @@ from helpers.isolation import free_port
 
 from benchmarks import stage
 from benchmarks.line import Figures
-from goalwire.transport.zenoh import client, lifecycle, settings
+from goalwire.transport.zenoh import lifecycle, settings
 from goalwire.transport.zenoh.thread_state import pin
 
 AS_IT_COMES = {'ZENOH_RUNTIME': '()', 'GOALWIRE_PIN_THREADS': '0'}
@@ -108,7 +108,12 @@ def meet(session: zenoh.Session) -> None:
 
 def query(session: zenoh.Session, on_payload: Callable[[bytes], None]) -> Callable[[], None]:
     """Return a function that sends one query, whose answer comes to `on_payload` on Zenoh's thread."""
-    querier = client.declare(session, SERVICE)
+    querier = session.declare_querier(
+        SERVICE,
+        target=zenoh.QueryTarget.ALL_COMPLETE,
+        consolidation=zenoh.ConsolidationMode.NONE,
+        congestion_control=zenoh.CongestionControl.BLOCK,
+    )
 
     def on_reply(reply: zenoh.Reply) -> None:
         pin()
