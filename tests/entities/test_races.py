@@ -178,12 +178,12 @@ def test_feedback_that_comes_while_its_goal_is_put_away_is_not_lost(spun: NodeCo
             super().__delitem__(key)
             client._deliver_feedback(sample)
 
-    client._goals = Goals()
+    client.goals.active = Goals()
     action_server(spun, ActionCallbacks(execute, CALLBACKS.goal, lambda _: None, CALLBACKS.cancel))
     uuid = Fibonacci.Impl.FeedbackMessage().goal_id
     uuid.uuid[:] = list(goal_id)
     assert result_of(client.send(Fibonacci.Goal(), heard, uuid)).accepted
-    client._forget(goal_id)
+    client.goals.forget(goal_id)
     assert len(heard.expect(1)) == 1
 
 

@@ -35,8 +35,8 @@ def pending(node: NodeCore) -> dict[str, int]:
                 found |= _of_port(entity.full_name, entity._port)
         elif isinstance(entity, ActionClientCore):
             name = entity.full_name
-            found[f'{name}: goals'] = len(entity._goals)
-            found[f'{name}: goals of the reactor'] = len(entity._reactor._goals)
+            found[f'{name}: goals'] = len(entity.goals.active)
+            found[f'{name}: goals of the reactor'] = len(entity.goals.rules._goals)
             for part in ('send', 'result', 'cancel'):
                 found |= _of_port(f'{name} {part}', getattr(entity, f'_{part}_port'))
     return {name: number for name, number in found.items() if number}

@@ -12,7 +12,7 @@ LIMIT = 500
 
 CLOSING = 'the server is closing'
 STOPPED = 'its callback was stopped'
-_TIMEOUT = 'Timeout'
+TIMEOUT = 'Timeout'
 """Zenoh's own word, when it gives a query up: after ten minutes, as under rmw_zenoh."""
 _REFUSED = 'refused: '
 _REJECTED = 'rejected: '
@@ -45,7 +45,7 @@ def meaning(reason: str) -> type[CallError]:
     """Return the error of a client that gets no answer, for `reason` ('': none was given)."""
     if not reason or reason == CLOSING:
         return ServerLostError
-    if reason == _TIMEOUT:
+    if reason == TIMEOUT:
         return DeadlineError
     return RefusedError if reason.startswith((_REFUSED, _REJECTED)) else ServerFailedError
 

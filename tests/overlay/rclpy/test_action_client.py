@@ -146,7 +146,7 @@ def test_of_feedback_that_nobody_takes_the_newest_thousand_wait(
 
     handle = result_of(client.send_goal_async(Goal(), hear))
     result_of(handle.get_result_async())
-    inbox = client._ended[id_of(handle)].feedback
+    inbox = client.goals.ended[id_of(handle)].feedback
     assert isinstance(inbox, Inbox)
     node.create_timer(0.001, lambda: None)
     executor.add_node(node)
@@ -207,7 +207,7 @@ def test_a_goal_that_cannot_go_on_the_wire_is_named(make_node: MakeNode) -> None
         _ = client.send_goal_async(goal)
     with pytest.raises(AttributeError, match='uuid'):
         _ = client.send_goal_async(Goal(), goal_uuid=5)  # type: ignore[call-overload]
-    assert client._goals == {}
+    assert client.goals.active == {}
 
 
 def test_an_id_under_way_is_not_sent_again(make_node: MakeNode, spin: Spin) -> None:

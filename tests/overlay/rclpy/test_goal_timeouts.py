@@ -38,7 +38,7 @@ def error_of(future: Future[Any]) -> BaseException:
 
 def held(client: FibonacciClient) -> list[object]:
     """What a client holds of goals that nobody has accepted."""
-    return [*client.requests, *client._goals]
+    return [*client.requests, *client.goals.active]
 
 
 class Arm:
@@ -109,7 +109,7 @@ def test_a_goal_that_is_accepted_too_late_is_cancelled(client: FibonacciClient, 
     assert isinstance(error_of(client.send_goal_async(Goal())), DeadlineError)
     spin(arm.node, threads=4)
     assert arm.ended.expect(1) == ['cancelled']
-    assert client._goals == {}
+    assert client.goals.active == {}
     assert client.lingering == {}
 
 
@@ -220,9 +220,9 @@ def test_a_client_has_so_many_goals_and_no_more(
         _ = client.send_goal_async(Goal())
     spin(arm.node, threads=8)
     handles = [result_of(future) for future in sent]
-    assert len(client._goals) == 3
+    assert len(client.goals.active) == 3
     assert result_of(client.send_goal_async(Goal())).accepted  # nobody asks for the result of the oldest
-    assert len(client._goals) == 3
+    assert len(client.goals.active) == 3
     results = [handle.get_result_async() for handle in handles[1:]]
     last = result_of(client.send_goal_async(Goal()))
     results.append(last.get_result_async())

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from goalwire.errors import TransportError
-from goalwire.transport.zenoh.keyexpr import data_key, dds_type, graph_key, is_get_result, ros_type
+from goalwire.transport.zenoh.keyexpr import data_key, dds_type, graph_key, ros_type
 
 STRING_HASH = 'RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18'
 ADD_HASH = 'RIHS01_e118de6bf5eeb66a2491b5bda11202e7b68f198d6f67922cf30364858239c81a'
@@ -69,12 +69,6 @@ def test_a_type_survives_its_dds_spelling(type_name: str) -> None:
 @pytest.mark.parametrize('spelling', ['String', 'std_msgs::msg::String_', 'std_msgs::msg::dds_::String'])
 def test_a_spelling_that_is_not_dds_is_shown_as_it_is(spelling: str) -> None:
     assert ros_type(spelling) == spelling
-
-
-def test_get_result_services_are_told_from_others() -> None:
-    key = data_key(0, '/move/_action/get_result', 'p/action/Move_GetResult', 'h')
-    assert is_get_result(key)
-    assert not is_get_result(data_key(0, '/move/_action/send_goal', 'p/action/Move_SendGoal', 'h'))
 
 
 def test_the_graph_of_a_domain_is_one_expression() -> None:

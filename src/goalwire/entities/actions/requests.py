@@ -18,7 +18,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from goalwire.entities.actions.client import ActionClientCore
+    from goalwire.entities.actions.client_calls import ActionCalls
     from goalwire.entities.actions.client_goal import ClientGoal
+    from goalwire.entities.actions.client_results import ResultWait
     from goalwire.entities.call_terms import CallTerms
     from goalwire.entities.guard import Guard
     from goalwire.transport.contract import ClientPort, Payload, Sample
@@ -32,9 +34,7 @@ class RawFuture(Future[Any]):
 
     __slots__ = ('_make', 'request', 'terms')
 
-    def __init__(
-        self, client: ActionClientCore, make: Callable[[Payload], Any], terms: CallTerms | None
-    ) -> None:
+    def __init__(self, client: ActionCalls, make: Callable[[Payload], Any], terms: CallTerms | None) -> None:
         super().__init__(home=client.node.home)
         self._make = make
         self.terms = terms
@@ -52,26 +52,13 @@ class RawFuture(Future[Any]):
         return self._make(raw)
 
 
-class ResultWait:
-    """One who waits for a goal's result; all who do share one request."""
-
-    def __init__(self, client: ActionClientCore, goal_id: bytes, future: RawFuture) -> None:
-        self._client = client
-        self._goal_id = goal_id
-        self._future = future
-
-    def forget(self) -> None:
-        """Wait no longer."""
-        self._client.give_result_up(self._goal_id, self._future)
-
-
 class ActionRequest:
     """One request: to cancel goals, or (GoalRequest) to take one."""
 
     waits = False
     """Whether it waits for a server; who cancels a goal has had one."""
 
-    def __init__(self, client: ActionClientCore, port: ClientPort, payload: bytes, future: RawFuture) -> None:
+    def __init__(self, client: ActionCalls, port: ClientPort, payload: bytes, future: RawFuture) -> None:
         self.client = client
         self.future = future
         self.guard: Guard | None = None
@@ -158,6 +145,7 @@ class GoalRequest(ActionRequest):
     """A goal. One that was given up is cancelled, should the server take it after all."""
 
     waits = True
+    client: ActionClientCore
 
     def __init__(
         self, client: ActionClientCore, port: ClientPort, payload: bytes, future: RawFuture, goal: ClientGoal

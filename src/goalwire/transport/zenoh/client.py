@@ -1,12 +1,10 @@
-"""Service clients: a querier asks every complete queryable of the key (zenoh-wire A.4)."""
+"""Service clients: requests on their way, and what comes back (zenoh-wire A.4)."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 from itertools import count
 from time import time_ns
-from typing import Any
 
 import zenoh
 
@@ -15,33 +13,12 @@ from goalwire.transport.contract import ClientPort, Sample
 from goalwire.transport.place import Place
 from goalwire.transport.zenoh.attachment import encode, read
 from goalwire.transport.zenoh.config import reason
-from goalwire.transport.zenoh.core import Core, taken_back
-from goalwire.transport.zenoh.keyexpr import is_get_result
+from goalwire.transport.zenoh.core import Core
+from goalwire.transport.zenoh.queriers import Queriers
 from goalwire.transport.zenoh.thread_state import pin
-
-FOR_EVER_S = 2**62 / 1000
-"""A goal's result may be years away: rmw gives get_result UINT64_MAX milliseconds, which here would wrap
-around when added to the present (measured with eclipse-zenoh 1.10.2: "Timeout" after 0.4 s)."""
-
 
 _REASON_LIMIT = 500
 """Characters of a server's reason that are shown."""
-
-
-_MANNER: dict[str, Any] = {
-    'target': zenoh.QueryTarget.ALL_COMPLETE,
-    'consolidation': zenoh.ConsolidationMode.NONE,
-    'congestion_control': zenoh.CongestionControl.BLOCK,
-}
-
-
-def declare(session: zenoh.Session, key: str) -> zenoh.Querier:
-    """Declare what sends requests on `key`, for 10 minutes unless a goal decides how long."""
-    return session.declare_querier(
-        key,
-        **_MANNER,
-        timeout=FOR_EVER_S if is_get_result(key) else None,
-    )
 
 
 class Call:
@@ -62,7 +39,7 @@ class Call:
         self._on_end = on_end
         self._reason = ''
         self.token = zenoh.CancellationToken()
-        """What ends the query at once; without that zenoh holds it until the querier's time is over."""
+        """What ends the query at once; without that zenoh holds it until its time is over."""
 
     def replied(self, reply: zenoh.Reply) -> None:
         """Hand a reply over; runs on zenoh's thread, or the caller's within one session."""
@@ -107,13 +84,11 @@ def _read(answer: zenoh.Sample, expected: int, received: int) -> Sample:
 class ZenohClient(ClientPort):
     """A declared service client."""
 
-    def __init__(self, place: Place, core: Core, gid: bytes, key: str, querier: zenoh.Querier) -> None:
+    def __init__(self, place: Place, core: Core, gid: bytes, queriers: Queriers) -> None:
         self.gid = gid
         self._place = place
         self._core = core
-        self._get: Callable[..., object] = querier.get
-        self._get_within: Callable[..., object] = partial(core.zenoh.get, key, **_MANNER)
-        """For requests with a time: a querier has one for all, and routers hold a query as long as that."""
+        self._queriers = queriers
         self._next_sequence = count(1).__next__
         self._waiting: dict[int, Call] = {}
 
@@ -131,7 +106,8 @@ class ZenohClient(ClientPort):
         self._waiting[sequence] = call
         self._core.in_flight.enter(call)
         try:
-            get = self._get if timeout_ns is None else partial(self._get_within, timeout=timeout_ns / 1e9)
+            queriers = self._queriers
+            get = queriers.get if timeout_ns is None else queriers.get_within(timeout_ns)
             get(
                 handler=zenoh.handlers.Callback(call.replied, drop=call.dropped, indirect=False),
                 payload=payload,
@@ -168,8 +144,8 @@ class ZenohClient(ClientPort):
             call.ended()
 
     def release(self) -> None:
-        """Let go of the querier and end every call."""
-        self._get = self._get_within = taken_back
+        """Take the queriers off the wire and end every call."""
+        self._queriers.undeclare()
         for sequence in list(self._waiting):
             self._end(sequence)
 

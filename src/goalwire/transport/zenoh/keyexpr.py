@@ -52,8 +52,3 @@ def data_key(domain_id: int, name: str, type_name: str, type_hash: str) -> str:
 def graph_key(domain_id: int) -> str:
     """Return the expression that matches every liveliness token of a domain."""
     return f'{GRAPH_SPACE}/{domain_id}/**'
-
-
-def is_get_result(key: str) -> bool:
-    """True for an action's get_result service, whose requests wait as long as the goal runs."""
-    return '/_action/get_result/' in key

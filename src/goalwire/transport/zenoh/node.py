@@ -26,10 +26,12 @@ from goalwire.transport.contract import (
 )
 from goalwire.transport.members import Members
 from goalwire.transport.place import Place
-from goalwire.transport.zenoh import client, publisher, subscription
+from goalwire.transport.zenoh import publisher, subscription
+from goalwire.transport.zenoh.client import ZenohClient
 from goalwire.transport.zenoh.config import reason
 from goalwire.transport.zenoh.core import Core, undeclare
 from goalwire.transport.zenoh.keyexpr import data_key
+from goalwire.transport.zenoh.queriers import Queriers
 from goalwire.transport.zenoh.service import ZenohService
 from goalwire.transport.zenoh.tokens import encode_endpoint, encode_node, gid_of, own_entity
 
@@ -108,10 +110,8 @@ class ZenohNode(NodePort):
     def client(self, endpoint: Endpoint) -> ClientPort:
         """Declare a service client."""
         with self._declaring(endpoint) as new:
-            querier = client.declare(self._core.zenoh, new.key)
-            port = client.ZenohClient(new.place, self._core, new.gid, new.key, querier)
-            new.way_out += [port.release, partial(undeclare, querier)]
-            new.way_out.append(self._show(new))
+            port = ZenohClient(new.place, self._core, new.gid, Queriers(self._core.zenoh, new.key))
+            new.way_out += [port.release, self._show(new)]
             return self._ports.keep(port)
 
     @contextmanager
