@@ -10,10 +10,13 @@ import sys
 import rclpy
 from example_interfaces.srv import AddTwoInts
 from rclpy.node import Node
+from rclpy.qos import HistoryPolicy, QoSProfile
 from rclpy.task import Future
 from std_msgs.msg import UInt32MultiArray
 
 BATCH = 500
+KEEP_ALL = QoSProfile(history=HistoryPolicy.KEEP_ALL)
+"""On Zenoh a publisher that keeps less drops messages where the wire is full."""
 role, number = sys.argv[1], int(sys.argv[2])
 
 
@@ -31,7 +34,7 @@ def pause_at(count: int) -> None:
 
 
 def publish(node: Node) -> None:
-    publisher = node.create_publisher(UInt32MultiArray, 'stream', BATCH)
+    publisher = node.create_publisher(UInt32MultiArray, 'stream', KEEP_ALL)
     over: Future[None] = Future()
     message = UInt32MultiArray(data=list(range(25)))
 
@@ -63,7 +66,7 @@ def subscribe(node: Node) -> None:
     def ask(batch: int) -> Future[AddTwoInts.Response]:
         return client.call_async(AddTwoInts.Request(a=count, b=batch))
 
-    node.create_subscription(UInt32MultiArray, 'stream', on_message, BATCH)
+    node.create_subscription(UInt32MultiArray, 'stream', on_message, KEEP_ALL)
     client = node.create_client(AddTwoInts, 'pour')
     client.wait_for_service()
     # An answer shows that both know all of each other's endpoints.
