@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import asyncio
+from random import Random
+
 import pytest
+from example_interfaces.action import Fibonacci
 from helpers.loops import run
 from helpers.outcomes import Outcomes
+from helpers.pending import left_pending
 from rclpy.node import Node
 from std_msgs.msg import String
 from std_srvs.srv import SetBool
 
-from goalwire.transport.faults import FlippedBytes
+import goalwire
+from goalwire.transport.faults import Crossing, Fault, FlippedBytes, Kind
 
 from .conftest import Evidence, MakeStage
 
@@ -72,3 +78,40 @@ def test_bytes_that_flip_on_the_way_end_calls_by_type_and_harm_no_other(
         'DecodeError',
     }
     evidence(13, 'two bytes flipped in each request and reply', outcomes)
+
+
+class Garbled(Fault):
+    """The first byte of the content is no bool."""
+
+    def strike(self, crossing: Crossing, luck: Random, now: int) -> tuple[Crossing, ...]:
+        payload = bytearray(crossing.payload)
+        payload[4] = 7
+        return (crossing._replace(payload=bytes(payload)),)
+
+
+def test_a_goal_whose_acceptance_cannot_be_read_is_called_off_and_forgotten(
+    stage: MakeStage, evidence: Evidence
+) -> None:
+    outcomes = Outcomes()
+
+    async def wait(_: goalwire.Goal[Fibonacci.Goal, Fibonacci.Feedback]) -> Fibonacci.Result:
+        try:
+            await asyncio.Event().wait()
+        finally:
+            ended.set()
+        raise AssertionError
+
+    ended = asyncio.Event()
+
+    async def scenario() -> None:
+        async with stage() as (arm, mission, faults):
+            arm.action_server(Fibonacci, 'wait', wait)
+            faults.add(Garbled(kind=Kind.REPLY, name='/wait/_action/send_goal'))
+            with outcomes.counted():
+                await mission.action(Fibonacci, 'wait').call(timeout=5.0)
+            await ended.wait()
+            assert left_pending(mission._open_core()) == {}
+
+    run(scenario())
+    assert outcomes.counts == {'DecodeError': 1}
+    evidence(13, 'an answer to a goal that is none; the goal is called off', outcomes)

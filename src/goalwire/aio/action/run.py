@@ -152,7 +152,13 @@ class Run(Generic[ResultT, FeedbackT]):
 
     def _take(self, sending: Future[ClientGoalHandle[Any, Any, Any]]) -> None:
         """Look at the server's answer to the goal, and ask for its result at once where it was accepted."""
-        handle, attempt = sending.result(), self._attempt
+        attempt = self._attempt
+        try:
+            handle = sending.result()
+        except RemoteError:  # an answer that is none: the server may have taken the goal
+            self._core.drop(self._record, '')
+            self._core.call_off(self._id)
+            raise
         assert handle is not None
         assert attempt is not None
         attempt.see_servers(self._core.goal_service)
@@ -193,8 +199,8 @@ class Run(Generic[ResultT, FeedbackT]):
             self._take(sending)
         except DeadlineError:
             self._core.give_up(sending)
-        except (CallError, ClosedError):
-            return  # it was refused, or its server is gone
+        except (CallError, ClosedError, RemoteError):
+            return  # it was refused, or its server is gone, or answers what is no answer
         else:
             await self._stop(limit)
 
