@@ -1,12 +1,17 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given
+from action_msgs.msg import GoalInfo, GoalStatusArray
+from action_msgs.msg import GoalStatus as StatusMessage
+from builtin_interfaces.msg import Time
+from hypothesis import given, settings
 from hypothesis import strategies as st
+from unique_identifier_msgs.msg import UUID
 
+from goalwire.codec import cdr
 from goalwire.errors import RemoteError
 from goalwire.protocol.goals import GoalStatus, decode_status_array
-from goalwire.protocol.goals.status import StatusArray
+from goalwire.protocol.goals.status import StatusArray, statuses_of
 
 # action_msgs/msg/GoalStatusArray of two goals, byte by byte.
 FIRST = bytes.fromhex('e491c5b10becb5563bfc1e6f93427ecb')
@@ -120,3 +125,72 @@ def test_what_is_encoded_is_decoded(entries: list[tuple[bytes, GoalStatus]]) -> 
     for goal_id, status in entries:
         statuses.add(goal_id, 1_500_000_000, status)
     assert decode_status_array(statuses.encode()) == entries
+
+
+WRITE = cdr.encoder(GoalStatusArray)
+GOALS = st.sampled_from([bytes(16), b'\0' * 15 + b'\1', b'\xff' * 16, FIRST, SECOND])
+STAMPS = st.integers(-(2**31) * 10**9, (2**31) * 10**9 - 1)
+Step = tuple[str, bytes, int, GoalStatus]
+ACTS = st.sampled_from(['add', 'update', 'remove', 'take'])
+STEPS = st.tuples(ACTS, GOALS, STAMPS, st.sampled_from(GoalStatus))
+
+
+def message(entries: dict[bytes, tuple[int, GoalStatus]]) -> GoalStatusArray:
+    return GoalStatusArray(
+        status_list=[
+            StatusMessage(
+                goal_info=GoalInfo(
+                    goal_id=UUID(uuid=list(goal_id)), stamp=Time(sec=stamp // 10**9, nanosec=stamp % 10**9)
+                ),
+                status=int(status),
+            )
+            for goal_id, (stamp, status) in entries.items()
+        ]
+    )
+
+
+@settings(deadline=None)
+@given(st.lists(STEPS, max_size=40))
+def test_whatever_happens_it_is_what_the_codec_writes(steps: list[Step]) -> None:
+    statuses, entries = StatusArray(), dict[bytes, tuple[int, GoalStatus]]()
+    for step, goal_id, stamp, status in steps:
+        if step == 'add':
+            entries.pop(goal_id, None)
+            entries[goal_id] = stamp, status
+            statuses.add(goal_id, stamp, status)
+        elif step == 'update' and goal_id in entries:
+            entries[goal_id] = entries[goal_id][0], status
+            statuses.update(goal_id, status)
+        elif step == 'remove' and goal_id in entries:
+            del entries[goal_id]
+            statuses.remove(goal_id)
+            statuses.take()
+        elif step == 'take':
+            statuses.take()
+        assert statuses.encode() == WRITE(message(entries))
+
+
+@settings(deadline=None)
+@given(st.data())
+def test_followed_goals_are_found_as_if_everything_was_decoded(data: st.DataObject) -> None:
+    """Ids, stamps and paddings of zeros and ones look alike: only their places tell them apart."""
+    few = st.sampled_from(b'\0\1')
+    ids = st.lists(few, min_size=16, max_size=16).map(bytes)
+    entries = data.draw(st.dictionaries(ids, st.tuples(st.integers(0, 3), st.sampled_from(GoalStatus))))
+    followed = data.draw(st.sets(st.sampled_from(sorted(entries)) | ids if entries else ids, max_size=24))
+    payload = WRITE(message(entries)) + bytes(data.draw(st.integers(0, 3)))
+    everything = decode_status_array(payload)
+    assert statuses_of(followed, payload) == [entry for entry in everything if entry[0] in followed]
+
+
+@pytest.mark.parametrize('goals', [{FIRST}, {bytes((n,)) * 16 for n in range(20)}])
+@pytest.mark.parametrize('wrong', [TWO_GOALS[:-1], TWO_GOALS[:-1] + b'\x07', TWO_GOALS[:8], b'', bytes(64)])
+def test_an_array_is_judged_whole_whoever_is_followed(goals: set[bytes], wrong: bytes) -> None:
+    with pytest.raises(RemoteError):
+        statuses_of(goals, wrong)
+
+
+def test_bytes_that_only_look_like_a_goal_are_not_one() -> None:
+    across = TWO_GOALS[14:30]
+    assert statuses_of({across}, TWO_GOALS) == []
+    assert statuses_of({FIRST}, TWO_GOALS) == [(FIRST, GoalStatus.CANCELED)]

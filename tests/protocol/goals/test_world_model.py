@@ -51,6 +51,7 @@ from goalwire.protocol.goals.effects import (
     UnexpectedReply,
     WakeAt,
 )
+from goalwire.protocol.goals.status import statuses_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -141,7 +142,16 @@ class World(RuleBasedStateMachine):
             if status.is_terminal:
                 self.ends.setdefault(goal_id, set()).add(status)
         for who, client in enumerate(self.clients):
-            self.to_client(who, partial(client.reactor.on_status, array))
+            self.to_client(who, partial(self.hear, client.reactor, payload))
+
+    def hear(
+        self, client: GoalClient[int, int, bytes], payload: bytes
+    ) -> list[ClientEffect[int, int, bytes]]:
+        """Tell a client what it asks of an array; the rest would have told it nothing."""
+        followed = client.followed()
+        rest = [entry for entry in decode_status_array(payload) if entry[0] not in followed]
+        assert client.on_status(rest) == []
+        return client.on_status(statuses_of(followed, payload))
 
     # ---- the clients' side ----
 

@@ -30,7 +30,7 @@ from goalwire.execution.inbox import Inbox
 from goalwire.protocol.goals import effects as effect
 from goalwire.protocol.goals import wire
 from goalwire.protocol.goals.ids import GoalId, new_goal_id
-from goalwire.protocol.goals.status import decode_status_array
+from goalwire.protocol.goals.status import statuses_of
 from goalwire.protocol.latencies import Latencies
 from goalwire.protocol.qos import QoS
 from goalwire.transport.contract import EndpointKind, Port, Sample
@@ -202,8 +202,10 @@ class ActionClientCore(Cancelling):
         self._statuses.deliver(sample)
 
     def _on_status(self, sample: Sample) -> None:
+        with self.goals.lock:
+            followed = self.goals.rules.followed()
         try:
-            statuses = decode_status_array(bytes(sample.payload))
+            statuses = statuses_of(followed, bytes(sample.payload))
         except RemoteError as error:
             self._logger.error(f"Action '{self.name}': a status message was rejected ({error})")
             return

@@ -82,6 +82,8 @@ class GoalClient(Generic[FeedbackT, WaiterT, ResultT]):
     def __init__(self) -> None:
         self._goals: dict[GoalId, _Goal[WaiterT]] = {}
         self._ended: OrderedDict[GoalId, GoalStatus] = OrderedDict()
+        self._lost: set[GoalId] = set()
+        """Those of `_ended` of which no end is known."""
         self._sent = self._accepted = self._refused = 0
         self._reached = [0] * len(GoalStatus)
         """How many goals have come to each status."""
@@ -113,7 +115,7 @@ class GoalClient(Generic[FeedbackT, WaiterT, ResultT]):
         """A goal is about to be sent; raises GoalIdTaken. Call it before the request goes out."""
         if goal_id in self._goals:
             raise GoalIdTaken(goal_id)
-        self._ended.pop(goal_id, None)
+        self._recall(goal_id)
         self._goals[goal_id] = _Goal()
         self._sent += 1
 
@@ -158,6 +160,10 @@ class GoalClient(Generic[FeedbackT, WaiterT, ResultT]):
         ours = goal_id in self._goals or goal_id in self._ended
         return [DeliverFeedback(goal_id, feedback)] if ours else []
 
+    def followed(self) -> set[GoalId]:
+        """Return the goals of which a status array may still tell something."""
+        return self._lost.union(self._goals)
+
     def on_status(
         self, statuses: Iterable[tuple[GoalId, GoalStatus]]
     ) -> list[ClientEffect[FeedbackT, WaiterT, ResultT]]:
@@ -170,6 +176,8 @@ class GoalClient(Generic[FeedbackT, WaiterT, ResultT]):
                 self._forget_if_over(goal_id, goal)
             elif _moves_on(self._ended.get(goal_id, GoalStatus.ABORTED), status):
                 self._ended[goal_id] = status
+                if status.is_terminal:
+                    self._lost.discard(goal_id)
                 self._reached[status] += 1
                 effects.append(StatusChanged(goal_id, status))
         return effects
@@ -182,7 +190,7 @@ class GoalClient(Generic[FeedbackT, WaiterT, ResultT]):
         """Somebody wants the result: [RequestResult], or nothing where the request is under way already."""
         goal = self._goals.get(goal_id)
         if goal is None:
-            goal = _Goal(answered=True, status=self._ended.pop(goal_id, GoalStatus.UNKNOWN))
+            goal = _Goal(answered=True, status=self._recall(goal_id))
             self._goals[goal_id] = goal
         goal.waiters.append(waiter)
         return [RequestResult(goal_id)] if len(goal.waiters) == 1 else []
@@ -239,6 +247,7 @@ class GoalClient(Generic[FeedbackT, WaiterT, ResultT]):
         waiters = [waiter for goal in self._goals.values() for waiter in goal.waiters]
         self._goals.clear()
         self._ended.clear()
+        self._lost.clear()
         return [FailResult(waiter, error) for waiter in waiters]
 
     # ---- what they share ----
@@ -257,8 +266,15 @@ class GoalClient(Generic[FeedbackT, WaiterT, ResultT]):
             return
         del self._goals[goal_id]
         self._ended[goal_id] = goal.status
+        if not goal.status.is_terminal:
+            self._lost.add(goal_id)
         if len(self._ended) > REMEMBERED:
-            self._ended.popitem(last=False)
+            self._lost.discard(self._ended.popitem(last=False)[0])
+
+    def _recall(self, goal_id: GoalId) -> GoalStatus:
+        """Take a goal off those that are only remembered; return where it stood."""
+        self._lost.discard(goal_id)
+        return self._ended.pop(goal_id, GoalStatus.UNKNOWN)
 
 
 def _moves_on(before: GoalStatus, after: GoalStatus) -> bool:
