@@ -7,7 +7,9 @@ talk directly.
 
 from __future__ import annotations
 
+import os
 import re
+from contextlib import closing
 from errno import EADDRINUSE
 from threading import Event, Lock, Thread
 
@@ -30,13 +32,15 @@ _TCP = re.compile(r'(?:tcp|tls|ws)/(?:\[([^]"]+)\]|(localhost|[\d.]+)):(\d+)')
 
 def is_taken(endpoints: str) -> bool:
     """Return whether somebody listens where these endpoints (JSON) would, as far as a TCP socket can tell."""
-    import os
-    import socket
+    # What `socket` is made of. To import that one while Ctrl-C ends the program, on this thread, makes Python
+    # forget that it was Ctrl-C (its namedtuples call `eval`): the program would exit with 1.
+    import _socket
 
     for bracketed, plain, port in _TCP.findall(endpoints):
-        with socket.socket(socket.AF_INET6 if bracketed else socket.AF_INET) as probe:
+        family = _socket.AF_INET6 if bracketed else _socket.AF_INET
+        with closing(_socket.socket(family, _socket.SOCK_STREAM)) as probe:
             if os.name == 'posix':  # as zenoh's own: a connection of the last holder's does not count
-                probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+                probe.setsockopt(_socket.SOL_SOCKET, _socket.SO_REUSEADDR, 1)
             try:
                 probe.bind((bracketed or plain, int(port)))
             except OSError as error:
