@@ -120,6 +120,10 @@ def test_a_closed_or_missing_stream_is_no_error(monkeypatch: pytest.MonkeyPatch)
     for replacement in (stream, None):
         monkeypatch.setattr(sys, 'stderr', replacement)
         console(RECORD)
+    working = io.StringIO()
+    monkeypatch.setattr(sys, 'stderr', working)
+    console(RECORD)
+    assert working.getvalue() == '[WARN] [0000000000.000000001] [a]: x\n'
 
 
 def test_what_the_stream_cannot_encode_is_written_as_escapes(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -52,5 +52,9 @@ def test_who_comes_after_the_end_is_closed_and_told() -> None:
 
 
 def test_forgetting_an_unknown_one_is_harmless() -> None:
-    _, members = home()
+    place, members = home()
+    thing = members.keep(Thing(members, b'known'))
     members.forget(b'never seen')
+    assert list(members._members.values()) == [thing]
+    place.give_up()
+    assert thing.place.closed

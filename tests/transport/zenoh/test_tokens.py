@@ -121,9 +121,10 @@ def test_a_token_that_breaks_the_grammar_is_the_peers_fault(token: str) -> None:
 def test_no_text_does_any_harm(text: str) -> None:
     for token in (text, f'@ros2_lv/{text}', f'{NODE_TOKEN}/{text}', f'{TOPIC_TOKEN[:-5]}{text}'):
         try:
-            parse(token)
+            entity = parse(token)
         except RemoteError:
             continue
+        assert entity.node.name
 
 
 @pytest.mark.parametrize('name', ['', 'a*', 'a#b'])
