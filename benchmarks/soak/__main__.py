@@ -21,6 +21,8 @@ from benchmarks.soak.health import Health, worse
 
 TRANSPORTS = {'zenoh': 'rmw_zenoh_cpp', 'dds': 'rmw_cyclonedds_cpp', 'memory': 'goalwire_memory'}
 SAMPLES = 24
+CALM_S = 12.0
+"""Between the last kill and the end: DDS learns of a dead peer when its lease is over, after 10 s."""
 
 
 def environment(transport: str, log_folder: str) -> dict[str, str]:
@@ -81,6 +83,7 @@ async def run(conductor: Conductor, minutes: float) -> int:
         killing.cancel()
         with suppress(asyncio.CancelledError):
             conductor.tally.problems += await killing
+        await asyncio.sleep(CALM_S)
         await conductor.stop()
     finally:
         conductor.abandon()

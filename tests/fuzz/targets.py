@@ -65,7 +65,13 @@ def build_classes(data: bytes) -> None:
     cls = get_message(f'{package}/msg/Fuzzed')
     message = cls()
     assert repr(message)
-    assert cdr.decode(cdr.encode(message), cls) is not None
+    try:
+        data = cdr.encode(message)
+    except EncodeValueError as error:
+        if 'of UTF-8, got' in str(error) or 'UTF-16 units, got' in str(error):
+            return  # a default is measured in characters, as rosidl does
+        raise
+    assert cdr.decode(data, cls) is not None
 
 
 def name_a_type(data: bytes) -> None:

@@ -177,6 +177,9 @@ def test_empty_parts_of_services_and_actions_are_fine() -> None:
         ('int32 check_fields', 1, 7, 'is taken by Python'),
         ('  int32 a\n  int32 a', 2, 9, "'a' is already defined in line 1"),
         ('int32 low=1', 1, 7, "'low' is no constant name"),
+        ('string a "\\0"', 1, 10, 'field a: a string cannot contain a NUL'),
+        ('string A="\\x00"', 1, 10, 'constant A: a string cannot contain a NUL'),
+        ('wstring a "\\ud800"', 1, 11, 'half of a surrogate pair is no character'),
         ('int32 BAD_=1', 1, 7, "'BAD_' is no constant name"),
         ('int32 B__AD=1', 1, 7, "'B__AD' is no constant name"),
         (f'int32 {"A" * 4000}a=1', 1, 7, 'is no constant name'),  # at once, not in 2**4000 steps

@@ -76,6 +76,10 @@ def _parse_string(text: str, capacity: int) -> str:
             raise ValueError(f'the quotes of {text} do not match')
         text = text[1:-1]
     value = _ESCAPE.sub(_unescape, text)
+    if '\0' in value:
+        raise ValueError('a string cannot contain a NUL')
+    if any('\ud800' <= sign <= '\udfff' for sign in value):
+        raise ValueError('half of a surrogate pair is no character')
     if capacity and len(value) > capacity:
         raise ValueError(f'the string has {len(value)} characters, its type at most {capacity}')
     return value
