@@ -94,9 +94,32 @@ def test_a_budget_that_is_half_empty_stops_retries_until_answers_fill_it() -> No
         ('factor', float('inf')),
         ('longest_delay', float('nan')),
         ('budget', -1.0),
+        ('budget', 2.0),
         ('refund', -0.1),
     ],
 )
 def test_numbers_that_make_no_sense_are_refused(field: str, value: float) -> None:
     with pytest.raises(ValueError, match=f'{field}={value}'):
         Retry(**{field: value})  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ('field', 'value'),
+    [
+        ('attempts', 2.5),
+        ('attempts', '3'),
+        ('timeout', '1'),
+        ('budget', None),
+        ('on', LOST),
+        ('on', ServerLostError),
+        ('on', (ValueError,)),
+        ('on_attempt', 3),
+    ],
+)
+def test_what_is_of_another_type_is_refused_by_its_name(field: str, value: object) -> None:
+    with pytest.raises(TypeError, match=f'^{field}='):
+        Retry(**{field: value})  # type: ignore[arg-type]
+
+
+def test_a_delay_beyond_all_numbers_is_the_longest() -> None:
+    assert Retry(attempts=5000, longest_delay=3.0, jitter=0.0).delay(4999, 0.5) == 3.0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from types import TracebackType
@@ -32,9 +32,23 @@ class Entity:
 
 
 def message_of(kind: type, given: object, fields: dict[str, object]) -> object:
-    """Return the message that was given, or make one of fields; raises TypeError where both are there."""
+    """Return the message that was given, or make one of fields.
+
+    Raises TypeError where both are there, and for a field that there is not: a message's class would pass it
+    over, as ROS 2's do, and a robot act on the default.
+    """
     if given is None:
+        if fields:
+            _check_names(kind, fields)
         return kind(**fields)
     if fields:
         raise TypeError(f'give a {kind.__name__} or its fields ({", ".join(fields)}), not both')
     return given
+
+
+def _check_names(kind: Any, fields: dict[str, object]) -> None:
+    known = kind.get_fields_and_field_types()
+    for field in fields:
+        if field not in known:
+            there = ', '.join(known) or 'no fields'
+            raise TypeError(f"{kind.__name__} has no field '{field}'; it has {there}")

@@ -23,6 +23,7 @@ from goalwire.execution.asyncio_clock import AsyncClock
 from goalwire.execution.asyncio_host import LoopHost
 from goalwire.execution.asyncio_runs import Runs
 from goalwire.execution.asyncio_threads import in_thread
+from goalwire.execution.steady import timeout_ns
 from goalwire.logging import RcutilsLogger, get_logger
 from goalwire.protocol.goals.policy import UNLIMITED
 from goalwire.protocol.goals.server import GoalServer
@@ -74,8 +75,10 @@ class Node:
         Nodes without a `context` share one for each `domain` (ROS_DOMAIN_ID's where None). `parameters`
         override the values that declarations give. `call_timeout` is how many s calls and goals may take
         that are given no time of their own (of goals: until they are accepted); without it
-        GOALWIRE_CALL_TIMEOUT counts.
+        GOALWIRE_CALL_TIMEOUT counts. Raises TypeError for a time that is no number, ValueError for nan.
         """
+        if call_timeout is not None:
+            timeout_ns(call_timeout, 'call_timeout')
         self._name = name
         self._namespace = namespace
         self._domain = domain

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import math
+from math import inf
 from typing import TYPE_CHECKING, TypeVar
 
 from goalwire.entities.exceptions import ShutDownError
 from goalwire.errors import CallError
+from goalwire.execution.steady import timeout_ns
 from goalwire.transport.contract import EndpointKind
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ class CallTerms:
     def __init__(self, context: Context, kind: str, name: str, timeout: float | None) -> None:
         """`kind` is 'service' or 'action', `name` fully qualified; a `timeout` (s) of None or inf has no end.
 
-        Raises ValueError for a timeout that is not a number.
+        Raises TypeError for a timeout that is no number, ValueError for nan.
         """
         self.context = context
         self.kind = kind
@@ -33,8 +34,14 @@ class CallTerms:
         self.attempts = 1
         """How often the request went out."""
         self.begun = self.now()
-        self.deadline = None if timeout is None else _deadline(self.begun, timeout)
+        self.deadline = None if timeout is None or timeout == inf else self.begun + self._ns(timeout)
         """On the context's steady clock, in ns; None where there is none."""
+
+    def _ns(self, timeout: float) -> int:
+        try:
+            return max(timeout_ns(timeout), 0)
+        except (TypeError, ValueError) as error:
+            raise type(error)(f'{self.title}: {error}') from None
 
     def now(self) -> int:
         """The time on the context's steady clock, in ns."""
@@ -79,9 +86,3 @@ class CallTerms:
         """Raise ShutDownError where the context has ended."""
         if not self.context.ok():
             raise ShutDownError(self.title)
-
-
-def _deadline(now: int, timeout: float) -> int | None:
-    if math.isnan(timeout):
-        raise ValueError('a timeout is a number of seconds, got nan')
-    return None if timeout == math.inf else now + int(max(timeout, 0.0) * 1e9)

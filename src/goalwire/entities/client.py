@@ -276,9 +276,9 @@ class ClientCore(Introspected):
     def retry(self, policy: Retry | None) -> None:
         from goalwire.entities.retrying import Retries
 
-        if self._retries is not None:
-            self._retries.close()
-        self._retries = None if policy is None else Retries(policy, self.node)
+        before, self._retries = self._retries, None if policy is None else Retries(policy, self.node)
+        if before is not None:
+            before.close()
 
     def send(self, payload: bytes, future: ResponseFuture) -> None:
         """Hand a request to the wire; its reply, and its end, go to `future`. Raises as call_async does."""

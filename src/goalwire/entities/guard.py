@@ -55,7 +55,11 @@ class Guard:
         self._alarm = Alarm(self._rung)
 
     def begin(self) -> None:
-        """Send the request, or wait for a server. Raises what sending raises; then nothing is left of it."""
+        """Send the request, or wait for a server. Raises what sending raises; then nothing is left of it.
+
+        Raises ShutDownError after the context's end.
+        """
+        self.terms.check_alive()  # at first: its alarm would ring at once, and fail a future that nobody has
         deadline = self.terms.deadline
         self.terms.context.deadlines.set(self._alarm, NEVER if deadline is None else deadline)
         try:

@@ -10,6 +10,7 @@ from goalwire.entities.guard import Guard, Guarded
 from goalwire.errors import CallError, DeadlineError
 from goalwire.execution.agenda import Alarm
 from goalwire.execution.inbox import Inbox
+from goalwire.execution.steady import timeout_ns
 from goalwire.logging import get_logger
 from goalwire.protocol.retries import Attempts, CallAttempt, Retry, RetryBudget
 
@@ -28,6 +29,9 @@ class Retries:
     """What the calls of one client share: the policy, its budget, the hook."""
 
     def __init__(self, policy: Retry, node: NodeCore) -> None:
+        """Raises TypeError for what is no policy."""
+        if not isinstance(policy, Retry):
+            raise TypeError(f'retry is a goalwire.Retry(…) or None, not {policy!r}')
         self.policy = policy
         self._node = node
         self._budget = RetryBudget(policy)
@@ -88,7 +92,7 @@ class RetryingGuard(Guard):
         self.terms.attempts = attempts.number
         self._is_out = self._is_sending = True
         if timeout is not None:
-            self.terms.context.deadlines.set(self._patience, now + int(timeout * 1e9))
+            self.terms.context.deadlines.set(self._patience, now + timeout_ns(timeout))
         super()._send()
         with self._lock:
             self._is_sending, early = False, self._early

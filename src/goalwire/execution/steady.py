@@ -34,10 +34,25 @@ STEADY = SteadyClock()
 
 
 def deadline_after(clock: SteadyClock, timeout_sec: float | None) -> int | None:
-    """The deadline in ns for a timeout as rclpy takes it: None and negative values mean without limit."""
-    if timeout_sec is None or timeout_sec < 0:
+    """The deadline in ns for a timeout as rclpy takes it: None and negative values mean without limit.
+
+    Raises as `timeout_ns` does.
+    """
+    if timeout_sec is None:
         return None
-    return clock.now() + int(min(timeout_sec, _FOREVER) * 1e9)
+    ns = timeout_ns(timeout_sec)
+    return None if timeout_sec < 0 else clock.now() + ns
+
+
+def timeout_ns(timeout: float, what: str = 'a timeout') -> int:
+    """Return the ns of a time in s, a century at most.
+
+    Raises TypeError for what is no number, ValueError for nan; both say `what` it was.
+    """
+    try:
+        return int(min(timeout, _FOREVER) * 1e9)
+    except (TypeError, ValueError) as error:
+        raise type(error)(f'{what} is a number of seconds, not {timeout!r}') from None
 
 
 _FOREVER = 4e9

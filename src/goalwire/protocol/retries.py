@@ -57,7 +57,8 @@ class Retry:
     """Hears of each attempt when it is over, on the node's executor or loop."""
 
     def __post_init__(self) -> None:
-        """Raises ValueError for numbers that make no sense."""
+        """Raises ValueError for numbers that make no sense, TypeError for what is of another type."""
+        self._check_types()
         if self.attempts < 1:
             raise ValueError(f'attempts={self.attempts}: a call has one attempt at least')
         if not 0.0 <= self.jitter <= 1.0:
@@ -68,11 +69,33 @@ class Retry:
             value = getattr(self, field)
             if not (isfinite(value) and value >= 0):
                 raise ValueError(f'{field}={value}: give a number from 0 on')
+        if self.budget <= 2.0:
+            raise ValueError(f'budget={self.budget}: one failure would stop all retries; give more than 2')
+
+    def _check_types(self) -> None:
+        if not isinstance(self.attempts, int):
+            raise TypeError(f'attempts={self.attempts!r}: give an int')
+        for field in ('timeout', 'jitter', 'first_delay', 'factor', 'longest_delay', 'budget', 'refund'):
+            value = getattr(self, field)
+            if not isinstance(value, (int, float)) and not (field == 'timeout' and value is None):
+                raise TypeError(f'{field}={value!r}: give a number')
+        errors: object = self.on
+        if not isinstance(errors, tuple) or not all(_is_call_error(kind) for kind in errors):
+            raise TypeError(f'on={errors!r}: give a tuple of CallErrors, like (ServerLostError,)')
+        if self.on_attempt is not None and not callable(self.on_attempt):
+            raise TypeError(f'on_attempt={self.on_attempt!r}: give a function that takes a CallAttempt')
 
     def delay(self, failures: int, chance: float) -> float:
         """Return the s to wait after so many failures; `chance` is a random number from 0 up to 1."""
-        steady = min(self.first_delay * self.factor ** (failures - 1), self.longest_delay)
+        try:
+            steady = min(self.first_delay * self.factor ** (failures - 1), self.longest_delay)
+        except OverflowError:
+            steady = self.longest_delay
         return steady * (1.0 + self.jitter * (2.0 * chance - 1.0))
+
+
+def _is_call_error(kind: object) -> bool:
+    return isinstance(kind, type) and issubclass(kind, CallError)
 
 
 class RetryBudget:

@@ -13,11 +13,14 @@ if TYPE_CHECKING:
     from goalwire.protocol.goals.server import ServerStatistics as ServedGoals
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class LatencyHistogram:
     """How long things took. `counts[n]`: those of at least 2**(n-1) and less than 2**n ns."""
 
     counts: tuple[int, ...]
+
+    def __repr__(self) -> str:
+        return f'<{self.count} in LatencyHistogram, p50 {self.p50:.3g} s, p99 {self.p99:.3g} s>'
 
     @property
     def count(self) -> int:

@@ -36,12 +36,14 @@ Answers: TypeAlias = 'Answer[ResponseT] | Sequence[Answer[ResponseT]]'
 
 
 class Script(Generic[ResponseT]):
-    """One answer for every call, or one for each."""
+    """One answer for every call, or one for each. Raises TypeError for what is no answer."""
 
-    def __init__(self, answers: Answers[ResponseT]) -> None:
+    def __init__(self, answers: Answers[ResponseT], response: type[ResponseT]) -> None:
         self._answers = list(answers) if isinstance(answers, Sequence) else None
         self._same = None if isinstance(answers, Sequence) else answers
         self._given = 0
+        for answer in [self._same] if self._answers is None else self._answers:
+            _check(answer, response)
 
     def next(self) -> Answer[ResponseT]:
         """Return the next answer. Raises AssertionError where the script is at its end."""
@@ -52,3 +54,13 @@ class Script(Generic[ResponseT]):
             raise AssertionError(f'call {self._given} came, and there are {len(self._answers)} answers')
         answer: Answer[ResponseT] = self._answers[self._given - 1]
         return answer
+
+
+def _check(answer: object, response: type) -> None:
+    while isinstance(answer, After):
+        answer = answer.answer
+    is_told = isinstance(answer, (response, BaseException)) or answer is None or answer is NEVER
+    if not (is_told or callable(answer)):
+        raise TypeError(
+            f'an answer is a {response.__name__}, a function, an exception, NEVER or after(…), not {answer!r}'
+        )

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from goalwire.entities.actions.types import FeedbackT, GoalT, ResultT
+from goalwire.errors import GoalwireError
 from goalwire.execution.bridge import running_loop
 
 if TYPE_CHECKING:
@@ -73,4 +74,7 @@ def _run(coroutine: Coroutine[Any, Any, T]) -> T:
         raise RuntimeError(
             'this would hold up the asyncio loop that it is called in: use a client of graph.node(…) there'
         )
-    return asyncio.run(coroutine)
+    try:
+        return asyncio.run(coroutine)
+    except GoalwireError as error:
+        raise error.with_traceback(None) from None  # the loop's frames tell a test nothing

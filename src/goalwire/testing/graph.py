@@ -206,6 +206,8 @@ class Graph:
         elif rclpy.get_default_context().get_domain_id() != self._world.domain:
             raise LocalError('rclpy was initialised outside this graph: leave that to the graph')
         made: Any = node() if callable(node) else node
+        if not isinstance(made, rclpy.node.Node):
+            raise TypeError(f'start() takes a node of rclpy, or what makes one, not {made!r}')
         core: NodeCore = made.handle
         if executor is None:
             executor = rclpy.executors.SingleThreadedExecutor

@@ -40,9 +40,9 @@ class FakeService(Generic[RequestT, ResponseT]):
         blame: Callable[[str], None],
     ) -> None:
         self._node = node
-        self._script: Script[ResponseT] = Script(answers)
         self._blame = blame
         self._response: type = support.response
+        self._script: Script[ResponseT] = Script(answers, self._response)
         self._core = _Core(node, support, name, self._answer, SERVICES_DEFAULT, ReentrantCallbackGroup())
         self.name = self._core.full_name
         self.requests: Log[RequestT] = Log(f"requests to '{self.name}'")
@@ -51,7 +51,7 @@ class FakeService(Generic[RequestT, ResponseT]):
 
     def answer_with(self, answers: Answers[ResponseT]) -> None:
         """Answer otherwise from now on."""
-        self._script = Script(answers)
+        self._script = Script(answers, self._response)
 
     def _answer(self, request: RequestT, _response: object) -> object:
         self.requests.append(request)

@@ -12,6 +12,7 @@ from goalwire.entities.attempt import Attempt
 from goalwire.entities.exceptions import InvalidHandle
 from goalwire.errors import CallError
 from goalwire.execution.callback_groups import ReentrantCallbackGroup
+from goalwire.execution.steady import timeout_ns
 from goalwire.protocol.goals.cancel import CancelCode
 
 if TYPE_CHECKING:
@@ -81,12 +82,15 @@ class ActionClient(Entity, Generic[GoalT, ResultT, FeedbackT]):
         `timeout` s, or the client's; where neither is given, only the server and its answer have a time, if
         the node or the process has one for calls. A server that gives no sign of life for `heartbeat` s,
         neither feedback nor a change of the goal's status, counts as stuck. Raises TypeError for what is no
-        such goal, ValueError for a heartbeat that is not above 0.
+        such goal or time, ValueError for nan and a heartbeat that is not above 0.
         """
         message = message_of(self._core.goal_type, goal, fields)
-        if heartbeat is not None and not heartbeat > 0:
-            raise ValueError(f'a heartbeat is a time above 0 s, not {heartbeat}')
         limit = self._timeout if timeout is None else timeout
+        for what, given in (('timeout', limit), ('grace', grace), ('heartbeat', heartbeat)):
+            if given is not None:
+                timeout_ns(given, what)  # before anything is sent, which an error would leave behind
+        if heartbeat is not None and heartbeat <= 0:
+            raise ValueError(f'a heartbeat is a time above 0 s, not {heartbeat}')
         return Run(self._core, message, Limits(limit, grace, heartbeat))
 
     async def call(

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from goalwire.execution.asyncio_waiting import delay_s
+from goalwire.execution.steady import timeout_ns
 from goalwire.protocol.goals.table import GoalStatus
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ class Heartbeat:
     def __init__(
         self, period: float, goal: ClientGoal, clock: SteadyClock, stuck: Callable[[], object]
     ) -> None:
-        self._period_ns = int(period * 1e9)
+        self._period_ns = timeout_ns(period)
         self._goal = goal
         self._clock = clock
         self._stuck = stuck

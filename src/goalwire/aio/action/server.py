@@ -68,6 +68,7 @@ class ActionServer(Entity, Generic[GoalT, ResultT, FeedbackT]):
         on_failure: Callable[[Goal[GoalT, FeedbackT], Exception], ResultT | None] | None,
         reactor: GoalServer[Request, bytes],
     ) -> None:
+        _check_functions(name, handler=handler, accept=accept or bool, on_failure=on_failure or bool)
         self._handler = handler
         self._accept = accept
         self._on_failure = on_failure
@@ -130,7 +131,10 @@ class ActionServer(Entity, Generic[GoalT, ResultT, FeedbackT]):
     async def _run(self, handle: ServerGoalHandle[GoalT, ResultT, FeedbackT]) -> ResultT | None:
         if handle.is_cancel_requested or not handle.is_active:
             return None  # before it began
-        return await self._handler(Goal(handle, self._feedback_type))
+        running = self._handler(Goal(handle, self._feedback_type))
+        if not isawaitable(running):
+            raise TypeError('the handler is a plain function, which holds up the loop: make it `async def`')
+        return await running
 
     def _ended(self, handle: ServerGoalHandle[Any, Any, Any], result: object) -> object:
         if not handle.is_active:
@@ -175,3 +179,9 @@ class ActionServer(Entity, Generic[GoalT, ResultT, FeedbackT]):
         for task in list(self._running.values()):
             if task is not calling:
                 task.cancel()
+
+
+def _check_functions(action: str, **functions: object) -> None:
+    for what, given in functions.items():
+        if not callable(given):
+            raise TypeError(f"action '{action}': {what} is a function, not {given!r}")

@@ -105,8 +105,8 @@ class Results:
     def _encode_result(self, result: object) -> bytes | None:
         if not isinstance(result, self._class):
             self._logger.error(
-                f"Action '{self._name}': the execute callback returned {type(result).__name__}; "
-                f'an empty result is sent; return a {self._class.__name__}'
+                f"Action '{self._name}': a result of the type {type(result).__name__} was returned; "
+                f'an empty one is sent; return a {self._class.__name__}'
             )
             return None
         try:

@@ -28,7 +28,7 @@ ON_CLIENT_LOST: tuple[str, ...] = get_args(OnClientLost)
 
 @dataclass(frozen=True, slots=True)
 class GoalPolicy:
-    """Made by the functions below. Raises ValueError for a number that makes no sense."""
+    """Made by the functions below. Raises TypeError for no number, ValueError for one that makes no sense."""
 
     at_once: int | None = None
     """How many goals run; None: any number."""
@@ -38,6 +38,9 @@ class GoalPolicy:
     """True where a new goal cancels those before it instead of waiting behind them."""
 
     def __post_init__(self) -> None:
+        for number in (self.at_once, self.waiting):
+            if number is not None and not isinstance(number, int):
+                raise TypeError(f'a number of goals is an int, not {number!r}')
         if self.at_once is not None and self.at_once < 1:
             raise ValueError(f'a server runs at least 1 goal at a time, not {self.at_once}')
         if self.waiting < 0:

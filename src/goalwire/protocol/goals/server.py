@@ -39,14 +39,14 @@ from goalwire.protocol.goals.effects import (
     ResultT,
     WakeAt,
 )
-from goalwire.protocol.goals.policy import ON_CLIENT_LOST, UNLIMITED, Places
+from goalwire.protocol.goals.policy import ON_CLIENT_LOST, UNLIMITED, GoalPolicy, Places
 from goalwire.protocol.goals.status import StatusArray
 from goalwire.protocol.goals.table import GoalEvent, GoalStatus, after
 
 if TYPE_CHECKING:
     from goalwire.protocol.goals.effects import ServerEffect
     from goalwire.protocol.goals.ids import GoalId
-    from goalwire.protocol.goals.policy import GoalPolicy, OnClientLost
+    from goalwire.protocol.goals.policy import OnClientLost
 
 RESULT_TIMEOUT_NS = 10_000_000_000
 """How long results are kept (rcl_action's default)."""
@@ -98,7 +98,9 @@ class GoalServer(Generic[RequestT, ResultT]):
         policy: GoalPolicy = UNLIMITED,
         on_client_lost: OnClientLost = 'keep',
     ) -> None:
-        """Raises ValueError for an `on_client_lost` that is none."""
+        """Raises ValueError for an `on_client_lost` that is none, TypeError for what is no policy."""
+        if not isinstance(policy, GoalPolicy):
+            raise TypeError(f'policy is what goalwire.single(), preempt(), … return, not {policy!r}')
         if on_client_lost not in ON_CLIENT_LOST:
             raise ValueError(
                 f'on_client_lost is {" or ".join(map(repr, ON_CLIENT_LOST))}, not {on_client_lost!r}'
