@@ -106,7 +106,7 @@ def client(
     arm: Arm, make_node: Callable[[str], NodeCore], monkeypatch: pytest.MonkeyPatch
 ) -> ActionClientCore:
     """Its goals have a time of their own; its results have none, but typed errors."""
-    monkeypatch.setattr(queriers, 'LONGEST_S', HELD_S)
+    monkeypatch.setattr(queriers, 'UNTIMED_S', HELD_S)
     made = ActionClientCore(make_node('hand'), FIBONACCI, 'fib', ReentrantCallbackGroup())
     made.call_timeout = PATIENCE
     return made

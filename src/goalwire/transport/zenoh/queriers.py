@@ -17,8 +17,9 @@ import zenoh
 from goalwire.protocol.time import S_TO_NS
 from goalwire.transport.zenoh.core import taken_back, undeclare
 
-LONGEST_S = 600.0
-"""Of a request without a time, as under rmw_zenoh: it may be answered late, and must not be sent twice."""
+UNTIMED_S: float | None = None
+"""Of requests without a time; None: what the session's configuration says, ten minutes as under rmw_zenoh.
+Less would end slow calls: a request may be answered late, and must not be sent twice."""
 
 _MANNER: dict[str, Any] = {
     'target': zenoh.QueryTarget.ALL_COMPLETE,
@@ -33,7 +34,7 @@ class Queriers:
     def __init__(self, session: zenoh.Session, key: str) -> None:
         """Declare the one for requests without a time."""
         self._declare: Callable[..., zenoh.Querier] = partial(session.declare_querier, key, **_MANNER)
-        lasting = self._declare(timeout=LONGEST_S)
+        lasting = self._declare(timeout=UNTIMED_S)
         self._declared = {0: lasting}
         """By their time in s; 0 for requests without one."""
         self.get: Callable[..., object] = lasting.get
