@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import deque
-from contextlib import suppress
 from typing import TYPE_CHECKING
 from weakref import ReferenceType, ref
 
@@ -106,8 +105,10 @@ class ReadyQueue:
 
     def unlisten(self, waker: Callable[[], None]) -> None:
         """Take a waker back, if it has not been called."""
-        with suppress(ValueError):
+        try:
             self._wakers.remove(waker)
+        except ValueError:
+            return  # `suppress` would cost three calls more, with each sleep
 
     @property
     def sleepers(self) -> int:
