@@ -9,7 +9,7 @@ from time import time_ns
 import zenoh
 
 from goalwire.errors import RemoteError, TransportError
-from goalwire.transport.contract import ClientPort, Sample
+from goalwire.transport.contract import ClientPort, Sample, new_sample
 from goalwire.transport.place import Place
 from goalwire.transport.zenoh.attachment import encode, read
 from goalwire.transport.zenoh.config import reason
@@ -78,7 +78,7 @@ def _read(answer: zenoh.Sample, expected: int, received: int) -> Sample:
     sequence, sent, gid = read(answer.attachment)
     if sequence != expected:
         raise RemoteError(f'it answers request {sequence}, not {expected}')
-    return Sample(answer.payload.to_bytes(), sequence, sent, received, gid)
+    return new_sample((answer.payload.to_bytes(), sequence, sent, received, gid))
 
 
 class ZenohClient(ClientPort):

@@ -10,7 +10,7 @@ import zenoh
 
 from goalwire.errors import LocalError, RemoteError
 from goalwire.protocol.reasons import CLOSING
-from goalwire.transport.contract import Port, Request, Sample
+from goalwire.transport.contract import Port, Request, Sample, new_sample
 from goalwire.transport.place import Place
 from goalwire.transport.zenoh.attachment import encode, read
 from goalwire.transport.zenoh.config import reason as zenoh_says
@@ -108,7 +108,7 @@ class ZenohService(Port):
         sequence, sent, gid = read(query.attachment)
         if query.payload is None:
             raise RemoteError(f'request {sequence} has no payload')
-        sample = Sample(query.payload.to_bytes(), sequence, sent, received, gid)
+        sample = new_sample((query.payload.to_bytes(), sequence, sent, received, gid))
         request = ZenohRequest(self, query, sample)
         call = gid, sequence
         with self._lock:

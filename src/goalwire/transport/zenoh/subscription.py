@@ -8,7 +8,7 @@ from time import time_ns
 import zenoh
 
 from goalwire.errors import RemoteError
-from goalwire.transport.contract import Endpoint, Port, Sample
+from goalwire.transport.contract import Endpoint, Port, Sample, new_sample
 from goalwire.transport.place import Place
 from goalwire.transport.zenoh.attachment import read
 from goalwire.transport.zenoh.core import Core, Declared
@@ -46,7 +46,7 @@ def _reader(core: Core, name: str) -> Callable[[zenoh.Sample], Sample | None]:
         except RemoteError as error:
             core.rejects.add('message', f"on topic '{name}': {error}")
             return None
-        return Sample(sample.payload.to_bytes(), sequence, sent, received, gid)
+        return new_sample((sample.payload.to_bytes(), sequence, sent, received, gid))
 
     return read_sample
 

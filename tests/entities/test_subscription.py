@@ -1,0 +1,85 @@
+"""Which callbacks a subscription takes, and what they want to be told."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+from collections.abc import Callable
+
+import pytest
+
+from goalwire.entities.subscription import _accepts, _plain_arguments
+
+
+class Robot:
+    def one(self, message: object) -> None: ...
+
+    def any(*arguments: object) -> None: ...
+
+    def default(self, message: object = None, info: object = None) -> None: ...
+
+    @classmethod
+    def of_class(cls, message: object, info: object) -> None: ...
+
+    @staticmethod
+    def static(message: object) -> None: ...
+
+    def __call__(self, message: object) -> None: ...
+
+
+def decorated(message: object) -> None: ...
+
+
+@functools.wraps(decorated)
+def decorator(*arguments: object) -> None:
+    decorated(*arguments)
+
+
+CALLABLES: list[Callable[..., object]] = [
+    lambda: None,
+    lambda message: None,
+    lambda message, /: None,
+    lambda message, info: None,
+    lambda message, info, more: None,
+    lambda message, info=None, more=None: None,
+    lambda *arguments: None,
+    lambda message, *arguments: None,
+    lambda message, info, more, *arguments: None,
+    lambda message, **named: None,
+    lambda message, *, named: None,
+    lambda message, *, named=1: None,
+    lambda message, info=None, *, named=1: None,
+    decorator,
+    Robot.one,
+    Robot().one,
+    Robot().any,
+    Robot().default,
+    Robot.of_class,
+    Robot.static,
+    Robot().static,
+    Robot(),
+    functools.partial(decorated, 1),
+    [].append,
+    [].insert,
+    Robot,
+]
+
+
+@pytest.mark.parametrize('callback', CALLABLES)
+@pytest.mark.parametrize('count', [0, 1, 2, 3])
+def test_a_callback_takes_what_inspect_says_it_does(callback: Callable[..., object], count: int) -> None:
+    try:
+        inspect.signature(callback).bind(*range(count))
+    except TypeError:
+        assert not _accepts(callback, count)
+    else:
+        assert _accepts(callback, count)
+
+
+@pytest.mark.parametrize('callback', [decorated, lambda message, info: None, Robot().one, Robot.of_class])
+def test_functions_and_methods_are_judged_without_inspect(callback: Callable[..., object]) -> None:
+    assert _plain_arguments(callback) is not None
+
+
+def test_what_is_not_callable_takes_nothing() -> None:
+    assert not _accepts(None, 1)
