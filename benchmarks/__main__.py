@@ -94,6 +94,9 @@ def main() -> int:
     begun = monotonic()
     facts = machine.facts()
     lines = [line for line in LINES if options.only in line.module]
+    if not lines:
+        names = ', '.join(line.module.rpartition('.')[2] for line in LINES)
+        parser.error(f"no line's program has {options.only!r} in its name; there are {names}")
     subjects, no_peer = everybody(peer=not options.alone)
     results = table(lines, subjects, options.rounds, options.scale)
     write(

@@ -36,7 +36,7 @@ class Axis(NamedTuple):
 
 def around(title: str, values: Iterable[float], start: float, end: float) -> Axis:
     """Return an axis with room for the values."""
-    known = [value for value in values if value > 0]
+    known = [value for value in values if value > 0] or [1.0]
     low, high = min(known), max(known)
     return Axis(title, low / 1.25, high * 1.25, start, end)
 
