@@ -85,10 +85,9 @@ class Report:
     def check_empty(self, statistics: NodeStatistics) -> None:
         """Report what a node's clients still hold, now that all their calls have ended."""
         requests = sum(client.in_flight for client in statistics.clients)
-        goals = sum(
-            client.goals.unanswered + client.goals.waiting_for_results for client in statistics.action_clients
-        )
-        self.say('held', requests, goals)
+        goals = sum(client.goals.unanswered for client in statistics.action_clients)
+        results = sum(client.goals.waiting_for_results for client in statistics.action_clients)
+        self.say('held', statistics.name, requests, goals, results)
 
     def handled(self, what: object) -> None:
         """A handler was entered for this tag or goal."""

@@ -50,8 +50,9 @@ class Tally:
         elif what == 'feedback':
             self.feedback = [a + int(b) for a, b in zip(self.feedback, rest, strict=True)]
         elif what == 'held':
-            if rest != ['0', '0']:
-                self.problems.append(f'a client ended with {rest[0]} requests and {rest[1]} goals')
+            name, *held = rest
+            if set(held) != {'0'}:
+                self.problems.append(f'{name} ended with requests, goals, results under way: {held}')
         elif what not in {'ready', 'left'}:
             self.problems.append(f'a line that means nothing: {line!r}')
 
