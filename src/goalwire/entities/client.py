@@ -12,7 +12,7 @@ from goalwire.entities.node import NodeCore
 from goalwire.entities.service_introspection import Introspected, IntrospectedCall
 from goalwire.entities.type_support import ServiceSupport
 from goalwire.errors import CallError, ClosedError, TooManyCallsError
-from goalwire.execution.blocking import block_on
+from goalwire.execution.blocking import abandon, block_on
 from goalwire.execution.callback_groups import CallbackGroup
 from goalwire.execution.future import Future
 from goalwire.execution.inbox import Arrivals
@@ -324,11 +324,13 @@ class ClientCore(Introspected):
         lifeline = self.node.context.lifeline
         try:
             block_on(future, deadline_after(lifeline.clock, timeout_sec), lifeline)
+        except BaseException:
+            abandon(future)
+            raise
+        if not future.done():
+            future.forget()
             if future.guard is not None and future.pending():
                 raise ShutDownError(f"cannot call '{self.full_name}'")
-        finally:
-            if not future.done():
-                future.forget()
         return future.result()
 
     def count_response(self) -> None:

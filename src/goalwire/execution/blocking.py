@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from goalwire.execution.lifeline import Lifeline
 
 __all__ = [
+    'abandon',
     'block_on',
     'block_on_clock',
     'current_executor',
@@ -38,6 +39,12 @@ def block_on(future: Future[Any], deadline: int | None, lifeline: Lifeline) -> b
         return future.wait(deadline, clock=lifeline.clock, lifeline=lifeline)
     finally:
         executor.lend_thread(-1)
+
+
+def abandon(future: Future[Any]) -> None:
+    """Give it up where blocking on it was interrupted: nobody will ask how it ended, or ends."""
+    future.cancel()
+    future.exception()
 
 
 def block_on_clock(future: Future[Any], clock: Clock, until_ns: int, lifeline: Lifeline) -> bool:

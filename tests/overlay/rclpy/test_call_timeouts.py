@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import math
 import threading
 import time
@@ -250,6 +251,24 @@ def test_shutdown_ends_the_calls_that_have_a_time(
     assert {type(error_of(future)) for future in futures} == {ShutDownError}
     raised.expect(1)
     thread.join()
+
+
+def test_neither_ctrl_c_nor_a_call_after_the_end_leaves_a_line_on_stderr(
+    impatient: TriggerClient, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    impatient.call_timeout = 60.0
+
+    def interrupt(*_: object) -> None:
+        impatient.node.context.shutdown()
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr('goalwire.entities.client.block_on', interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        impatient.call(Trigger.Request())
+    with pytest.raises(ShutDownError):
+        _ = impatient.call_async(Trigger.Request())
+    gc.collect()
+    assert 'never retrieved' not in capfd.readouterr().err
 
 
 def test_thousands_of_calls_that_nobody_answers_leave_nothing(impatient: TriggerClient) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, cast
 from goalwire.entities.actions.client_calls import ActionCalls
 from goalwire.entities.actions.requests import LATE_S, ActionRequest, RawFuture
 from goalwire.errors import ClosedError
-from goalwire.execution.blocking import block_on
+from goalwire.execution.blocking import abandon, block_on
 from goalwire.protocol.goals import wire
 from goalwire.protocol.goals.ids import NO_ID
 from goalwire.protocol.time import S_TO_NS, Time
@@ -72,5 +72,9 @@ class Cancelling(ActionCalls):
         """
         self.node.context.local_servers.check(self.node.graph, self.goal_service)
         future = ask()
-        block_on(future, None, self.node.context.lifeline)
+        try:
+            block_on(future, None, self.node.context.lifeline)
+        except BaseException:
+            abandon(future)
+            raise
         return future.result()

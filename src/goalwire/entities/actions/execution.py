@@ -98,15 +98,16 @@ class Results:
         None, which stands for the default, once that is logged, where it cannot be sent.
         """
         if not isinstance(outcome, Failure):
-            return self._encode_result(outcome)
-        result = None if outcome.result is None else self._encode_result(outcome.result)
+            return self._encode_result(outcome, 'the execute callback returned')
+        given = outcome.result
+        result = None if given is None else self._encode_result(given, 'the failure came with')
         return wire.with_reason(result or self.default(), outcome.reason) if outcome.reason else result
 
-    def _encode_result(self, result: object) -> bytes | None:
+    def _encode_result(self, result: object, told: str) -> bytes | None:
         if not isinstance(result, self._class):
             self._logger.error(
-                f"Action '{self._name}': a result of the type {type(result).__name__} was returned; "
-                f'an empty one is sent; return a {self._class.__name__}'
+                f"Action '{self._name}': {told} {type(result).__name__}; "
+                f'an empty result is sent; return a {self._class.__name__}'
             )
             return None
         try:
