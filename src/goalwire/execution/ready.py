@@ -86,6 +86,8 @@ class ReadyQueue:
 
     def wake_one(self) -> None:
         """Let one sleeper look again. Whoever leaves while there is work must call this."""
+        if not self._wakers:  # each tick of a timer asks, and an exception costs more than a look
+            return
         try:
             waker = self._wakers.pop()
         except IndexError:

@@ -76,8 +76,8 @@ class Places:
 
     def __init__(self, policy: GoalPolicy) -> None:
         self.policy = policy
-        self.unfinished = 0
-        """Goals from their acceptance until their execution is over."""
+        self.unfinished: dict[GoalId, None] = {}
+        """Goals from their acceptance until their execution is over, in the order of acceptance."""
         self.running = 0
         self.waiting: dict[GoalId, None] = {}
         """In the order of their turns."""
@@ -88,7 +88,7 @@ class Places:
         policy = self.policy
         if policy.at_once is None or policy.preempts:
             return False
-        return self.unfinished >= policy.at_once + policy.waiting
+        return len(self.unfinished) >= policy.at_once + policy.waiting
 
     @property
     def has_room(self) -> bool:
@@ -105,5 +105,6 @@ class Places:
 
     def clear(self) -> None:
         """Forget everybody."""
-        self.unfinished = self.running = 0
+        self.running = 0
+        self.unfinished.clear()
         self.waiting.clear()

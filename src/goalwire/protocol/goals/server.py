@@ -187,7 +187,7 @@ class GoalServer(Generic[RequestT, ResultT]):
         request, client = self._deciding.pop(goal_id)
         if not accepted or self._places.are_taken:
             return self._refuse(request)
-        self._places.unfinished += 1
+        self._places.unfinished[goal_id] = None
         self._goals[goal_id] = _Goal(stamp_ns, client)
         self._reached[GoalStatus.ACCEPTED] += 1
         self._statuses.add(goal_id, stamp_ns, GoalStatus.ACCEPTED)
@@ -229,7 +229,8 @@ class GoalServer(Generic[RequestT, ResultT]):
     def _preempt(self, newest: GoalId, now: int) -> list[ServerEffect[RequestT, ResultT]]:
         """Cancel every other goal that runs, or waits for its turn."""
         effects: list[ServerEffect[RequestT, ResultT]] = []
-        for goal_id, goal in list(self._goals.items()):
+        for goal_id in list(self._places.unfinished):
+            goal = self._goals[goal_id]
             if goal_id != newest and (goal.started or goal_id in self._places.waiting):
                 effects += self._cancel(goal_id, goal, now)
         return effects
@@ -352,7 +353,8 @@ class GoalServer(Generic[RequestT, ResultT]):
             if sender == client:
                 effects += self.on_goal_decision(goal_id, accepted=False, stamp_ns=0)
         call_off = self._cancel if self._lost == 'cancel' else self._abort
-        for goal_id, goal in list(self._goals.items()):
+        for goal_id in list(self._places.unfinished):
+            goal = self._goals[goal_id]
             if goal.client == client:
                 effects += call_off(goal_id, goal, now)
         return effects
@@ -450,7 +452,7 @@ class GoalServer(Generic[RequestT, ResultT]):
         return effects
 
     def _leave_place(self, goal_id: GoalId, goal: _Goal[RequestT, ResultT]) -> None:
-        self._places.unfinished -= 1
+        self._places.unfinished.pop(goal_id, None)
         if goal.started:
             self._places.running -= 1
         else:
