@@ -92,7 +92,8 @@ def empty(client: TriggerClient) -> bool:
     """Whether a client holds nothing of calls, nor does its transport."""
     port: Any = client._port
     table = {**getattr(port, '_calls', {}), **getattr(port, '_waiting', {})}
-    return not (client.pending or client.guarded or table)
+    waits_for_servers = {} if client._line is None else client._line._waiting
+    return not (client.pending or client.guarded or waits_for_servers or table)
 
 
 def test_a_call_to_a_server_that_hangs_ends_at_its_deadline(impatient: TriggerClient) -> None:
