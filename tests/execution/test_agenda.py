@@ -103,3 +103,14 @@ def test_an_agenda_that_an_alarm_has_left_cannot_forget_it() -> None:
     assert rung == []
     other.ring_due(100)
     assert rung == ['rung']
+
+
+def test_an_interrupted_set_is_made_good_by_the_next_ring() -> None:
+    rung: list[str] = []
+    agenda = Agenda(lambda: None)
+    agenda.set(Alarm(lambda: rung.append('late')), 50)
+    agenda.earliest = 10  # as where a signal's handler raises between the two steps of `set`
+    agenda.ring_due(20)
+    assert (agenda.next_due(), rung) == (50, [])
+    agenda.ring_due(50)
+    assert (agenda.next_due(), rung) == (None, ['late'])

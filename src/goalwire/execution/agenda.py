@@ -27,10 +27,13 @@ class Agenda:
     `on_earlier` is called, outside the lock, when the earliest due time has moved forward.
     """
 
-    __slots__ = ('_lock', '_on_earlier', '_serial', '_stale', 'heap')
+    __slots__ = ('_lock', '_on_earlier', '_serial', '_stale', 'earliest', 'heap')
 
     def __init__(self, on_earlier: Callable[[], None]) -> None:
         self.heap: list[tuple[int, int, Alarm]] = []
+        self.earliest: int | None = None
+        """The earliest due time, for who looks before each callback. Never later than the heap's first; too
+        early where a signal's handler has raised in here, until it is rung for."""
         self._lock = Lock()
         self._serial = 0
         self._stale = 0
@@ -46,6 +49,8 @@ class Agenda:
             earlier = not self.heap or due < self.heap[0][0]
             self._serial += 1
             alarm.due, alarm.agenda = due, self
+            if earlier:
+                self.earliest = due
             heappush(self.heap, (due, self._serial, alarm))
         if earlier:
             self._on_earlier()
@@ -59,18 +64,17 @@ class Agenda:
 
     def next_due(self) -> int | None:
         """The earliest due time, or None. It may belong to an alarm that is off by now."""
-        try:
-            return self.heap[0][0]
-        except IndexError:
-            return None
+        return self.earliest
 
     def ring_due(self, now: int) -> None:
         """Ring everything that is due at `now`."""
-        while (next_due := self.next_due()) is not None and next_due <= now:
+        while (earliest := self.earliest) is not None and earliest <= now:
             with self._lock:
                 if not self.heap or self.heap[0][0] > now:
+                    self._note_earliest()
                     return
                 due, _, alarm = heappop(self.heap)
+                self._note_earliest()
                 if alarm.due != due or alarm.agenda is not self:
                     self._stale -= 1
                     continue
@@ -85,7 +89,11 @@ class Agenda:
         if self._stale > 64 and self._stale * 2 > len(self.heap):
             self.heap[:] = [entry for entry in self.heap if entry[2] is not alarm and self._lives(entry)]
             heapify(self.heap)
+            self._note_earliest()
             self._stale = 0
+
+    def _note_earliest(self) -> None:
+        self.earliest = self.heap[0][0] if self.heap else None
 
     def _lives(self, entry: tuple[int, int, Alarm]) -> bool:
         return entry[2].agenda is self and entry[2].due == entry[0]

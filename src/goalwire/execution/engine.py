@@ -50,8 +50,9 @@ class Engine:
 
     def _next(self) -> Work | None:
         """The next ready work, or None; timers, file descriptors and waitables are looked at first."""
-        if self._agenda.heap:
-            self._agenda.ring_due(self._clock.now())
+        earliest = self._agenda.earliest
+        if earliest is not None and earliest <= (now := self._clock.now()):
+            self._agenda.ring_due(now)
         if self._readiness.watched:
             self._readiness.poll()
         if self._ready.lookouts:
