@@ -57,21 +57,20 @@ def test_a_missing_or_unknown_field_is_an_error_as_of_any_function(arguments: di
 
 def test_nothing_can_be_set_added_or_deleted() -> None:
     point: Any = Point(1)
-    for change in (
-        lambda: setattr(point, 'x', 2),
-        lambda: delattr(point, 'x'),
-        lambda: setattr(point, 'z', 3),
-    ):
-        with pytest.raises(AttributeError, match='Point is immutable'):
-            change()
+    with pytest.raises(AttributeError, match='Point is immutable'):
+        point.x = 2
+    with pytest.raises(AttributeError, match='Point is immutable'):
+        del point.x
+    with pytest.raises(AttributeError, match='Point is immutable'):
+        point.z = 3
     assert point == Point(1)
     assert not hasattr(point, '__dict__')
 
 
 def test_records_are_equal_to_their_own_kind_alone() -> None:
-    assert Point(1, 2) == Point(1, 2) != Point(1, 3)
-    assert Point(1, 2) != Twin(1, 2)
-    assert Point(1, 2) != (1, 2)
+    others: list[object] = [Point(1, 3), Twin(1, 2), (1, 2)]
+    assert Point(1, 2) == Point(1, 2)
+    assert Point(1, 2) not in others
     assert {Point(1, 2): 'found'}[Point(1, 2)] == 'found'
 
 

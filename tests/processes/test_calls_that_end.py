@@ -21,20 +21,20 @@ WAYS = {'call', 'call_async', 'await', 'get_result', 'get_result_async'}
 
 
 @pytest.fixture(params=WITHIN_S)
-def wire(request: pytest.FixtureRequest) -> str:
+def rmw(request: pytest.FixtureRequest) -> str:
     name: str = request.param
     require(name)
     return name
 
 
 @pytest.fixture
-def start(wire: str) -> Iterator[Start]:
+def start(rmw: str) -> Iterator[Start]:
     """A function that starts a program in a world of its own."""
-    with programs_in(isolated_env(wire) | {'CYCLONEDDS_URI': SHORT_LEASE}) as start:
+    with programs_in(isolated_env(rmw) | {'CYCLONEDDS_URI': SHORT_LEASE}) as start:
         yield start
 
 
-def test_every_form_of_a_call_learns_of_the_death_of_its_server(start: Start, wire: str) -> None:
+def test_every_form_of_a_call_learns_of_the_death_of_its_server(start: Start, rmw: str) -> None:
     server = start('holds_on')
     server.expect('ready')
     program = start('waits', GOALWIRE_CALL_TIMEOUT='60')
@@ -44,7 +44,7 @@ def test_every_form_of_a_call_learns_of_the_death_of_its_server(start: Start, wi
     server.kill()
     killed = time.monotonic()
     told = [program.expect(r'^(\w+) (\w+Error|NoneType) (.*)').groups() for _ in WAYS]
-    assert time.monotonic() - killed < WITHIN_S[wire]
+    assert time.monotonic() - killed < WITHIN_S[rmw]
     assert {way for way, _, _ in told} == WAYS
     assert {(error, who) for _, error, who in told} == {('ServerLostError', 'node')}
     program.succeed()

@@ -1,6 +1,7 @@
 """Takes calls and goals, and comes to the end of none."""
 
 import threading
+from typing import NoReturn
 
 import rclpy
 from example_interfaces.action import Fibonacci
@@ -11,9 +12,10 @@ from rclpy.node import Node
 from std_srvs.srv import Trigger
 
 
-def hold(*_):
+def hold(*_: object) -> NoReturn:
     print('began', flush=True)
     threading.Event().wait()
+    raise AssertionError('nobody sets it')
 
 
 with rclpy.init():

@@ -11,10 +11,11 @@ from rclpy.node import Node
 from rclpy.task import Future
 from std_srvs.srv import Trigger
 
-told, over = [], Future()
+told: list[str] = []
+over: Future[bool] = Future()
 
 
-def tell(way, error):
+def tell(way: str, error: object) -> None:
     who = 'node' if "'/holder'" in str(error) else error
     sys.stdout.write(f'{way} {type(error).__name__} {who}\n')
     sys.stdout.flush()
@@ -23,21 +24,22 @@ def tell(way, error):
         over.set_result(True)
 
 
-def call():
+def call() -> None:
     try:
         tell('call', client.call(Trigger.Request()))
     except Exception as error:
         tell('call', error)
 
 
-def get_result():
+def get_result() -> None:
+    assert handle is not None
     try:
         tell('get_result', handle.get_result())
     except Exception as error:
         tell('get_result', error)
 
 
-async def awaited():
+async def awaited() -> None:
     timer.cancel()
     try:
         tell('await', await client.call_async(Trigger.Request()))
@@ -56,6 +58,7 @@ with rclpy.init():
     accepted = moving.send_goal_async(Fibonacci.Goal())
     executor.spin_until_future_complete(accepted)
     handle = accepted.result()
+    assert handle is not None
     threads = [threading.Thread(target=each) for each in (call, get_result)]
     for thread in threads:
         thread.start()
