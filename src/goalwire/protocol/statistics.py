@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from goalwire.protocol.goals.client import ClientStatistics as SentGoals
-    from goalwire.protocol.goals.server import ServerStatistics as ServedGoals
+    from goalwire.protocol.goals.client import SentGoals
+    from goalwire.protocol.goals.server import ServedGoals
 
 
 @dataclass(frozen=True, slots=True, repr=False)

@@ -150,6 +150,9 @@ def test_goals_accepted_before_a_time_are_cancelled(make_node: MakeNode, spin: S
     assert [last_status(arena, handle) for handle in (before, later)] == ['CANCELED', 'SUCCEEDED']
     with pytest.raises(ValueError, match='cancel_all_goals cancels all'):
         _ = arena.client.cancel_goals_before_async(StampMessage())
+    no_time: Any = 3
+    with pytest.raises(TypeError, match='a Time or a builtin_interfaces/msg/Time is needed, not 3'):
+        _ = arena.client.cancel_goals_before_async(no_time)
 
 
 # -- clients that go ---------------------------------------------------------------------------------------

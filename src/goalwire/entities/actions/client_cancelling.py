@@ -48,8 +48,10 @@ class Cancelling(ActionCalls):
     def cancel_goals_before_async(self, stamp: Time | StampMessage) -> Future[CancelGoal.Response]:
         """Ask the server to cancel the goals that it accepted at or before a time of its clock.
 
-        Raises ValueError for a time that is not above 0, which would stand for all goals.
+        Raises TypeError for what is no time, ValueError for one not above 0, which would stand for all goals.
         """
+        if not (isinstance(stamp, Time) or hasattr(stamp, 'nanosec')):
+            raise TypeError(f'a Time or a builtin_interfaces/msg/Time is needed, not {stamp!r}')
         stamp_ns = stamp.nanoseconds if isinstance(stamp, Time) else stamp.sec * S_TO_NS + stamp.nanosec
         if stamp_ns <= 0:
             raise ValueError(f'a time above 0 is needed, not {stamp}; cancel_all_goals cancels all')

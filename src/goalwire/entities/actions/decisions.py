@@ -9,6 +9,7 @@ from types import CoroutineType
 from typing import TYPE_CHECKING, Any
 
 from goalwire.entities.actions.goal_handle import ServerGoalHandle
+from goalwire.entities.enclosing import Enclosing
 from goalwire.protocol.goals import effects as effect
 
 if TYPE_CHECKING:
@@ -70,7 +71,7 @@ class Decisions:
             self._decide(goal_id, goal, GoalResponse.REJECT)
             raise
         if isinstance(decision, CoroutineType):
-            return self._decide_later(goal_id, goal, decision)
+            return Enclosing(self._decide_later(goal_id, goal, decision), [decision])
         return self._decide(goal_id, goal, decision)
 
     async def _decide_later(self, goal_id: GoalId, goal: Any, decision: Coroutine[Any, Any, Any]) -> None:
@@ -129,7 +130,8 @@ class Decisions:
             else:
                 self._decide_cancel(ask, answer)
         if pending:
-            return self._decide_cancels_later(pending, failures)
+            later = self._decide_cancels_later(pending, failures)
+            return Enclosing(later, [coroutine for _, coroutine in pending])
         if failures:
             raise failures[0]
         return None

@@ -6,6 +6,7 @@ from collections.abc import Callable, Coroutine
 from types import CoroutineType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from goalwire.entities.enclosing import Enclosing
 from goalwire.execution.work import Work
 from goalwire.protocol.goals import wire
 from goalwire.protocol.goals.table import GoalStatus
@@ -50,7 +51,7 @@ class Execution(Work):
             self._failed(error)
             return None
         if isinstance(result, CoroutineType):
-            return self._carry(result)
+            return Enclosing(self._carry(result), [result])
         self._finish(result)
         return None
 

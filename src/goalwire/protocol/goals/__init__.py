@@ -1,10 +1,10 @@
 """Goals: the table of their life, and server and client as pure reactors over it."""
 
 from goalwire.protocol.goals.cancel import CancelCode
-from goalwire.protocol.goals.client import ClientStatistics, GoalClient, GoalIdTaken
+from goalwire.protocol.goals.client import GoalClient, GoalIdTaken, SentGoals
 from goalwire.protocol.goals.ids import NO_ID, GoalId, new_goal_id
 from goalwire.protocol.goals.policy import GoalPolicy, OnClientLost, parallel, preempt, queue, single
-from goalwire.protocol.goals.server import RESULT_TIMEOUT_NS, GoalServer, ServerStatistics
+from goalwire.protocol.goals.server import RESULT_TIMEOUT_NS, GoalServer, ServedGoals
 from goalwire.protocol.goals.status import decode_status_array
 from goalwire.protocol.goals.table import TABLE, GoalEvent, GoalStatus, InvalidTransition
 
@@ -13,7 +13,6 @@ __all__ = [
     'RESULT_TIMEOUT_NS',
     'TABLE',
     'CancelCode',
-    'ClientStatistics',
     'GoalClient',
     'GoalEvent',
     'GoalId',
@@ -23,7 +22,8 @@ __all__ = [
     'GoalStatus',
     'InvalidTransition',
     'OnClientLost',
-    'ServerStatistics',
+    'SentGoals',
+    'ServedGoals',
     'decode_status_array',
     'new_goal_id',
     'parallel',

@@ -59,7 +59,7 @@ class _Goal(Generic[WaiterT]):
 
 
 @dataclass(frozen=True, slots=True)
-class ClientStatistics:
+class SentGoals:
     """How much a client holds at the moment, and how many goals it has had."""
 
     unanswered: int
@@ -93,10 +93,10 @@ class GoalClient(Generic[FeedbackT, WaiterT, ResultT]):
         goal = self._goals.get(goal_id)
         return self._ended.get(goal_id, GoalStatus.UNKNOWN) if goal is None else goal.status
 
-    def statistics(self) -> ClientStatistics:
+    def statistics(self) -> SentGoals:
         """Count what is held."""
         goals = self._goals.values()
-        return ClientStatistics(
+        return SentGoals(
             unanswered=sum(not goal.answered for goal in goals),
             active=sum(goal.answered for goal in goals),
             remembered=len(self._ended),

@@ -66,7 +66,7 @@ class _Goal(Generic[RequestT, ResultT]):
 
 
 @dataclass(frozen=True, slots=True)
-class ServerStatistics:
+class ServedGoals:
     """How much a server holds at the moment, and how many goals it has had."""
 
     deciding: int
@@ -140,11 +140,11 @@ class GoalServer(Generic[RequestT, ResultT]):
         """Return the serialised status array to publish; None where nothing changed since the last."""
         return self._statuses.take()
 
-    def statistics(self) -> ServerStatistics:
+    def statistics(self) -> ServedGoals:
         """Count what is held."""
         goals = self._goals.values()
         reached = self._reached
-        return ServerStatistics(
+        return ServedGoals(
             deciding=len(self._deciding),
             active=sum(goal.status.is_active for goal in goals),
             running=self._places.running,
