@@ -48,6 +48,16 @@ def unanswered(what: str, reason: str) -> CallError:
     return reasons.meaning(reason)(f'no server answered the {what} ({reason or NO_REASON})')
 
 
+def end_with(future: Future[Any], error: Exception) -> None:
+    """Complete a request's future with `error`.
+
+    Nobody is reminded of one that was not looked at, where the program itself has closed what it waited for.
+    """
+    future.set_exception(error)
+    if isinstance(error, ClosedError):
+        future.exception()
+
+
 class ResponseFuture(Future[Any]):
     """The response to one request; decoded by who asks for it, not by the transport's thread."""
 
@@ -154,7 +164,7 @@ class ResponseFuture(Future[Any]):
         """Complete it with `error`."""
         self.forget()
         if self.pending():
-            self.set_exception(error)
+            end_with(self, error)
 
     def guard_with(self, guard: Guard, request: bytes) -> None:
         """Let `guard` send the request, and see to its end."""

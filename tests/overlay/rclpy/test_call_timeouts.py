@@ -272,6 +272,21 @@ def test_neither_ctrl_c_nor_a_call_after_the_end_leaves_a_line_on_stderr(
     assert 'never retrieved' not in capfd.readouterr().err
 
 
+def test_what_the_program_itself_closes_leaves_no_line_on_stderr(
+    impatient: TriggerClient, make_node: MakeNode, context: Context, capfd: pytest.CaptureFixture[str]
+) -> None:
+    impatient.call_timeout = math.inf
+    left = make_node('other').create_client(Trigger, 'nosuch')
+    left.call_timeout = math.inf
+    futures = [client.call_async(Trigger.Request()) for client in (impatient, left)]
+    impatient.destroy()  # pending futures of this one end by that, of the other by the context's end
+    context.shutdown()
+    assert all(future.wait(time.monotonic_ns() + int(PATIENCE * 1e9)) for future in futures)
+    del futures
+    gc.collect()
+    assert 'never retrieved' not in capfd.readouterr().err
+
+
 def test_thousands_of_calls_that_nobody_answers_leave_nothing(impatient: TriggerClient) -> None:
     """In the small what benchmarks/dead_service.py does with a hundred thousand."""
     impatient.call_timeout = 0.02

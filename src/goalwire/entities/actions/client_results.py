@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from goalwire.entities.actions.requests import RawFuture
-from goalwire.entities.client import unanswered
+from goalwire.entities.client import end_with, unanswered
 from goalwire.entities.exceptions import InvalidHandle, ShutDownError
 from goalwire.errors import CallError, GoalwireError
 from goalwire.execution.agenda import Alarm
@@ -164,11 +164,11 @@ class ClientResults:
         if terms is None or not future.pending():
             return
         if self.client.destroyed:
-            future.set_exception(InvalidHandle())
+            end_with(future, InvalidHandle())
         elif not self.client.node.context.ok():
-            future.set_exception(ShutDownError(terms.title))
+            end_with(future, ShutDownError(terms.title))
         else:
-            future.set_exception(terms.retold(error) if isinstance(error, CallError) else error)
+            end_with(future, terms.retold(error) if isinstance(error, CallError) else error)
 
     def close(self) -> None:
         """Hold nothing any more."""

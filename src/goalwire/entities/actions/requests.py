@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from goalwire.entities.client import MARGIN_S
+from goalwire.entities.client import MARGIN_S, end_with
 from goalwire.errors import DeadlineError
 from goalwire.execution.agenda import Alarm
 from goalwire.execution.future import Future
@@ -121,7 +121,7 @@ class ActionRequest:
         self._leave()
         self.withdraw()
         if self.future.pending():
-            self.future.set_exception(error)
+            end_with(self.future, error)
 
     def forget(self) -> None:
         """Nobody waits for the answer any more."""
@@ -184,7 +184,7 @@ class GoalRequest(ActionRequest):
         else:
             self.withdraw()
         if self.future.pending():
-            self.future.set_exception(error)
+            end_with(self.future, error)
 
     def forget(self) -> None:
         super().forget()
