@@ -188,6 +188,7 @@ def test_programs_end_quietly_when_they_are_stopped(start: Start, number: signal
     programs = {name: start(name) for name in SPINNING}
     for name, program in programs.items():
         program.expect(SPINNING[name])
+    for program in programs.values():  # only now: some need others to get there
         program.send_signal(number)
     for program in programs.values():
         assert 'Traceback' not in program.succeed()
