@@ -32,6 +32,11 @@ def status_of(handle: ServerGoalHandle) -> str:
     return f'{NAMES[handle.status]},{"act" if handle.is_active else "inact"}{asked}'
 
 
+def id_of(handle: ClientGoalHandle) -> bytes:
+    """Return a goal's id, 16 bytes."""
+    return bytes(handle.goal_id.uuid)
+
+
 class Arena:
     """A server with a script, a client, and a plain subscriber of the status topic.
 

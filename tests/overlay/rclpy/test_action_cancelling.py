@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import threading
-from typing import Any, TypeVar
+from typing import Any
 
 import pytest
 from builtin_interfaces.msg import Time
 from example_interfaces.action import Fibonacci
-from helpers.actions import NAMES, NO_ID, Arena, Gate, Patient, Result, accept_cancel, succeed
+from helpers.actions import NAMES, NO_ID, Arena, Gate, Patient, Result, accept_cancel, id_of, succeed
 from helpers.collector import Collector
 from helpers.spinning import PATIENCE, MakeNode, Spin, result_of
 from rclpy.action import CancelResponse
@@ -16,20 +16,8 @@ from rclpy.action.client import ClientGoalHandle
 from rclpy.action.server import ServerGoalHandle
 from unique_identifier_msgs.msg import UUID
 
-T = TypeVar('T')
-
 Handle = ServerGoalHandle
 NONE, UNKNOWN_GOAL_ID, GOAL_TERMINATED = 0, 2, 3
-
-
-def given(answer: T | None) -> T:
-    """The answer, which a blocking call gives unless its context has ended."""
-    assert answer is not None
-    return answer
-
-
-def id_of(handle: ClientGoalHandle) -> bytes:
-    return bytes(handle.goal_id.uuid)
 
 
 @pytest.fixture

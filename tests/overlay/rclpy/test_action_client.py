@@ -10,11 +10,10 @@ import pytest
 from action_msgs.msg import GoalStatusArray
 from action_msgs.srv import CancelGoal
 from example_interfaces.action import Fibonacci
-from helpers.actions import NAMES, Arena, Feedback, Gate, Goal, Patient, Result, accept_cancel, succeed
+from helpers.actions import NAMES, Arena, Feedback, Gate, Goal, Patient, Result, accept_cancel, id_of, succeed
 from helpers.collector import Collector
 from helpers.spinning import PATIENCE, MakeNode, Spin, result_of, wait_until
 from rclpy.action import ActionClient, ActionServer
-from rclpy.action.client import ClientGoalHandle
 from rclpy.action.server import ServerGoalHandle
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.context import Context
@@ -31,17 +30,13 @@ pytestmark = pytest.mark.also_on_dds
 T = TypeVar('T')
 
 Handle = ServerGoalHandle
-NONE, UNKNOWN_GOAL_ID, GOAL_TERMINATED = 0, 2, 3
+NONE, GOAL_TERMINATED = 0, 3
 
 
 def given(answer: T | None) -> T:
     """The answer, which a blocking call gives unless its context has ended."""
     assert answer is not None
     return answer
-
-
-def id_of(handle: ClientGoalHandle) -> bytes:
-    return bytes(handle.goal_id.uuid)
 
 
 @pytest.fixture
