@@ -15,24 +15,25 @@ OTHER_CLOSER_S = 15.0
 class Place:
     """One place."""
 
-    __slots__ = ('_guard', '_leave', '_turn', 'closed', 'title')
+    __slots__ = ('_leave', '_turn', 'closed', 'guard', 'title')
 
     def __init__(self, title: str, guard: ForkGuard, leave: Callable[[], None]) -> None:
         self.title = title
         self.closed = False
-        self._guard = guard
+        self.guard = guard
+        """Looked at with each message, past `is_forked`: a call less."""
         self._leave = leave
         self._turn = RLock()
 
     @property
     def is_forked(self) -> bool:
         """True in a child forked since."""
-        return self._guard.is_forked
+        return self.guard.is_forked
 
     def check(self) -> None:
         """Raise ClosedError or ForkedError where the place is no longer held."""
-        if self._guard.is_forked:
-            self._guard.check(self.title)
+        if self.guard.is_forked:
+            self.guard.check(self.title)
         if self.closed:
             raise ClosedError(
                 f'{self.title} was used after it, its node or its context had been closed; '
@@ -45,7 +46,7 @@ class Place:
         Whoever comes second waits for the first, so that it may rely on the end as well; a call from within
         the closing itself returns at once.
         """
-        if self._guard.is_forked or not self._turn.acquire(timeout=OTHER_CLOSER_S):
+        if self.guard.is_forked or not self._turn.acquire(timeout=OTHER_CLOSER_S):
             return
         try:
             if not self.closed:

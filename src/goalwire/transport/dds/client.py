@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from itertools import count
 from threading import Lock
 from time import time_ns
+from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
 from goalwire.errors import RemoteError, TransportError
 from goalwire.transport.contract import ClientPort, Endpoint, Sample, new_sample
@@ -15,12 +17,15 @@ from goalwire.transport.dds.declaring import Declaration
 from goalwire.transport.dds.intake import Intake
 from goalwire.transport.dds.names import Role
 from goalwire.transport.dds.peers import Peer
-from goalwire.transport.dds.refusal import is_refusal, refusal_reason
+from goalwire.transport.dds.refusal import refusal_reason
 from goalwire.transport.dds.service_ends import make_reader, make_writer
 from goalwire.transport.dds.service_header import unwrap, wrap
 from goalwire.transport.dds.status import PUBLICATION_MATCHED, SUBSCRIPTION_MATCHED
 from goalwire.transport.dds.user_data import EndpointData
 from goalwire.transport.dds.wire import Taken
+
+if TYPE_CHECKING:
+    from goalwire.transport.dds.fast_dds import Calls as FastDdsCalls
 
 _FOREIGN = (
     'its server runs on Fast DDS, whose services take requests of another form: start it with '
@@ -32,19 +37,18 @@ _MIXED = (
 )
 
 
-class Call:
+class Call(NamedTuple):
     """One request on its way, and the servers that may still answer."""
 
-    __slots__ = ('on_end', 'on_reply', 'reason', 'servers')
+    servers: set[str]
+    on_reply: Callable[[Sample], None]
+    on_end: Callable[[str], None]
 
-    def __init__(
-        self, servers: set[str], on_reply: Callable[[Sample], None], on_end: Callable[[str], None]
-    ) -> None:
-        self.servers = servers
-        self.reason = ''
-        """Why a server has refused it."""
-        self.on_reply = on_reply
-        self.on_end = on_end
+
+_new_call: Callable[[tuple[set[str], Callable[[Sample], None], Callable[[str], None]]], Call] = partial(
+    tuple.__new__, Call
+)
+"""Makes one as its class does, without a call of Python code."""
 
 
 class DdsClient(ClientPort):
@@ -60,6 +64,10 @@ class DdsClient(ClientPort):
         self._next_sequence = count(1).__next__
         self._lock = Lock()
         self._calls: dict[int, Call] = {}
+        self._refusals: dict[int, str] = {}
+        """Why one of several servers has refused a call that others may still answer."""
+        self._local = core.intakes.by_topic
+        self._known = core.peers.known
         self._requested: list[Peer] = []
         self._answering: list[Peer] = []
         self._targets: tuple[frozenset[str], str] = frozenset(), ''
@@ -80,28 +88,40 @@ class DdsClient(ClientPort):
         timeout_ns: int | None = None,  # noqa: ARG002 - it is forgotten in time
     ) -> int:
         """Send one request to every server."""
-        self._place.check()
+        place = self._place
+        if place.closed or place.guard.is_forked:
+            place.check()
         sequence = self._next_sequence()
         if not self._targets[0]:
             self._look()
-        servers, reason = self._targets
+        targets = self._targets
+        servers, reason = targets
         if not servers:
             on_end(reason)
             return sequence
-        call = Call(set(servers), on_reply, on_end)
-        with self._lock:
-            self._calls[sequence] = call
-        if self._place.closed:  # since the check above: closing may have missed this call
+        self._calls[sequence] = _new_call((set(servers), on_reply, on_end))
+        # What has changed since it was read above may have missed this call.
+        if self._targets is not targets:
+            self._look()
+        if place.closed:
             self.end_all()
             return sequence
-        result = self._send(sequence, payload)
+        writer = self._writer
+        if self._fast_dds is None:
+            result = writer.write(wrap((writer.instance, sequence), payload))
+        else:
+            result = self._send_translated(self._fast_dds, sequence, payload)
         if result:
-            self.forget(sequence)
-            self._place.check()
-            error = self._core.library.dds_strretcode(result).decode()
-            raise TransportError(f'{self._place.title}: Cyclone DDS refused a request: {error}')
-        self._core.intakes.drain(self._writer.topic)
+            self._refused(sequence, result)
+        if writer.topic in self._local:
+            self._core.intakes.drain(writer.topic)
         return sequence
+
+    def _refused(self, sequence: int, result: int) -> NoReturn:
+        self.forget(sequence)
+        self._place.check()
+        error = self._core.library.dds_strretcode(result).decode()
+        raise TransportError(f'{self._place.title}: Cyclone DDS refused a request: {error}')
 
     def forget(self, sequence: int) -> None:
         """Hold nothing for this request any more."""
@@ -111,15 +131,14 @@ class DdsClient(ClientPort):
     def _pop(self, sequence: int) -> Call | None:
         if self._fast_dds is not None:
             self._fast_dds.end(sequence)
+        self._refusals.pop(sequence, None)
         return self._calls.pop(sequence, None)
 
-    def _send(self, sequence: int, payload: bytes) -> int:
+    def _send_translated(self, calls: FastDdsCalls, sequence: int, payload: bytes) -> int:
         """Write a request in the form that its servers take; return 0 or the library's error."""
-        if self._fast_dds is None:
-            return self._writer.write(wrap((self._writer.instance, sequence), payload))
         if self._requested[0].speaks_fast_dds:
-            return self._fast_dds.write(payload, sequence)
-        return self._fast_dds.write(wrap((self._writer.instance, sequence), payload))
+            return calls.write(payload, sequence)
+        return calls.write(wrap((self._writer.instance, sequence), payload))
 
     def _servers(self, requested: list[Peer]) -> tuple[frozenset[str], str]:
         """Return who of these gets a request, or nobody and why."""
@@ -153,31 +172,36 @@ class DdsClient(ClientPort):
             there = {peer.server for peer in self._requested}
             ended = []
             for sequence, call in list(self._calls.items()):
-                call.servers &= there
+                call.servers.intersection_update(there)
                 if not call.servers:
+                    ended.append((call, self._refusals.get(sequence, '')))
                     self._pop(sequence)
-                    ended.append(call)
-        for call in ended:
-            call.on_end(call.reason)
+        for call, reason in ended:
+            call.on_end(reason)
         if changed:
             self._core.feed.connected()
 
     def _on_message(self, message: Taken) -> None:
+        content, sent, publication = message
         try:
-            header, payload = unwrap(message.payload)
+            (client, sequence), payload = unwrap(content)
         except RemoteError as error:
             self._core.rejects.add('reply', f'{self._place.title}: {error}')
             return
-        if header.client != self._writer.instance:
+        if client != self._writer.instance:
             return  # another client's
-        if is_refusal(header):
-            self._answered(-header.sequence, message.publication, refusal_reason(payload))
+        if sequence < 0:  # see refusal.py
+            self._answered(-sequence, publication, refusal_reason(payload))
             return
-        call = self._calls.get(header.sequence)
+        call = self._calls.get(sequence)
         if call is None:
             return
-        call.on_reply(new_sample((payload, header.sequence, message.source_timestamp, time_ns(), self.gid)))
-        self._answered(header.sequence, message.publication)
+        call.on_reply(new_sample((payload, sequence, sent, time_ns(), self.gid)))
+        peer = self._known.get(publication)
+        if peer is None or self._fast_dds is not None or call.servers != {peer.server}:
+            self._answered(sequence, publication)
+        elif self._calls.pop(sequence, None) is not None:  # what `_answered` does where only one was asked
+            call.on_end('')
 
     def _answered(self, sequence: int, publication: int, reason: str = '') -> None:
         """Cross the server off that has just answered or refused; the last one ends the call."""
@@ -188,11 +212,13 @@ class DdsClient(ClientPort):
                 return
             if peer is not None:
                 call.servers.discard(peer.server)
-            call.reason = call.reason or reason
+            if reason:
+                self._refusals.setdefault(sequence, reason)
             if call.servers:
                 return
+            reason = self._refusals.get(sequence, '')
             self._pop(sequence)
-        call.on_end(call.reason)
+        call.on_end(reason)
 
     def end_all(self) -> None:
         """End every call: the client is closing."""

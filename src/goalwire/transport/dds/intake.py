@@ -29,39 +29,37 @@ class Intake:
         self._turn = Lock()
         self._deliverer = 0
 
-    def drain(self) -> None:
-        """Deliver some of what is there, unless another thread is at it; the waitset tells of the rest."""
-        if self._turn.acquire(blocking=False):
-            self._take_turn(takes_all=False)
+    def drain(self, patience_s: float = 0.0, *, takes_all: bool = False) -> bool:
+        """Deliver what is there, some of it or all; False where another thread is at it.
 
-    def drain_own(self) -> None:
-        """Deliver what this thread has written, after what another one is just delivering."""
-        if self._turn.acquire(blocking=False):
-            self._take_turn(takes_all=True)
-            return
-        is_ours = self._deliverer == get_ident()  # further up: it takes this one too
-        if not is_ours and self._turn.acquire(timeout=PATIENCE_S):
-            self._take_turn(takes_all=True)
-
-    def _take_turn(self, *, takes_all: bool) -> None:
+        The waitset tells of the rest.
+        """
+        turn = self._turn
+        if not turn.acquire(timeout=patience_s):
+            return False
         self._deliverer = get_ident()
-        reader = self.reader
+        reader, handle = self.reader, self._handle
         try:
             while True:
                 wanted = reader.at_once
                 count, messages = reader.take()
                 for message in messages:
                     if self.closed:
-                        return
+                        return True
                     try:
-                        self._handle(message)
+                        handle(message)
                     except Exception as error:
                         report_failure(self._title, error)
                 if count < wanted or not takes_all:
-                    return
+                    return True
         finally:
             self._deliverer = 0
-            self._turn.release()
+            turn.release()
+
+    def drain_own(self) -> None:
+        """Deliver what this thread has written, after what another one is just delivering."""
+        if not self.drain(takes_all=True) and self._deliverer != get_ident():  # else it takes this one too
+            self.drain(PATIENCE_S, takes_all=True)
 
 
 class LocalIntakes:
@@ -69,23 +67,24 @@ class LocalIntakes:
 
     def __init__(self) -> None:
         self._lock = Lock()
-        self._by_topic: dict[str, tuple[Intake, ...]] = {}
+        self.by_topic: dict[str, tuple[Intake, ...]] = {}
+        """Looked at with each message: most have no reader here."""
 
     def add(self, topic: str, intake: Intake) -> None:
         """Have an intake drained by local writers."""
         with self._lock:
-            self._by_topic[topic] = (*self._by_topic.get(topic, ()), intake)
+            self.by_topic[topic] = (*self.by_topic.get(topic, ()), intake)
 
     def remove(self, topic: str, intake: Intake) -> None:
         """Forget an intake; an unknown one is no error."""
         with self._lock:
-            others = tuple(each for each in self._by_topic.get(topic, ()) if each is not intake)
+            others = tuple(each for each in self.by_topic.get(topic, ()) if each is not intake)
             if others:
-                self._by_topic[topic] = others
+                self.by_topic[topic] = others
             else:
-                self._by_topic.pop(topic, None)
+                self.by_topic.pop(topic, None)
 
     def drain(self, topic: str) -> None:
         """Deliver what a writer of this process has just written."""
-        for intake in self._by_topic.get(topic, ()):
+        for intake in self.by_topic.get(topic, ()):
             intake.drain_own()

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from goalwire.transport.dds.abi import BuiltinEndpoint, Function, Library
 from goalwire.transport.dds.qos import read_user_data
-from goalwire.transport.dds.user_data import GUID_PREFIX_SIZE, decode_endpoint
+from goalwire.transport.dds.user_data import GUID_PREFIX_SIZE, EndpointData, decode_endpoint
 
 _CACHE_LIMIT = 1000
 """Handles kept, those of endpoints that have gone among them: beyond it, all are asked for anew."""
@@ -22,21 +22,21 @@ class Peer(NamedTuple):
     service_id: str
     client_id: str
     takes_refusals: bool
+    speaks_fast_dds: bool
+    """True where the peer's implementation is Fast DDS, whose services have no header."""
+    server: str
+    """What the two ends of one server share."""
 
-    @property
-    def participant(self) -> bytes:
-        """What its GUID shares with all endpoints of its participant."""
-        return self.gid[:GUID_PREFIX_SIZE]
 
-    @property
-    def speaks_fast_dds(self) -> bool:
-        """True where the peer's implementation is Fast DDS, whose services have no header."""
-        return self.gid[:2] == _FAST_DDS
-
-    @property
-    def server(self) -> str:
-        """What the two ends of one server share."""
-        return self.service_id or self.participant.hex()
+def _peer(gid: bytes, data: EndpointData) -> Peer:
+    return Peer(
+        gid,
+        data.service_id,
+        data.client_id,
+        data.takes_refusals,
+        gid[:2] == _FAST_DDS,
+        data.service_id or gid[:GUID_PREFIX_SIZE].hex(),
+    )
 
 
 class Peers:
@@ -44,11 +44,12 @@ class Peers:
 
     def __init__(self, library: Library) -> None:
         self._library = library
-        self._known: dict[int, Peer] = {}
+        self.known: dict[int, Peer] = {}
+        """By handle: looked at with each message, before anybody is asked."""
 
     def publication(self, reader: int, handle: int) -> Peer | None:
         """Return the writer that a reader is matched with; None where it has gone."""
-        return self._known.get(handle) or self._ask(
+        return self.known.get(handle) or self._ask(
             self._library.dds_get_matched_publication_data, reader, handle
         )
 
@@ -68,7 +69,7 @@ class Peers:
         """Return every reader that a writer is matched with."""
         ask = self._library.dds_get_matched_subscription_data
         handles = _handles(self._library.dds_get_matched_subscriptions, writer)
-        found = (self._known.get(handle) or self._ask(ask, writer, handle) for handle in handles)
+        found = (self.known.get(handle) or self._ask(ask, writer, handle) for handle in handles)
         return [peer for peer in found if peer is not None]
 
     def _ask(self, function: Function, entity: int, handle: int) -> Peer | None:
@@ -77,13 +78,12 @@ class Peers:
             return None
         try:
             endpoint = ctypes.cast(address, ctypes.POINTER(BuiltinEndpoint)).contents
-            data = decode_endpoint(read_user_data(self._library, endpoint.qos))
-            peer = Peer(bytes(endpoint.key), data.service_id, data.client_id, data.takes_refusals)
+            peer = _peer(bytes(endpoint.key), decode_endpoint(read_user_data(self._library, endpoint.qos)))
         finally:
             self._library.dds_builtintopic_free_endpoint(address)
-        if len(self._known) >= _CACHE_LIMIT:
-            self._known.clear()
-        self._known[handle] = peer
+        if len(self.known) >= _CACHE_LIMIT:
+            self.known.clear()
+        self.known[handle] = peer
         return peer
 
 

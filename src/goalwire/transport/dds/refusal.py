@@ -26,11 +26,6 @@ def refusal(header: Header, reason: str) -> bytes:
     return wrap(Header(header.client, -header.sequence), message)
 
 
-def is_refusal(header: Header) -> bool:
-    """Whether a reply refuses its request."""
-    return header.sequence < 0
-
-
 def refusal_reason(message: bytes) -> str:
     """Return the reason in a refusal without its header; what cannot be read counts as none."""
     end = len(message) - _SIZE.size

@@ -48,16 +48,21 @@ class DdsRequest(Request):
     def reply(self, payload: bytes) -> None:
         """Answer. Raises LocalError the second time, ForkedError after a fork."""
         service = self._service
+        place = service.place
+        if place.guard.is_forked:
+            place.check()
         if self._is_answered:
-            raise LocalError(f'{service.place.title}: this request was answered before; answer it once')
+            raise LocalError(f'{place.title}: this request was answered before; answer it once')
         self._is_answered = True
-        if service.release(self):
+        if service.waiting.pop(self, False):
             service.send(self, wrap(self._header, payload))
 
     def drop(self, reason: str = '') -> None:
         """Give the request up. A client that is not goalwire's is not told: its call ends with the server."""
         service = self._service
-        if service.release(self) and self.client.takes_refusals:
+        if service.place.is_forked:
+            service.place.check()
+        if service.waiting.pop(self, False) and self.client.takes_refusals:
             service.send(self, refusal(self._header, reason))
 
 
@@ -74,13 +79,17 @@ class DdsService(Port):
         self.reader = make_reader(core, Role.REQUEST, endpoint, data, new.undo)
         self.gid = self.reader.guid
         self._deliver = deliver
-        self._waiting: set[DdsRequest] = set()
+        self.waiting: dict[DdsRequest, bool] = {}
+        """The requests that are neither answered nor given up: True for who takes one out."""
+        self._local = core.intakes.by_topic
+        self._known = core.peers.known
         self._reached: set[str] = set()
         new.undo.callback(self._drop_all)
         new.take_in(self.reader.topic, Intake(self.reader, new.place.title, self._on_message))
 
     def _on_message(self, message: Taken) -> None:
-        peer = self._core.peers.publication(self.reader.handle, message.publication)
+        content, sent, publication = message
+        peer = self._known.get(publication) or self._core.peers.publication(self.reader.handle, publication)
         if peer is None:
             return  # the client has gone
         if peer.speaks_fast_dds:
@@ -88,13 +97,13 @@ class DdsService(Port):
                 self._core.feed.when_shown(peer.gid, self._warn_of_fast_dds)
             return
         try:
-            header, payload = unwrap(message.payload)
+            header, payload = unwrap(content)
         except RemoteError as error:
             self._core.rejects.add('request', f'{self.place.title}: {error}')
             return
-        sample = new_sample((payload, header.sequence, message.source_timestamp, time_ns(), peer.gid))
-        request = DdsRequest(self, header, peer, message.publication, sample)
-        self._waiting.add(request)
+        sample = new_sample((payload, header[1], sent, time_ns(), peer.gid))
+        request = DdsRequest(self, header, peer, publication, sample)
+        self.waiting[request] = True
         try:
             self._deliver(request)
         except Exception as error:
@@ -108,16 +117,6 @@ class DdsService(Port):
             'what Cyclone DDS does not send: start both with RMW_IMPLEMENTATION=rmw_cyclonedds_cpp',
         )
 
-    def release(self, request: DdsRequest) -> bool:
-        """Take a request off the list; True for the one caller that found it there."""
-        if self.place.is_forked:
-            self.place.check()
-        try:
-            self._waiting.remove(request)
-        except KeyError:
-            return False
-        return True
-
     def send(self, request: DdsRequest, reply: bytes) -> None:
         """Send one reply, once its client can hear it; what cannot be sent is counted."""
         client = request.client.client_id
@@ -127,7 +126,8 @@ class DdsService(Port):
         if result and not self.place.closed:
             error = self._core.library.dds_strretcode(result).decode()
             self._core.rejects.add('reply', f'{self.place.title}: Cyclone DDS refused it: {error}')
-        self._core.intakes.drain(self._writer.topic)
+        if self._writer.topic in self._local:
+            self._core.intakes.drain(self._writer.topic)
 
     def _reaches(self, client: str, request_writer: int) -> bool:
         """Wait until the client's reader is matched with our writer."""
@@ -164,7 +164,7 @@ class DdsService(Port):
             library.dds_delete(waiting)
 
     def _drop_all(self) -> None:
-        self._waiting.clear()
+        self.waiting.clear()
 
     @property
     def gids(self) -> tuple[tuple[bytes, ...], tuple[bytes, ...]]:

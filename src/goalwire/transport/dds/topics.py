@@ -53,12 +53,12 @@ class DdsPublisher(PublisherPort):
         self._place = new.place
         self._topic = topic
         self._write = writer.write
-        self._drain = core.intakes.drain
+        self._local = core.intakes.by_topic
 
     def publish(self, payload: bytes) -> None:
         """Write one message; what several threads publish at once may arrive in either order."""
         place = self._place
-        if place.closed or place.is_forked:
+        if place.closed or place.guard.is_forked:
             place.check()
         result = self._write(payload)
         if result:
@@ -67,7 +67,8 @@ class DdsPublisher(PublisherPort):
                 f'{place.title}: Cyclone DDS refused a message: '
                 f'{self._core.library.dds_strretcode(result).decode()}'
             )
-        self._drain(self._topic)
+        if self._topic in self._local:
+            self._core.intakes.drain(self._topic)
 
     def watch_event(self, event: EventType, changed: Callable[[EventStatus], None]) -> bool:
         """Tell of an event that the library notices."""
@@ -105,13 +106,14 @@ class DdsSubscription(Port):
         self.gid = reader.guid
         self.reader = reader
         self._core = core
+        self._known = core.peers.known
         self._place = new.place
         self._deliver = deliver
         new.take_in(topic, Intake(reader, new.place.title, self._on_message))
 
     def _on_message(self, message: Taken) -> None:
         payload, sent, publication = message
-        peer = self._core.peers.publication(self.reader.handle, publication)
+        peer = self._known.get(publication) or self._core.peers.publication(self.reader.handle, publication)
         gid = publication.to_bytes(16, 'little') if peer is None else peer.gid
         self._deliver(new_sample((payload, NOT_COUNTED, sent, time_ns(), gid)))
 

@@ -57,7 +57,7 @@ class DdsVigil(Vigil):
 
     # -- what is waited for
 
-    def watch(self, condition: int, handler: Callable[[], None]) -> None:
+    def watch(self, condition: int, handler: Callable[[], object]) -> None:
         """Call `handler` while the condition is true, on the thread that leads; `unwatch` ends that."""
         with self._starting:
             if self._thread is None and not self._closed:

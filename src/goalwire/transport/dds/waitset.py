@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from ctypes import addressof, c_ssize_t
+from functools import partial
 from itertools import count
 from threading import Lock
 
@@ -21,19 +22,21 @@ class WaitSet:
         self.on_interrupt: Callable[[], None] | None = None
         """Called by the waiting thread after each `interrupt`."""
         self._library = participant.library
-        self._wait = self._library.dds_waitset_wait
         self._name = name
         self._lock = Lock()
-        self._handlers: dict[int, Callable[[], None]] = {_INTERRUPTED: self._interrupted}
+        self._handlers: dict[int, Callable[[], object]] = {_INTERRUPTED: self._interrupted}
         self._keys: dict[int, int] = {}
         self._next_key = count(_INTERRUPTED + 1).__next__
         self._triggered = (c_ssize_t * _AT_ONCE)()
-        self._room = addressof(self._triggered)
         self._set = check(self._library, self._library.dds_create_waitset(participant.handle), name)
         self._guard = check(self._library, self._library.dds_create_guardcondition(participant.handle), name)
         self._library.dds_waitset_attach(self._set, self._guard, _INTERRUPTED)
+        self.wait: Callable[[int], int] = partial(
+            self._library.dds_waitset_wait, self._set, addressof(self._triggered), _AT_ONCE
+        )
+        """Returns how many conditions are true in so many ns; negative once the participant has gone."""
 
-    def watch(self, condition: int, handler: Callable[[], None]) -> None:
+    def watch(self, condition: int, handler: Callable[[], object]) -> None:
         """Call `handler` while the condition, or the entity's status, is true; `unwatch` ends that."""
         key = self._next_key()
         with self._lock:
@@ -54,14 +57,10 @@ class WaitSet:
         """End the current `wait`, or else the next; several count as one. Any thread."""
         self._library.dds_set_guardcondition(self._guard, True)
 
-    def wait(self, patience_ns: int) -> int:
-        """Return how many conditions are true in `patience_ns`; negative once the participant has gone."""
-        return self._wait(self._set, self._room, _AT_ONCE, patience_ns)
-
     def serve(self, found: int) -> None:
         """Call the handlers of the `found` conditions; what they raise is reported."""
-        for index in range(min(found, _AT_ONCE)):
-            handler = self._handlers.get(self._triggered[index])
+        for key in self._triggered[:found]:  # _AT_ONCE of them at most, as any slice
+            handler = self._handlers.get(key)
             if handler is not None:
                 try:
                     handler()

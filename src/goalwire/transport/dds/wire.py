@@ -31,7 +31,7 @@ LARGE = 65_536
 """Bytes from which on a message is copied with other threads running."""
 
 SMALL = 1024
-"""Bytes up to which a message is copied out by way of a buffer, which takes one call less."""
+"""Bytes up to which a message is copied out by way of a buffer, which takes two calls less."""
 
 _RESTRICTS_REPRESENTATION = 0x80
 _XCDR1 = 1
@@ -55,20 +55,28 @@ class Taken(NamedTuple):
     """The instance handle of its writer."""
 
 
-class _Scratch(threading.local):
+class _Scratch:
     """Where one thread takes samples to, and makes small ones from: pieces of memory and their addresses."""
+
+    __slots__ = ('infos', 'infos_address', 'out', 'out_address', 'room', 'samples', 'samples_address')
 
     def __init__(self) -> None:
         self.samples = (c_void_p * BATCH)()
         self.infos = (SampleInfo * BATCH)()
         self.samples_address, self.infos_address = addressof(self.samples), addressof(self.infos)
-        self.piece = Piece()
         self.room = (c_char * SMALL)()
         self.out = OutPiece()
         self.out_address = addressof(self.out)
 
 
-_scratch = _Scratch()
+class _Threads(threading.local):
+    """One for each thread."""
+
+    def __init__(self) -> None:
+        self.scratch = _Scratch()
+
+
+_here = _Threads()
 _taken: Callable[[tuple[bytes, int, int]], Taken] = partial(tuple.__new__, Taken)
 """Makes one as its class does, without a call of Python code."""
 _read_info = struct.Struct('=12x?3xq8xQ').unpack_from
@@ -160,7 +168,16 @@ class Writer:
         Raises LocalError for bytes that are no message.
         """
         size = len(payload)
-        made = self._small(payload, size) if size <= SMALL else self._large(payload, size)
+        if size <= SMALL:
+            if size & 3:  # filled up to a multiple of four, as the network layer counts on
+                payload += _PADDING[: -size & 3]
+                size = len(payload)
+            scratch = _here.scratch
+            piece = scratch.out
+            piece.base, piece.size = payload, size
+            made = self._make(self._serdata_type, SERIALIZED_DATA, 1, scratch.out_address, size)
+        else:
+            made = self._large(payload, size)
         if not made:
             raise LocalError(
                 f"topic '{self.topic}': {size} bytes that begin with {payload[:4].hex() or 'nothing'} are no "
@@ -168,18 +185,8 @@ class Writer:
             )
         return self._send(self.handle, made)
 
-    def _small(self, payload: bytes, size: int) -> int:
-        """Make a sample; its length is filled up to a multiple of four, as the network layer counts on."""
-        if size & 3:
-            payload += _PADDING[: -size & 3]
-            size = len(payload)
-        scratch = _scratch
-        piece = scratch.out
-        piece.base, piece.size = payload, size
-        return self._make(self._serdata_type, SERIALIZED_DATA, 1, scratch.out_address, size)
-
     def _large(self, payload: bytes, size: int) -> int:
-        """The same without a copy of the payload."""
+        """Make a sample without a copy of the payload before."""
         padding = -size & 3
         pieces = (OutPiece * 2)(OutPiece(payload, size), OutPiece(_PADDING, padding))
         make, count = self._make if size < LARGE else self.library.from_large, 2 if padding else 1
@@ -224,22 +231,27 @@ class Reader:
 
     def take(self) -> tuple[int, list[Taken]]:
         """Take up to `at_once` samples; return how many there were, and the messages among them."""
-        scratch = _scratch
+        scratch = _here.scratch
         count = self._take(
             self.handle, scratch.samples_address, self.at_once, scratch.infos_address, ANY_STATE
         )
-        taken = []
-        if count > 0:
-            library, samples, infos = self.library, scratch.samples, scratch.infos
-            for index in range(count):
-                sample = samples[index] or 0
-                valid, sent, publication = _read_info(infos, index * _INFO_SIZE)
-                if valid:
-                    payload = _content(library, sample)
-                    taken.append(_taken((payload, sent, publication)))
-                library.ddsi_serdata_unref(sample)
-            if taken:
-                self.at_once = BATCH if len(payload) < LARGE else 1
+        taken: list[Taken] = []
+        size = 0
+        library, samples, infos, room = self.library, scratch.samples, scratch.infos, scratch.room
+        for index in range(count):
+            sample = samples[index] or 0
+            valid, sent, publication = _read_info(infos, index * _INFO_SIZE)
+            if valid:
+                size = library.ddsi_serdata_size(sample)
+                if size <= SMALL:
+                    library.ddsi_serdata_to_ser(sample, 0, size, room)
+                    payload: bytes = room[:size]  # type: ignore[assignment]
+                else:
+                    payload = _large_content(library, sample, size)
+                taken.append(_taken((payload, sent, publication)))
+            library.ddsi_serdata_unref(sample)
+        if taken:
+            self.at_once = BATCH if size < LARGE else 1
         return count, taken
 
     def delete(self) -> None:
@@ -248,14 +260,9 @@ class Reader:
             self.library.dds_delete(self.handle)
 
 
-def _content(library: Library, sample: int) -> bytes:
+def _large_content(library: Library, sample: int, size: int) -> bytes:
     """Return a sample's bytes, encapsulation first."""
-    size = library.ddsi_serdata_size(sample)
-    if size <= SMALL:
-        room = _scratch.room
-        library.ddsi_serdata_to_ser(sample, 0, size, room)
-        return string_at(room, size)
-    piece = _scratch.piece
+    piece = Piece()
     held = library.ddsi_serdata_to_ser_ref(sample, 0, size, byref(piece))
     content = string_at(piece.base, size)
     library.ddsi_serdata_to_ser_unref(held, byref(piece))
