@@ -20,7 +20,7 @@ class Decoded(Future[int]):
 
     decoded = 0
 
-    def _decode(self, raw: object) -> int:
+    def decode(self, raw: object, /) -> int:
         type(self).decoded += 1
         return int(str(raw))
 
@@ -206,7 +206,7 @@ def test_two_threads_that_decode_one_raw_result_at_once_get_the_same() -> None:
     class Upper(Future[str]):
         asked = True
 
-        def _decode(self, raw: object) -> str:
+        def decode(self, raw: object, /) -> str:
             assert isinstance(raw, str)
             if self.asked:  # the other thread is quicker
                 self.asked = False
@@ -214,10 +214,6 @@ def test_two_threads_that_decode_one_raw_result_at_once_get_the_same() -> None:
                 other.start()
                 other.join(PATIENCE)
             return raw.upper()
-
-        def _open(self) -> None:
-            super()._open()
-            super()._open()  # as if this thread had seen the raw result, and the other one taken it
 
     results: list[str | None] = []
     future = Upper()

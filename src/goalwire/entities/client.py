@@ -10,11 +10,12 @@ from goalwire.entities.exceptions import InvalidHandle, ShutDownError
 from goalwire.entities.graph_waiting import wait_for_graph
 from goalwire.entities.node import NodeCore
 from goalwire.entities.service_introspection import Introspected, IntrospectedCall
+from goalwire.entities.timed_calls import TimedCalls
 from goalwire.entities.type_support import ServiceSupport
 from goalwire.errors import CallError, ClosedError, TooManyCallsError
 from goalwire.execution.blocking import abandon, block_on
 from goalwire.execution.callback_groups import CallbackGroup
-from goalwire.execution.future import Future
+from goalwire.execution.future import FINISHED, PENDING, Future
 from goalwire.execution.inbox import Arrivals
 from goalwire.execution.steady import deadline_after
 from goalwire.logging import get_logger
@@ -59,67 +60,61 @@ def end_with(future: Future[Any], error: Exception) -> None:
 
 
 class ResponseFuture(Future[Any]):
-    """The response to one request; decoded by who asks for it, not by the transport's thread."""
+    """The response to one request; decoded by who asks for it, not by the transport's thread.
 
-    __slots__ = (
-        '_client',
-        '_decode_response',
-        '_request',
-        'forgotten',
-        'guard',
-        'introspected',
-        'reason',
-        'sent_at',
-        'sequence',
-        'unanswered',
-    )
+    `ClientCore.begin` fills it in: an __init__ of its own would cost every call 0.6 us. What few calls need
+    is an attribute of the class until then.
+    """
 
-    def __init__(self, client: ClientCore) -> None:
-        super().__init__(home=client.node.home)
-        self._client: ClientCore | None = client
-        self._decode_response = client.support.decode_response
-        self.sequence = 0
-        """Of what was sent last; 0 while nothing is on its way."""
-        self.sent_at = 0
-        """When, in ns since the UNIX epoch, as a reply's `received_timestamp`."""
-        self.guard: Guard | None = None
-        """What makes it end in time; None where it may stay pending, as in ROS 2."""
-        self._request = b''
-        """What a guard sends, in time."""
-        self.introspected: IntrospectedCall | None = None
-        """Where the steps of this call are told; None where nobody wants to know."""
-        self.forgotten = False
-        """True once nobody waits for it any more."""
-        self.unanswered = False
-        """True once the transport has said that no reply can come any more."""
-        self.reason = ''
-        """Why, in a server's words."""
+    __slots__ = ('client', 'decode', 'sent_at', 'sequence')
 
-    @property
-    def over(self) -> bool:
-        """True once it waits for nothing any more: answered, given up, or unanswered."""
-        return self._client is None
+    client: ClientCore | None
+    """Who counts on it; None once it waits for nothing any more: answered, given up, or unanswered."""
+    decode: Callable[[Any], Any]
+    sequence: int
+    """Of what was sent last; 0 while nothing is on its way."""
+    sent_at: int
+    """When, in ns since the UNIX epoch, as a reply's `received_timestamp`."""
+    guard: Guard | None = None
+    """What makes it end in time; None where it may stay pending, as in ROS 2."""
+    _request = b''
+    """What a guard sends, in time."""
+    introspected: IntrospectedCall | None = None
+    """Where the steps of this call are told; None where nobody wants to know."""
+    forgotten = False
+    """True once nobody waits for it any more."""
+    unanswered = False
+    """True once the transport has said that no reply can come any more."""
+    reason = ''
+    """Why, in a server's words."""
 
     def on_reply(self, sample: Sample) -> None:
         """Take the first reply; those of further servers of the same name are ignored, as in ROS 2."""
         guard = self.guard
         if guard is not None and not guard.answered():
             return
-        client, self._client = self._client, None
-        if client is not None:
-            client.pending.pop(sample.sequence, None)
-            if guard is not None:
-                client.guarded.pop(self, None)
-            if self.introspected is not None:
-                self.introspected.received(sample)
-            client.latencies.add(sample.received_timestamp - self.sent_at)
-            if self.pending() and not self.set_raw(sample.payload):
+        client, self.client = self.client, None
+        if client is None:
+            return
+        client.pending.pop(sample.sequence, None)
+        if guard is not None:
+            client.guarded.pop(self, None)
+        if self.introspected is not None:
+            self.introspected.received(sample)
+        took = sample.received_timestamp - self.sent_at
+        client.latencies.counts[took.bit_length() if took > 0 else 0] += 1
+        if self._state == PENDING:  # as set_raw, which would be one call more
+            self._raw = sample.payload
+            self._state = FINISHED
+            if not self._tell():
                 client.arrivals.deliver(None)
-            client.count_response()
+        client.events += 1
+        for wake in client.watchers:
+            wake()
 
     def on_end(self, reason: str) -> None:
         """No reply can come any more."""
-        client = self._client
+        client = self.client
         if client is None:
             return
         if self.guard is not None:
@@ -127,7 +122,7 @@ class ResponseFuture(Future[Any]):
             self.guard.unanswered(reason)
             return
         self.unanswered, self.reason = True, reason
-        self._client = None
+        self.client = None
         if client.pending.pop(self.sequence, None) is not None:
             client.report_unanswered(reason)
 
@@ -140,8 +135,9 @@ class ResponseFuture(Future[Any]):
         """Wait for the response no longer."""
         if self.guard is not None:
             self.guard.end()
-        self.forgotten = self.forgotten or not self.over  # first: who is sending looks at both
-        client, self._client = self._client, None
+        if self.client is not None:
+            self.forgotten = True  # first: who is sending looks at both
+        client, self.client = self.client, None
         if client is not None:
             client.guarded.pop(self, None)
             client.withdraw(self)
@@ -150,13 +146,13 @@ class ResponseFuture(Future[Any]):
 
     def send(self) -> None:
         """Hand the request to the wire, perhaps once more; raises as ClientCore.call_async does."""
-        client = self._client
+        client = self.client
         if client is not None:
             client.send(self._request, self)
 
     def withdraw(self) -> None:
         """Wait no longer for the answer to what was sent last."""
-        client = self._client
+        client = self.client
         if client is not None:
             client.withdraw(self)
 
@@ -172,11 +168,8 @@ class ResponseFuture(Future[Any]):
         self.guard = guard
         guard.begin()
 
-    def _decode(self, raw: Any) -> Any:
-        return self._decode_response(raw)
 
-
-class ClientCore(Introspected):
+class ClientCore(TimedCalls, Introspected):
     """Calls one service. `pending` maps the sequence numbers of unanswered requests to their futures."""
 
     counts_up = True
@@ -192,8 +185,6 @@ class ClientCore(Introspected):
         self.pending: dict[int, ResponseFuture] = {}
         self.guarded: dict[ResponseFuture, None] = {}
         """The calls with a guard that are not over: on their way, or waiting for a server."""
-        self.call_timeout: float | None = None
-        """s that a call may take that is given no time of its own; None: what the node says."""
         self.events = 0
         """How many responses have come; see wait_set.Waited."""
         self.watchers: Sequence[Callable[[], None]] = ()
@@ -207,6 +198,7 @@ class ClientCore(Introspected):
         self._reported: set[str] = set()
         self.arrivals = Arrivals(node.home, self)
         self.full_name = node.resolve(name, is_service=True)
+        self._request_class = support.request
         self._encode = support.encode_request
         endpoint = describe_endpoint(node, EndpointKind.CLIENT, self.full_name, support, qos)
         self._port: ClientPort | None = node.port.client(endpoint)
@@ -223,12 +215,6 @@ class ClientCore(Introspected):
         """
         return self.begin(request, self.default_timeout)
 
-    @property
-    def default_timeout(self) -> float | None:
-        """s that a call may take: this client's `call_timeout`, its node's, its context's; the nearest."""
-        own = self.call_timeout
-        return self.node.default_timeout if own is None else own
-
     def begin(self, request: Any, timeout: float | None) -> ResponseFuture:
         """Send a request with a time for all of it: waiting for a server, sending, the answer.
 
@@ -236,8 +222,8 @@ class ClientCore(Introspected):
         as soon as it is known, InvalidHandle or ShutDownError; inf has no end, and None means what ROS 2
         means. Raises as `call_async` does, and ValueError for a time that is not a number.
         """
-        if not isinstance(request, self.support.request):
-            raise TypeError(f'Expected {self.support.request}, got {type(request)}')
+        if request.__class__ is not self._request_class and not isinstance(request, self._request_class):
+            raise TypeError(f'Expected {self._request_class}, got {type(request)}')
         port = self._port
         if port is None:
             raise InvalidHandle
@@ -246,7 +232,8 @@ class ClientCore(Introspected):
                 f"cannot call '{self.full_name}': {PENDING_LIMIT} calls of this client wait for answers "
                 'already; give calls a timeout, or wait for some of them first'
             )
-        future = ResponseFuture(self)
+        future = ResponseFuture(home=self.node.home)
+        future.client, future.decode, future.sequence = self, self.support.decode_response, 0
         introspection = self.introspection
         if introspection is not None:
             future.introspected = IntrospectedCall(introspection, port.gid, request)
@@ -295,10 +282,10 @@ class ClientCore(Introspected):
         port = self._port
         if port is None:
             raise InvalidHandle
+        guard = future.guard
+        left = None if guard is None else guard.terms.left_ns(MARGIN_S)
         future.sent_at = self._now()
         try:
-            guard = future.guard
-            left = None if guard is None else guard.terms.left_ns(MARGIN_S)
             sequence = port.request(payload, future.on_reply, future.on_end, left)
         except ClosedError:
             if self._port is None:
@@ -309,8 +296,8 @@ class ClientCore(Introspected):
         if future.introspected is not None:
             future.introspected.sent(sequence)
         self.pending[sequence] = future
-        if future.over and self.pending.pop(sequence, None) is not None:  # the end came before this number
-            if future.unanswered:
+        if future.client is None and self.pending.pop(sequence, None) is not None:
+            if future.unanswered:  # before this number was known
                 self.report_unanswered(future.reason)
             elif future.forgotten:
                 port.forget(sequence)
@@ -342,12 +329,6 @@ class ClientCore(Introspected):
             if future.guard is not None and future.pending():
                 raise ShutDownError(f"cannot call '{self.full_name}'")
         return future.result()
-
-    def count_response(self) -> None:
-        """Tell the waitables that wait for responses."""
-        self.events += 1
-        for wake in self.watchers:
-            wake()
 
     def server_is_there(self) -> bool:
         """True while there is a server of this name and type that can be called.

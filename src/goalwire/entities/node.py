@@ -76,12 +76,6 @@ class NodeCore:
             raise ShutDownError(f"node '{self.name.qualified}'")
 
     @property
-    def default_timeout(self) -> float | None:
-        """s that a call may take whose client says nothing: this node's, else its context's."""
-        own = self.call_timeout
-        return self.context.call_timeout if own is None else own
-
-    @property
     def destroyed(self) -> bool:
         """True once destroyed."""
         return self._port is None

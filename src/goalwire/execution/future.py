@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import warnings
+from contextlib import suppress
 from typing import TYPE_CHECKING, Generic, TypeVar, cast
 
 from goalwire.execution.bridge import running_loop, wait_on
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 
 T = TypeVar('T')
 
-_PENDING, _CANCELLED, FINISHED = range(3)
+PENDING, _CANCELLED, FINISHED = range(3)
 
 
 class _Reminder:
@@ -69,17 +70,18 @@ class Future(Generic[T]):
         '_exception',
         '_home',
         '_raw',
-        '_reminder',
         '_result',
         '_state',
         '_wakers',
     )
 
+    _reminder: _Reminder | None = None
+    """Beside an exception, until somebody asks for it."""
+
     def __init__(self, *, executor: Executor | None = None, home: Home | None = None) -> None:
-        self._state = _PENDING
+        self._state = PENDING
         self._result: T | None = None
         self._exception: BaseException | None = None
-        self._reminder: _Reminder | None = None
         self._raw: object = None
         self._wakers: list[Callable[[], None]] = []
         self._callbacks: list[Callable[[Future[T]], object]] = []
@@ -97,8 +99,16 @@ class Future(Generic[T]):
 
     def result(self) -> T | None:
         """The result; None while there is none. Raises the exception if it was given one."""
-        if self._raw is not None:
-            self._open()
+        raw = self._raw
+        if raw is not None:  # decoded here and now, not in a function of its own: 0.6 us of a call
+            result, failure = None, None
+            try:
+                result = self.decode(raw)
+            except Exception as error:
+                failure = error
+            if self._raw is raw:  # of several threads at it the first to end keeps its result
+                self._result, self._exception = result, failure
+                self._raw = None
         exception = self._exception
         if exception is not None:
             self._retrieved()
@@ -108,7 +118,8 @@ class Future(Generic[T]):
     def exception(self) -> BaseException | None:
         """The exception, or None."""
         if self._raw is not None:
-            self._open()
+            with suppress(Exception):  # it is kept, too
+                self.result()
         self._retrieved()
         return self._exception
 
@@ -130,15 +141,15 @@ class Future(Generic[T]):
 
     def cancel(self) -> None:
         """Give it up, if it is not done."""
-        if self._state == _PENDING:
+        if self._state == PENDING:
             self._become(_CANCELLED)
 
     def add_done_callback(self, callback: Callable[[Future[T]], object]) -> None:
         """Call `callback(self)` when this is done or cancelled; soon or at once if it is already."""
-        if self._state == _PENDING:
+        if self._state == PENDING:
             self._callbacks.append(callback)
-            if self._state != _PENDING:
-                self._call_back()
+            if self._state != PENDING:
+                self._tell()
         elif self._home is not None:
             self._home.post(_DoneCallback(self._home, callback, self))
         else:
@@ -149,7 +160,7 @@ class Future(Generic[T]):
 
         Awaiting a cancelled future gives None, as in newer rclpy.
         """
-        while self._state == _PENDING:
+        while self._state == PENDING:
             loop = running_loop()
             if loop is None:
                 yield self
@@ -161,25 +172,26 @@ class Future(Generic[T]):
 
     def pending(self) -> bool:
         """Whether it is neither done nor cancelled."""
-        return self._state == _PENDING
+        return self._state == PENDING
 
     def settled(self) -> bool:
         """Whether it is done or cancelled."""
-        return self._state != _PENDING
+        return self._state != PENDING
 
     def set_raw(self, raw: object) -> bool:
-        """Complete it with something that `_decode` makes the result of, when somebody asks for that.
+        """Complete it with something that `decode` makes the result of, when somebody asks for that.
 
         False where nobody was told: no thread or coroutine waits for it, and it has no done callback.
         """
         self._raw = raw
-        return self._become(FINISHED)
+        self._state = FINISHED
+        return self._tell()
 
     def add_waker(self, waker: Callable[[], None]) -> None:
         """Call `waker` once, on the completing thread; at once if this is not pending."""
         self._wakers.append(waker)
-        if self._state != _PENDING:
-            self._wake()
+        if self._state != PENDING:
+            self._tell()
 
     def remove_waker(self, waker: Callable[[], None]) -> None:
         """Take a waker back. It may still be called, if this is being completed."""
@@ -203,41 +215,27 @@ class Future(Generic[T]):
 
         Needs no executor: the thread that completes this wakes the waiting one.
         """
-        if self._state != _PENDING:
+        if self._state != PENDING:
             return True
         waiter = Waiter() if lifeline is None else lifeline.new_waiter()
         watch = None if lifeline is None else lifeline.watch(waiter.wake)
         self.add_waker(waiter.wake)
         try:
-            while self._state == _PENDING and (lifeline is None or lifeline.alive):
+            while self._state == PENDING and (lifeline is None or lifeline.alive):
                 if not clock.wait(waiter, deadline):
                     break
         finally:
             self.remove_waker(waiter.wake)
             if watch is not None:
                 watch.close()
-        return self._state != _PENDING
+        return self._state != PENDING
 
-    def _decode(self, raw: object) -> T:
+    def decode(self, raw: object, /) -> T:
         """Make the result of what `set_raw` was given."""
         return cast('T', raw)
 
     def _set_executor(self, executor: Executor | None) -> None:
         self._home = None if executor is None else executor.home
-
-    def _open(self) -> None:
-        """Decode what was set raw. Of several threads at it the first to end keeps its result."""
-        raw = self._raw
-        if raw is None:
-            return
-        result, failure = None, None
-        try:
-            result = self._decode(raw)
-        except Exception as error:
-            failure = error
-        if self._raw is raw:
-            self._result, self._exception = result, failure
-            self._raw = None
 
     def _retrieved(self) -> None:
         reminder = self._reminder
@@ -245,26 +243,28 @@ class Future(Generic[T]):
             reminder.retrieved = True
             self._reminder = None
 
-    def _become(self, state: int) -> bool:
-        """Tell who waits for it; False where nobody did."""
+    def _become(self, state: int) -> None:
         self._state = state
-        told = bool(self._wakers) and self._wake()
+        self._tell()
+
+    def _tell(self) -> bool:
+        """Call the wakers that are left, then the done callbacks; False where another thread did.
+
+        In one function: it lies between the arrival of a reply and the thread that waits for it.
+        """
+        wakers = self._wakers
+        told = False
+        while wakers:
+            try:
+                waker = wakers.pop(0)
+            except IndexError:
+                break
+            waker()
+            told = True
         if self._callbacks:
             self._call_back()
             told = True
         return told
-
-    def _wake(self) -> bool:
-        """Call the wakers that are left; False where another thread did."""
-        woken = False
-        while self._wakers:
-            try:
-                waker = self._wakers.pop(0)
-            except IndexError:
-                break
-            waker()
-            woken = True
-        return woken
 
     def _call_back(self) -> None:
         while self._callbacks:

@@ -9,6 +9,7 @@ from goalwire.entities.client import NO_REASON, REASONS_LIMIT
 from goalwire.entities.endpoint import describe_endpoint
 from goalwire.entities.exceptions import InvalidHandle, ShutDownError
 from goalwire.entities.graph_waiting import wait_for_graph
+from goalwire.entities.timed_calls import TimedCalls
 from goalwire.errors import ClosedError
 from goalwire.execution.inbox import Arrivals
 from goalwire.logging import get_logger
@@ -27,8 +28,8 @@ if TYPE_CHECKING:
     from goalwire.transport.contract import ClientPort, Payload, Sample
 
 
-class ActionCalls:
-    """The services of one action."""
+class ActionCalls(TimedCalls):
+    """The services of one action. Its `call_timeout` ends with a goal's acceptance."""
 
     def __init__(self, node: NodeCore, support: ActionSupport, name: str, qos: ActionQoS) -> None:
         self.node = node
@@ -36,8 +37,6 @@ class ActionCalls:
         self.name = name
         self.requests: dict[ActionRequest, None] = {}
         """Those to take or cancel goals that wait for their answers, or for a server."""
-        self.call_timeout: float | None = None
-        """s until a goal is accepted, or a cancel request answered; None: what the node says."""
         self._logger = get_logger(node.logger_name).get_child('action_client')
         self._reported: set[tuple[str, str]] = set()
         self._line: ServerLine | None = None
@@ -86,12 +85,6 @@ class ActionCalls:
         from goalwire.entities.call_terms import CallTerms
 
         return CallTerms(self.node.context, 'action', self.full_name, limit)
-
-    @property
-    def default_timeout(self) -> float | None:
-        """s until a goal is accepted or a cancel request answered: the client's, node's or context's."""
-        own = self.call_timeout
-        return self.node.default_timeout if own is None else own
 
     def complete(self, future: RawFuture, payload: Payload) -> None:
         """Give a future what it waits for."""

@@ -32,11 +32,13 @@ LATE_S = 10.0
 class RawFuture(Future[Any]):
     """Completed with a payload, which `make` turns into the result when somebody asks."""
 
-    __slots__ = ('_make', 'request', 'terms')
+    __slots__ = ('decode', 'request', 'terms')
+
+    decode: Callable[[Any], Any]
 
     def __init__(self, client: ActionCalls, make: Callable[[Payload], Any], terms: CallTerms | None) -> None:
         super().__init__(home=client.node.home)
-        self._make = make
+        self.decode = make
         self.terms = terms
         """What its errors tell; None: it stays pending where nobody answers."""
         self.request: ActionRequest | ResultWait | None = None
@@ -47,9 +49,6 @@ class RawFuture(Future[Any]):
         if self.request is not None and self.pending():
             self.request.forget()
         super().cancel()
-
-    def _decode(self, raw: Any) -> Any:
-        return self._make(raw)
 
 
 class ActionRequest:
