@@ -1,9 +1,10 @@
 """libddsc's C interface, as much of it as is used here: structures and functions.
 
 Layouts are those of Cyclone DDS 0.10 and 11.0 (dds.h, dds_public_impl.h, ddsi_serdata.h); selftest.py holds
-the loaded library to them. Functions that may block or take a lock let other Python threads run (CDLL), the
-short ones on a message's way do not (PyDLL). No callback is handed to the library, so none of its threads
-waits for the interpreter; fast_dds.py, behind a switch, is the exception.
+the loaded library to them. Functions that may block let other Python threads run (CDLL), the short ones on a
+message's way do not (PyDLL): the locks that they take are held for moments, by threads that want nothing of
+Python's. No callback is handed to the library, so none of its threads waits for the interpreter;
+fast_dds.py, behind a switch, is the exception, and holds none of those locks when it is called.
 """
 
 from __future__ import annotations
@@ -159,7 +160,6 @@ _RELEASING: dict[str, tuple[type | None, tuple[type, ...]]] = {
     'dds_create_reader': (_I, _CREATE),
     'dds_create_readcondition': (_I, (_I, c_uint32)),
     'dds_create_guardcondition': (_I, (_I,)),
-    'dds_set_guardcondition': (_I, (_I, c_bool)),
     'dds_create_waitset': (_I, (_I,)),
     'dds_waitset_attach': (_I, (_I, _I, c_ssize_t)),
     'dds_waitset_detach': (_I, (_I, _I)),
@@ -167,7 +167,6 @@ _RELEASING: dict[str, tuple[type | None, tuple[type, ...]]] = {
     'dds_delete': (_I, (_I,)),
     'dds_write': (_I, (_I, _P)),
     'dds_writecdr': (_I, (_I, _P)),
-    'dds_takecdr': (_I, (_I, _P, c_uint32, _P, c_uint32)),
     'dds_take': (_I, (_I, ctypes.POINTER(_P), ctypes.POINTER(SampleInfo), c_size_t, c_uint32)),
     'dds_return_loan': (_I, (_I, ctypes.POINTER(_P), _I)),
     'dds_set_status_mask': (_I, (_I, c_uint32)),
@@ -180,6 +179,8 @@ _RELEASING: dict[str, tuple[type | None, tuple[type, ...]]] = {
     'dds_assert_liveliness': (_I, (_I,)),
 }
 _HOLDING: dict[str, tuple[type | None, tuple[type, ...]]] = {
+    'dds_set_guardcondition': (_I, (_I, c_bool)),
+    'dds_takecdr': (_I, (_I, _P, c_uint32, _P, c_uint32)),
     'dds_builtintopic_free_endpoint': (None, (_P,)),
     'dds_create_qos': (_P, ()),
     'dds_delete_qos': (None, (_P,)),
