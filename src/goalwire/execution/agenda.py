@@ -21,6 +21,9 @@ class Alarm:
         self.agenda: Agenda | None = None
 
 
+_NOTHING_DUE = (0, 0, None)
+
+
 class Agenda:
     """A heap of alarms. An alarm that was set again leaves its old entry behind, which is skipped.
 
@@ -45,7 +48,8 @@ class Agenda:
         if before is not None and before is not self:
             before.forget(alarm)
         with self._lock:
-            self._leave_behind(alarm)
+            if alarm.agenda is self and alarm.due is not None:
+                self._leave_behind(alarm)
             earlier = not self.heap or due < self.heap[0][0]
             self._serial += 1
             alarm.due, alarm.agenda = due, self
@@ -59,7 +63,8 @@ class Agenda:
         """Let `alarm` ring no more, unless it has moved to another agenda meanwhile."""
         with self._lock:
             if alarm.agenda is self:
-                self._leave_behind(alarm)
+                if alarm.due is not None:
+                    self._leave_behind(alarm)
                 alarm.due = alarm.agenda = None
 
     def next_due(self) -> int | None:
@@ -70,11 +75,11 @@ class Agenda:
         """Ring everything that is due at `now`."""
         while (earliest := self.earliest) is not None and earliest <= now:
             with self._lock:
-                if not self.heap or self.heap[0][0] > now:
-                    self._note_earliest()
+                heap = self.heap
+                due, _, alarm = heappop(heap) if heap and heap[0][0] <= now else _NOTHING_DUE
+                self.earliest = heap[0][0] if heap else None
+                if alarm is None:
                     return
-                due, _, alarm = heappop(self.heap)
-                self._note_earliest()
                 if alarm.due != due or alarm.agenda is not self:
                     self._stale -= 1
                     continue
@@ -83,17 +88,12 @@ class Agenda:
 
     def _leave_behind(self, alarm: Alarm) -> None:
         """Count the entry that `alarm` has here as dead; clear the dead away when they are the majority."""
-        if alarm.agenda is not self or alarm.due is None:
-            return
         self._stale += 1
         if self._stale > 64 and self._stale * 2 > len(self.heap):
             self.heap[:] = [entry for entry in self.heap if entry[2] is not alarm and self._lives(entry)]
             heapify(self.heap)
-            self._note_earliest()
+            self.earliest = self.heap[0][0] if self.heap else None
             self._stale = 0
-
-    def _note_earliest(self) -> None:
-        self.earliest = self.heap[0][0] if self.heap else None
 
     def _lives(self, entry: tuple[int, int, Alarm]) -> bool:
         return entry[2].agenda is self and entry[2].due == entry[0]

@@ -60,6 +60,8 @@ class Clock:
         self._clock_type = clock_type
         self.source = source
         """The machine's time, or the virtual time that stands in for it."""
+        self.overridden = False
+        """Whether somebody sets its time, so that waiting for it means waiting for them."""
         self._jump_handles: list[JumpHandle] = []
 
     @property
@@ -71,11 +73,6 @@ class Clock:
     def handle(self) -> Clock:
         """What programs hold it by."""
         return handle_of(self)
-
-    @property
-    def overridden(self) -> bool:
-        """Whether somebody sets its time, so that waiting for it means waiting for them."""
-        return False
 
     def __repr__(self) -> str:
         return f'Clock(clock_type={self._clock_type.name})'
@@ -93,10 +90,11 @@ class Clock:
         return self.source.system_now()
 
     def steady_time_of(self, time_ns: int) -> int:
-        """When this clock will show `time_ns`, in ns of the machine's steady time."""
+        """When this clock, which nobody sets, will show `time_ns`: in ns of the machine's steady time."""
         if self._clock_type is ClockType.STEADY_TIME:
             return time_ns
-        return self.source.now() + time_ns - self.now_ns()
+        source = self.source
+        return source.now() + time_ns - source.system_now()
 
     def create_jump_callback(
         self,
@@ -153,7 +151,6 @@ class ROSClock(Clock):
 
     def __init__(self, *, source: SteadyClock = STEADY, clock_type: ClockType = ClockType.ROS_TIME) -> None:
         super().__init__(clock_type=clock_type, source=source)
-        self._active = False
         self._override_ns = 0
         self._switches = 0
         self._sleepers: list[Waiter] = []
@@ -164,14 +161,10 @@ class ROSClock(Clock):
     @property
     def ros_time_is_active(self) -> bool:
         """Whether the override counts."""
-        return self._active
-
-    @property
-    def overridden(self) -> bool:
-        return self._active
+        return self.overridden
 
     def now_ns(self) -> int:
-        return self._override_ns if self._active else self.source.system_now()
+        return self._override_ns if self.overridden else self.source.system_now()
 
     def set_ros_time_override(self, time: Time) -> None:
         """Set the time that this clock shows while ROS time is active; post the timers that are due by then.
@@ -181,7 +174,7 @@ class ROSClock(Clock):
         if not isinstance(time, Time):
             raise TypeError(f'Time must be specified as rclpy.time.Time. Received type: {type(time)}')
         new = time.nanoseconds
-        if not self._active:
+        if not self.overridden:
             self._override_ns = new
             return
         jump = TimeJump(ClockChange.ROS_TIME_NO_CHANGE, Duration(nanoseconds=new - self._override_ns))
@@ -194,7 +187,7 @@ class ROSClock(Clock):
 
     def advance_quietly(self, time_ns: int) -> bool:
         """Set the time as above, unless that would call a jump callback: False, and nothing is done."""
-        if self._active:
+        if self.overridden:
             if self._jump_handles:
                 delta = Duration(nanoseconds=time_ns - self._override_ns)
                 if self._concerned(TimeJump(ClockChange.ROS_TIME_NO_CHANGE, delta)):
@@ -227,13 +220,13 @@ class ROSClock(Clock):
 
     def _set_ros_time_is_active(self, enabled: bool) -> None:
         """Switch between the override and system time."""
-        if enabled == self._active:
+        if enabled == self.overridden:
             return
         change = ClockChange.ROS_TIME_ACTIVATED if enabled else ClockChange.ROS_TIME_DEACTIVATED
         jump = TimeJump(change, Duration())
         told = self._tell_before(jump)
         listeners = [(listener, listener.remaining_ns()) for listener in self._alive()]
-        self._active = enabled
+        self.overridden = enabled
         self._switches += 1
         try:
             self._tell_after(jump, told)
@@ -274,7 +267,7 @@ class ROSClock(Clock):
             waiter.wake()
 
     def _doze(self, waiter: Waiter, missing_ns: int) -> None:
-        if not self._active:
+        if not self.overridden:
             super()._doze(waiter, missing_ns)
         elif not any(help_on() for help_on in self.on_doze):
             with thread_lent():  # who makes the time may be among this executor's callbacks

@@ -14,52 +14,53 @@ if TYPE_CHECKING:
     from goalwire.execution.home import Home
 
 
-class ClockAlarm:
+class ClockAlarm(Alarm):
     """Rings once when `clock` shows the due time: on an executor's thread, or on the one that sets the time.
 
-    `ring` must be short and call no user code.
+    `ring` must be short and call no user code. `due` is None while it is off; it is in ns of the clock where
+    somebody sets that, and then in no agenda.
     """
 
-    __slots__ = ('__weakref__', '_alarm', '_clock', '_home', '_ring', 'due')
+    __slots__ = ('_clock', '_home', '_time')
 
     def __init__(self, home: Home, clock: Clock, ring: Callable[[], None]) -> None:
+        super().__init__(ring)
         self._home = home
         self._clock = clock
-        self._ring = ring
-        self._alarm = Alarm(self._go_off)
-        self.due: int | None = None
-        """In ns of the clock; None while it is off."""
+        self._time = 0
+
+    @property
+    def time(self) -> int | None:
+        """When it rings, in ns of the clock; None while it is off."""
+        return None if self.due is None else self._time
 
     def follow(self) -> None:
         """Hear of the clock's jumps by itself, where nobody passes them on."""
         if isinstance(self._clock, ROSClock):
             self._clock.watch_jumps(self)
 
-    def set(self, due_ns: int) -> None:
-        """Ring at `due_ns`, instead of any time set before; at once where a clock that is set is past it."""
-        self.due = due_ns
+    def set(self, time_ns: int) -> None:
+        """Ring at `time_ns`, instead of any time set before; at once where a clock that is set is past it."""
+        self._time = time_ns
         clock, home = self._clock, self._home
         if not clock.overridden:
-            home.set_alarm(self._alarm, clock.steady_time_of(due_ns))
+            home.set_alarm(self, clock.steady_time_of(time_ns))
             return
-        home.drop_alarm(self._alarm)
-        if clock.now_ns() >= due_ns:
-            self._go_off()
-
-    def _go_off(self) -> None:
-        self.due = None
-        self._ring()
+        home.drop_alarm(self)
+        if clock.now_ns() >= time_ns:
+            self.ring()
+        else:
+            self.due = time_ns
 
     def drop(self) -> None:
         """Ring no more."""
-        self.due = None
-        self._home.drop_alarm(self._alarm)
+        self._home.drop_alarm(self)
 
     def remaining_ns(self) -> int | None:
         """What is left until it rings; None while it is off."""
-        return None if self.due is None else self.due - self._clock.now_ns()
+        return None if self.due is None else self._time - self._clock.now_ns()
 
     def clock_jumped(self, _change: ClockChange, _remaining_ns: int | None) -> None:
         """Look at the clock's new time."""
         if self.due is not None:
-            self.set(self.due)
+            self.set(self._time)

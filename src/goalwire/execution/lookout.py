@@ -117,5 +117,5 @@ class Lookout(Work):
                 alarm = self._alarms[timer] = ClockAlarm(self.home, timer.clock, self.wake)
             if timer.is_canceled() or timer.is_ready():
                 alarm.drop()
-            elif alarm.due != timer.next_call_ns:
+            elif alarm.time != timer.next_call_ns:
                 alarm.set(timer.next_call_ns)

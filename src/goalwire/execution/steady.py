@@ -10,17 +10,19 @@ if TYPE_CHECKING:
 
 
 class SteadyClock:
-    """The machine's clocks, and waiting on them. A virtual clock overrides all three methods."""
+    """The machine's clocks, and waiting on them. A clock of a test's own overrides all three methods.
+
+    Reading them enters no function of Python's: that is 0.6 us less for each timer's tick and call. So read
+    them as `clock.now()` where they are needed; a virtual clock does not reach a `now` that somebody keeps.
+    """
 
     __slots__ = ()
 
-    def now(self) -> int:
-        """Steady time in ns: what all deadlines are made of."""
-        return time.monotonic_ns()
+    now = staticmethod(time.monotonic_ns)
+    """Steady time in ns: what all deadlines are made of."""
 
-    def system_now(self) -> int:
-        """System time in ns since the UNIX epoch."""
-        return time.time_ns()
+    system_now = staticmethod(time.time_ns)
+    """System time in ns since the UNIX epoch."""
 
     def wait(self, waiter: Waiter, deadline_ns: int | None) -> bool:
         """Sleep in `waiter` until it is woken (True) or steady time reaches `deadline_ns` (False)."""

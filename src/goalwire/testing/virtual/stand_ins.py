@@ -14,6 +14,7 @@ import time
 from typing import TYPE_CHECKING, Any, SupportsIndex, TypeAlias, cast
 from weakref import WeakKeyDictionary
 
+from goalwire.execution.steady import SteadyClock
 from goalwire.testing.virtual.scheduler import never
 
 if TYPE_CHECKING:
@@ -254,11 +255,19 @@ def _names() -> dict[int, object]:
 
 NAMES = _names()
 
+
+def _of_class(real: Callable[[], int]) -> object:
+    """The stand-in for a clock that is an attribute of a class."""
+    return staticmethod(cast('Callable[[], int]', NAMES[id(real)]))
+
+
 ATTRIBUTES: list[tuple[object, str, object]] = [
     (threading.Thread, 'start', start),
     (threading.Thread, 'join', join),
     (threading.Thread, 'is_alive', is_alive),
     (threading, '_CRLock', None),  # threading.RLock() then gives the one in Python, made of a lock
     (selectors.DefaultSelector, 'select', select),
+    (SteadyClock, 'now', _of_class(SteadyClock.now)),
+    (SteadyClock, 'system_now', _of_class(SteadyClock.system_now)),
 ]
 """Owner, name and stand-in of what no module has a name of its own for."""
