@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import os
 import threading
 from collections.abc import Callable
 from itertools import pairwise
@@ -76,7 +77,7 @@ def test_what_another_thread_posts_is_run_on_the_loops_thread_in_order(world: Wo
     async def scenario() -> None:
         inbox = world.inbox(handle)
         async with world.host:
-            thread = threading.Thread(target=lambda: [inbox.deliver(event) for event in range(500)])
+            thread = threading.Thread(target=lambda: list(map(inbox.deliver, range(500))))
             thread.start()
             assert await world.expect(500) == list(range(500))
             thread.join()
@@ -85,18 +86,29 @@ def test_what_another_thread_posts_is_run_on_the_loops_thread_in_order(world: Wo
     assert threads == {threading.get_ident()}
 
 
-def test_a_burst_costs_one_wake_up(world: World, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize('has_eventfd', [True, False])
+def test_a_burst_costs_one_wake_up(world: World, monkeypatch: pytest.MonkeyPatch, has_eventfd: bool) -> None:
+    if not has_eventfd:
+        monkeypatch.delattr(os, 'eventfd', raising=False)
+    elif not hasattr(os, 'eventfd'):
+        pytest.skip('this platform has none')
+
     async def scenario() -> int:
         loop = asyncio.get_running_loop()
         calls = 0
-        threadsafe = loop.call_soon_threadsafe
 
-        def counted(*args: Any, **kwargs: Any) -> asyncio.Handle:
-            nonlocal calls
-            calls += 1
-            return threadsafe(*args, **kwargs)
+        def counting(wake: Callable[..., Any]) -> Callable[..., Any]:
+            def counted(*args: Any, **kwargs: Any) -> Any:
+                nonlocal calls
+                calls += 1
+                return wake(*args, **kwargs)
 
-        monkeypatch.setattr(loop, 'call_soon_threadsafe', counted)
+            return counted
+
+        if has_eventfd:
+            monkeypatch.setattr(os, 'eventfd_write', counting(os.eventfd_write))
+        else:
+            monkeypatch.setattr(loop, 'call_soon_threadsafe', counting(loop.call_soon_threadsafe))
         inboxes = [world.inbox(world.see) for _ in range(10)]
         async with world.host:
             for inbox in inboxes:

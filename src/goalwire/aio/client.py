@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import asyncio
 from math import inf
-from typing import TYPE_CHECKING, Generic, TypeVar, cast
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 from goalwire.aio.entity import Entity, message_of
 from goalwire.entities.attempt import Attempt
 from goalwire.entities.client import ClientCore
-from goalwire.entities.exceptions import ShutDownError
-from goalwire.execution.asyncio_waiting import settle
+from goalwire.execution.asyncio_waiting import completion
+from goalwire.execution.bridge import bridge_to
 
 if TYPE_CHECKING:
     from goalwire.entities.node import NodeCore
@@ -34,6 +35,7 @@ class Client(Entity, Generic[RequestT, ResponseT]):
         timeout: float | None,
         retry: Retry | None,
     ) -> None:
+        self._bridge = bridge_to(asyncio.get_running_loop())
         self._core = ClientCore(node, support, name, qos)
         self._core.call_timeout = timeout
         if retry is not None:
@@ -54,12 +56,13 @@ class Client(Entity, Generic[RequestT, ResponseT]):
         message = message_of(core.support.request, request, fields)
         limit = core.default_timeout if timeout is None else timeout
         future = core.begin(message, inf if limit is None else limit)
-        try:
-            if not await settle(future, core.node.context.lifeline):
-                raise ShutDownError(f"service '{self.name}'")
-            return cast('ResponseT', future.result())
-        finally:
-            future.forget()
+        if future.pending():
+            try:
+                await completion(future, self._bridge)
+            except BaseException:
+                future.forget()
+                raise
+        return future.result()  # type: ignore[return-value] # `cast` would be one function more to enter
 
     async def wait_for_server(self, *, timeout: float | None = None) -> None:
         """Wait until there is a server. Raises NoServerError, InvalidHandle once closed, ShutDownError."""

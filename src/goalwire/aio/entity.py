@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -38,17 +39,21 @@ def message_of(kind: type, given: object, fields: dict[str, object]) -> object:
     over, as ROS 2's do, and a robot act on the default.
     """
     if given is None:
-        if fields:
-            _check_names(kind, fields)
+        if fields and not fields.keys() <= _names_of(kind):
+            raise _unknown(kind, fields)
         return kind(**fields)
     if fields:
         raise TypeError(f'give a {kind.__name__} or its fields ({", ".join(fields)}), not both')
     return given
 
 
-def _check_names(kind: Any, fields: dict[str, object]) -> None:
+@cache
+def _names_of(kind: Any) -> frozenset[str]:
+    return frozenset(kind.get_fields_and_field_types())
+
+
+def _unknown(kind: Any, fields: dict[str, object]) -> TypeError:
     known = kind.get_fields_and_field_types()
-    for field in fields:
-        if field not in known:
-            there = ', '.join(known) or 'no fields'
-            raise TypeError(f"{kind.__name__} has no field '{field}'; it has {there}")
+    field = next(field for field in fields if field not in known)
+    there = ', '.join(known) or 'no fields'
+    return TypeError(f"{kind.__name__} has no field '{field}'; it has {there}")

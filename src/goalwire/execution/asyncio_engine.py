@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import asyncio
-from contextlib import suppress
 from contextvars import copy_context
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from goalwire.execution.asyncio_waiting import delay_s
+from goalwire.execution.bridge import shared_bridge
 from goalwire.execution.current import THREAD
 from goalwire.execution.engine import Engine
 
@@ -39,7 +40,9 @@ class LoopEngine(Engine):
         self._runs = runs
         self._ended = ended
         self._loop = asyncio.get_running_loop()
+        self._bridge = shared_bridge(self._loop)
         self._context = copy_context()
+        self._take_turn = partial(self._context.run, self._turn)
         self._timer: asyncio.TimerHandle | None = None
         self._timer_due: int | None = None
         self._watch = lifeline.watch(self.ask)
@@ -47,6 +50,7 @@ class LoopEngine(Engine):
     def open(self) -> None:
         """Begin. From now on a call that blocks the loop's thread, on something of this node, is refused."""
         THREAD.executors.append(self)
+        self._bridge.open()
         self._lifeline.depend(self)
         self._node_home.attach(self._ready, self._agenda)
         self._listen()
@@ -63,12 +67,12 @@ class LoopEngine(Engine):
         self._lifeline.depend_no_more(self)
         self._node_home.detach()
         self._close_lanes()
+        self._bridge.close()
 
     def ask(self) -> None:
         """Ask the loop for a turn. Any thread, signal handlers too."""
         # Not call_soon, even on the loop's own thread: a signal handler may run while the loop sleeps.
-        with suppress(RuntimeError):  # the loop is closed
-            self._loop.call_soon_threadsafe(self._turn, context=self._context)
+        self._bridge.call(self._take_turn)
 
     def thread_waits_alone(self) -> bool:
         """True: nothing runs here while the loop's thread blocks."""

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import asyncio
 from collections import deque
+from contextlib import suppress
 from typing import TYPE_CHECKING, Generic, TypeVar
 
+from goalwire.execution.asyncio_bridge import Pause
 from goalwire.execution.bridge import bridge_to
 
 if TYPE_CHECKING:
@@ -29,7 +31,7 @@ class Stream(Generic[T]):
         self._loop = asyncio.get_running_loop()
         self._bridge = bridge_to(self._loop)
         self._items: deque[T] = deque(maxlen=depth)
-        self._sleepers: list[asyncio.Future[None]] = []
+        self._sleepers: list[Pause] = []
         self.closed = False
         self._in_a_row = 0
         self.dropped = 0
@@ -57,8 +59,12 @@ class Stream(Generic[T]):
         self._items.clear()
 
     def _wake(self) -> None:
-        for sleeper in self._sleepers.copy():
-            self._bridge.complete(sleeper)
+        while self._sleepers:
+            try:
+                sleeper = self._sleepers.pop(0)
+            except IndexError:
+                return  # another thread wakes it
+            self._bridge.call(sleeper.resume)
 
     def __aiter__(self) -> Self:
         return self
@@ -83,10 +89,15 @@ class Stream(Generic[T]):
 
     async def _sleep(self) -> None:
         self._in_a_row = 0
-        sleeper: asyncio.Future[None] = self._loop.create_future()
+        sleeper = Pause(loop=self._loop)
         self._sleepers.append(sleeper)
         try:
             if not (self._items or self.closed):
                 await sleeper
         finally:
+            if self._sleepers:
+                self._leave(sleeper)
+
+    def _leave(self, sleeper: Pause) -> None:
+        with suppress(ValueError):  # it was woken
             self._sleepers.remove(sleeper)

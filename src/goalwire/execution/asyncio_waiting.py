@@ -6,9 +6,11 @@ import asyncio
 from functools import partial
 from typing import TYPE_CHECKING
 
+from goalwire.execution.asyncio_bridge import Pause
 from goalwire.execution.bridge import bridge_to
 
 if TYPE_CHECKING:
+    from goalwire.execution.asyncio_bridge import Bridge
     from goalwire.execution.bridge import Awaitable
     from goalwire.execution.lifeline import Lifeline
 
@@ -38,7 +40,7 @@ class AsyncWaiter:
         """Belongs to the running loop; raises RuntimeError outside one."""
         self._loop = asyncio.get_running_loop()
         self._bridge = bridge_to(self._loop)
-        self._sleeper: asyncio.Future[None] | None = None
+        self._sleeper: Pause | None = None
         self._woken = False
 
     def wake(self) -> None:
@@ -46,15 +48,15 @@ class AsyncWaiter:
         self._woken = True
         sleeper = self._sleeper
         if sleeper is not None:
-            self._bridge.complete(sleeper)
+            self._bridge.call(sleeper.resume)
 
     async def wait(self, timeout_ns: int | None = None) -> None:
         """Sleep until woken, or for `timeout_ns`."""
-        self._sleeper = self._loop.create_future()
-        timer = None if timeout_ns is None else self._loop.call_later(delay_s(timeout_ns), self.wake)
+        self._sleeper = pause = Pause(loop=self._loop)
+        timer = None if timeout_ns is None else self._loop.call_later(delay_s(timeout_ns), pause.resume)
         try:
             if not self._woken:
-                await self._sleeper
+                await pause
         finally:
             self._sleeper = None
             if timer is not None:
@@ -69,18 +71,28 @@ async def settle(future: Awaitable, lifeline: Lifeline, deadline: int | None = N
     if not future.pending():
         return True
     loop = asyncio.get_running_loop()
-    sleeper: asyncio.Future[None] = loop.create_future()
-    wake = partial(bridge_to(loop).complete, sleeper)
+    pause = Pause(loop=loop)
+    wake = partial(bridge_to(loop).call, pause.resume)
     watch = lifeline.watch(wake)
     future.add_waker(wake)
     timer = None
     if deadline is not None:
-        timer = loop.call_later(delay_s(deadline - lifeline.clock.now()), wake)
+        timer = loop.call_later(delay_s(deadline - lifeline.clock.now()), pause.resume)
     try:
-        await sleeper
+        await pause
     finally:
         if timer is not None:
             timer.cancel()
         future.remove_waker(wake)
         watch.close()
     return not future.pending()
+
+
+def completion(future: Awaitable, bridge: Bridge) -> Pause:
+    """Return what a coroutine awaits until `future`, which ends in any case, is no longer pending.
+
+    `bridge` leads to the running loop. Where the coroutine is cancelled, the future must be given up.
+    """
+    pause = Pause()
+    future.add_waker(partial(bridge.call, pause.resume))
+    return pause

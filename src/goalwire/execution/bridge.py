@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import sys
-from collections import deque
+from functools import partial
 from typing import TYPE_CHECKING, Protocol, cast
 from weakref import WeakKeyDictionary
 
 if TYPE_CHECKING:
     import asyncio
     from collections.abc import Callable, Generator
+
+    from goalwire.execution.asyncio_bridge import Bridge, LoopBridge
 
 
 class Awaitable(Protocol):
@@ -22,49 +24,27 @@ class Awaitable(Protocol):
     def remove_waker(self, waker: Callable[[], None]) -> None: ...
 
 
-class Bridge:
-    """Hands completions from any thread to one asyncio loop, many with one wake-up.
-
-    `wake` gets `drain` called soon on the loop's thread; it may be called on any thread.
-    """
-
-    __slots__ = ('__weakref__', '_done', '_wake', '_woken')
-
-    def __init__(self, wake: Callable[[Callable[[], None]], object]) -> None:
-        self._wake = wake
-        self._done: deque[asyncio.Future[None]] = deque()
-        self._woken = False
-
-    def complete(self, waiter: asyncio.Future[None]) -> None:
-        """Complete `waiter` on its loop."""
-        self._done.append(waiter)
-        if not self._woken:
-            self._woken = True
-            try:
-                self._wake(self.drain)
-            except RuntimeError:
-                self._done.clear()  # the loop is closed: nobody waits there any more
-
-    def drain(self) -> None:
-        """Complete what has gathered; on the loop's thread."""
-        self._woken = False
-        while self._done:
-            waiter = self._done.popleft()
-            if not waiter.done():
-                waiter.set_result(None)
-
-
-_foreign: WeakKeyDictionary[asyncio.AbstractEventLoop, Bridge] = WeakKeyDictionary()
+_bridges: WeakKeyDictionary[asyncio.AbstractEventLoop, LoopBridge] = WeakKeyDictionary()
 
 
 def bridge_to(loop: asyncio.AbstractEventLoop) -> Bridge:
-    """The bridge to `loop`: its own if it is one of ours, else one over `call_soon_threadsafe`."""
+    """The bridge to `loop`: a lane's own, else the one that all who come here share."""
+    bridge = _bridges.get(loop)
+    if bridge is not None:
+        return bridge
     own = getattr(loop, 'bridge', None)
-    if isinstance(own, Bridge):
-        return own
-    bridge = _foreign.get(loop)
+    from goalwire.execution.asyncio_bridge import Bridge
+
+    return own if isinstance(own, Bridge) else shared_bridge(loop)
+
+
+def shared_bridge(loop: asyncio.AbstractEventLoop) -> LoopBridge:
+    """The bridge to a loop that is none of ours."""
+    bridge = _bridges.get(loop)
     if bridge is None:
-        bridge = _foreign[loop] = Bridge(loop.call_soon_threadsafe)
+        from goalwire.execution.asyncio_bridge import LoopBridge
+
+        bridge = _bridges[loop] = LoopBridge(loop)
     return bridge
 
 
@@ -78,13 +58,10 @@ def running_loop() -> asyncio.AbstractEventLoop | None:
 def wait_on(loop: asyncio.AbstractEventLoop, future: Awaitable) -> Generator[object, None, None]:
     """Suspend the running asyncio task until `future` is no longer pending."""
     bridge = bridge_to(loop)
-    waiter: asyncio.Future[None] = loop.create_future()
-
-    def wake() -> None:
-        bridge.complete(waiter)
-
+    pause = bridge.pause(loop=loop)
+    wake = partial(bridge.call, pause.resume)
     future.add_waker(wake)
     try:
-        yield from waiter
+        yield from pause
     finally:
         future.remove_waker(wake)

@@ -19,7 +19,7 @@ from heapq import heappop, heappush
 from threading import get_ident
 from typing import TYPE_CHECKING, Any
 
-from goalwire.execution.bridge import Bridge
+from goalwire.execution.asyncio_bridge import Bridge
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -112,7 +112,7 @@ class LaneLoop(asyncio.SelectorEventLoop):
         self._whens: list[float] = []
         self.more = False
         """Whether callbacks wait for the next step."""
-        self.bridge = Bridge(lambda _drain: wake())
+        self.bridge = Bridge(wake)
         super().__init__(self._lane_selector)
 
     def __del__(self) -> None:
@@ -170,9 +170,7 @@ class LaneLoop(asyncio.SelectorEventLoop):
         try:
             if begin is not None:
                 begin()
-            self.bridge.drain()
             self._forget_due()
-            self.more = False
             self._iterate()
         finally:
             self._stepping = 0
@@ -189,6 +187,8 @@ class LaneLoop(asyncio.SelectorEventLoop):
                 heappop(whens)
 
     def _iterate(self) -> None:
+        if self.bridge.called:
+            self.call_soon(self.bridge.answer)
         self.call_soon(self.stop)
         self.more = False
         self.run_forever()
@@ -224,6 +224,9 @@ class FastLaneLoop(LaneLoop):
         self._thread_id = self._stepping
         events._set_running_loop(self)  # noqa: SLF001
         try:
+            if self.bridge.called:
+                self.bridge.answer()
+            self.more = False
             self._run_once()  # type: ignore[attr-defined]
         finally:
             events._set_running_loop(None)  # noqa: SLF001
