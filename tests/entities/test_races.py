@@ -217,7 +217,7 @@ def test_a_request_that_finds_its_service_closing_is_given_up_without_a_word(
     late = server.inbox.take()
     assert late is not None
     service.destroy()
-    server._deliver(late)
+    server.inbox.deliver(late)
     server._handle(late)
     assert server.refused == 0
     assert answered.items == []

@@ -500,7 +500,7 @@ def test_a_second_thread_waits_while_the_first_one_runs_the_callbacks(
     inbox: Inbox[int] = Inbox(node.home, None, take)
     with Spinning(single):
         single.create_task(lambda: None).wait(STEADY.now() + 10**10)
-        sender = threading.Timer(0.02, lambda: [inbox.deliver(number) for number in range(51)])
+        sender = threading.Timer(0.02, lambda: list(map(inbox.deliver, range(51))))
         sender.start()
         single.spin_until_future_complete(future, PATIENCE)
         assert future.done()

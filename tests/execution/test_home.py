@@ -92,7 +92,7 @@ def test_nothing_is_lost_while_a_node_changes_executors_under_load(context: Smal
     inbox: Inbox[int] = Inbox(node.home, None, take)
     one, other = SingleThreadedExecutor(context=context), SingleThreadedExecutor(context=context)
     with Spinning(one), Spinning(other):
-        sender = threading.Thread(target=lambda: [inbox.deliver(number) for number in range(count)])
+        sender = threading.Thread(target=lambda: list(map(inbox.deliver, range(count))))
         sender.start()
         for turn in range(100):
             (one, other)[turn % 2].add_node(node)

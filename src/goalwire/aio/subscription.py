@@ -11,6 +11,7 @@ from goalwire.execution.asyncio_stream import Stream
 from goalwire.execution.callback_groups import ReentrantCallbackGroup
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from typing import Self
 
     from goalwire.entities.node import NodeCore
@@ -27,7 +28,14 @@ class _Core(SubscriptionCore[MsgT]):
 
     def __init__(self, node: NodeCore, msg_type: type[MsgT], topic: str, qos: QoS) -> None:
         self.stream: Stream[Sample] = Stream(queue_depth(qos))
+        self._note_arrival: Callable[[Sample], None] | None = None
         super().__init__(node, msg_type, topic, bool, qos, ReentrantCallbackGroup())
+
+    def _receiver(self) -> Callable[[Sample], None]:
+        return self._deliver
+
+    def _watch_arrivals(self, note: Callable[[Sample], None]) -> None:
+        self._note_arrival = note
 
     def _deliver(self, sample: Sample) -> None:
         if self._note_arrival is not None:

@@ -49,27 +49,25 @@ class RequestServer:
         self._decode = decode
         self._call = handle
         self.inbox: Inbox[Request] = Inbox(
-            node.home, group, self._handle, depth=QUEUE_LIMIT, overflow='refuse'
+            node.home, group, self._handle, depth=QUEUE_LIMIT, refuse=self._refuse
         )
         self.entity: object = self
         """Of what this is a part: what executors written by users are told."""
         self._endpoint = describe_endpoint(node, EndpointKind.SERVICE, self.full_name, support, qos)
         self._port: Port | None = None
-        self._destroyed = False
+        self.destroyed = False
 
     def open(self) -> None:
         """Let requests in. They may be handled, on another thread, before this returns."""
         node = self.node
         node.context.local_servers.add(self.full_name, self.inbox)
         try:
-            self._port = node.port.service(self._endpoint, self._deliver)
+            self._port = node.port.service(self._endpoint, self.inbox.deliver)
         except BaseException:
             node.context.local_servers.remove(self.full_name, self.inbox)
             raise
 
-    def _deliver(self, request: Request) -> None:
-        if self.inbox.deliver(request):
-            return
+    def _refuse(self, request: Request) -> None:
         if self.inbox.closed:
             request.drop()
         else:
@@ -86,14 +84,16 @@ class RequestServer:
             self._handle(request)
 
     def _handle(self, request: Request) -> object:
-        if self._destroyed:  # it slipped in while that was under way
+        if self.destroyed:  # it slipped in while that was under way
             request.drop()
             return None
-        decoded = self._decoded(request)
-        if decoded is None:
+        try:
+            message = (self._decode or self._support.decode_request)(request.sample.payload)
+        except RemoteError as error:
+            self._reject(request, error)
             return None
         try:
-            return self._call(request, decoded[0])
+            return self._call(request, message)
         except BaseException as error:
             request.drop(reasons.failed(error))
             raise
@@ -101,19 +101,11 @@ class RequestServer:
     def take(self) -> tuple[Any, Request] | None:
         """Take the oldest request that waits, decoded, past the executor; None where there is none."""
         while (request := self.inbox.take()) is not None:
-            decoded = self._decoded(request)
-            if decoded is not None:
-                return decoded[0], request
+            try:
+                return (self._decode or self._support.decode_request)(request.sample.payload), request
+            except RemoteError as error:
+                self._reject(request, error)
         return None
-
-    def _decoded(self, request: Request) -> tuple[Any] | None:
-        """The message of a request, if it has one: anything may be a message. None where it is rejected."""
-        try:
-            decode = self._decode or self._support.decode_request
-            return (decode(request.sample.payload),)
-        except RemoteError as error:
-            self._reject(request, error)
-            return None
 
     def _reject(self, request: Request, error: RemoteError) -> None:
         self.rejected += 1
@@ -124,14 +116,9 @@ class RequestServer:
     def _log(self, what: str) -> None:
         get_logger(self.node.logger_name).error(f"Service '{self.full_name}': {what}")
 
-    @property
-    def destroyed(self) -> bool:
-        """True once destroyed."""
-        return self._destroyed
-
     def destroy(self) -> None:
         """Undeclare; requests that wait are given up. Idempotent."""
-        self._destroyed = True
+        self.destroyed = True
         port, self._port = self._port, None
         if port is None:
             return

@@ -49,7 +49,7 @@ class ServiceCore(Introspected):
         """How many requests the callback gave up."""
         self.latencies = Latencies()
         """From the arrival of requests to their responses."""
-        self._now = node.context.lifeline.clock.system_now
+        self._clock = node.context.lifeline.clock
         self._server = RequestServer(node, support, name, self._handle, qos, group)
         self._server.entity = self
         self.full_name = self._server.full_name
@@ -58,7 +58,8 @@ class ServiceCore(Introspected):
 
     def _handle(self, request: Request, message: object) -> Coroutine[Any, Any, None] | None:
         self.taken += 1
-        _tell(self.introspection, Step.REQUEST_RECEIVED, request, message)
+        if self.introspection is not None:
+            _tell(self.introspection, Step.REQUEST_RECEIVED, request, message)
         try:
             answer = self.callback(message, self.support.response())
             if isinstance(answer, CoroutineType):
@@ -83,15 +84,18 @@ class ServiceCore(Introspected):
         """
         if self._server.destroyed:
             raise InvalidHandle
-        if not isinstance(response, self.support.response):
+        expected = self.support.response
+        if response.__class__ is not expected and not isinstance(response, expected):
             raise TypeError(
                 f"Service '{self.full_name}': the callback returned {type(response).__name__}; "
-                f'return the {self.support.response.__name__} that it was given'
+                f'return the {expected.__name__} that it was given'
             )
         introspection = self.introspection  # as it is now: who gets the reply may change it at once
         header.reply(self.support.encode_response(response))
-        self.latencies.add(self._now() - header.sample.received_timestamp)
-        _tell(introspection, Step.RESPONSE_SENT, header, response)
+        took = self._clock.system_now() - header.sample.received_timestamp
+        self.latencies.counts[took.bit_length() if took > 0 else 0] += 1
+        if introspection is not None:
+            _tell(introspection, Step.RESPONSE_SENT, header, response)
 
     @property
     def inbox(self) -> Inbox[Request]:
@@ -109,7 +113,8 @@ class ServiceCore(Introspected):
         if taken is not None:
             message, request = taken
             self.taken += 1
-            _tell(self.introspection, Step.REQUEST_RECEIVED, request, message)
+            if self.introspection is not None:
+                _tell(self.introspection, Step.REQUEST_RECEIVED, request, message)
         return taken
 
     def statistics(self) -> ServiceStatistics:
@@ -140,6 +145,5 @@ class ServiceCore(Introspected):
         self._server.destroy()
 
 
-def _tell(introspection: ServiceIntrospection | None, step: Step, request: Request, message: object) -> None:
-    if introspection is not None:
-        introspection.report(step, request.sample.gid, request.sample.sequence, message)
+def _tell(introspection: ServiceIntrospection, step: Step, request: Request, message: object) -> None:
+    introspection.report(step, request.sample.gid, request.sample.sequence, message)

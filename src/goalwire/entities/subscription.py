@@ -71,8 +71,7 @@ class SubscriptionCore(Generic[MsgT]):
         endpoint = describe_endpoint(node, EndpointKind.SUBSCRIPTION, self.full_name, self.support, qos)
         self._endpoint = endpoint
         self._events: EndpointEvents | None = None
-        self._note_arrival: Callable[[Sample], None] | None = None
-        self._port: Port | None = node.port.subscription(endpoint, self._deliver)
+        self._port: Port | None = node.port.subscription(endpoint, self._receiver())
         node.own(self)
 
     def set_callback(self, callback: Callable[..., object]) -> None:
@@ -83,10 +82,9 @@ class SubscriptionCore(Generic[MsgT]):
         self._wants_info = _takes_info(callback)
         self._callback = callback
 
-    def _deliver(self, sample: Sample) -> None:
-        if self._note_arrival is not None:
-            self._note_arrival(sample)
-        self.inbox.deliver(sample)
+    def _receiver(self) -> Callable[[Sample], None]:
+        """What the transport calls with each message: one call less where that is the inbox itself."""
+        return self.inbox.deliver
 
     def _handle(self, sample: Sample) -> object:
         try:
@@ -150,7 +148,7 @@ class SubscriptionCore(Generic[MsgT]):
         return self._events
 
     def _watch_arrivals(self, note: Callable[[Sample], None]) -> None:
-        self._note_arrival = note
+        self.inbox.note = note
 
     def statistics(self) -> SubscriptionStatistics:
         """Count what has come."""

@@ -12,7 +12,7 @@ from goalwire.protocol.qos import QoS, ReliabilityPolicy
 from goalwire.protocol.time import S_TO_NS, ClockType, Time
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from rosgraph_msgs.msg import Clock as ClockMessage
 
@@ -114,6 +114,9 @@ class ClockSubscription(SubscriptionCore['ClockMessage']):
         self._queued = False
         super().__init__(node, ClockMessage, CLOCK_TOPIC, source.clock_callback, CLOCK_QOS, group)
 
+    def _receiver(self) -> Callable[[Sample], None]:
+        return self._deliver
+
     def _deliver(self, sample: Sample) -> None:
         try:
             time_ns = self._time_of(sample)
@@ -124,7 +127,7 @@ class ClockSubscription(SubscriptionCore['ClockMessage']):
             if not self._queued and self._source.advance_quietly(time_ns):
                 return
             self._queued = True
-            super()._deliver(sample)
+            self.inbox.deliver(sample)
         self._source.wake_sleepers()
 
     def catch_up(self) -> bool:

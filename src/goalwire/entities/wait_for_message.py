@@ -13,6 +13,8 @@ from goalwire.execution.future import Future
 from goalwire.execution.steady import deadline_after
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from goalwire.entities.node import NodeCore
     from goalwire.protocol.qos import QoS
     from goalwire.transport.contract import Sample
@@ -43,6 +45,9 @@ class _Awaited(SubscriptionCore[MsgT]):
         self._samples: deque[Sample] = deque(maxlen=max(qos.depth, 1))
         self._arrival: Future[None] = Future()
         super().__init__(node, msg_type, topic, _never_called, qos, ReentrantCallbackGroup())
+
+    def _receiver(self) -> Callable[[Sample], None]:
+        return self._deliver
 
     def _deliver(self, sample: Sample) -> None:
         self._samples.append(sample)

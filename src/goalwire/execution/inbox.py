@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from typing import TYPE_CHECKING, Generic, Literal, TypeVar
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 from goalwire.execution.work import Work
 
@@ -22,8 +22,8 @@ ARRIVALS_LIMIT = 1000
 class Inbox(Work, Generic[E]):
     """Events that wait for their callback, `depth` of them at most (None: without limit).
 
-    When it is full, overflow='oldest' drops the oldest event and 'refuse' refuses the new one; `dropped`
-    counts both. However many events wait, the inbox is in the executor's queue once.
+    When it is full, the oldest event is dropped; where there is a `refuse`, that gets the new one instead.
+    `dropped` counts both. However many events wait, the inbox is in the executor's queue once.
     """
 
     __slots__ = (
@@ -31,10 +31,11 @@ class Inbox(Work, Generic[E]):
         '_events',
         '_handle',
         '_posted',
-        '_refuse_at',
+        '_refuse',
         'closed',
         'depth',
         'dropped',
+        'note',
         'watchers',
     )
 
@@ -47,16 +48,19 @@ class Inbox(Work, Generic[E]):
         handle: Callable[[E], object],
         *,
         depth: int | None = None,
-        overflow: Literal['oldest', 'refuse'] = 'oldest',
+        refuse: Callable[[E], object] | None = None,
     ) -> None:
+        """`refuse` gets what comes once it is closed, too; on the thread that brings it."""
         super().__init__(home, group)
         self.depth = depth
         self.dropped = 0
         self.closed = False
+        self.note: Callable[[E], object] | None = None
+        """Is told of each event before it is queued."""
         self.watchers: Sequence[Callable[[], None]] = ()
         self._handle = handle
-        self._events: deque[E] = deque(maxlen=depth if overflow == 'oldest' else None)
-        self._refuse_at = depth if overflow == 'refuse' else None
+        self._events: deque[E] = deque(maxlen=depth if refuse is None else None)
+        self._refuse = refuse
         self._posted = False
         self._alone = group is not None and group.exclusive
 
@@ -81,25 +85,29 @@ class Inbox(Work, Generic[E]):
         """How many events wait; see wait_set.Waited."""
         return len(self._events)
 
-    def deliver(self, event: E) -> bool:
-        """Queue `event`; False where it was refused. Any thread; short, takes no lock.
+    def deliver(self, event: E) -> None:
+        """Queue `event`. Any thread; short, takes no lock. What a transport calls with all that comes.
 
         The append comes before the look at `_posted`, and `_go_on` resets that before it looks for events.
         """
+        if self.note is not None:
+            self.note(event)
         events = self._events
         if self.depth is not None and len(events) >= self.depth:
             self.dropped += 1
-            if self._refuse_at is not None:
-                return False
+            if self._refuse is not None:
+                self._refuse(event)
+                return
         if self.closed:
-            return False
+            if self._refuse is not None:
+                self._refuse(event)
+            return
         events.append(event)
         if not self._posted:
             self._posted = True
             self.home.post(self)
         if self.watchers:
             self._tell()
-        return True
 
     def _tell(self) -> None:
         for wake in self.watchers:

@@ -30,6 +30,9 @@ class _Core(SubscriptionCore[MsgT]):
         self.times: list[float] = []
         super().__init__(node, msg_type, topic, bool, qos, ReentrantCallbackGroup())
 
+    def _receiver(self) -> Callable[[Sample], None]:
+        return self._deliver
+
     def _deliver(self, sample: Sample) -> None:
         taken = self.read(sample)
         if taken is not None:
