@@ -8,6 +8,7 @@ from helpers.execution import PATIENCE, SmallContext, SmallNode, Spinning, soon
 from goalwire.execution.agenda import Alarm
 from goalwire.execution.home import Home
 from goalwire.execution.inbox import Inbox
+from goalwire.execution.ready import ReadyQueue
 from goalwire.execution.single_threaded import SingleThreadedExecutor
 from goalwire.execution.work import Work
 
@@ -102,32 +103,24 @@ def test_nothing_is_lost_while_a_node_changes_executors_under_load(context: Smal
 
 
 def test_a_post_that_meets_a_detach_is_not_left_in_the_old_queue() -> None:
-    class Between(Home):
-        """Detaches at the very moment after a post has read its queue."""
-
-        def __init__(self) -> None:
-            super().__init__()
-            self.armed: Any = None
-
-    home = Between()
+    home = Home()
     single = SingleThreadedExecutor(context=SmallContext())
-    home.attach(single._ready, single._agenda)
-    real_post = single._ready.post
     work = Work(home, None)
 
-    class Queue:
-        items = single._ready.items
+    class Queue(ReadyQueue):
+        """Has its home detached at the very moment after a post has read `home.queue`."""
 
-        def post(self, item: Work) -> None:
-            home.detach()
-            real_post(item)
+        __slots__ = ()
 
-        def reclaim(self, whose: Home) -> list[Work]:
-            return single._ready.reclaim(whose)
+        def __getattribute__(self, name: str) -> Any:
+            if name == 'items' and home.queue is self:
+                home.detach()
+            return super().__getattribute__(name)
 
-    home.queue = Queue()  # type: ignore[assignment]
+    queue = Queue()
+    home.attach(queue, single._agenda)
     home.post(work)
-    assert not single._ready.items
+    assert not queue.items
     assert list(home._backlog) == [work]
     single.shutdown()
 

@@ -6,15 +6,12 @@ from helpers.execution import PATIENCE
 
 from goalwire.execution.home import Home
 from goalwire.execution.ready import ReadyQueue
+from goalwire.execution.spinning import NEVER, EndingWhen
 from goalwire.execution.steady import STEADY
 from goalwire.execution.waiting import Waiter
 from goalwire.execution.work import Work
 
 HOME = Home()
-
-
-def no() -> bool:
-    return False
 
 
 def test_work_comes_out_in_the_order_it_was_posted() -> None:
@@ -28,26 +25,26 @@ def test_work_comes_out_in_the_order_it_was_posted() -> None:
 def test_nobody_sleeps_while_there_is_work() -> None:
     queue = ReadyQueue()
     queue.post(Work(HOME, None))
-    queue.park(Waiter(), STEADY, None, no)
+    queue.park(Waiter(), STEADY, NEVER, None)
     assert queue.sleepers == 0
 
 
 def test_nobody_sleeps_who_wants_to_leave() -> None:
     queue = ReadyQueue()
-    queue.park(Waiter(), STEADY, None, lambda: True)
+    queue.park(Waiter(), STEADY, EndingWhen(lambda: True), None)
     assert queue.sleepers == 0
 
 
 def test_a_sleeper_leaves_no_waker_behind_at_its_deadline() -> None:
     queue = ReadyQueue()
-    queue.park(Waiter(), STEADY, STEADY.now() + 1_000_000, no)
+    queue.park(Waiter(), STEADY, NEVER, STEADY.now() + 1_000_000)
     assert queue.sleepers == 0
 
 
 def test_the_thread_that_went_to_sleep_last_is_woken_first() -> None:
     queue = ReadyQueue()
     woken: list[str] = []
-    queue._wakers += [lambda: woken.append('first'), lambda: woken.append('last')]
+    queue.wakers += [lambda: woken.append('first'), lambda: woken.append('last')]
     queue.post(Work(HOME, None))
     queue.post(Work(HOME, None))
     assert woken == ['last', 'first']
@@ -78,7 +75,7 @@ def test_no_wake_up_is_lost_between_32_posters_and_4_sleepers() -> None:
             elif all_posted.is_set():
                 return
             else:
-                queue.park(waiter, STEADY, None, all_posted.is_set)
+                queue.park(waiter, STEADY, EndingWhen(all_posted.is_set), None)
 
     def post() -> None:
         for _ in range(per_poster):
@@ -108,7 +105,7 @@ def test_ping_pong_between_two_threads_never_stalls() -> None:
             if work is not None:
                 return work
             deadline = STEADY.now() + int(PATIENCE * 1e9)
-            queue.park(waiter, STEADY, deadline, no)
+            queue.park(waiter, STEADY, NEVER, deadline)
             assert STEADY.now() < deadline, 'a wake-up was lost'
 
     def answer() -> None:

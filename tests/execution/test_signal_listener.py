@@ -19,7 +19,7 @@ if sys.platform == 'win32':
 HEAD = """
 import asyncio, os, signal, sys, threading, time
 import rclpy
-from goalwire.execution.signal_listener import _listening
+from goalwire.execution.signal_listener import LISTENING
 from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import Trigger
 
@@ -30,7 +30,7 @@ def begin(options=SignalHandlerOptions.ALL):
 def when_it_leads(act):
     '''Call `act` on another thread once the main one waits in the wire's library.'''
     def watch():
-        while not (_listening and _listening[0].vigil is not None):
+        while not (LISTENING and LISTENING[0].vigil is not None):
             time.sleep(0.001)
         time.sleep(0.02)
         act()

@@ -46,7 +46,8 @@ class Engine:
 
     def _look_again(self) -> None:
         """Let whoever sleeps until the next timer find out that there is an earlier one, or a descriptor."""
-        self._ready.wake_one()
+        if self._ready.wakers:
+            self._ready.wake_one()
 
     def _next(self) -> Work | None:
         """The next ready work, or None; timers, file descriptors and waitables are looked at first."""

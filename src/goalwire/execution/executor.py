@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Coroutine
 from functools import partial
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar, overload
+from typing import TYPE_CHECKING, Any, NoReturn, Protocol, Self, TypeVar, overload
 from weakref import WeakSet
 
 from goalwire.execution.current import THREAD
@@ -20,7 +20,7 @@ from goalwire.execution.outcomes import (
     TimeoutException,
 )
 from goalwire.execution.readiness import Parker
-from goalwire.execution.spinning import Loan, Stay, settled, settled_check
+from goalwire.execution.spinning import Ending, EndingWhen, Loan, ending_of, settled
 from goalwire.execution.steady import deadline_after
 from goalwire.execution.task import Handler, Task, TaskWork
 
@@ -103,7 +103,7 @@ class Executor(Engine):
     def __init__(self, *, context: ContextLike | None = None) -> None:
         self._context = default_context() if context is None else context
         super().__init__(self._context.lifeline)
-        self._nodes: WeakSet[Any] = WeakSet()
+        self._nodes: WeakSet[Any] = WeakSet()  # and some that have left: `get_nodes` knows
 
     # -- nodes and tasks
 
@@ -117,22 +117,26 @@ class Executor(Engine):
 
         Raises ShutdownException after `shutdown`.
         """
-        self._refuse_after_shutdown('add a node')
-        home = node.handle.home
-        if home.queue is self._ready and node in self._nodes:
+        if self._is_shutdown:
+            self._refuse('add a node')
+        home, ready = node.handle.home, self._ready
+        if home.queue is ready:
             return False
         previous = node.executor
-        if previous is not None and previous is not self:
-            previous.remove_node(node)
-        self._nodes.add(node)
-        home.attach(self._ready, self._agenda)
-        node.executor = self
-        self._ready.wake_one()
+        if previous is self:  # it has been here: rclpy.spin_once() and the like add it with each call
+            home.attach(ready, self._agenda)
+        else:
+            if previous is not None:
+                previous.remove_node(node)
+            self._nodes.add(node)
+            home.attach(ready, self._agenda)
+            node.executor = self
+        if ready.wakers:
+            ready.wake_one()
         return True
 
     def remove_node(self, node: NodeLike) -> None:
         """Run `node`'s callbacks no more. What is pending waits for the executor it is added to next."""
-        self._nodes.discard(node)
         if self._refused:
             self._ask_again()  # so that what was refused goes with its node
         home = node.handle.home
@@ -141,7 +145,7 @@ class Executor(Engine):
 
     def get_nodes(self) -> list[Any]:
         """The nodes that were added and are still alive."""
-        return list(self._nodes)
+        return [node for node in self._nodes if node.handle.home.queue is self._ready]
 
     @overload
     def create_task(self, callback: Coroutine[Any, Any, T]) -> Task[T]: ...
@@ -156,7 +160,8 @@ class Executor(Engine):
 
         Raises ShutdownException after `shutdown`.
         """
-        self._refuse_after_shutdown('create a task')
+        if self._is_shutdown:
+            self._refuse('create a task')
         task: Task[T] = Task(callback, args, kwargs, executor=self)
         self.home.post(TaskWork(task, self.home, self._fail))
         return task
@@ -212,25 +217,19 @@ class Executor(Engine):
         TimeoutException, ShutdownException, ExternalShutdownException, ConditionReachedException.
         """
         deadline = self._deadline(timeout_sec)
-        parker = self._parker()
-        watch = self._lifeline.watch(parker.wake)
-        try:
-            while True:
-                work = self._take(parker, condition, deadline)
-                if work is not None:
-                    node = next((node for node in self.get_nodes() if node.handle.home is work.home), None)
-                    return Task(partial(self._perform_and_raise, work)), work.entity, node
-                if self._is_shutdown:
-                    raise ShutdownException
-                if condition():
-                    raise ConditionReachedException
-                raise TimeoutException
-        finally:
-            watch.close()
+        work = self._take(self._parker(), EndingWhen(condition), deadline)
+        if work is not None:
+            node = next((node for node in self.get_nodes() if node.handle.home is work.home), None)
+            return Task(partial(self._perform_and_raise, work)), work.entity, node
+        if self._is_shutdown:
+            raise ShutdownException
+        if condition():
+            raise ConditionReachedException
+        raise TimeoutException
 
     def shutdown(self, timeout_sec: float | None = None) -> bool:  # noqa: ARG002
         """End every spin and forget the nodes; True. A callback that runs ends by itself, after this."""
-        self._is_shutdown = True
+        self._is_shutdown = self._ready.closed = True
         for node in self.get_nodes():
             self.remove_node(node)
         self._ready.wake_all()
@@ -256,13 +255,12 @@ class Executor(Engine):
 
     def _run(self, until: Future[Any] | None, deadline: int | None, *, once: bool) -> None:
         """Spin on the calling thread."""
-        if not self._is_done_already(until, once=once):
-            self._drive(self._parker(), until, deadline, once=once)
+        ending = ending_of(until)
+        if not (ending._state and self._has_nothing_left(once=once)):  # noqa: SLF001
+            self._drive(self._parker(), ending, deadline, once=once)
 
-    def _is_done_already(self, until: Future[Any] | None, *, once: bool) -> bool:
-        """Whether a spin has nothing to do: `until` is settled, and nothing that came before it waits."""
-        if until is None or not settled(until):
-            return False
+    def _has_nothing_left(self, *, once: bool) -> bool:
+        """Whether a spin that has come to its end has nothing to do: nothing that came before waits."""
         return once or not self._ready.items or not self._lifeline.alive or self in THREAD.executors
 
     def thread_waits_alone(self) -> bool:
@@ -275,46 +273,58 @@ class Executor(Engine):
     def lend_thread(self, count: int) -> None:
         """Make up for `count` threads that block in a call of ours; negative: they are back."""
 
-    def _run_nested(self, until: Future[Any] | None, deadline: int | None, *, once: bool) -> None:
+    def _run_nested(self, ending: Ending, deadline: int | None, *, once: bool) -> None:
         """Spin inside a callback of this very executor, on its thread."""
         loan = Loan()
         try:
-            self._drive(self._parker(), until, deadline, once=once)
+            self._drive(self._parker(), ending, deadline, once=once)
         finally:
             loan.take_back(self.home, self._drive_until_free)
 
     def _drive_until_free(self, ticket: Future[None]) -> None:
         """Run callbacks until a group is free again."""
-        parker = self._parker()
-        with Stay(self, self._lifeline, parker, ticket):
-            self._run_callbacks(parker, ticket.settled, None, once=False)
+        self._drive(self._parker(), ticket, None, once=False, leave_at_once=True)
 
-    def _drive(self, parker: Parker, until: Future[Any] | None, deadline: int | None, *, once: bool) -> None:
-        """Run callbacks on this thread until `until` is settled, at `deadline`, or after one.
-
-        Of what had come by the time `until` was settled nothing is left to later spins: the last feedback of
-        a goal is seen before its result.
-        """
-        leave = settled_check(until)
-        with Stay(self, self._lifeline, parker, until):
-            if not leave():
-                self._run_callbacks(parker, leave, deadline, once=once)
-            if not once and self._ready.items and leave():
-                self._work_off(deadline)
-
-    def _run_callbacks(
-        self, parker: Parker, leave: Callable[[], bool], deadline: int | None, *, once: bool
+    def _drive(
+        self,
+        parker: Parker,
+        ending: Ending,
+        deadline: int | None,
+        *,
+        once: bool,
+        leave_at_once: bool = False,
     ) -> None:
-        """Run callbacks until `leave()`, at `deadline`, or after one."""
-        self._raise_failure()
+        """Run callbacks on this thread until `ending`, at `deadline`, or after one.
+
+        Of what had come by the time of `ending` nothing is left to later spins, unless `leave_at_once`: the
+        last feedback of a goal is seen before its result.
+        """
+        executors = THREAD.executors
+        depth = len(executors)
+        try:
+            executors.append(self)
+            ending.add_waker(parker.wake)
+            if not ending._state:  # noqa: SLF001
+                self._run_callbacks(parker, ending, deadline, once=once)
+            if self._ready.items and not (once or leave_at_once) and ending._state:  # noqa: SLF001
+                self._work_off(deadline)
+        finally:
+            del executors[depth:]
+            if not ending._state:  # noqa: SLF001 - else the waker has been called
+                ending.remove_waker(parker.wake)
+
+    def _run_callbacks(self, parker: Parker, ending: Ending, deadline: int | None, *, once: bool) -> None:
+        """Run callbacks until `ending`, at `deadline`, or after one."""
+        if self._failures:
+            self._raise_failure()
         while True:
-            work = self._take(parker, leave, deadline)
+            work = self._take(parker, ending, deadline)
             if work is None:
                 return
             performed = self._perform(work)
             if self._failures:
                 self._raise_failure()
-            if (performed and once) or not self._lifeline.alive or leave():
+            if (performed and once) or not self._lifeline.alive or ending._state:  # noqa: SLF001
                 return
             if deadline is not None and not once and self._is_past(deadline):
                 return  # callbacks that are always due must not keep it from ending in time
@@ -343,12 +353,11 @@ class Executor(Engine):
     def _deadline(self, timeout: Timeout) -> int | None:
         return deadline_after(self._clock, timeout.timeout if isinstance(timeout, TimeoutObject) else timeout)
 
-    def _refuse_after_shutdown(self, what: str) -> None:
-        if self._is_shutdown:
-            raise ShutdownException(f'cannot {what}: this executor was shut down; make a new one')
+    def _refuse(self, what: str) -> NoReturn:
+        raise ShutdownException(f'cannot {what}: this executor was shut down; make a new one')
 
-    def _take(self, parker: Parker, leave: Callable[[], bool], deadline: int | None) -> Work | None:
-        """The next ready work, after sleeping for it; None when `leave()`, at shutdown and at `deadline`.
+    def _take(self, parker: Parker, ending: Ending, deadline: int | None) -> Work | None:
+        """The next ready work, after sleeping for it; None at `ending`, at shutdown and at `deadline`.
 
         Raises ExternalShutdownException when the context has ended.
         """
@@ -358,17 +367,10 @@ class Executor(Engine):
             work = self._next()
             if work is not None:
                 return work
-            if leave() or (deadline is not None and self._is_past(deadline)):
+            if ending._state or (deadline is not None and deadline <= self._clock.now()):  # noqa: SLF001
                 return None
-            self._sleep(parker, leave, deadline)
+            self._ready.park(parker, self._clock, ending, deadline, self._agenda)
         return None
-
-    def _sleep(self, parker: Parker, leave: Callable[[], bool], deadline: int | None) -> None:
-        """Sleep until there may be work."""
-        due = self._agenda.next_due()
-        if due is not None and (deadline is None or due < deadline):
-            deadline = due
-        self._ready.park(parker, self._clock, deadline, lambda: self._is_shutdown or leave())
 
     def _perform_and_raise(self, work: Work) -> None:
         self._perform(work)

@@ -41,7 +41,9 @@ class Home:
             if self.queue is not None:
                 self._flush()  # attached in between
             return
-        queue.post(work)
+        queue.items.append(work)  # as `queue.post` does: one call less for each event
+        if queue.wakers:
+            queue.wake_one()
         if self.queue is not queue:
             self._move_out(queue)  # detached in between
 

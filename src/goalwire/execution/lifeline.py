@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Protocol
+from weakref import ReferenceType, ref
 
 from goalwire.execution.steady import STEADY, SteadyClock
 from goalwire.execution.waiting import Keeper, Waiter
@@ -34,7 +35,7 @@ class Watch:
 class Lifeline:
     """Ends once, for whatever reason. `clock` is the time that everything under this context lives in."""
 
-    __slots__ = ('__weakref__', '_watchers', 'alive', 'clock', 'dependants', 'reason', 'vigil')
+    __slots__ = ('__weakref__', '_keepers', '_watchers', 'alive', 'clock', 'dependants', 'reason', 'vigil')
 
     def __init__(self, clock: SteadyClock = STEADY) -> None:
         self.clock = clock
@@ -45,6 +46,7 @@ class Lifeline:
         self.dependants: set[object] = set()
         """Who sleeps under this where the wire does not reach it: asyncio loops, watchers of descriptors."""
         self._watchers: dict[Watch, None] = {}
+        self._keepers: dict[ReferenceType[Keeper], None] = {}
 
     def take_vigil(self, vigil: Vigil | None) -> None:
         """Let threads under this wait on a session's wire, as far as it has a place for that."""
@@ -63,8 +65,15 @@ class Lifeline:
         self.dependants.discard(who)
 
     def new_waiter(self) -> Waiter:
-        """A place for one thread to sleep in while it waits for what the wire may bring."""
+        """A place for one thread to sleep in while it waits for what the wire may bring; the end wakes it."""
         return Keeper(self)
+
+    def wake_at_end(self, keeper: Keeper) -> None:
+        """Wake `keeper`, held weakly, when this ends: for all its life, where a watch is for one sleep."""
+        self._keepers[ref(keeper, self._forget)] = None
+
+    def _forget(self, reference: ReferenceType[Keeper]) -> None:
+        self._keepers.pop(reference, None)
 
     def end(self, reason: str) -> bool:
         """End it and tell everybody; False if it has ended before. Takes no lock: signal handlers call it."""
@@ -91,8 +100,12 @@ class Lifeline:
             try:
                 watch, _ = self._watchers.popitem()
             except KeyError:
-                return
+                break
             watch.notify()
+        for reference in tuple(self._keepers):
+            keeper = reference()
+            if keeper is not None:
+                keeper.wake()
 
 
 class ContextLike(Protocol):

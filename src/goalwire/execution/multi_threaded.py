@@ -13,7 +13,7 @@ from goalwire.execution.executor import Executor, Timeout
 from goalwire.execution.outcomes import ExternalShutdownException
 from goalwire.execution.ready import ReadyQueue
 from goalwire.execution.remainder import Remainder
-from goalwire.execution.spinning import Stay, settled
+from goalwire.execution.spinning import Ending, EndingWhen, Stay, ending_of
 from goalwire.execution.waiting import Waiter
 
 if TYPE_CHECKING:
@@ -59,6 +59,7 @@ class MultiThreadedExecutor(Executor):
         self._coordinators: list[Waiter] = []
         self._remainders: list[Remainder] = []
         self._watcher: Waiter | None = None
+        self._wanted, self._unwanted = EndingWhen(self._is_wanted), EndingWhen(self._is_unwanted)
 
     def spin(self) -> None:
         self._run(None, None, once=False)
@@ -80,33 +81,34 @@ class MultiThreadedExecutor(Executor):
     # -- the thread that spins
 
     def _run(self, until: Future[Any] | None, deadline: int | None, *, once: bool) -> None:
-        if self._is_done_already(until, once=once):
+        ending = ending_of(until)
+        if ending._state and self._has_nothing_left(once=once):  # noqa: SLF001
             return
         try:
             if self in THREAD.executors:
-                self._run_nested(until, deadline, once=once)
+                self._run_nested(ending, deadline, once=once)
             elif once:
-                self._hand_over(until, deadline)
+                self._hand_over(ending, deadline)
             else:
-                self._coordinate(until, deadline)
+                self._coordinate(ending, deadline)
         except ExternalShutdownException:
             return  # as in rclpy, this executor's spin just ends
         finally:
             if not self._lifeline.alive:
                 self._close_lanes()
 
-    def _coordinate(self, until: Future[Any] | None, deadline: int | None) -> None:
+    def _coordinate(self, ending: Ending, deadline: int | None) -> None:
         """Let the workers work, and wait."""
         waiter = Waiter()
         self._coordinators.append(waiter)
-        with Stay(None, self._lifeline, waiter, until):
+        with Stay(self._lifeline, waiter, ending):
             self._open()
             try:
                 while True:
                     self._raise_failure()
                     if self._is_shutdown or not self._lifeline.alive:
                         return
-                    if until is not None and settled(until):
+                    if ending._state:  # noqa: SLF001
                         self._await_remainder(waiter, deadline)
                         return
                     if not self._clock.wait(waiter, deadline):
@@ -135,12 +137,12 @@ class MultiThreadedExecutor(Executor):
         finally:
             self._remainders.remove(remainder)
 
-    def _hand_over(self, until: Future[Any] | None, deadline: int | None) -> None:
+    def _hand_over(self, ending: Ending, deadline: int | None) -> None:
         """Wait for one piece of ready work and give it to a worker."""
         self._raise_failure()
         parker = self._parker()
-        with Stay(None, self._lifeline, parker, until):
-            work = self._take(parker, lambda: until is not None and settled(until), deadline)
+        with Stay(self._lifeline, parker, ending):
+            work = self._take(parker, ending, deadline)
         if work is not None:
             self._bench.post(work)
             self._send_somebody()
@@ -175,17 +177,17 @@ class MultiThreadedExecutor(Executor):
     def _serve(self) -> None:
         """What a worker does, until it is sent home."""
         parker, thread = self._parker(), threading.current_thread()
-        with Stay(self, self._lifeline, parker, None):
-            while not (self._retires() and self._leaves()):
-                work = self._bench.pop()
-                if work is None and self._spins:
-                    work = self._next()
-                if work is not None:
-                    self._attend(work, thread)
-                elif self._spins:
-                    self._sleep_at_queue(parker)
-                else:
-                    self._bench.park(parker, self._clock, None, self._is_wanted)
+        THREAD.executors.append(self)
+        while not (self._retires() and self._leaves()):
+            work = self._bench.pop()
+            if work is None and self._spins:
+                work = self._next()
+            if work is not None:
+                self._attend(work, thread)
+            elif self._spins:
+                self._sleep_at_queue(parker)
+            else:
+                self._bench.park(parker, self._clock, self._wanted, None)
         self._pass_on()
 
     def _retires(self) -> bool:
@@ -238,13 +240,12 @@ class MultiThreadedExecutor(Executor):
         if self._watcher is None and (self._agenda.heap or self._readiness.watched):
             self._watcher = parker
             try:
-                # The due time is read after the watcher is known: a timer set in between wakes it.
-                due = self._agenda.next_due()
-                self._ready.park(parker, self._clock, due, self._is_unwanted, last=True)
+                # The agenda is looked at after the watcher is known: a timer set in between wakes it.
+                self._ready.park(parker, self._clock, self._unwanted, None, self._agenda, last=True)
             finally:
                 self._watcher = None
         else:
-            self._ready.park(parker, self._clock, None, self._is_unwanted)
+            self._ready.park(parker, self._clock, self._unwanted, None)
         if not self._spins:
             self._pass_on()
 

@@ -154,12 +154,10 @@ class Parker(Keeper):
 
     def __init__(self, readiness: Readiness, lifeline: Lifeline) -> None:
         super().__init__(lifeline)
-        self._readiness = readiness
+        self._readiness: Readiness = readiness
 
-    def wait(self, timeout_ns: int | None = None) -> bool:
+    def _wait_on_descriptors(self, timeout_ns: int | None) -> bool:
         readiness = self._readiness
-        if not readiness.watched:
-            return super().wait(timeout_ns)
         timeout = None if timeout_ns is None else max(timeout_ns, 0) / 1e9
         self.interrupt = readiness.interrupt
         self._lifeline.depend(self)

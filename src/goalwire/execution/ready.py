@@ -6,11 +6,15 @@ from collections import deque
 from typing import TYPE_CHECKING
 from weakref import ReferenceType, ref
 
+from goalwire.execution.steady import STEADY
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from goalwire.execution.agenda import Agenda
     from goalwire.execution.home import Home
     from goalwire.execution.lookout import Lookout
+    from goalwire.execution.spinning import Ending
     from goalwire.execution.steady import SteadyClock
     from goalwire.execution.waiting import Waiter
     from goalwire.execution.work import Work
@@ -24,19 +28,22 @@ class ReadyQueue:
     that went to sleep last is woken first: its caches are warm, and the others sleep on.
     """
 
-    __slots__ = ('_stirred', '_wakers', 'items', 'lookouts')
+    __slots__ = ('_stirred', 'closed', 'items', 'lookouts', 'wakers')
 
     def __init__(self) -> None:
         self.items: deque[Work] = deque()
         self.lookouts: dict[ReferenceType[Lookout], None] = {}
         """Who is to be asked for work before any is taken; they belong to their nodes."""
-        self._wakers: list[Callable[[], None]] = []
+        self.wakers: list[Callable[[], None]] = []
+        """What wakes those that sleep here; who went to sleep last stands last."""
+        self.closed = False
+        """Whether nobody sleeps here any more."""
         self._stirred = False
 
     def post(self, work: Work) -> None:
         """Append `work` and wake one sleeper, if any: the poster's last act. Any thread."""
         self.items.append(work)
-        if self._wakers:
+        if self.wakers:
             self.wake_one()
 
     def pop(self) -> Work | None:
@@ -86,61 +93,71 @@ class ReadyQueue:
 
     def wake_one(self) -> None:
         """Let one sleeper look again. Whoever leaves while there is work must call this."""
-        if not self._wakers:  # each tick of a timer asks, and an exception costs more than a look
+        if not self.wakers:  # each tick of a timer asks, and an exception costs more than a look
             return
         try:
-            waker = self._wakers.pop()
+            waker = self.wakers.pop()
         except IndexError:
             return
         waker()
 
     def wake_all(self) -> None:
         """Let all sleepers look again."""
-        while self._wakers:
+        while self.wakers:
             self.wake_one()
 
     def listen(self, waker: Callable[[], None]) -> None:
         """Call `waker` once when there may be work, at once where there is: how a loop sleeps here."""
-        self._wakers.append(waker)
+        self.wakers.append(waker)
         if self.restless:
             self.wake_one()
 
     def unlisten(self, waker: Callable[[], None]) -> None:
         """Take a waker back, if it has not been called."""
         try:
-            self._wakers.remove(waker)
+            self.wakers.remove(waker)
         except ValueError:
             return  # `suppress` would cost three calls more, with each sleep
 
     @property
     def sleepers(self) -> int:
         """How many threads sleep here."""
-        return len(self._wakers)
+        return len(self.wakers)
 
     def park(
         self,
         waiter: Waiter,
         clock: SteadyClock,
+        ending: Ending,
         deadline: int | None,
-        leave: Callable[[], bool],
+        agenda: Agenda | None = None,
         *,
         last: bool = False,
     ) -> None:
-        """Sleep in `waiter` until there may be work, `leave()` may have become true, or `deadline` (ns).
+        """Sleep in `waiter` until there may be work, `ending`, `deadline` (ns), or the agenda's next alarm.
 
         `last` makes this sleeper the last one to be woken by posts.
         """
-        wake = waiter.wake
+        wakers, wake = self.wakers, waiter.wake
         try:
             if last:
-                self._wakers.insert(0, wake)
+                wakers.insert(0, wake)
             else:
-                self._wakers.append(wake)
-            if not (self.items or (self._stirred and self.lookouts) or leave()):
+                wakers.append(wake)
+            # The looks come last: who posts, or sets an earlier alarm, does that first and then looks here.
+            if agenda is not None:
+                due = agenda.earliest
+                if due is not None and (deadline is None or due < deadline):
+                    deadline = due
+            if self.items or (self._stirred and self.lookouts) or self.closed or ending._state:  # noqa: SLF001
+                return
+            if clock is STEADY:  # its `wait` does this
+                waiter.wait(None if deadline is None else deadline - clock.now())
+            else:
                 clock.wait(waiter, deadline)
         finally:
             # Where a poster took it: its wake-up ends this wait, or makes the next one look once more.
-            if self._wakers:
+            if wakers:
                 self.unlisten(wake)
 
     def reclaim(self, home: Home) -> list[Work]:

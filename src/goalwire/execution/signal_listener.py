@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from goalwire.transport.contract import Sleeper, Vigil
+    from goalwire.transport.contract import Vigil
 
 _CLOSE = 0
 """No signal has this number."""
 
-_listening: list[SignalListener] = []
+LISTENING: list[SignalListener] = []
 """The listener of this process, if there is one."""
 
 
@@ -40,7 +40,7 @@ class SignalListener:
         self._before = signal.set_wakeup_fd(self._writer, warn_on_full_buffer=False)
         self._thread = threading.Thread(target=self._listen, name='goalwire-signals', daemon=True)
         self._thread.start()
-        _listening.append(self)
+        LISTENING.append(self)
 
     def hears(self) -> bool:
         """Whether signals come here; where an asyncio loop has given the pipe up, they do again."""
@@ -53,7 +53,7 @@ class SignalListener:
     def close(self) -> None:
         """Put back what was there before and end the thread."""
         with suppress(ValueError):
-            _listening.remove(self)
+            LISTENING.remove(self)
         if os.getpid() != self._process:
             signal.set_wakeup_fd(-1)  # a forked child shares the pipe with its parent, and has no thread
             return
@@ -75,27 +75,3 @@ class SignalListener:
                     vigil = self.vigil
                     if vigil is not None:
                         vigil.interrupt()
-
-
-def in_deaf_main_thread() -> bool:
-    """Whether this is the main thread, and no signal would bring it out of the wire's library.
-
-    Python runs signal handlers in the main thread, and not while that is in there.
-    """
-    if not _listening:
-        return threading.current_thread() is threading.main_thread()
-    listener = _listening[0]
-    return get_ident() == listener.main_thread and not listener.hears()
-
-
-def wait_on_wire(vigil: Vigil, sleeper: Sleeper, timeout_ns: int | None) -> bool:
-    """Have the calling thread wait in `vigil`, the main one so that signals bring it out."""
-    listener = _listening[0] if _listening else None
-    if listener is None or get_ident() != listener.main_thread:
-        return vigil.wait(sleeper, timeout_ns)
-    # A signal that came before this line has its handler run before the wait begins.
-    outer, listener.vigil = listener.vigil, vigil
-    try:
-        return vigil.wait(sleeper, timeout_ns)
-    finally:
-        listener.vigil = outer

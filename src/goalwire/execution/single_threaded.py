@@ -7,12 +7,12 @@ from threading import get_ident
 from typing import TYPE_CHECKING, Any
 
 from goalwire.execution.executor import Executor, Timeout
+from goalwire.execution.future import Future
 from goalwire.execution.outcomes import ExternalShutdownException
-from goalwire.execution.spinning import Stay, settled
+from goalwire.execution.spinning import Ending, Stay, ending_of
 from goalwire.execution.waiting import Waiter
 
 if TYPE_CHECKING:
-    from goalwire.execution.future import Future
     from goalwire.execution.lifeline import ContextLike
 
 
@@ -30,22 +30,24 @@ class SingleThreadedExecutor(Executor):
         self._run(None, None, once=False)
 
     def spin_until_future_complete(self, future: Future[Any], timeout_sec: Timeout = None) -> None:
-        self._run(future, self._deadline(timeout_sec), once=False)
+        self._run(future, None if timeout_sec is None else self._deadline(timeout_sec), once=False)
 
     def thread_waits_alone(self) -> bool:
         """Whether the calling thread is the one that drives this."""
         return self._driver == get_ident()
 
     def _run(self, until: Future[Any] | None, deadline: int | None, *, once: bool) -> None:
-        if self._is_done_already(until, once=once):
+        ending = until if isinstance(until, Future) else ending_of(until)
+        if ending._state and self._has_nothing_left(once=once):  # noqa: SLF001
             return
         if self._driver == get_ident():
-            self._run_nested(until, deadline, once=once)
+            self._run_nested(ending, deadline, once=once)
             return
-        if not self._sit_down(until, deadline):
+        if not (self._seat.acquire(blocking=False) or self._await_seat(ending, deadline)):
             return
         try:
-            self._drive(self._driver_parker, until, deadline, once=once)
+            self._driver = get_ident()
+            self._drive(self._driver_parker, ending, deadline, once=once)
         finally:
             if not self._lifeline.alive:
                 self._close_lanes()
@@ -54,19 +56,15 @@ class SingleThreadedExecutor(Executor):
             if self._successors:
                 self._call_successor()
 
-    def _sit_down(self, until: Future[Any] | None, deadline: int | None) -> bool:
-        """Become the thread that drives this; False where another one did until this one need not."""
-        if not self._seat.acquire(blocking=False):
-            waiter = Waiter()
-            with Stay(None, self._lifeline, waiter, until):
-                while not self._wait_for_seat(waiter, deadline):
-                    if self._is_shutdown or (until is not None and settled(until)):
-                        return False
-                    if not self._lifeline.alive:
-                        raise ExternalShutdownException
-                    if deadline is not None and deadline <= self._clock.now():
-                        return False
-        self._driver = get_ident()
+    def _await_seat(self, ending: Ending, deadline: int | None) -> bool:
+        """Wait for the seat of the thread that drives this; False where another one has it too long."""
+        waiter = Waiter()
+        with Stay(self._lifeline, waiter, ending):
+            while not self._wait_for_seat(waiter, deadline):
+                if self._is_shutdown or ending._state or self._is_past(deadline):  # noqa: SLF001
+                    return False
+                if not self._lifeline.alive:
+                    raise ExternalShutdownException
         return True
 
     def _wait_for_seat(self, waiter: Waiter, deadline: int | None) -> bool:

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from _thread import allocate_lock
-from threading import TIMEOUT_MAX
+from threading import TIMEOUT_MAX, current_thread, get_ident, main_thread
 from typing import TYPE_CHECKING
 
-from goalwire.execution.signal_listener import in_deaf_main_thread, wait_on_wire
+from goalwire.execution.signal_listener import LISTENING
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from goalwire.execution.lifeline import Lifeline
+    from goalwire.execution.readiness import Readiness
 
 
 class Waiter:
@@ -44,32 +45,73 @@ class Waiter:
             return  # the wake-up before this one has not been used yet
 
 
-class Keeper(Waiter):
-    """A waiter whose thread waits on the wire itself, where the session of `lifeline` has a place for it."""
+SHORT_NS = 50_000_000
+"""How long the main thread waits on the wire without having seen that signals would bring it out: that is how
+long they may wait. The look costs 5 us (two system calls), so it is for long sleeps."""
 
-    __slots__ = ('_lifeline', 'interrupt')
+
+class Keeper(Waiter):
+    """A waiter whose thread waits on the wire itself, where the session of `lifeline` has a place for it.
+
+    The lifeline's end wakes it.
+    """
+
+    __slots__ = ('__weakref__', '_lifeline', 'interrupt')
 
     doze = Waiter.wait
     """Sleep on the lock, whatever the wire does."""
+
+    _readiness: Readiness | None = None
+    """What else it watches while it sleeps."""
 
     def __init__(self, lifeline: Lifeline) -> None:
         super().__init__()
         self.interrupt: Callable[[], None] | None = None
         """What ends this thread's sleep, where it sleeps elsewhere than on its lock."""
         self._lifeline = lifeline
+        lifeline.wake_at_end(self)
 
     def wait(self, timeout_ns: int | None = None) -> bool:
-        lifeline = self._lifeline
-        vigil = lifeline.vigil
+        # All of it in one function, for the common cases: it begins and ends each sleep of an executor.
+        if self._readiness is not None and self._readiness.watched:
+            return self._wait_on_descriptors(timeout_ns)
+        vigil = self._lifeline.vigil
         if vigil is None or (timeout_ns is not None and timeout_ns <= 0):
             return self.doze(timeout_ns)
-        if not in_deaf_main_thread():
-            return wait_on_wire(vigil, self, timeout_ns)
-        lifeline.depend(self)
+        if not LISTENING:
+            if current_thread() is main_thread():
+                return self._doze_beside_wire(timeout_ns)
+            return vigil.wait(self, timeout_ns)
+        listener = LISTENING[0]
+        if get_ident() != listener.main_thread:
+            return vigil.wait(self, timeout_ns)
+        # A signal that came before this line has its handler run before the wait begins.
+        outer, listener.vigil = listener.vigil, vigil
+        try:
+            if timeout_ns is not None and timeout_ns <= SHORT_NS:
+                return vigil.wait(self, timeout_ns)
+            if vigil.wait(self, SHORT_NS):
+                return True
+            left = None if timeout_ns is None else timeout_ns - SHORT_NS
+            if listener.hears():
+                return vigil.wait(self, left)
+        finally:
+            listener.vigil = outer
+        return self._doze_beside_wire(left)
+
+    def _doze_beside_wire(self, timeout_ns: int | None) -> bool:
+        """Sleep in the main thread where no signal would bring it out of the wire's library.
+
+        Python runs signal handlers in the main thread, and not while that is in there.
+        """
+        self._lifeline.depend(self)
         try:
             return self.doze(timeout_ns)
         finally:
-            lifeline.depend_no_more(self)
+            self._lifeline.depend_no_more(self)
+
+    def _wait_on_descriptors(self, timeout_ns: int | None) -> bool:
+        raise NotImplementedError
 
     def wake(self) -> None:
         # Who sleeps elsewhere says so first, then looks at the lock: one of the two sees the other.

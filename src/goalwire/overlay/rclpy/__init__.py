@@ -173,7 +173,7 @@ def create_node(
 
 def spin_once(node: Node, *, executor: Executor | None = None, timeout_sec: float | None = None) -> None:
     """Run at most one callback of `node`, waiting up to `timeout_sec` (for ever where None) for one."""
-    chosen = get_global_executor() if executor is None else executor
+    chosen = (_global_executor or get_global_executor()) if executor is None else executor
     added = chosen.add_node(node)
     try:
         chosen.spin_once(timeout_sec=timeout_sec)
@@ -187,7 +187,7 @@ def spin(node: Node, executor: Executor | None = None) -> None:
 
     Raises ExternalShutdownException where a signal ended it, KeyboardInterrupt on Ctrl-C.
     """
-    chosen = get_global_executor() if executor is None else executor
+    chosen = (_global_executor or get_global_executor()) if executor is None else executor
     added = chosen.add_node(node)
     try:
         chosen.spin()
@@ -200,7 +200,7 @@ def spin_until_future_complete(
     node: Node, future: Future[Any], executor: Executor | None = None, timeout_sec: float | None = None
 ) -> None:
     """Run the callbacks of `node` until `future` is done, the time is over or the context ends."""
-    chosen = get_global_executor() if executor is None else executor
+    chosen = (_global_executor or get_global_executor()) if executor is None else executor
     added = chosen.add_node(node)
     try:
         chosen.spin_until_future_complete(future, timeout_sec)
