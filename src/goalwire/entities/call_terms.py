@@ -11,6 +11,8 @@ from goalwire.execution.steady import timeout_ns
 from goalwire.transport.contract import EndpointKind
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from goalwire.entities.context import Context
     from goalwire.transport.contract import GraphEntity
 
@@ -20,7 +22,7 @@ ErrorT = TypeVar('ErrorT', bound=CallError)
 class CallTerms:
     """Begins when it is made. The errors that it makes name the service or action, its nodes, the time."""
 
-    __slots__ = ('_servers', 'attempts', 'begun', 'context', 'deadline', 'kind', 'name')
+    __slots__ = ('attempts', 'begun', 'context', 'deadline', 'kind', 'name', 'servers')
 
     def __init__(self, context: Context, kind: str, name: str, timeout: float | None) -> None:
         """`kind` is 'service' or 'action', `name` fully qualified; a `timeout` (s) of None or inf has no end.
@@ -30,18 +32,18 @@ class CallTerms:
         self.context = context
         self.kind = kind
         self.name = name
-        self._servers: list[GraphEntity] = []
+        self.servers: Sequence[GraphEntity] = ()
+        """Who served when the request went out."""
         self.attempts = 1
         """How often the request went out."""
-        self.begun = self.now()
-        self.deadline = None if timeout is None or timeout == inf else self.begun + self._ns(timeout)
+        self.begun = self.context.lifeline.clock.now()
+        self.deadline: int | None = None
         """On the context's steady clock, in ns; None where there is none."""
-
-    def _ns(self, timeout: float) -> int:
-        try:
-            return max(timeout_ns(timeout), 0)
-        except (TypeError, ValueError) as error:
-            raise type(error)(f'{self.title}: {error}') from None
+        if timeout is not None and timeout != inf:
+            try:
+                self.deadline = self.begun + max(timeout_ns(timeout), 0)
+            except (TypeError, ValueError) as error:
+                raise type(error)(f'{self.title}: {error}') from None
 
     def now(self) -> int:
         """The time on the context's steady clock, in ns."""
@@ -54,12 +56,12 @@ class CallTerms:
 
     def see_servers(self, served_as: str) -> None:
         """Note who serves now. `served_as` is the service's name, or that of the action's first service."""
-        self._servers = self.context.graph.entities(EndpointKind.SERVICE, served_as)
+        self.servers = self.context.graph.entities(EndpointKind.SERVICE, served_as)
 
     @property
     def peers(self) -> tuple[str, ...]:
         """The nodes that served when the request went out."""
-        return tuple(dict.fromkeys(server.node.qualified for server in self._servers))
+        return tuple(dict.fromkeys(server.node.qualified for server in self.servers))
 
     @property
     def waited(self) -> float:
@@ -68,7 +70,11 @@ class CallTerms:
 
     def left_ns(self, margin_s: float) -> int | None:
         """How long the wire has to hold a request: what is left, and `margin_s` for us to be first."""
-        return None if self.deadline is None else max(self.deadline - self.now(), 0) + int(margin_s * 1e9)
+        deadline = self.deadline
+        if deadline is None:
+            return None
+        left = deadline - self.context.lifeline.clock.now()
+        return max(left, 0) + int(margin_s * 1e9)
 
     def retold(self, error: CallError) -> CallError:
         """Add what is known here to an error of a client; one that tells it already stays as it is."""

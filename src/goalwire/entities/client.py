@@ -77,7 +77,7 @@ class ResponseFuture(Future[Any]):
     """When, in ns since the UNIX epoch, as a reply's `received_timestamp`."""
     guard: Guard | None = None
     """What makes it end in time; None where it may stay pending, as in ROS 2."""
-    _request = b''
+    request = b''
     """What a guard sends, in time."""
     introspected: IntrospectedCall | None = None
     """Where the steps of this call are told; None where nobody wants to know."""
@@ -148,7 +148,7 @@ class ResponseFuture(Future[Any]):
         """Hand the request to the wire, perhaps once more; raises as ClientCore.call_async does."""
         client = self.client
         if client is not None:
-            client.send(self._request, self)
+            client.send(self.request, self)
 
     def withdraw(self) -> None:
         """Wait no longer for the answer to what was sent last."""
@@ -161,12 +161,6 @@ class ResponseFuture(Future[Any]):
         self.forget()
         if self.pending():
             end_with(self, error)
-
-    def guard_with(self, guard: Guard, request: bytes) -> None:
-        """Let `guard` send the request, and see to its end."""
-        self._request = request
-        self.guard = guard
-        guard.begin()
 
 
 class ClientCore(TimedCalls, Introspected):
@@ -192,7 +186,7 @@ class ClientCore(TimedCalls, Introspected):
         """How many requests were handed to the wire."""
         self.latencies = Latencies()
         """From requests to their responses."""
-        self._now = node.context.lifeline.clock.system_now
+        self._clock = node.context.lifeline.clock
         self.unanswered = 0
         """How many requests no server answered: there was none, it went away, or it gave them up."""
         self._reported: set[str] = set()
@@ -243,8 +237,9 @@ class ClientCore(TimedCalls, Introspected):
         else:
             guard = self._guard(future, timeout)
             self.guarded[future] = None
+            future.guard, future.request = guard, payload
             try:
-                future.guard_with(guard, payload)
+                guard.begin()
             except BaseException:
                 self.guarded.pop(future, None)
                 raise
@@ -284,7 +279,7 @@ class ClientCore(TimedCalls, Introspected):
             raise InvalidHandle
         guard = future.guard
         left = None if guard is None else guard.terms.left_ns(MARGIN_S)
-        future.sent_at = self._now()
+        future.sent_at = self._clock.system_now()
         try:
             sequence = port.request(payload, future.on_reply, future.on_end, left)
         except ClosedError:

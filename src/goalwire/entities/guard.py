@@ -59,9 +59,13 @@ class Guard:
 
         Raises ShutDownError after the context's end.
         """
-        self.terms.check_alive()  # at first: its alarm would ring at once, and fail a future that nobody has
-        deadline = self.terms.deadline
-        self.terms.context.deadlines.set(self._alarm, NEVER if deadline is None else deadline)
+        terms = self.terms
+        if (
+            not terms.context.ok()
+        ):  # at first: its alarm would ring at once, and fail a future that nobody has
+            raise ShutDownError(terms.title)
+        deadline = terms.deadline
+        terms.context.deadlines.set(self._alarm, NEVER if deadline is None else deadline)
         try:
             self._go()
         except BaseException:
@@ -69,18 +73,21 @@ class Guard:
             raise
 
     def _go(self) -> None:
-        if not self._waits or self.line.is_there():
+        line = self.line
+        if line.has_server():
+            self.terms.servers = line.servers
+            self._send()
+        elif not self._waits:
             self._send()
         else:
-            self.line.add(self)
+            line.add(self)
             if self._request is None:
-                self.line.discard(self)  # it has ended meanwhile
+                line.discard(self)  # it has ended meanwhile
 
     def _send(self) -> None:
         request = self._request
         if request is not None:
             self._was_sent = True
-            self.terms.see_servers(self.line.served_as)
             request.send()
 
     def resume(self) -> None:
@@ -92,17 +99,17 @@ class Guard:
 
     def end(self) -> bool:
         """End it: True for the one caller that comes first, who completes the future."""
-        if not self._ending.acquire(blocking=False):
+        if not self._ending.acquire(False):
             return False
         self._request = None
         self.terms.context.deadlines.drop(self._alarm)
         self._alarm.ring = _nothing  # no circle is left for the garbage collector
-        self.line.discard(self)
+        if self in self.line.waiting:
+            self.line.discard(self)
         return True
 
-    def answered(self) -> bool:
-        """A reply has come: True where it is the first, and nothing else has ended the request."""
-        return self.end()
+    answered = end
+    """A reply has come: True where it is the first, and nothing else has ended the request."""
 
     def fail(self, error: Exception) -> None:
         """End it with `error`, unless it is over."""
@@ -131,7 +138,7 @@ class Guard:
 
     def _lacks_server(self) -> bool:
         if self._was_sent:
-            return self in self.line  # to be sent again
+            return self in self.line.waiting  # to be sent again
         try:
             return not self.line.is_there()
         except ClosedError:

@@ -139,7 +139,7 @@ class RetryingGuard(Guard):
         return was_out
 
     def answered(self) -> bool:
-        if not super().answered():
+        if not self.end():
             return False
         if self._take_back():
             self._attempts.answered()

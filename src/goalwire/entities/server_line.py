@@ -7,12 +7,14 @@ from typing import TYPE_CHECKING, Protocol
 
 from goalwire.errors import ClosedError
 from goalwire.execution.agenda import Alarm
+from goalwire.transport.contract import EndpointKind
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from goalwire.entities.context import Context
     from goalwire.graph.watch import Watch
+    from goalwire.transport.contract import GraphEntity
 
 
 class Waiting(Protocol):
@@ -26,7 +28,7 @@ class ServerLine:
     """The requests of one client that wait for a server, first come first served.
 
     One look at the graph after each change serves them all; it and the sending happen on a thread of the
-    context's, for a change comes on the transport's.
+    context's, for a change comes on the transport's. A server that was seen is there until the graph changes.
     """
 
     def __init__(self, context: Context, is_there: Callable[[], bool], served_as: str) -> None:
@@ -34,18 +36,31 @@ class ServerLine:
         self.context = context
         self.is_there = is_there
         self.served_as = served_as
+        self.waiting: dict[Waiting, None] = {}
+        self.servers: Sequence[GraphEntity] = ()
+        """Who served when somebody was seen last."""
+        self._graph = context.graph
+        self._seen = -1
+        """The graph's version when somebody was seen last."""
         self._lock = Lock()
-        self._waiting: dict[Waiting, None] = {}
         self._changes: Watch[[]] | None = None
         self._alarm = Alarm(self._look)
 
-    def __contains__(self, waiting: Waiting) -> bool:
-        return waiting in self._waiting
+    def has_server(self) -> bool:
+        """As `is_there`, but looks no more where the graph is as it was: twelve calls less for a request."""
+        version = self._graph.version
+        if version == self._seen:
+            return True
+        if not self.is_there():
+            return False
+        self.servers = self._graph.entities(EndpointKind.SERVICE, self.served_as)
+        self._seen = version
+        return True
 
     def add(self, waiting: Waiting) -> None:
         """Let a request wait; `resume` it once there is a server."""
         with self._lock:
-            self._waiting[waiting] = None
+            self.waiting[waiting] = None
             if self._changes is not None:
                 return
             self._changes = self.context.graph.on_change(self._changed)
@@ -53,10 +68,10 @@ class ServerLine:
 
     def discard(self, waiting: Waiting) -> None:
         """Let it wait no longer; nothing where it does not."""
-        if waiting in self._waiting:
+        if waiting in self.waiting:
             with self._lock:
-                self._waiting.pop(waiting, None)
-                if not self._waiting:
+                self.waiting.pop(waiting, None)
+                if not self.waiting:
                     self._close()
 
     def _changed(self) -> None:
@@ -69,8 +84,8 @@ class ServerLine:
         except ClosedError:
             return  # the client or its context has ended, and tells who waits
         with self._lock:
-            served = list(self._waiting)
-            self._waiting.clear()
+            served = list(self.waiting)
+            self.waiting.clear()
             self._close()
         for waiting in served:
             waiting.resume()

@@ -47,6 +47,8 @@ class Graph(GraphListener):
         self._session = session
         self._compares_definitions = compares_definitions
         self._lock = Lock()
+        self.version = 0
+        """Another one after each change: who keeps an answer, keeps the version before he asked with it."""
         self._nodes: dict[_NodeKey, _Node] = {}
         self._nodes_by_name: dict[tuple[str, str], dict[_NodeKey, _Node]] = defaultdict(dict)
         self._endpoints: dict[EndpointKind, dict[str, _Endpoints]] = {
@@ -69,6 +71,7 @@ class Graph(GraphListener):
                 changed = self._add_endpoint(entity)
             if changed and entity.kind is not EndpointKind.NODE:
                 found = self._new_mismatches(entity)
+            self.version += changed
         if changed:
             self._counterparts.tell()
             self._change_watchers.tell()
@@ -82,12 +85,15 @@ class Graph(GraphListener):
                 changed = self._remove_node(entity)
             else:
                 changed = self._remove_endpoint(entity)
+            self.version += changed
         if changed:
             self._counterparts.tell()
             self._change_watchers.tell()
 
     def connected(self) -> None:
         """Let those who wait for the graph look again."""
+        with self._lock:
+            self.version += 1
         self._change_watchers.tell()
 
     def on_change(self, callback: Callable[[], object]) -> Watch[[]]:
