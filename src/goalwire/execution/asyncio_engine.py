@@ -42,10 +42,11 @@ class LoopEngine(Engine):
         self._loop = asyncio.get_running_loop()
         self._bridge = shared_bridge(self._loop)
         self._context = copy_context()
-        self._take_turn = partial(self._context.run, self._turn)
+        # Not call_soon, even on the loop's own thread: a signal handler may run while the loop sleeps.
+        self._ask = partial(self._bridge.call, partial(self._context.run, self._turn))
         self._timer: asyncio.TimerHandle | None = None
-        self._timer_due: int | None = None
-        self._watch = lifeline.watch(self.ask)
+        self._timer_due: int | None = None  # None: there is no timer
+        self._watch = lifeline.watch(self._ask)
 
     def open(self) -> None:
         """Begin. From now on a call that blocks the loop's thread, on something of this node, is refused."""
@@ -61,18 +62,13 @@ class LoopEngine(Engine):
             return
         self._is_shutdown = True
         self._watch.close()
-        self._ready.unlisten(self.ask)
+        self._ready.unlisten(self._ask)
         self._set_timer(None)
         THREAD.executors.remove(self)
         self._lifeline.depend_no_more(self)
         self._node_home.detach()
         self._close_lanes()
         self._bridge.close()
-
-    def ask(self) -> None:
-        """Ask the loop for a turn. Any thread, signal handlers too."""
-        # Not call_soon, even on the loop's own thread: a signal handler may run while the loop sleeps.
-        self._bridge.call(self._take_turn)
 
     def thread_waits_alone(self) -> bool:
         """True: nothing runs here while the loop's thread blocks."""
@@ -84,7 +80,7 @@ class LoopEngine(Engine):
     def _turn(self) -> None:
         if self._is_shutdown:
             return
-        self._ready.unlisten(self.ask)
+        self._ready.unlisten(self._ask)
         if not self._lifeline.alive:
             self._ended()
             return
@@ -110,13 +106,13 @@ class LoopEngine(Engine):
 
     def _listen(self) -> None:
         """Be asked when there is work, then look at the alarms: one that was set in between asks, too."""
-        self._ready.listen(self.ask)
-        self._set_timer(self._agenda.next_due())
+        self._ready.listen(self._ask)
+        due = self._agenda.earliest
+        if due != self._timer_due:
+            self._set_timer(due)
 
     def _set_timer(self, due: int | None) -> None:
         if self._timer is not None:
-            if self._timer_due == due:
-                return
             self._timer.cancel()
             self._timer = None
         self._timer_due = due
@@ -125,7 +121,7 @@ class LoopEngine(Engine):
             self._timer = self._loop.call_later(delay, self._ring, context=self._context)
 
     def _ring(self) -> None:
-        self._timer = None
+        self._timer = self._timer_due = None
         self._turn()
 
     def _start(self, coroutine: Coroutine[Any, Any, object], work: Work, group: CallbackGroup | None) -> None:

@@ -46,7 +46,8 @@ class Stream(Generic[T]):
         if len(self._items) == self._items.maxlen:
             self.dropped += 1
         self._items.append(item)
-        self._wake()
+        if self._sleepers:
+            self._wake()
 
     def close(self) -> None:
         """End: what waits is still given out, then `async for` ends. Any thread; idempotent."""
@@ -71,33 +72,27 @@ class Stream(Generic[T]):
 
     async def __anext__(self) -> T:
         """Wait for the next item. Raises StopAsyncIteration once closed and empty."""
-        await self._breathe()
-        while True:
-            try:
-                return self._items.popleft()
-            except IndexError:
-                if self.closed and not self._items:
-                    raise StopAsyncIteration from None
-            await self._sleep()
-
-    async def _breathe(self) -> None:
-        """Let the loop's other tasks run now and then, although items are there already."""
+        items = self._items
         self._in_a_row += 1
         if self._in_a_row > _BURST:
             self._in_a_row = 0
             await asyncio.sleep(0)
+        while not items:
+            if self.closed:
+                raise StopAsyncIteration
+            self._in_a_row = 0
+            pause = Pause(loop=self._loop)
+            self._sleepers.append(pause)
+            if items or self.closed:
+                self._leave(pause)
+                continue
+            try:
+                await pause
+            except BaseException:
+                self._leave(pause)
+                raise
+        return items.popleft()
 
-    async def _sleep(self) -> None:
-        self._in_a_row = 0
-        sleeper = Pause(loop=self._loop)
-        self._sleepers.append(sleeper)
-        try:
-            if not (self._items or self.closed):
-                await sleeper
-        finally:
-            if self._sleepers:
-                self._leave(sleeper)
-
-    def _leave(self, sleeper: Pause) -> None:
+    def _leave(self, pause: Pause) -> None:
         with suppress(ValueError):  # it was woken
-            self._sleepers.remove(sleeper)
+            self._sleepers.remove(pause)

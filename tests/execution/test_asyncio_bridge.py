@@ -1,0 +1,339 @@
+"""Calls from any thread on an asyncio loop's, and tasks that sleep until one comes."""
+
+from __future__ import annotations
+
+import asyncio
+import contextvars
+import gc
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import partial
+from pathlib import Path
+from weakref import ref
+
+import pytest
+from helpers.loops import LOOPS, run
+
+from goalwire.execution.asyncio_bridge import Bridge, LoopBridge, Pause
+from goalwire.execution.bridge import bridge_to, shared_bridge
+
+ROUNDS = 2000
+
+
+@contextmanager
+def opened(bridge: LoopBridge) -> Iterator[None]:
+    bridge.open()
+    try:
+        yield
+    finally:
+        bridge.close()
+
+
+FILES = Path('/proc/self/fd')
+
+needs_proc = pytest.mark.skipif(not FILES.is_dir(), reason='counts the files in /proc')
+
+
+def open_files() -> int:
+    return len(list(FILES.iterdir()))
+
+
+@pytest.mark.parametrize('loop', LOOPS)
+@pytest.mark.parametrize('is_open', [True, False])
+def test_calls_from_another_thread_come_in_order_on_the_loops(loop: str, is_open: bool) -> None:
+    async def scenario() -> None:
+        bridge = shared_bridge(asyncio.get_running_loop())
+        seen: list[tuple[int, int]] = []
+        over = asyncio.Event()
+
+        def see(number: int) -> None:
+            seen.append((number, threading.get_ident()))
+
+        def call_all() -> None:
+            for number in range(ROUNDS):
+                bridge.call(partial(see, number))
+            bridge.call(over.set)
+
+        if is_open:
+            bridge.open()
+        thread = threading.Thread(target=call_all)
+        thread.start()
+        await over.wait()
+        thread.join()
+        if is_open:
+            bridge.close()
+        assert seen == [(number, threading.get_ident()) for number in range(ROUNDS)]
+
+    run(scenario(), loop)
+
+
+@pytest.mark.parametrize('loop', LOOPS)
+def test_no_call_is_lost_where_the_bridge_opens_and_closes_meanwhile(loop: str) -> None:
+    async def scenario() -> None:
+        bridge = shared_bridge(asyncio.get_running_loop())
+        counts = [0, 0]
+        over = asyncio.Event()
+
+        def call_all(index: int) -> None:
+            def count() -> None:
+                counts[index] += 1
+                if counts == [ROUNDS, ROUNDS]:
+                    over.set()
+
+            for _ in range(ROUNDS):
+                bridge.call(count)
+
+        threads = [threading.Thread(target=call_all, args=(index,)) for index in range(2)]
+        for thread in threads:
+            thread.start()
+        while not over.is_set():
+            with opened(bridge):
+                await asyncio.sleep(0)
+            await asyncio.sleep(0)
+        for thread in threads:
+            thread.join()
+
+    run(scenario(), loop)
+
+
+@needs_proc
+def test_an_open_bridge_holds_one_file_until_its_last_user_closes_it() -> None:
+    async def scenario() -> None:
+        bridge = shared_bridge(asyncio.get_running_loop())
+        before = open_files()
+        with opened(bridge), opened(bridge):
+            assert open_files() <= before + 1
+            bridge.call(bool)
+        assert open_files() == before
+        with opened(bridge):
+            await asyncio.sleep(0)
+        assert open_files() == before
+
+    run(scenario())
+
+
+@needs_proc
+def test_a_bridge_that_is_rung_while_it_closes_leaves_no_file() -> None:
+    async def scenario() -> None:
+        loop = asyncio.get_running_loop()
+        bridge = shared_bridge(loop)
+        before = open_files()
+        answered = loop.create_future()
+        with opened(bridge):
+            ringing = threading.Thread(target=bridge.call, args=(lambda: answered.set_result(1),))
+            ringing.start()
+            ringing.join()  # the loop has not heard of it
+        assert open_files() == before
+        assert await answered == 1
+
+    run(scenario())
+
+
+def test_a_loop_that_can_watch_no_descriptors_is_called_all_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    def cannot(*_: object) -> None:
+        raise NotImplementedError
+
+    async def scenario() -> None:
+        loop = asyncio.get_running_loop()
+        monkeypatch.setattr(loop, 'add_reader', cannot)
+        bridge = shared_bridge(loop)
+        over = asyncio.Event()
+        with opened(bridge):
+            thread = threading.Thread(target=bridge.call, args=(over.set,))
+            thread.start()
+            await over.wait()
+            thread.join()
+
+    run(scenario())
+
+
+def test_what_a_call_raises_takes_no_other_call_its_turn() -> None:
+    async def scenario() -> None:
+        loop = asyncio.get_running_loop()
+        told: list[object] = []
+        loop.set_exception_handler(lambda _, context: told.append(context['exception']))
+        bridge = shared_bridge(loop)
+        over = asyncio.Event()
+        error = ValueError('of a call')
+
+        def fail() -> None:
+            raise error
+
+        bridge.call(fail)
+        bridge.call(over.set)
+        await over.wait()
+        assert told == [error]
+
+    run(scenario())
+
+
+def test_a_call_that_calls_again_lets_the_loop_have_its_turn() -> None:
+    async def scenario() -> None:
+        bridge = shared_bridge(asyncio.get_running_loop())
+        again = 0
+
+        def call_again() -> None:
+            nonlocal again
+            again += 1
+            bridge.call(call_again)
+
+        bridge.call(call_again)
+        for _ in range(10):
+            await asyncio.sleep(0)
+        assert 0 < again < 100
+
+    run(scenario())
+
+
+def test_a_closed_loop_is_called_in_vain_and_kept_by_nobody() -> None:
+    loop = asyncio.new_event_loop()
+    bridge = shared_bridge(loop)
+    assert bridge_to(loop) is bridge
+    loop.close()
+    bridge.call(bool)
+    bridge.call(bool)
+    assert not bridge.called
+    gone = ref(loop)
+    del loop
+    gc.collect()
+    assert gone() is None
+    bridge.call(bool)
+    assert not bridge.called
+
+
+# -- Pause
+
+
+@pytest.mark.parametrize('loop', LOOPS)
+@pytest.mark.parametrize('is_open', [True, False])
+def test_a_pause_ends_when_another_thread_says_so(loop: str, is_open: bool) -> None:
+    async def scenario() -> None:
+        bridge = shared_bridge(asyncio.get_running_loop())
+        go, pauses = threading.Semaphore(0), list[Pause]()
+
+        def answer() -> None:
+            for _ in range(ROUNDS):
+                go.acquire()
+                bridge.call(pauses.pop().resume)
+
+        if is_open:
+            bridge.open()
+        thread = threading.Thread(target=answer)
+        thread.start()
+        for _ in range(ROUNDS):
+            pause = Pause()
+            pauses.append(pause)
+            go.release()
+            await pause
+        thread.join()
+        if is_open:
+            bridge.close()
+
+    run(scenario(), loop)
+
+
+@pytest.mark.parametrize('loop', LOOPS)
+def test_a_task_wakes_from_a_pause_as_itself_in_its_own_context(loop: str) -> None:
+    mark: contextvars.ContextVar[str] = contextvars.ContextVar('mark', default='of nobody')
+
+    async def sleeper(pause: Pause) -> tuple[object, str]:
+        mark.set('of the sleeper')
+        await pause
+        return asyncio.current_task(), mark.get()
+
+    async def scenario() -> None:
+        pause = Pause()
+        task = asyncio.create_task(sleeper(pause))
+        await asyncio.sleep(0)
+        asyncio.get_running_loop().call_soon(pause.resume)
+        assert await task == (task, 'of the sleeper')
+        assert mark.get() == 'of nobody'
+
+    run(scenario(), loop)
+
+
+@pytest.mark.parametrize('loop', LOOPS)
+def test_a_task_in_a_pause_can_be_cancelled_and_time_out(loop: str) -> None:
+    async def scenario() -> None:
+        pause = Pause()
+        with pytest.raises(TimeoutError):
+            async with asyncio.timeout(0.001):
+                await pause
+        assert pause.cancelled()
+        pause.resume()  # too late
+        task = asyncio.ensure_future(asyncio.wait_for(Pause(), 10))
+        await asyncio.sleep(0)
+        task.cancel('enough')
+        with pytest.raises(asyncio.CancelledError):
+            await task
+
+    run(scenario(), loop)
+
+
+def test_a_task_that_is_cancelled_before_it_sleeps_does_not_sleep() -> None:
+    async def sleeper() -> None:
+        task = asyncio.current_task()
+        assert task is not None
+        task.cancel()
+        await Pause()
+
+    async def scenario() -> None:
+        with pytest.raises(asyncio.CancelledError):
+            await asyncio.create_task(sleeper())
+
+    run(scenario())
+
+
+def test_a_pause_that_is_over_is_none() -> None:
+    async def scenario() -> None:
+        pause = Pause()
+        pause.resume()
+        pause.resume()
+        await pause
+        assert not pause.cancel()
+
+    run(scenario())
+
+
+def test_a_task_that_ends_the_program_does_so_from_a_pause() -> None:
+    async def sleeper(pause: Pause) -> None:
+        await pause
+        raise KeyboardInterrupt
+
+    async def scenario() -> None:
+        loop = asyncio.get_running_loop()
+        pause = Pause()
+        task = asyncio.create_task(sleeper(pause))
+        await asyncio.sleep(0)
+        shared_bridge(loop).call(pause.resume)
+        await task
+
+    with pytest.raises(KeyboardInterrupt):
+        run(scenario())
+
+
+def test_a_task_that_was_resumed_leaves_no_circle() -> None:
+    async def scenario() -> None:
+        pause = Pause()
+        asyncio.get_running_loop().call_soon(pause.resume)
+        await pause
+        gone = ref(pause)
+        del pause
+        await asyncio.sleep(0)  # this came out of `resume`
+        assert gone() is None
+
+    gc.disable()
+    try:
+        run(scenario())
+    finally:
+        gc.enable()
+
+
+def test_a_lane_brings_its_own_bridge() -> None:
+    loop = asyncio.new_event_loop()
+    try:
+        loop.bridge = bridge = Bridge(bool)  # type: ignore[attr-defined]
+        assert bridge_to(loop) is bridge
+    finally:
+        loop.close()
