@@ -170,6 +170,8 @@ class DdsClient(ClientPort):
             self._targets = self._servers(self._requested)
             changed = before != (self._requested, self._answering)
             there = {peer.server for peer in self._requested}
+            if not there:
+                self._writer.forget_waiting()
             ended = []
             for sequence, call in list(self._calls.items()):
                 call.servers.intersection_update(there)

@@ -23,8 +23,6 @@ from goalwire.transport.failures import report_failure
 
 MATCHING_NS = 100_000_000
 """How long a reply waits for its client's reader (as in rmw_cyclonedds)."""
-_BLOCKING_NS = 1_000_000_000
-"""How long a reply waits for room where some client does not read."""
 _FROM_FAST_DDS = 'request from Fast DDS'
 _REACHED_LIMIT = 10_000
 
@@ -75,7 +73,7 @@ class DdsService(Port):
         data = EndpointData(endpoint.type_hash, service_id=core.next_service_id())
         self._core = core
         self.place = new.place
-        self._writer = make_writer(core, Role.REPLY, endpoint, data, new.undo, _BLOCKING_NS)
+        self._writer = make_writer(core, Role.REPLY, endpoint, data, new.undo)
         self.reader = make_reader(core, Role.REQUEST, endpoint, data, new.undo)
         self.gid = self.reader.guid
         self._deliver = deliver

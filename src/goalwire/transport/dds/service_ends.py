@@ -7,16 +7,12 @@ from contextlib import ExitStack
 from goalwire.protocol.qos import HistoryPolicy
 from goalwire.records import replace
 from goalwire.transport.contract import Endpoint
-from goalwire.transport.dds.abi import INFINITY
 from goalwire.transport.dds.core import Core
 from goalwire.transport.dds.names import Role, dds_topic, dds_type
+from goalwire.transport.dds.patient_writer import PatientWriter
 from goalwire.transport.dds.qos import endpoint_qos
 from goalwire.transport.dds.user_data import EndpointData, encode_endpoint
-from goalwire.transport.dds.wire import Reader, Writer
-
-_UNDER_WAY = 100
-"""Messages that may wait for a reader's acknowledgement. More would let one mute client hold up the server of
-all others; the ten of ROS 2's profile lose some of a burst."""
+from goalwire.transport.dds.wire import Reader
 
 
 def _user_data(role: Role, endpoint: Endpoint, data: EndpointData) -> bytes:
@@ -28,23 +24,14 @@ def _user_data(role: Role, endpoint: Endpoint, data: EndpointData) -> bytes:
 
 
 def make_writer(
-    core: Core,
-    role: Role,
-    endpoint: Endpoint,
-    data: EndpointData,
-    undo: ExitStack,
-    blocking_ns: int = INFINITY,
-) -> Writer:
-    """Declare the sending end."""
+    core: Core, role: Role, endpoint: Endpoint, data: EndpointData, undo: ExitStack
+) -> PatientWriter:
+    """Declare the sending end. It keeps all: of a burst, ROS 2's ten drop what is not there yet."""
     verbatim = endpoint.qos.avoid_ros_namespace_conventions
     topic = dds_topic(role, endpoint.name, verbatim=verbatim)
-    kept = (
-        endpoint.qos
-        if endpoint.qos.keeps_all
-        else replace(endpoint.qos, depth=max(endpoint.qos.depth, _UNDER_WAY))
-    )
-    with endpoint_qos(core.library, kept, _user_data(role, endpoint, data), blocking_ns=blocking_ns) as qos:
-        writer = Writer(core.participant, topic, dds_type(role, endpoint.type_name), qos)
+    kept = replace(endpoint.qos, history=HistoryPolicy.KEEP_ALL)
+    with endpoint_qos(core.library, kept, _user_data(role, endpoint, data), blocking_ns=0) as qos:
+        writer = PatientWriter(core.participant, topic, dds_type(role, endpoint.type_name), qos)
     undo.callback(writer.delete)
     undo.callback(core.statuses.forget, writer.handle)
     return writer
