@@ -60,7 +60,7 @@ class PatientWriter(Writer):
                     return
 
     def _send_first(self) -> bool:
-        """Send what has waited longest, and take it off the queue; False where there is nothing or no room."""
+        """Send what has waited longest and let it wait no more; False where there is nothing, or no room."""
         with self._lock:
             if not self._waiting:
                 return False
