@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from contextlib import suppress
 from itertools import count
 from threading import Event
@@ -42,10 +43,8 @@ class InFlight:
     def __init__(self) -> None:
         self._held: set[object] = set()
         self._nobody_left: Event | None = None
-
-    def enter(self, owner: object) -> None:
-        """A callback of `owner` was handed to zenoh."""
-        self._held.add(owner)
+        self.enter: Callable[[object], None] = self._held.add
+        """A callback of this owner was handed to zenoh."""
 
     def leave(self, owner: object) -> None:
         """Zenoh has let go of it; runs on any thread."""

@@ -13,7 +13,7 @@ from zenoh import ext
 from goalwire.errors import TransportError
 from goalwire.transport.contract import Endpoint, PublisherPort
 from goalwire.transport.place import Place
-from goalwire.transport.zenoh.attachment import encode
+from goalwire.transport.zenoh.attachment import GID_SIZE, encode
 from goalwire.transport.zenoh.config import reason
 from goalwire.transport.zenoh.core import taken_back
 from goalwire.transport.zenoh.qos_text import actual_depth
@@ -60,12 +60,14 @@ class ZenohPublisher(PublisherPort):
 
     def publish(self, payload: bytes) -> None:
         """Put one message; what several threads publish at once may arrive in either order."""
-        self._place.check()
+        place = self._place
+        if place.closed or place.guard.is_forked:
+            place.check()
         try:
-            self._put(payload, attachment=encode(self._next_sequence(), time_ns(), self.gid))
+            self._put(payload, attachment=encode(self._next_sequence(), time_ns(), GID_SIZE, self.gid))
         except (zenoh.ZError, RuntimeError) as error:
-            self._place.check()  # closed by another thread in the meantime
-            raise TransportError(f'{self._place.title}: zenoh refused a message: {reason(error)}') from None
+            place.check()  # closed by another thread in the meantime
+            raise TransportError(f'{place.title}: zenoh refused a message: {reason(error)}') from None
 
     def release(self) -> None:
         """Let go of the publisher; if another thread is just publishing, it is undeclared when that ends."""

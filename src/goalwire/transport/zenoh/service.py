@@ -10,11 +10,12 @@ import zenoh
 
 from goalwire.errors import LocalError, RemoteError
 from goalwire.protocol.reasons import CLOSING
-from goalwire.transport.contract import Port, Request, Sample, new_sample
+from goalwire.transport.contract import Port, Request, Sample
 from goalwire.transport.place import Place
-from goalwire.transport.zenoh.attachment import encode, read
+from goalwire.transport.zenoh.attachment import GID_SIZE, encode
 from goalwire.transport.zenoh.config import reason as zenoh_says
 from goalwire.transport.zenoh.core import Core
+from goalwire.transport.zenoh.samples import sample_of
 from goalwire.transport.zenoh.thread_state import pin
 
 
@@ -42,13 +43,15 @@ class ZenohRequest(Request):
         self._is_answered = True
         if not service.release(self):
             return  # the server has closed or the request was dropped: the client was told
-        sequence, gid = self.sample.sequence, self.sample.gid
+        _, sequence, _, _, gid = self.sample
+        query = self._query
+        end = query.drop
         try:
-            self._query.reply(service.key, payload, attachment=encode(sequence, time_ns(), gid))
+            query.reply(service.key, payload, attachment=encode(sequence, time_ns(), GID_SIZE, gid))
         except zenoh.ZError as error:
             service.core.rejects.add('reply', f'{service.place.title}: {zenoh_says(error)}')
         finally:
-            _let_go(self._query)
+            end()  # type: ignore[no-untyped-call]
 
     def drop(self, reason: str = '') -> None:
         """Give the request up, with an error report where there is a reason; harmless after an answer."""
@@ -88,13 +91,23 @@ class ZenohService(Port):
         self.core.in_flight.leave(self)
 
     def _on_query(self, query: zenoh.Query) -> None:
+        """Put a query on the list and deliver it; one that breaks the rules is refused."""
         pin()
         try:
-            request = self._admit(query)
+            sample = sample_of(query)
         except RemoteError as error:
-            self.core.rejects.add('request', f"on '{self.key}': {error}")
-            query.reply_err(str(error).encode())
-            _let_go(query)
+            self._refuse(query, str(error))
+            return
+        request = ZenohRequest(self, query, sample)
+        _, sequence, _, _, gid = sample
+        call = gid, sequence
+        with self._lock:
+            is_admitted = self._is_open and call not in self._waiting
+            if is_admitted:
+                self._waiting[call] = request
+        if not is_admitted:
+            again = f'request {sequence} of client {gid.hex()} is being worked on already'
+            self._refuse(query, again if self._is_open else CLOSING)
             return
         try:
             self._deliver(request)
@@ -102,28 +115,17 @@ class ZenohService(Port):
             request.drop()
             raise  # zenoh logs it
 
-    def _admit(self, query: zenoh.Query) -> ZenohRequest:
-        """Put a query on the list; raises RemoteError for one that breaks the rules."""
-        received = time_ns()
-        sequence, sent, gid = read(query.attachment)
-        if query.payload is None:
-            raise RemoteError(f'request {sequence} has no payload')
-        sample = new_sample((query.payload.to_bytes(), sequence, sent, received, gid))
-        request = ZenohRequest(self, query, sample)
-        call = gid, sequence
-        with self._lock:
-            if not self._is_open:
-                raise RemoteError(CLOSING)
-            if call in self._waiting:
-                raise RemoteError(f'request {sequence} of client {gid.hex()} is being worked on already')
-            self._waiting[call] = request
-        return request
+    def _refuse(self, query: zenoh.Query, reason: str) -> None:
+        self.core.rejects.add('request', f"on '{self.key}': {reason}")
+        query.reply_err(reason.encode())
+        _let_go(query)
 
     def release(self, request: ZenohRequest) -> bool:
         """Take a request off the list; True for the one caller that found it there."""
-        if self.place.is_forked:
+        if self.place.guard.is_forked:
             self.place.check()
-        call = request.sample.gid, request.sample.sequence
+        _, sequence, _, _, gid = request.sample
+        call = gid, sequence
         with self._lock:
             if self._waiting.get(call) is not request:
                 return False

@@ -14,27 +14,27 @@ import os
 import sys
 import threading
 from collections.abc import Callable
+from functools import partial
 
 
 def _nothing() -> None:
     """Stand in for pinning where it is off."""
 
 
-def _make_pin() -> Callable[[], None]:
+def _make_pin() -> Callable[[], object]:
     if os.environ.get('GOALWIRE_PIN_THREADS') == '0' or sys.implementation.name != 'cpython':
         return _nothing
     from ctypes import pythonapi
 
     ensure = pythonapi.PyGILState_Ensure
-    pinned = threading.local()
 
-    def pin() -> None:
-        if not hasattr(pinned, 'done'):
-            pinned.done = True
-            ensure()
+    class Pinned(threading.local):
+        def __getattr__(self, name: str) -> object:  # asked on a thread that is not pinned yet
+            self.done = True
+            return ensure()
 
-    return pin
+    return partial(getattr, Pinned(), 'done')
 
 
-pin: Callable[[], None] = _make_pin()
-"""Call first in every zenoh callback: only the first call on a thread does anything."""
+pin: Callable[[], object] = _make_pin()
+"""Call first in every zenoh callback: only the first call on a thread does anything, or runs Python code."""

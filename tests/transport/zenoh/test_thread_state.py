@@ -1,0 +1,51 @@
+"""Zenoh's threads keep their Python thread state; who runs on one already pays next to nothing."""
+
+from __future__ import annotations
+
+import sys
+import threading
+from types import FrameType
+
+from helpers.wire import Answers
+
+from goalwire.transport.contract import Request
+from goalwire.transport.zenoh import thread_state
+from goalwire.transport.zenoh.thread_state import pin
+
+from .conftest import OpenSide
+
+
+def test_only_the_first_call_on_a_thread_runs_python_code() -> None:
+    entered: list[str] = []
+
+    def note(frame: FrameType, event: str, argument: object) -> None:
+        if event == 'call':
+            entered.append(frame.f_code.co_filename)
+
+    pin()
+    sys.setprofile(note)
+    pin()
+    sys.setprofile(None)
+    assert thread_state.__file__ not in entered
+
+
+def test_what_is_local_to_a_thread_of_zenohs_is_there_the_next_time(open_side: OpenSide) -> None:
+    """It goes with the thread's state: so that was kept."""
+    ours, theirs, here = open_side('ours'), open_side('theirs'), threading.local()
+    visits: list[tuple[int, int]] = []
+
+    def visit(request: Request) -> None:
+        here.count = getattr(here, 'count', 0) + 1
+        visits.append((threading.get_ident(), here.count))
+        request.reply(b'')
+
+    theirs.service('/visit', visit)
+    client = ours.client('/visit')
+    ours.expect_server(client, '/visit')
+    for _ in range(2):
+        answers = Answers()
+        answers.ask(client)
+        answers.expect(replies=1)
+    thread = visits[0][0]
+    assert thread != threading.get_ident()
+    assert visits == [(thread, 1), (thread, 2)]
