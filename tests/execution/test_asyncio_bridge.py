@@ -193,13 +193,13 @@ def test_a_closed_loop_is_called_in_vain_and_kept_by_nobody() -> None:
     loop.close()
     bridge.call(bool)
     bridge.call(bool)
-    assert not bridge.called
+    assert not bridge.calls
     gone = ref(loop)
     del loop
     gc.collect()
     assert gone() is None
     bridge.call(bool)
-    assert not bridge.called
+    assert not bridge.calls
 
 
 # -- Pause
@@ -333,7 +333,7 @@ def test_a_task_that_was_resumed_leaves_no_circle() -> None:
 def test_a_lane_brings_its_own_bridge() -> None:
     loop = asyncio.new_event_loop()
     try:
-        loop.bridge = bridge = Bridge(bool)  # type: ignore[attr-defined]
+        loop.goalwire_bridge = bridge = Bridge(bool)  # type: ignore[attr-defined]
         assert bridge_to(loop) is bridge
     finally:
         loop.close()

@@ -70,27 +70,23 @@ class Bridge:
     it to one thread: that one rings.
     """
 
-    __slots__ = ('__weakref__', '_asleep', '_calls', '_next_ring', '_ring')
+    __slots__ = ('__weakref__', '_asleep', '_next_ring', '_ring', 'calls')
 
     pause = Pause
 
     def __init__(self, ring: Callable[[], object]) -> None:
         """`ring` gets `answer` called soon on the loop's thread; it may be called on any thread."""
         self._ring = self._next_ring = ring
-        self._calls: deque[Callable[[], object]] = deque()
+        self.calls: deque[Callable[[], object]] = deque()
+        """What `answer` is to call."""
         self._asleep: list[None] = [None]
-
-    @property
-    def called(self) -> bool:
-        """Whether there is something to do for `answer`."""
-        return bool(self._calls)
 
     def call(self, function: Callable[[], object]) -> None:
         """Call `function()` soon, on the loop's thread and outside of its tasks. Any thread.
 
         Nothing where the loop is closed.
         """
-        self._calls.append(function)
+        self.calls.append(function)
         if self._asleep:
             try:
                 self._asleep.pop()
@@ -105,7 +101,7 @@ class Bridge:
         """
         self._ring = self._next_ring  # nobody is about to ring now
         self._asleep.append(None)
-        calls = self._calls
+        calls = self.calls
         try:
             for _ in range(len(calls)):
                 calls.popleft()()
@@ -170,7 +166,7 @@ class LoopBridge(Bridge):
             return False
         self._ring = ring
         self._asleep.append(None)
-        if self._calls:
+        if self.calls:
             self.call(_nothing)
         return True
 
@@ -180,7 +176,7 @@ class LoopBridge(Bridge):
             if loop is not None:
                 loop.call_soon_threadsafe(self.answer)
                 return
-        self._calls.clear()  # the loop is closed: nobody waits there any more
+        self.calls.clear()  # the loop is closed: nobody waits there any more
         self._asleep.append(None)
 
     def _rung(self) -> None:

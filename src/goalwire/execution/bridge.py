@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from functools import partial
-from typing import TYPE_CHECKING, Protocol, cast
+from typing import TYPE_CHECKING, Protocol
 from weakref import WeakKeyDictionary
 
 if TYPE_CHECKING:
@@ -29,13 +29,8 @@ _bridges: WeakKeyDictionary[asyncio.AbstractEventLoop, LoopBridge] = WeakKeyDict
 
 def bridge_to(loop: asyncio.AbstractEventLoop) -> Bridge:
     """The bridge to `loop`: a lane's own, else the one that all who come here share."""
-    bridge = _bridges.get(loop)
-    if bridge is not None:
-        return bridge
-    own = getattr(loop, 'bridge', None)
-    from goalwire.execution.asyncio_bridge import Bridge
-
-    return own if isinstance(own, Bridge) else shared_bridge(loop)
+    own: Bridge | None = getattr(loop, 'goalwire_bridge', None)
+    return shared_bridge(loop) if own is None else own
 
 
 def shared_bridge(loop: asyncio.AbstractEventLoop) -> LoopBridge:
@@ -51,8 +46,9 @@ def shared_bridge(loop: asyncio.AbstractEventLoop) -> LoopBridge:
 def running_loop() -> asyncio.AbstractEventLoop | None:
     """The asyncio loop that runs on this thread; does not import asyncio to find out."""
     # Another thread may be in the middle of importing it: then no loop runs yet.
+    get: Callable[[], asyncio.AbstractEventLoop | None] | None
     get = getattr(sys.modules.get('asyncio.events'), '_get_running_loop', None)
-    return None if get is None else cast('asyncio.AbstractEventLoop | None', get())
+    return None if get is None else get()
 
 
 def wait_on(loop: asyncio.AbstractEventLoop, future: Awaitable) -> Generator[object, None, None]:

@@ -62,7 +62,8 @@ class Lane(Work):
         self._fail = fail
         self._posted = self._missed = self._closing = False
         self._turn = allocate_lock()
-        self._carried: set[asyncio.Task[Any]] = set()  # asyncio itself holds its tasks weakly
+        self._carried: dict[int, asyncio.Task[Any]] = {}
+        """By the id of their coroutines. asyncio itself holds its tasks weakly."""
         self._starting: deque[Start] = deque()
         self._alarm = Alarm(self.wake)
         self.loop = new_loop(readiness, clock, self.wake)
@@ -99,8 +100,10 @@ class Lane(Work):
         due = None
         try:
             if not self._closing:
-                self.loop.step(self._begin)
-                due = self.loop.next_due()
+                loop = self.loop
+                loop.step(self._begin if self._starting else None)
+                if loop.whens:
+                    due = loop.next_due()
         finally:
             self._turn.release()
             if self._closing:
@@ -127,21 +130,19 @@ class Lane(Work):
     def _begin(self) -> None:
         while self._starting:
             start = self._starting.popleft()
-            carrying = self._carry(start.coroutine, start.ended)
-            self._carried.add(self.loop.create_task(carrying, context=start.context))
+            task = self.loop.create_task(self._carry(start), context=start.context)
+            self._carried[id(start.coroutine)] = task
 
-    async def _carry(self, coroutine: Coroutine[Any, Any, object], ended: Callable[[], None]) -> None:
+    async def _carry(self, start: Start) -> None:
         try:
-            await coroutine
+            await start.coroutine
         except (asyncio.CancelledError, GeneratorExit):
             raise
         except BaseException as error:  # it comes out of spin
             self._fail(error)
         finally:
-            task = asyncio.current_task()
-            if task is not None:
-                self._carried.discard(task)
-            ended()
+            del self._carried[id(start.coroutine)]
+            start.ended()
 
     def _close_loop(self) -> None:
         """Give cancelled tasks a bounded number of steps to end in."""
@@ -211,7 +212,7 @@ class Lanes:
     def _idle_lane(self) -> Lane:
         """A shared lane that nobody drives right now: a nested spin cannot go on with the one it is in."""
         for lane in self._shared:
-            if not lane.driven and (lane.load == 0 or not self._spread):
+            if not lane.driven and (not self._spread or lane.load == 0):
                 return lane
         if len(self._shared) < MOST_LANES:
             lane = self._make()

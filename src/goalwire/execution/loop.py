@@ -39,8 +39,10 @@ class LaneSelector(selectors.BaseSelector):
         self._readiness = readiness
         self._wake = wake
         self._keys: dict[int, selectors.SelectorKey] = {}
-        self._ready: dict[int, int] = {}
-        self._reported: list[int] = []
+        self.ready: dict[int, int] = {}
+        """What the next `select` is to report."""
+        self.reported: list[int] = []
+        """Which descriptors the step at hand was told of."""
 
     def register(self, fileobj: Any, events: int, data: Any = None) -> selectors.SelectorKey:
         fd = fileobj if isinstance(fileobj, int) else fileobj.fileno()
@@ -53,7 +55,7 @@ class LaneSelector(selectors.BaseSelector):
     def unregister(self, fileobj: Any) -> selectors.SelectorKey:
         fd = fileobj if isinstance(fileobj, int) else fileobj.fileno()
         key = self._keys.pop(fd)
-        self._ready.pop(fd, None)
+        self.ready.pop(fd, None)
         self._readiness.disarm(fd)
         return key
 
@@ -63,23 +65,18 @@ class LaneSelector(selectors.BaseSelector):
 
     def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:  # noqa: ARG002
         found = []
-        while self._ready:
-            fd, ready = self._ready.popitem()
+        while self.ready:
+            fd, ready = self.ready.popitem()
             key = self._keys.get(fd)
             if key is not None:
                 found.append((key, ready & key.events))
-                self._reported.append(fd)
+                self.reported.append(fd)
         return found
-
-    @property
-    def served(self) -> bool:
-        """Whether the step at hand was told of descriptors."""
-        return bool(self._reported)
 
     def rearm(self) -> None:
         """After a step: watch again what was reported in it."""
-        while self._reported:
-            fd = self._reported.pop()
+        while self.reported:
+            fd = self.reported.pop()
             key = self._keys.get(fd)
             if key is not None:
                 self._readiness.disarm(fd)  # where it was registered anew in the step
@@ -97,7 +94,7 @@ class LaneSelector(selectors.BaseSelector):
         self._keys.clear()
 
     def _report(self, fd: int, ready: int) -> None:
-        self._ready[fd] = ready
+        self.ready[fd] = ready
         self._wake()
 
 
@@ -109,10 +106,11 @@ class LaneLoop(asyncio.SelectorEventLoop):
         self._clock = clock
         self._wake = wake
         self._stepping = 0
-        self._whens: list[float] = []
+        self.whens: list[float] = []
+        """When callbacks are due that were put off, as a heap; some may have been cancelled since."""
         self.more = False
         """Whether callbacks wait for the next step."""
-        self.bridge = Bridge(wake)
+        self.goalwire_bridge = Bridge(wake)
         super().__init__(self._lane_selector)
 
     def __del__(self) -> None:
@@ -123,11 +121,9 @@ class LaneLoop(asyncio.SelectorEventLoop):
         """The executor's steady time in s."""
         return self._clock.now() / 1e9
 
-    def next_due(self) -> int | None:
-        """When the earliest `call_later` is due, in steady ns; it may have been cancelled since."""
-        if not self._whens:
-            return None
-        when = self._whens[0]
+    def next_due(self) -> int:
+        """When the earliest of `whens` is due, in steady ns."""
+        when = self.whens[0]
         due = round(when * 1e9)
         return due if _is_due(when, due / 1e9) else due + 1000
 
@@ -155,7 +151,7 @@ class LaneLoop(asyncio.SelectorEventLoop):
         self, when: float, callback: Callable[..., object], *args: Any, context: Context | None = None
     ) -> asyncio.TimerHandle:
         handle = super().call_at(when, callback, *args, context=context)
-        heappush(self._whens, when)
+        heappush(self.whens, when)
         if self._stepping != get_ident():
             self._wake()
         return handle
@@ -165,35 +161,36 @@ class LaneLoop(asyncio.SelectorEventLoop):
 
         What a task raises as KeyboardInterrupt or SystemExit comes out.
         """
-        outer = _leave_outer()
+        outer = None if events._get_running_loop() is None else _leave_outer()  # noqa: SLF001
         self._stepping = get_ident()
         try:
             if begin is not None:
                 begin()
-            self._forget_due()
+            if self.whens:
+                self._forget_due()
             self._iterate()
         finally:
             self._stepping = 0
             if outer is not None:
                 _return_to(*outer)
-        self._lane_selector.rearm()
+        if self._lane_selector.reported:
+            self._lane_selector.rearm()
 
     def _forget_due(self) -> None:
         """Drop the times that the coming step will serve: those before its beginning."""
-        whens = self._whens
-        if whens:
-            now = self.time()
-            while whens and _is_due(whens[0], now):
-                heappop(whens)
+        whens, now = self.whens, self.time()
+        while whens and _is_due(whens[0], now):
+            heappop(whens)
+            self.more = True
 
     def _iterate(self) -> None:
-        if self.bridge.called:
-            self.call_soon(self.bridge.answer)
+        if self.goalwire_bridge.calls:
+            self.call_soon(self.goalwire_bridge.answer)
         self.call_soon(self.stop)
         self.more = False
         self.run_forever()
         # A reader's callback may queue more (signals do) without any public call that could be seen.
-        self.more = self.more or self._lane_selector.served
+        self.more = self.more or bool(self._lane_selector.reported)
 
 
 class FastLaneLoop(LaneLoop):
@@ -224,10 +221,11 @@ class FastLaneLoop(LaneLoop):
         self._thread_id = self._stepping
         events._set_running_loop(self)  # noqa: SLF001
         try:
-            if self.bridge.called:
-                self.bridge.answer()
-            self.more = False
-            self._run_once()  # type: ignore[attr-defined]
+            if self.goalwire_bridge.calls:
+                self.goalwire_bridge.answer()
+            if self.more or self._lane_selector.ready:  # an answer alone needs no turn of the loop
+                self.more = False
+                self._run_once()  # type: ignore[attr-defined]
         finally:
             events._set_running_loop(None)  # noqa: SLF001
             self._thread_id = None
