@@ -7,7 +7,7 @@ from threading import Lock
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sized
 
 
 class Alarm:
@@ -22,17 +22,19 @@ class Alarm:
 
 
 _NOTHING_DUE = (0, 0, None)
+_SOMEBODY = (None,)
 
 
 class Agenda:
     """A heap of alarms. An alarm that was set again leaves its old entry behind, which is skipped.
 
-    `on_earlier` is called, outside the lock, when the earliest due time has moved forward.
+    `on_earlier` is called, outside the lock, when the earliest due time has moved forward while there are
+    `sleepers`, whom that concerns.
     """
 
-    __slots__ = ('_lock', '_on_earlier', '_serial', '_stale', 'earliest', 'heap')
+    __slots__ = ('_lock', '_on_earlier', '_serial', '_sleepers', '_stale', 'earliest', 'heap')
 
-    def __init__(self, on_earlier: Callable[[], None]) -> None:
+    def __init__(self, on_earlier: Callable[[], None], sleepers: Sized = _SOMEBODY) -> None:
         self.heap: list[tuple[int, int, Alarm]] = []
         self.earliest: int | None = None
         """The earliest due time, for who looks before each callback. Never later than the heap's first; too
@@ -41,6 +43,7 @@ class Agenda:
         self._serial = 0
         self._stale = 0
         self._on_earlier = on_earlier
+        self._sleepers = sleepers
 
     def set(self, alarm: Alarm, due: int) -> None:
         """Let `alarm` ring at `due` (steady ns), instead of any time set before, here or elsewhere."""
@@ -56,7 +59,7 @@ class Agenda:
             if earlier:
                 self.earliest = due
             heappush(self.heap, (due, self._serial, alarm))
-        if earlier:
+        if earlier and self._sleepers:
             self._on_earlier()
 
     def forget(self, alarm: Alarm) -> None:

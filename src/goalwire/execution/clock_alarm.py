@@ -42,11 +42,11 @@ class ClockAlarm(Alarm):
     def set(self, time_ns: int) -> None:
         """Ring at `time_ns`, instead of any time set before; at once where a clock that is set is past it."""
         self._time = time_ns
-        clock, home = self._clock, self._home
+        clock = self._clock
         if not clock.overridden:
-            home.set_alarm(self, clock.steady_time_of(time_ns))
+            self._home.set_alarm(self, clock.steady_time_of(time_ns))
             return
-        home.drop_alarm(self)
+        self._home.drop_alarm(self)
         if clock.now_ns() >= time_ns:
             self.ring()
         else:

@@ -32,7 +32,7 @@ class Engine:
         self._lifeline = lifeline
         self._clock = lifeline.clock
         self._ready = ReadyQueue()
-        self._agenda = Agenda(self._look_again)
+        self._agenda = Agenda(self._look_again, self._ready.wakers)
         self._readiness = Readiness(self._look_again)
         self._failures: deque[BaseException] = deque()
         self._refused: deque[Work] = deque()
@@ -46,8 +46,7 @@ class Engine:
 
     def _look_again(self) -> None:
         """Let whoever sleeps until the next timer find out that there is an earlier one, or a descriptor."""
-        if self._ready.wakers:
-            self._ready.wake_one()
+        self._ready.wake_one()
 
     def _next(self) -> Work | None:
         """The next ready work, or None; timers, file descriptors and waitables are looked at first."""

@@ -361,12 +361,15 @@ class Executor(Engine):
 
         Raises ExternalShutdownException when the context has ended.
         """
+        ready, readiness, agenda = self._ready, self._readiness, self._agenda
         while not self._is_shutdown:
             if not self._lifeline.alive:
                 raise ExternalShutdownException
-            work = self._next()
-            if work is not None:
-                return work
+            # Else there is nothing: `_next` would see that, in a call more before and after each sleep.
+            if ready.items or agenda.earliest is not None or readiness.watched or ready.lookouts:
+                work = self._next()
+                if work is not None:
+                    return work
             if ending._state or (deadline is not None and deadline <= self._clock.now()):  # noqa: SLF001
                 return None
             self._ready.park(parker, self._clock, ending, deadline, self._agenda)

@@ -158,7 +158,10 @@ class ReadyQueue:
         finally:
             # Where a poster took it: its wake-up ends this wait, or makes the next one look once more.
             if wakers:
-                self.unlisten(wake)
+                try:  # noqa: SIM105 - as in `unlisten`, which would be a call more
+                    wakers.remove(wake)
+                except ValueError:
+                    pass
 
     def reclaim(self, home: Home) -> list[Work]:
         """Take out all work of `home`, oldest first; the order of the rest stays."""

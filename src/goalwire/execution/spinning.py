@@ -71,7 +71,15 @@ class _ForeignFuture(EndingWhen):
         self._future.add_done_callback(lambda _: waker())
 
 
-NEVER = EndingWhen(bool)
+class _Never(EndingWhen):
+    """What `rclpy.spin` waits for."""
+
+    __slots__ = ()
+
+    _state = False
+
+
+NEVER = _Never(bool)
 
 
 def ending_of(until: Any) -> Ending:

@@ -5,8 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from goalwire.execution.callback_groups import CallbackGroup
     from goalwire.execution.home import Home
+
+_NOTHING_MORE: Callable[[], object] = bool
+"""Does nothing, and enters no function of Python's for it."""
 
 
 class Work:
@@ -40,5 +45,5 @@ class Work:
         """
         raise NotImplementedError
 
-    def settle(self) -> None:
-        """Called when the callback has ended and the group is free: post again if there is more to do."""
+    settle = staticmethod(_NOTHING_MORE)
+    """Called when the callback has ended and the group is free: post again if there is more to do."""
