@@ -2,8 +2,11 @@ from __future__ import annotations
 
 import asyncio
 import gc
+import os
+import signal
 import threading
 import tracemalloc
+from collections.abc import Callable
 
 import pytest
 from helpers.execution import PATIENCE, SmallContext, SmallNode
@@ -12,7 +15,8 @@ from goalwire.execution.executor import Executor
 from goalwire.execution.future import Future
 from goalwire.execution.lifeline import Lifeline
 from goalwire.execution.single_threaded import SingleThreadedExecutor
-from goalwire.execution.steady import STEADY
+from goalwire.execution.steady import STEADY, SteadyClock
+from goalwire.execution.waiting import Waiter
 
 
 class Decoded(Future[int]):
@@ -244,9 +248,51 @@ def test_wait_ends_with_the_lifeline() -> None:
     lifeline = Lifeline()
     timer = threading.Timer(0.02, lifeline.end, ('test',))
     timer.start()
-    assert not future.wait(in_10_s(), lifeline=lifeline)
-    assert STEADY.now() < in_10_s()
+    deadline = in_10_s()
+    assert not future.wait(deadline, lifeline=lifeline)
+    assert STEADY.now() < deadline
     timer.join()
+
+
+class Falling(SteadyClock):
+    """Something happens as soon as somebody sleeps."""
+
+    def __init__(self, happens: Callable[[], object]) -> None:
+        self._happens = happens
+
+    def wait(self, waiter: Waiter, deadline_ns: int | None) -> bool:
+        self._happens()
+        return super().wait(waiter, deadline_ns)
+
+
+def test_who_waits_one_after_the_other_sleeps_in_one_place() -> None:
+    lifeline, deadline = Lifeline(), in_10_s()
+    for _ in range(3):
+        future: Future[int] = Future()
+        clock = Falling(lambda: future.set_result(1))  # noqa: B023 - it is over before the next round
+        assert future.wait(deadline, clock=clock, lifeline=lifeline)
+        assert future._wakers == []
+        (waiter,) = lifeline.idle_waiters
+        waiter.wake()  # as who was late to wake the last one: it ends the next wait no earlier
+    assert STEADY.now() < deadline
+
+
+def test_a_signal_handler_that_waits_takes_nothing_from_the_wait_that_it_interrupts() -> None:
+    lifeline, outer, inner, deadline = Lifeline(), Future[int](), Future[int](), in_10_s()
+
+    def handler(*_: object) -> None:
+        outer.set_result(1)
+        assert inner.wait(deadline, clock=Falling(lambda: inner.set_result(2)), lifeline=lifeline)
+
+    before = signal.signal(signal.SIGUSR1, handler)
+    try:
+        clock = Falling(lambda: os.kill(os.getpid(), signal.SIGUSR1))
+        assert outer.wait(deadline, clock=clock, lifeline=lifeline)
+    finally:
+        signal.signal(signal.SIGUSR1, before)
+    assert STEADY.now() < deadline
+    assert (outer.result(), inner.result()) == (1, 2)
+    assert len(lifeline.idle_waiters) == 2
 
 
 def test_a_waker_added_to_a_settled_future_is_called_at_once() -> None:

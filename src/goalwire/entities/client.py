@@ -311,15 +311,18 @@ class ClientCore(TimedCalls, Introspected):
         and at once where the server's callback would need the very thread or group that waits here. Without
         `timeout_sec` the `default_timeout` counts, if there is one, and a call that ends badly raises.
         """
-        self.node.context.local_servers.check(self.node.graph, self.full_name)
+        context = self.node.context
+        if self.full_name in context.local_servers.inboxes:
+            context.local_servers.check(context.graph, self.full_name)
         future = self.begin(request, self.default_timeout if timeout_sec is None else None)
-        lifeline = self.node.context.lifeline
+        lifeline = context.lifeline
+        deadline = None if timeout_sec is None else deadline_after(lifeline.clock, timeout_sec)
         try:
-            block_on(future, deadline_after(lifeline.clock, timeout_sec), lifeline)
+            settled = block_on(future, deadline, lifeline)
         except BaseException:
             abandon(future)
             raise
-        if not future.done():
+        if not settled:
             future.forget()
             if future.guard is not None and future.pending():
                 raise ShutDownError(f"cannot call '{self.full_name}'")

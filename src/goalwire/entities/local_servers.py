@@ -19,25 +19,25 @@ class LocalServers:
 
     def __init__(self) -> None:
         self._lock = Lock()
-        self._inboxes: dict[str, list[Inbox[Any]]] = {}
+        self.inboxes: dict[str, list[Inbox[Any]]] = {}
 
     def add(self, name: str, inbox: Inbox[Any]) -> None:
         """Note a server."""
         with self._lock:
-            self._inboxes.setdefault(name, []).append(inbox)
+            self.inboxes.setdefault(name, []).append(inbox)
 
     def remove(self, name: str, inbox: Inbox[Any]) -> None:
         """Forget a server."""
         with self._lock:
-            inboxes = self._inboxes.get(name, [])
+            inboxes = self.inboxes.get(name, [])
             inboxes.remove(inbox)
             if not inboxes:
-                self._inboxes.pop(name, None)
+                self.inboxes.pop(name, None)
 
     def check(self, graph: Graph, name: str) -> None:
         """Raise WouldDeadlockError where all servers of `name` wait for the calling thread."""
         with self._lock:
-            inboxes = list(self._inboxes.get(name, ()))
+            inboxes = list(self.inboxes.get(name, ()))
         if not inboxes or graph.count(EndpointKind.SERVICE, name) > len(inboxes):
             return
         reasons = [why_it_cannot_answer(inbox.home, inbox.group) for inbox in inboxes]

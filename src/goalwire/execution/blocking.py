@@ -29,11 +29,12 @@ __all__ = [
 
 def block_on(future: Future[Any], deadline: int | None, lifeline: Lifeline) -> bool:
     """Block until `future` is settled (True); False at `deadline` (steady ns) or the lifeline's end."""
-    if not future.pending():
-        return True
-    executor = current_executor()
-    if executor is None:
+    executors = THREAD.executors
+    if not executors:
         return future.wait(deadline, clock=lifeline.clock, lifeline=lifeline)
+    if future.settled():
+        return True
+    executor = executors[-1]
     executor.lend_thread(1)
     try:
         return future.wait(deadline, clock=lifeline.clock, lifeline=lifeline)

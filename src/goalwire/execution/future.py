@@ -44,7 +44,7 @@ class _DoneCallback(Work):
     __slots__ = ('_callback', '_future')
 
     def __init__(self, home: Home, callback: Callable[[Future[T]], object], future: Future[T]) -> None:
-        super().__init__(home, None)
+        self.home, self.group = home, None  # all that the base class would do, without that call
         self._callback = callback
         self._future = future
 
@@ -217,17 +217,18 @@ class Future(Generic[T]):
         """
         if self._state != PENDING:
             return True
-        waiter = Waiter() if lifeline is None else lifeline.new_waiter()
-        watch = None if lifeline is None else lifeline.watch(waiter.wake)
-        self.add_waker(waiter.wake)
+        waiter = Waiter() if lifeline is None else lifeline.borrow_waiter()
+        wake = waiter.wake
+        self._wakers.append(wake)
         try:
             while self._state == PENDING and (lifeline is None or lifeline.alive):
                 if not clock.wait(waiter, deadline):
                     break
         finally:
-            self.remove_waker(waiter.wake)
-            if watch is not None:
-                watch.close()
+            if self._wakers:
+                self.remove_waker(wake)
+            if lifeline is not None:
+                lifeline.idle_waiters.append(waiter)
         return self._state != PENDING
 
     def decode(self, raw: object, /) -> T:

@@ -142,7 +142,9 @@ class Inbox(Work, Generic[E]):
 
     def settle(self) -> None:
         if self._alone:
-            self._go_on()
+            self._posted = False
+            if self._events:  # asked here, too: mostly that is all, and one call less
+                self._go_on()
 
     def _go_on(self) -> None:
         """Post again if events wait."""

@@ -35,7 +35,17 @@ class Watch:
 class Lifeline:
     """Ends once, for whatever reason. `clock` is the time that everything under this context lives in."""
 
-    __slots__ = ('__weakref__', '_keepers', '_watchers', 'alive', 'clock', 'dependants', 'reason', 'vigil')
+    __slots__ = (
+        '__weakref__',
+        '_keepers',
+        '_watchers',
+        'alive',
+        'clock',
+        'dependants',
+        'idle_waiters',
+        'reason',
+        'vigil',
+    )
 
     def __init__(self, clock: SteadyClock = STEADY) -> None:
         self.clock = clock
@@ -43,6 +53,8 @@ class Lifeline:
         self.reason: str | None = None
         self.vigil: Vigil | None = None
         """Where threads under this may wait on the wire, once there is a session that lets them."""
+        self.idle_waiters: list[Waiter] = []
+        """As many as have blocked at the same time; see `borrow_waiter`."""
         self.dependants: set[object] = set()
         """Who sleeps under this where the wire does not reach it: asyncio loops, watchers of descriptors."""
         self._watchers: dict[Watch, None] = {}
@@ -67,6 +79,16 @@ class Lifeline:
     def new_waiter(self) -> Waiter:
         """A place for one thread to sleep in while it waits for what the wire may bring; the end wakes it."""
         return Keeper(self)
+
+    def borrow_waiter(self) -> Waiter:
+        """The same for a short while: it goes back to `idle_waiters`. To make one takes five calls.
+
+        Who had it before may still wake it: look again at what you wait for, as after every wake-up.
+        """
+        try:
+            return self.idle_waiters.pop()
+        except IndexError:
+            return Keeper(self)
 
     def wake_at_end(self, keeper: Keeper) -> None:
         """Wake `keeper`, held weakly, when this ends: for all its life, where a watch is for one sleep."""
