@@ -102,3 +102,36 @@ def test_alarms_that_many_threads_set_and_drop_are_not_lost(alarms: Alarms) -> N
         thread.join()
     rung.expect(800)
     assert len(rung.items) == 800
+
+
+class Ended:
+    """Wants to know of the end."""
+
+    def __init__(self) -> None:
+        self.threads: Collector[str] = Collector()
+
+    def end(self) -> None:
+        self.threads(threading.current_thread().name)
+
+
+def test_the_end_of_the_lifeline_is_told_on_the_thread_and_later_at_once(
+    alarms: Alarms, context: SmallContext
+) -> None:
+    early, late = Ended(), Ended()
+    alarms.tell_end(early)
+    context.shutdown()
+    assert early.threads.expect(1) == ['test-alarms']
+    alarms.tell_end(late)
+    assert late.threads.expect(1) == [threading.current_thread().name]
+
+
+def test_who_is_gone_is_told_of_no_end(alarms: Alarms, context: SmallContext) -> None:
+    told: Collector[str] = Collector()
+    gone, there = Ended(), Ended()
+    gone.threads = there.threads = told
+    alarms.tell_end(gone)
+    alarms.tell_end(there)
+    del gone
+    context.shutdown()
+    alarms.close()
+    assert told.expect(1) == ['test-alarms']

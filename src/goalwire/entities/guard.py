@@ -18,9 +18,6 @@ if TYPE_CHECKING:
     from goalwire.entities.call_terms import CallTerms
     from goalwire.entities.server_line import ServerLine
 
-NEVER = 2**62
-"""When the alarm rings of a call without deadline, in ns: it is there for the context's end."""
-
 
 def _nothing() -> None:
     """What an alarm rings for whose request has ended."""
@@ -52,20 +49,23 @@ class Guard:
         self.line = line
         self._request: Guarded | None = request
         self._ending = allocate_lock()
-        self._alarm = Alarm(self._rung)
+        self._alarm: Alarm | None = None
 
     def begin(self) -> None:
         """Send the request, or wait for a server. Raises what sending raises; then nothing is left of it.
 
         Raises ShutDownError after the context's end.
         """
-        terms = self.terms
-        if (
-            not terms.context.ok()
-        ):  # at first: its alarm would ring at once, and fail a future that nobody has
+        terms, line = self.terms, self.line
+        if terms.deadline is None:
+            line.endless[self] = None  # then look: who ends the context looks here after that
+            line.watch_end()
+        if not terms.context.lifeline.alive:  # an alarm would ring at once, and fail a future that nobody has
+            self.end()
             raise ShutDownError(terms.title)
-        deadline = terms.deadline
-        terms.context.deadlines.set(self._alarm, NEVER if deadline is None else deadline)
+        if terms.deadline is not None:
+            self._alarm = Alarm(self._rung)
+            terms.context.deadlines.set(self._alarm, terms.deadline)
         try:
             self._go()
         except BaseException:
@@ -102,10 +102,14 @@ class Guard:
         if not self._ending.acquire(False):
             return False
         self._request = None
-        self.terms.context.deadlines.drop(self._alarm)
-        self._alarm.ring = _nothing  # no circle is left for the garbage collector
-        if self in self.line.waiting:
-            self.line.discard(self)
+        line, alarm = self.line, self._alarm
+        if alarm is None:
+            line.endless.pop(self, None)
+        else:
+            self.terms.context.deadlines.drop(alarm)
+            alarm.ring = _nothing  # no circle is left for the garbage collector
+        if self in line.waiting:
+            line.discard(self)
         return True
 
     answered = end
@@ -127,10 +131,14 @@ class Guard:
         problem = reason or 'the server went away before it answered'
         return self.terms.error(reasons.meaning(reason), problem)
 
+    def end_with_context(self) -> None:
+        """The context has ended."""
+        self.fail(ShutDownError(self.terms.title))
+
     def _rung(self) -> None:
         terms = self.terms
         if not terms.context.ok():
-            self.fail(ShutDownError(terms.title))
+            self.end_with_context()
         elif self._lacks_server():
             self.fail(terms.error(NoServerError, 'no server came'))
         else:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import sys
 import threading
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
+from weakref import ReferenceType, ref
 
 from goalwire.execution.agenda import Agenda, Alarm
 from goalwire.execution.waiting import Waiter
@@ -14,6 +15,13 @@ if TYPE_CHECKING:
 
 CLOSING_S = 5.0
 """How long closing waits for the alarm that rings."""
+
+
+class Ending(Protocol):
+    """What ends with a lifeline."""
+
+    def end(self) -> None:
+        """The lifeline has ended. May come more than once."""
 
 
 class Alarms:
@@ -31,6 +39,7 @@ class Alarms:
         self._agenda = Agenda(self._on_earlier)
         self._awake_at: int | None = 0
         """When the thread looks at the agenda anyway; None: never."""
+        self._endings: dict[ReferenceType[Ending], None] = {}
         self._lock = threading.Lock()
         self._thread: threading.Thread | None = None
         self._watch: Watch | None = None
@@ -50,6 +59,17 @@ class Alarms:
     def soon(self, alarm: Alarm) -> None:
         """Let `alarm` ring as soon as the thread gets to it."""
         self.set(alarm, 0)
+
+    def tell_end(self, who: Ending) -> None:
+        """Call `who.end()` at the end of the lifeline, on the thread; at once after it. Held weakly."""
+        self._endings[ref(who, self._forget)] = None
+        if self._thread is None:
+            self._start()
+        if not self._lifeline.alive:
+            who.end()
+
+    def _forget(self, reference: ReferenceType[Ending]) -> None:
+        self._endings.pop(reference, None)
 
     def drop(self, alarm: Alarm) -> None:
         """Let `alarm` ring no more; it may be ringing."""
@@ -91,6 +111,10 @@ class Alarms:
 
     def _ring_all(self) -> None:
         self._ring(sys.maxsize)
+        for reference in tuple(self._endings):
+            ending = reference()
+            if ending is not None:
+                ending.end()
 
     def _ring(self, now: int) -> None:
         while True:
