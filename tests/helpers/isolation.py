@@ -90,3 +90,12 @@ def isolated_env(transport: str, log_dir: Path | None = None) -> dict[str, str]:
         'GOALWIRE_ROUTER_PORT': str(free_port()),
         'ROS_LOG_DIR': str(log_dir or log_directory()),
     }
+
+
+def lease_variables(lease_s: float) -> dict[str, str]:
+    """Return what has the others miss a program so long after its last sign, in place of ten seconds."""
+    lease = f'<LeaseDuration>{lease_s}s</LeaseDuration>'
+    return {
+        'CYCLONEDDS_URI': f'<CycloneDDS><Domain><Discovery>{lease}</Discovery></Domain></CycloneDDS>',
+        'ZENOH_CONFIG_OVERRIDE': f'transport/link/tx/lease={lease_s * 1000:.0f}',
+    }

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import NamedTuple, TypeAlias
 
 import pytest
-from helpers.isolation import isolated_env
+from helpers.isolation import isolated_env, lease_variables
 from helpers.outcomes import Outcomes
 from helpers.pending import left_pending
 from helpers.processes import Program
@@ -75,11 +75,7 @@ def evidence(request: pytest.FixtureRequest) -> Iterator[Evidence]:
 
 def impatient_world(wire: str, lease_s: float = LEASE_S) -> dict[str, str]:
     """Return an environment for programs that soon miss a peer."""
-    lease = f'<LeaseDuration>{lease_s}s</LeaseDuration>'
-    return isolated_env(wire) | {
-        'CYCLONEDDS_URI': f'<CycloneDDS><Domain><Discovery>{lease}</Discovery></Domain></CycloneDDS>',
-        'ZENOH_CONFIG_OVERRIDE': f'transport/link/tx/lease={lease_s * 1000:.0f}',
-    }
+    return isolated_env(wire) | lease_variables(lease_s)
 
 
 def told(mission: Program, outcomes: Outcomes, since: float | None = None) -> str:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 from helpers.collector import Collector
+from helpers.isolation import lease_variables
 from helpers.processes import Program
 from helpers.wire import PATIENCE, Side
 
@@ -18,8 +19,6 @@ from goalwire.transport.contract import EndpointKind, Sample, SessionOptions
 from goalwire.transport.dds import TRANSPORT
 
 KEEP_ALL = QoS(history=HistoryPolicy.KEEP_ALL)
-
-LEASE = '<CycloneDDS><Domain><Discovery><LeaseDuration>2s</LeaseDuration></Discovery></Domain></CycloneDDS>'
 
 ECHO = """
     import os, sys
@@ -127,7 +126,7 @@ def test_a_killed_peer_is_gone_within_the_lease_that_it_announced(environment: d
     session = TRANSPORT.open(SessionOptions(int(environment['ROS_DOMAIN_ID'])))
     try:
         side = Side(session, 'near')
-        with Program(ECHO, 'far', env=environment | {'CYCLONEDDS_URI': LEASE}) as far:
+        with Program(ECHO, 'far', env=environment | lease_variables(2.0)) as far:
             far.expect('ready')
             side.graph.expect(EndpointKind.NODE, '/far')
             side.graph.expect(EndpointKind.SUBSCRIPTION, '/there')
