@@ -59,7 +59,8 @@ class Guard:
         terms, line = self.terms, self.line
         if terms.deadline is None:
             line.endless[self] = None  # then look: who ends the context looks here after that
-            line.watch_end()
+            if not line.watches_end:
+                line.watch_end()
         if not terms.context.lifeline.alive:  # an alarm would ring at once, and fail a future that nobody has
             self.end()
             raise ShutDownError(terms.title)

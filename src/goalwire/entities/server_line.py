@@ -43,7 +43,8 @@ class ServerLine:
         self.endless: dict[Waiting, None] = {}
         """Requests without a deadline, waiting or sent: they end with the context at the latest. Sharing its
         end costs them nothing, where an alarm each would take six calls."""
-        self._watches_end = False
+        self.watches_end = False
+        """Whether somebody sees to the end of what is in `endless`."""
         self.servers: Sequence[GraphEntity] = ()
         """Who served when somebody was seen last."""
         self._graph = context.graph
@@ -66,9 +67,8 @@ class ServerLine:
 
     def watch_end(self) -> None:
         """See to the end of what is in `endless`."""
-        if not self._watches_end:
-            self._watches_end = True
-            self.context.deadlines.tell_end(self)
+        self.watches_end = True
+        self.context.deadlines.tell_end(self)
 
     def end(self) -> None:
         """The context has ended."""
