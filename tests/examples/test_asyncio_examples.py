@@ -29,8 +29,8 @@ Start: TypeAlias = Callable[..., Program]
 def start(monkeypatch: pytest.MonkeyPatch) -> Iterator[Start]:
     """`start(name, *arguments, **variables)` runs an example, in the world that this process is in, too."""
     env = isolated_env(NETWORK)
-    for name in ('RMW_IMPLEMENTATION', 'ROS_DOMAIN_ID', 'GOALWIRE_ROUTER_PORT', 'ROS_LOG_DIR'):
-        monkeypatch.setenv(name, env[name])
+    for name, value in env.items():
+        monkeypatch.setenv(name, value)
     with ExitStack() as stack:
         yield lambda name, *arguments, **variables: stack.enter_context(
             Program(EXAMPLES / f'{name}.py', *arguments, env=env | variables)

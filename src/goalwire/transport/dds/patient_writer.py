@@ -1,9 +1,9 @@
 """A writer that loses nothing and holds nobody up: what it has no room for is sent when there is room.
 
-A service's writer keeps all, for whatever a history of N drops before the other side has it, is a call that
-nobody answers. Of what is not acknowledged the library takes in some 30 to 500 KB (Internal/Watermarks), then
-it has no room: one peer that is stopped or cut off takes it from all until its lease ends. The server's
-thread, or its asyncio loop, must not wait for that.
+A service's writer keeps all: what a history of N drops before the other side has it is a call that nobody
+answers. But the library takes in some 500 KB that are not acknowledged (Internal/Watermarks/WhcHigh), no more:
+one peer that is stopped or cut off takes the room from all, until its lease ends. A server's callback, or its
+asyncio loop, must not wait for that.
 """
 
 from __future__ import annotations
