@@ -18,6 +18,8 @@ from select import select
 from typing import TYPE_CHECKING
 from weakref import ref
 
+from goalwire.execution.bridge import BELLS
+
 if TYPE_CHECKING:
     from collections.abc import Callable
     from contextvars import Context
@@ -139,6 +141,7 @@ class LoopBridge(Bridge):
             os.close(bell)
             return
         self._bell = bell
+        BELLS.add(bell)
         self._change_ring(partial(os.eventfd_write, bell, 1))
 
     def close(self) -> None:
@@ -149,6 +152,7 @@ class LoopBridge(Bridge):
             return
         self._bell = -1
         loop.remove_reader(bell)
+        BELLS.discard(bell)
         rings_bell = self._ring != self._ask_loop
         if self._change_ring(self._ask_loop) or not rings_bell:
             os.close(bell)

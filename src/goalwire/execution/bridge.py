@@ -24,6 +24,9 @@ class Awaitable(Protocol):
     def remove_waker(self, waker: Callable[[], None]) -> None: ...
 
 
+BELLS: set[int] = set()
+"""The descriptors by which loops are woken here. Virtual time takes them for the loops' own."""
+
 _bridges: WeakKeyDictionary[asyncio.AbstractEventLoop, LoopBridge] = WeakKeyDictionary()
 
 

@@ -7,7 +7,8 @@ import threading
 
 import pytest
 
-from goalwire.testing import DeadlockError, VirtualClock
+import goalwire
+from goalwire.testing import DeadlockError, Graph, VirtualClock
 
 
 def test_where_everything_waits_for_ever_it_is_said_who_waits_where(clock: VirtualClock) -> None:
@@ -40,6 +41,17 @@ def test_a_deadlock_is_told_to_the_thread_of_the_block(clock: VirtualClock) -> N
         thread.join()
     gate.set()
     thread.join()
+
+
+def test_a_node_in_a_loop_brings_no_outside_world_in(clock: VirtualClock, gw_graph: Graph) -> None:
+    async def mission() -> None:
+        async with goalwire.Node('worker') as node, asyncio.timeout(10):
+            await node.clock.sleep(5)
+        async with goalwire.Node('worker'):
+            await asyncio.Event().wait()
+
+    with pytest.raises(DeadlockError):
+        asyncio.run(mission())
 
 
 def test_the_innermost_places_of_the_program_come_first(clock: VirtualClock) -> None:

@@ -14,6 +14,7 @@ import time
 from typing import TYPE_CHECKING, Any, SupportsIndex, TypeAlias, cast
 from weakref import WeakKeyDictionary
 
+from goalwire.execution.bridge import BELLS
 from goalwire.execution.steady import SteadyClock
 from goalwire.testing.virtual.scheduler import never
 
@@ -222,13 +223,13 @@ def is_alive(thread: threading.Thread) -> bool:
 
 
 def select(selector: selectors.BaseSelector, timeout: float | None = None) -> Ready:
-    """Wait for file descriptors. More than one of them are not a loop's own: they bring the real world in."""
+    """Wait for file descriptors. More than the one that wakes a loop bring the real world in."""
     found = _here()
     if found is None or (timeout is not None and timeout <= 0):
         return _real_select(selector, timeout)
     scheduler, member = found
     deadline = None if timeout is None else _deadline(scheduler, timeout)
-    outside = len(selector.get_map()) > 1
+    outside = len(selector.get_map().keys() - BELLS) > 1
     if scheduler.wait(member, lambda: _is_ready(selector), deadline, outside=outside) is None:
         return _real_select(selector, None if deadline is None else _left(scheduler, deadline))
     return _real_select(selector, 0)
