@@ -42,7 +42,7 @@ def replace(made: T, **changes: object) -> T:
 
 def _methods(names: tuple[str, ...], compared: tuple[str, ...]) -> dict[str, object]:
     """Return what records have but their constructor."""
-    values, key = attrgetter(*names), attrgetter(*compared)
+    values, key = _getter(names), _getter(compared)
 
     def __eq__(self: object, other: object) -> bool:  # noqa: N807
         return key(self) == key(other) if other.__class__ is self.__class__ else NotImplemented
@@ -58,10 +58,14 @@ def _methods(names: tuple[str, ...], compared: tuple[str, ...]) -> dict[str, obj
         raise AttributeError(f'{type(self).__qualname__} is immutable: {name} stays what it is')
 
     def __reduce__(self: object) -> tuple[object, ...]:  # noqa: N807 - copies and pickles go through __init__
-        return type(self), values(self) if len(names) > 1 else (values(self),)
+        return type(self), (values(self),) if len(names) == 1 else values(self)
 
     methods = (__eq__, __hash__, __repr__, __setattr__, __reduce__)
     return {'__delattr__': __setattr__, **{method.__name__: method for method in methods}}
+
+
+def _getter(names: tuple[str, ...]) -> Callable[[object], Any]:
+    return attrgetter(*names) if names else lambda _: ()
 
 
 def _init(cls: type, names: tuple[str, ...], defaults: dict[str, object]) -> Callable[..., None]:
@@ -70,7 +74,7 @@ def _init(cls: type, names: tuple[str, ...], defaults: dict[str, object]) -> Cal
     scope |= {f'_set_{name}': vars(cls)[name].__set__ for name in names}
     parameters = ', '.join(f'{name}=_default_{name}' if name in defaults else name for name in names)
     body = '\n'.join(f'    _set_{name}(self, {name})' for name in names)
-    exec(f'def __init__(self, {parameters}):\n{body}', scope)  # noqa: S102 - names of fields
+    exec(f'def __init__(self, {parameters}):\n{body or "    pass"}', scope)  # noqa: S102 - names of fields
     init: Callable[..., None] = scope['__init__']
     init.__qualname__ = f'{cls.__qualname__}.__init__'
     init.__module__ = cls.__module__

@@ -19,23 +19,23 @@ class Outbox(Generic[T]):
     outbox does not recurse.
     """
 
-    __slots__ = ('_deliver', '_items', '_turn')
+    __slots__ = ('_deliver', '_items', '_turn', 'post')
 
     def __init__(self, deliver: Callable[[T], None]) -> None:
         self._deliver = deliver
         self._items: deque[T] = deque()
-        self._turn = Lock()
-
-    def post(self, item: T) -> None:
+        self.post = self._items.append
         """Queue one item; nothing is delivered yet."""
-        self._items.append(item)
+        self._turn = Lock()
 
     def drain(self) -> None:
         """Deliver what is queued, unless another thread, or a caller further up, is at it."""
         # The outer test is repeated after the turn was given back: an item posted just before is not lost.
-        while self._items and self._turn.acquire(blocking=False):
+        items = self._items
+        while items and self._turn.acquire(False):
             try:
-                self._deliver_all()
+                while items:
+                    self._deliver(items.popleft())
             finally:
                 self._turn.release()
 
@@ -44,9 +44,6 @@ class Outbox(Generic[T]):
         """Keep the turn of a new outbox; whatever was posted within is delivered when the block ends."""
         with self._turn:
             yield
-            self._deliver_all()
+            while self._items:
+                self._deliver(self._items.popleft())
         self.drain()
-
-    def _deliver_all(self) -> None:
-        while self._items:
-            self._deliver(self._items.popleft())

@@ -70,14 +70,17 @@ class ActionClientCore(Cancelling):
         """Goals that were given up before a server had answered, not long ago."""
         self._feedback = 0
         self._acceptances = Latencies()
-        self._now = node.context.lifeline.clock.system_now
-        self._encode_goal = cdr.encoder(self.goal_type)
+        self._clock = node.context.lifeline.clock
+        self._goal_class = self.goal_type
+        self._encode_goal = cdr.encoder(self._goal_class)
         names = self._names
         self._statuses: Inbox[Sample] = Inbox(node.home, group, self._on_status, depth=_STATUS_LIMIT)
         self._feedback_port = self._subscription(
             names.feedback, support.feedback, qos.feedback, self._deliver_feedback
         )
-        self._status_port = self._subscription(names.status, support.status, qos.status, self._deliver_status)
+        self._status_port = self._subscription(
+            names.status, support.status, qos.status, self._statuses.deliver
+        )
         node.own(self)
 
     def _subscription(
@@ -108,12 +111,12 @@ class ActionClientCore(Cancelling):
         With terms, or a `default_timeout`, the future ends with a typed error where nobody answers, and a
         goal that is accepted too late is cancelled.
         """
-        if not isinstance(goal, self.goal_type):
-            raise TypeError(f'Expected {self.goal_type}, got {type(goal)}')
+        if not isinstance(goal, self._goal_class):
+            raise TypeError(f'Expected {self._goal_class}, got {type(goal)}')
         self._check_alive()
         self._make_room()
         payload = wire.wrap(goal_id, self._encode_goal(goal))
-        record = ClientGoal(goal_id, feedback, self._now())
+        record = ClientGoal(goal_id, feedback, self._clock.system_now())
         self.goals.add(record)
         future = RawFuture(
             self,
@@ -189,7 +192,8 @@ class ActionClientCore(Cancelling):
     # -- what the server tells -----------------------------------------------------------------------------
 
     def _deliver_feedback(self, sample: Sample) -> None:
-        goal = self.goals.find(bytes(sample.payload[4:20]))
+        goal_id = bytes(sample.payload[4:20])
+        goal = self.goals.active.get(goal_id) or self.goals.ended.get(goal_id)  # `find`, but for a call
         if goal is None:
             return
         self._feedback += 1
@@ -197,9 +201,6 @@ class ActionClientCore(Cancelling):
             goal.heard()
         if goal.feedback is not None:
             goal.feedback.deliver(sample)
-
-    def _deliver_status(self, sample: Sample) -> None:
-        self._statuses.deliver(sample)
 
     def _on_status(self, sample: Sample) -> None:
         with self.goals.lock:

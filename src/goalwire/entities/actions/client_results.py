@@ -131,10 +131,10 @@ class ClientResults:
     def leave(self, request: ResultRequest) -> bool:
         """Hold it no more: True for the one caller that still found it."""
         with self._goals.lock:
-            found = self.holds(request)
-            if found:
-                del self._requests[request.goal_id]
-            return found
+            if self._requests.get(request.goal_id) is not request:
+                return False
+            del self._requests[request.goal_id]
+            return True
 
     def on_reply(self, goal_id: GoalId, sample: Sample) -> None:
         """The result is there."""

@@ -44,7 +44,7 @@ class Execution(Work):
     def run(self) -> object:
         if self._server.destroyed:
             return None
-        self._begun = self._server.steady_now()
+        self._begun = self._server.steady_clock.now()
         try:
             result = self._callback(self._handle)
         except BaseException as error:
@@ -69,7 +69,7 @@ class Execution(Work):
             self._finish(result)
 
     def _finish(self, outcome: object) -> None:
-        self._server.durations.add(self._server.steady_now() - self._begun)
+        self._server.durations.add(self._server.steady_clock.now() - self._begun)
         self._server.finished(self._handle, outcome)
 
     def _failed(self, error: BaseException) -> None:

@@ -7,8 +7,7 @@ hold nothing up. What is declared: `endpoints`. Asking the user: `decisions`. Ru
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from functools import partial
 from threading import Lock
 from typing import TYPE_CHECKING, Any
@@ -66,8 +65,10 @@ class ActionServerCore:
         self.callbacks = callbacks
         self.logger: RcutilsLogger = get_logger(node.logger_name).get_child('action_server')
         self.reactor: GoalServer[Request, bytes] = reactor or GoalServer()
+        self.now = node.clock.now_ns
+        """The time of the node's clock in ns, as rcl's action servers take it."""
         self._lock = Lock()
-        self._outbox: Outbox[effect.ServerEffect[Request, bytes]] = Outbox(self._try_one)
+        self._outbox: Outbox[effect.ServerEffect[Request, bytes]] = Outbox(self._perform)
         self._alarm = ClockAlarm(node.home, node.clock, partial(self._later, self.expire))
         self._alarm.follow()
         self._destroyed = False
@@ -83,7 +84,7 @@ class ActionServerCore:
         """Of execute callbacks."""
         self._executions: dict[GoalId, Execution] = {}
         """Of goals whose turn to run has not come."""
-        self.steady_now = node.context.lifeline.clock.now
+        self.steady_clock = node.context.lifeline.clock
         self._lost_clients: LostClients | None = None
         self._open(qos or ActionQoS(), group)
 
@@ -114,49 +115,44 @@ class ActionServerCore:
 
     def react(self, event: Callable[..., Effects], *args: Any) -> Effects:
         """Feed the reactor, perform its effects on the wire, return those that call the user."""
+        asked: Effects = []
         with self._lock:
-            effects = event(*args)
-            for item in effects:
-                if not isinstance(item, _USERS):
+            for item in event(*args):
+                if isinstance(item, _USERS):
+                    asked.append(item)
+                else:
                     self._outbox.post(item)
         self._outbox.drain()
-        return [item for item in effects if isinstance(item, _USERS)]
+        return asked
 
-    def _try_one(self, item: effect.ServerEffect[Request, bytes]) -> None:
+    def _perform(self, item: effect.ServerEffect[Request, bytes]) -> None:
         """Perform one effect; one that fails holds up neither the next nor the event that came with it."""
         try:
-            self._perform_one(item)
+            match item:
+                case effect.PublishStatus():
+                    with self._lock:
+                        payload = self.reactor.take_status()
+                    if payload is not None:
+                        self._endpoints.status.publish(payload)
+                case effect.ReplyGoal(request, accepted, stamp_ns):
+                    request.reply(wire.encode_acceptance(accepted, stamp_ns))
+                case effect.ReplyCancel(request, code, goals):
+                    request.reply(wire.encode_cancel_reply(code, goals))
+                case effect.ReplyResult(request, status, result):
+                    request.reply(wire.with_status(result or self._results.default(), status))
+                case effect.Execute(goal_id):
+                    execution = self._executions.pop(goal_id, None)
+                    if execution is not None:  # else the server was destroyed meanwhile
+                        self.node.home.post(execution)
+                case effect.WakeAt(time_ns):
+                    self._alarm.set(time_ns)
+                case effect.AssumedAborted(goal_id):
+                    ints = list(goal_id)
+                    self.logger.warning(f'Goal state not set, assuming aborted. Goal ID: {ints}')
         except ClosedError:
             return  # the context has ended: there is nobody to tell
         except TransportError as error:
             self.logger.error(f"Action '{self.name}': a client was not told ({type(item).__name__}): {error}")
-
-    def _perform_one(self, item: effect.ServerEffect[Request, bytes]) -> None:
-        match item:
-            case effect.PublishStatus():
-                with self._lock:
-                    payload = self.reactor.take_status()
-                if payload is not None:
-                    self._endpoints.status.publish(payload)
-            case effect.ReplyGoal(request, accepted, stamp_ns):
-                request.reply(wire.encode_acceptance(accepted, stamp_ns))
-            case effect.ReplyCancel(request, code, goals):
-                request.reply(wire.encode_cancel_reply(code, goals))
-            case effect.ReplyResult(request, status, result):
-                request.reply(wire.with_status(result or self._results.default(), status))
-            case effect.Execute(goal_id):
-                execution = self._executions.pop(goal_id, None)
-                if execution is not None:  # else the server was destroyed meanwhile
-                    self.node.home.post(execution)
-            case effect.WakeAt(time_ns):
-                self._alarm.set(time_ns)
-            case effect.AssumedAborted(goal_id):
-                ints = list(goal_id)
-                self.logger.warning(f'Goal state not set, assuming aborted. Goal ID: {ints}')
-
-    def now(self) -> int:
-        """The time of the node's clock in ns, as rcl's action servers take it."""
-        return self.node.clock.now_ns()
 
     def expire(self) -> None:
         """Forget the results whose time is over."""
@@ -179,11 +175,10 @@ class ActionServerCore:
         goal_id = handle.goal_id_bytes
         self._executions.setdefault(goal_id, Execution(self, handle, callback or self.callbacks.execute))
         try:
-            with _rcl_errors():
-                effects = self.react(self.reactor.on_execute, goal_id, self.now())
-        except RCLError:
+            effects = self.react(self.reactor.on_execute, goal_id, self.now())
+        except InvalidTransition as error:
             self._executions.pop(goal_id, None)
-            raise
+            raise RCLError(str(error)) from None
         if self.reactor.policy.preempts:
             self._call_off(effects)
 
@@ -202,8 +197,10 @@ class ActionServerCore:
 
     def end(self, handle: ServerGoalHandle, event: GoalEvent) -> None:
         """End a goal; raises RCLError where its state does not allow that."""
-        with _rcl_errors():
+        try:
             self.react(self.reactor.on_event, handle.goal_id_bytes, event, self.now())
+        except InvalidTransition as error:
+            raise RCLError(str(error)) from None  # rclpy raises that, with this text
         self._forget(handle.goal_id_bytes)
 
     def finished(self, handle: ServerGoalHandle, outcome: object) -> None:
@@ -312,12 +309,3 @@ class Errand(Work):
 
     def run(self) -> None:
         self._call()
-
-
-@contextmanager
-def _rcl_errors() -> Iterator[None]:
-    """Turn InvalidTransition into the RCLError that rclpy raises, with the same text."""
-    try:
-        yield
-    except InvalidTransition as error:
-        raise RCLError(str(error)) from None

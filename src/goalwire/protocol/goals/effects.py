@@ -6,8 +6,9 @@ nanoseconds.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Generic, TypeAlias, TypeVar
+
+from goalwire.records import record
 
 if TYPE_CHECKING:
     from goalwire.protocol.goals.cancel import CancelCode
@@ -22,14 +23,14 @@ WaiterT = TypeVar('WaiterT')
 # ---- the server's ----
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class AskGoal:
     """Ask the user whether the goal is accepted; answer with `on_goal_decision`."""
 
     goal_id: GoalId
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class ReplyGoal(Generic[RequestT]):
     """Answer a send_goal request. `stamp_ns` is 0 for a goal that is not accepted."""
 
@@ -38,14 +39,14 @@ class ReplyGoal(Generic[RequestT]):
     stamp_ns: int
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Accepted:
     """Hand the goal to the user's handle_accepted callback, which may execute it at once or later."""
 
     goal_id: GoalId
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Execute:
     """Start the user's execute callback; hand what it returns to `on_result`.
 
@@ -55,14 +56,14 @@ class Execute:
     goal_id: GoalId
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class CalledOff:
     """Tell who executes the goal that it is CANCELING, or ABORTED, though no client has asked for that."""
 
     goal_id: GoalId
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class AskCancel:
     """Ask the user whether the goal is to be cancelled; answer with `on_cancel_decision`."""
 
@@ -70,7 +71,7 @@ class AskCancel:
     goal_id: GoalId
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class ReplyCancel(Generic[RequestT]):
     """Answer a cancel_goal request; `goals`: ids and acceptance stamps of those that are CANCELING now."""
 
@@ -79,7 +80,7 @@ class ReplyCancel(Generic[RequestT]):
     goals: tuple[tuple[GoalId, int], ...]
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class ReplyResult(Generic[RequestT, ResultT]):
     """Answer a get_result request; a `result` of None stands for the type's default."""
 
@@ -88,19 +89,19 @@ class ReplyResult(Generic[RequestT, ResultT]):
     result: ResultT | None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class PublishStatus:
     """Publish what `take_status()` returns; None means that an earlier array has told it all."""
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class AssumedAborted:
     """Warn that the execute callback set no terminal state."""
 
     goal_id: GoalId
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class WakeAt:
     """Call `on_time` at `time_ns`; replaces an earlier WakeAt."""
 
@@ -124,7 +125,7 @@ ServerEffect: TypeAlias = (
 # ---- the client's ----
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class GoalAccepted:
     """Tell the sender that its goal was accepted; `status` is what the status topic has said by now."""
 
@@ -132,21 +133,21 @@ class GoalAccepted:
     status: GoalStatus
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class GoalRejected:
     """Tell the sender that its goal was refused."""
 
     goal_id: GoalId
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class UnexpectedReply:
     """Warn of an answer to a goal that waits for none: more than one server may serve the action."""
 
     goal_id: GoalId
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class StatusChanged:
     """The goal has moved on."""
 
@@ -154,7 +155,7 @@ class StatusChanged:
     status: GoalStatus
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class DeliverFeedback(Generic[FeedbackT]):
     """Hand feedback to the goal's own callback."""
 
@@ -162,14 +163,14 @@ class DeliverFeedback(Generic[FeedbackT]):
     feedback: FeedbackT
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class RequestResult:
     """Send a get_result request; hand its outcome to `on_result` or `on_result_failed`."""
 
     goal_id: GoalId
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class DeliverResult(Generic[WaiterT, ResultT]):
     """Complete a waiter with the result."""
 
@@ -178,7 +179,7 @@ class DeliverResult(Generic[WaiterT, ResultT]):
     result: ResultT
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class FailResult(Generic[WaiterT]):
     """Complete a waiter with the reason why there is no result."""
 

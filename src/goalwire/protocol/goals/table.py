@@ -35,15 +35,14 @@ class GoalStatus(IntEnum):
     CANCELED = 5
     ABORTED = 6
 
-    @property
-    def is_active(self) -> bool:
-        """True from acceptance to the end."""
-        return GoalStatus.ACCEPTED <= self <= GoalStatus.CANCELING
+    is_active: bool
+    """True from acceptance to the end."""
+    is_terminal: bool
+    """True once the goal has ended."""
 
-    @property
-    def is_terminal(self) -> bool:
-        """True once the goal has ended."""
-        return self >= GoalStatus.SUCCEEDED
+    def __init__(self, _number: int) -> None:
+        self.is_active = 1 <= self <= 3
+        self.is_terminal = self >= 4
 
     @property
     def is_cancelable(self) -> bool:
