@@ -1,7 +1,7 @@
 """A writer that loses nothing and holds nobody up: what it has no room for is sent when there is room.
 
 A service's writer keeps all: what a history of N drops before the other side has it is a call that nobody
-answers. But the library takes in some 500 KB that are not acknowledged (Internal/Watermarks/WhcHigh), no more:
+answers. But the library takes in no more than some 500 KB that are not acknowledged (Internal/Watermarks):
 one peer that is stopped or cut off takes the room from all, until its lease ends. A server's callback, or its
 asyncio loop, must not wait for that.
 """
