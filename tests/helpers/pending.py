@@ -10,7 +10,7 @@ from goalwire.entities.node import NodeCore
 from goalwire.transport.contract import ClientPort
 
 _PATIENCE_S = 2.0
-_TABLES = ('_calls', '_waiting', '_pending')
+_TABLES = ('_calls', 'waiting')
 """What the wires' clients call theirs."""
 
 

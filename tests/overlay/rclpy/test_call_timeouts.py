@@ -91,7 +91,7 @@ def calls_of(client: TriggerClient) -> list[object]:
 def empty(client: TriggerClient) -> bool:
     """Whether a client holds nothing of calls, nor does its transport."""
     port: Any = client._port
-    table = {**getattr(port, '_calls', {}), **getattr(port, '_waiting', {})}
+    table = {**getattr(port, '_calls', {}), **getattr(port, 'waiting', {})}
     waits_for_servers = {} if client._line is None else client._line.waiting
     return not (client.pending or client.guarded or waits_for_servers or table)
 
