@@ -18,7 +18,7 @@ class Watchman:
     def __init__(self, node: NodeCore) -> None:
         self.looks = 0
         self._node = node
-        self.line = ServerLine(node.context, self.is_there, '/go')
+        self.line = ServerLine(node.context, self.is_there, 'service', '/go')
 
     def is_there(self) -> bool:
         self.looks += 1

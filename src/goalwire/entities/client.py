@@ -235,7 +235,7 @@ class ClientCore(TimedCalls, Introspected):
         if timeout is None and self._retries is None:
             self.send(payload, future)
         else:
-            guard = self._guard(future, timeout)
+            guard = (self._line or self._new_line()).guard(future, timeout, self._retries)
             self.guarded[future] = None
             future.guard, future.request = guard, payload
             try:
@@ -245,19 +245,11 @@ class ClientCore(TimedCalls, Introspected):
                 raise
         return future
 
-    def _guard(self, future: ResponseFuture, timeout: float | None) -> Guard:
-        from goalwire.entities.call_terms import CallTerms
-        from goalwire.entities.guard import Guard
+    def _new_line(self) -> ServerLine:
         from goalwire.entities.server_line import ServerLine
 
-        context = self.node.context
-        line = self._line
-        if line is None:
-            line = self._line = ServerLine(context, self.server_is_there, self.full_name)
-        terms = CallTerms(context, 'service', self.full_name, timeout)
-        return (
-            Guard(terms, line, future) if self._retries is None else self._retries.guard(terms, line, future)
-        )
+        self._line = ServerLine(self.node.context, self.server_is_there, 'service', self.full_name)
+        return self._line
 
     @property
     def retry(self) -> Retry | None:
@@ -278,7 +270,7 @@ class ClientCore(TimedCalls, Introspected):
         if port is None:
             raise InvalidHandle
         guard = future.guard
-        left = None if guard is None else guard.terms.left_ns(MARGIN_S)
+        left = None if guard is None or guard.terms.deadline is None else guard.terms.left_ns(MARGIN_S)
         future.sent_at = self._clock.system_now()
         try:
             sequence = port.request(payload, future.on_reply, future.on_end, left)

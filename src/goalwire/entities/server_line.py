@@ -5,6 +5,8 @@ from __future__ import annotations
 from threading import Lock
 from typing import TYPE_CHECKING, Protocol
 
+from goalwire.entities.call_terms import CallTerms
+from goalwire.entities.guard import Guard
 from goalwire.errors import ClosedError
 from goalwire.execution.agenda import Alarm
 from goalwire.transport.contract import EndpointKind
@@ -13,6 +15,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from goalwire.entities.context import Context
+    from goalwire.entities.guard import Guarded
+    from goalwire.entities.retrying import Retries
     from goalwire.graph.watch import Watch
     from goalwire.transport.contract import GraphEntity
 
@@ -34,11 +38,20 @@ class ServerLine:
     context's, for a change comes on the transport's. A server that was seen is there until the graph changes.
     """
 
-    def __init__(self, context: Context, is_there: Callable[[], bool], served_as: str) -> None:
-        """`served_as` is the service's own name, or that of the action's first service."""
+    def __init__(
+        self,
+        context: Context,
+        is_there: Callable[[], bool],
+        kind: str,
+        name: str,
+        served_as: str | None = None,
+    ) -> None:
+        """`kind` and `name` as CallTerms has them; `served_as` is the name of an action's first service."""
         self.context = context
         self.is_there = is_there
-        self.served_as = served_as
+        self.kind = kind
+        self.name = name
+        self.served_as = served_as or name
         self.waiting: dict[Waiting, None] = {}
         self.endless: dict[Waiting, None] = {}
         """Requests without a deadline, waiting or sent: they end with the context at the latest. Sharing its
@@ -53,6 +66,11 @@ class ServerLine:
         self._lock = Lock()
         self._changes: Watch[[]] | None = None
         self._alarm = Alarm(self._look)
+
+    def guard(self, request: Guarded, timeout: float | None, retries: Retries | None) -> Guard:
+        """Make what sees to the end of a request, within `timeout` s; raises as CallTerms does."""
+        terms = CallTerms(self.context, self.kind, self.name, timeout)
+        return Guard(terms, self, request) if retries is None else retries.guard(terms, self, request)
 
     def has_server(self) -> bool:
         """As `is_there`, but looks no more where the graph is as it was: twelve calls less for a request."""

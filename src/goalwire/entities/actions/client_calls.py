@@ -74,7 +74,9 @@ class ActionCalls(TimedCalls):
 
         line = self._line
         if line is None:
-            line = self._line = ServerLine(self.node.context, self.server_is_there, self.goal_service)
+            line = self._line = ServerLine(
+                self.node.context, self.server_is_there, 'action', self.full_name, self.goal_service
+            )
         return Guard(terms, line, request, waits=request.waits)
 
     def new_terms(self, timeout: float | None = None) -> CallTerms | None:
