@@ -8,7 +8,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, NoReturn, Protocol, Self, TypeVar, overload
 from weakref import WeakSet
 
-from goalwire.execution.current import THREAD
+from goalwire.execution.current import HELD, THREAD
 from goalwire.execution.engine import Engine
 from goalwire.execution.future import Future
 from goalwire.execution.home import Home
@@ -300,7 +300,7 @@ class Executor(Engine):
         last feedback of a goal is seen before its result.
         """
         executors = THREAD.executors
-        depth = len(executors)
+        depth, held = len(executors), HELD.get()
         try:
             executors.append(self)
             ending.add_waker(parker.wake)
@@ -310,6 +310,8 @@ class Executor(Engine):
                 self._work_off(deadline)
         finally:
             del executors[depth:]
+            if HELD.get() is not held:
+                HELD.set(held)
             if not ending._state:  # noqa: SLF001 - else the waker has been called
                 ending.remove_waker(parker.wake)
 
@@ -365,16 +367,23 @@ class Executor(Engine):
         while not self._is_shutdown:
             if not self._lifeline.alive:
                 raise ExternalShutdownException
-            # Else there is nothing: `_next` would see that, in a call more before and after each sleep.
-            if ready.items or agenda.earliest is not None or readiness.watched or ready.lookouts:
-                work = self._next()
-                if work is not None:
-                    return work
+            # As `_next`, in two calls less before and after each sleep, where a node has neither of these.
+            if agenda.earliest is not None or readiness.watched or ready.lookouts:
+                self._look_around()
+            if ready.items:
+                try:
+                    return ready.items.popleft()
+                except IndexError:
+                    continue  # another thread was quicker
             if ending._state or (deadline is not None and deadline <= self._clock.now()):  # noqa: SLF001
                 return None
             self._ready.park(parker, self._clock, ending, deadline, self._agenda)
         return None
 
     def _perform_and_raise(self, work: Work) -> None:
-        self._perform(work)
+        held = HELD.get()
+        try:
+            self._perform(work)
+        finally:
+            HELD.set(held)
         self._raise_failure()
