@@ -114,3 +114,13 @@ def test_an_interrupted_set_is_made_good_by_the_next_ring() -> None:
     assert (agenda.next_due(), rung) == (50, [])
     agenda.ring_due(50)
     assert (agenda.next_due(), rung) == (None, ['late'])
+
+
+def test_where_nobody_sleeps_an_earlier_time_is_told_to_nobody() -> None:
+    told: list[str] = []
+    sleepers: list[str] = []
+    agenda = Agenda(lambda: told.append('earlier'), sleepers)
+    agenda.set(Alarm(nothing), 50)
+    sleepers.append('somebody')
+    agenda.set(Alarm(nothing), 40)
+    assert told == ['earlier']

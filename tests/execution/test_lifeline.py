@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import threading
+from weakref import ref
 
 from goalwire.execution.lifeline import Lifeline
 
@@ -52,3 +53,20 @@ def test_nobody_is_missed_who_begins_to_watch_while_it_ends() -> None:
         thread.join()
         assert told.acquire(timeout=10)
         assert not told.acquire(blocking=False)
+
+
+def test_the_end_wakes_every_waiter_for_all_of_its_life() -> None:
+    lifeline = Lifeline()
+    waiters = [lifeline.new_waiter() for _ in range(2)]
+    for waiter in waiters:
+        waiter.wake()
+        assert waiter.wait(0)
+    lifeline.end('over')
+    assert all(waiter.wait(0) for waiter in waiters)
+
+
+def test_a_waiter_is_not_kept_by_the_lifeline_that_wakes_it() -> None:
+    lifeline = Lifeline()
+    forgotten = ref(lifeline.new_waiter())
+    assert forgotten() is None
+    lifeline.end('over')

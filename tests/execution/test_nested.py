@@ -255,3 +255,46 @@ def test_a_callback_knows_its_executor_and_group(executor: Executor, node: Small
     ).trigger()
     executor.spin_until_future_complete(seen, PATIENCE)
     assert seen.result() == (executor, group)
+
+
+def test_what_a_callback_held_is_forgotten_when_the_spin_is_over(
+    single: SingleThreadedExecutor, node: SmallNode
+) -> None:
+    single.add_node(node)
+    held: list[object] = []
+
+    def act() -> None:
+        held.append(current_group())
+        if len(held) == 2:
+            raise ValueError('in a callback')
+
+    group = MutuallyExclusiveCallbackGroup()
+    guard = GuardCondition(act, group, home=node.home)
+    guard.trigger()
+    single.spin_once(PATIENCE)
+    assert current_group() is None
+    guard.trigger()
+    with pytest.raises(ValueError, match='in a callback'):
+        single.spin_once(PATIENCE)
+    assert current_group() is None
+    guard.trigger()
+    run, _, _ = single.wait_for_ready_callbacks(PATIENCE)
+    run()
+    assert held == [group] * 3
+    assert current_group() is None
+
+
+def test_a_callback_in_no_group_does_not_hold_what_the_one_before_it_held(
+    executor: Executor, node: SmallNode
+) -> None:
+    executor.add_node(node)
+    held: list[object] = []
+    done: Future[object] = Future()
+    group = MutuallyExclusiveCallbackGroup()
+    first = GuardCondition(lambda: held.append(current_group()), group, home=node.home)
+    last = GuardCondition(lambda: done.set_result(current_group()), None, home=node.home)
+    first.trigger()
+    executor.spin_once(PATIENCE)
+    last.trigger()
+    executor.spin_until_future_complete(done, PATIENCE)
+    assert [*held, done.result()] == [group, None]

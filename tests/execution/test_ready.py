@@ -1,9 +1,11 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 
 from helpers.execution import PATIENCE
 
+from goalwire.execution.agenda import Agenda, Alarm
 from goalwire.execution.home import Home
 from goalwire.execution.ready import ReadyQueue
 from goalwire.execution.spinning import NEVER, EndingWhen
@@ -120,3 +122,21 @@ def test_ping_pong_between_two_threads_never_stalls() -> None:
         there.post(ball)
         assert take(back, waiter) is ball
     thread.join(PATIENCE)
+
+
+def test_an_alarm_that_is_set_while_a_thread_goes_to_sleep_ends_that_sleep() -> None:
+    class Wakers(list[Callable[[], None]]):
+        """Has an alarm set by another thread the moment before a sleeper stands here."""
+
+        def append(self, waker: Callable[[], None]) -> None:
+            other = threading.Thread(target=agenda.set, args=(Alarm(lambda: None), STEADY.now()))
+            other.start()
+            other.join(PATIENCE)
+            super().append(waker)
+
+    queue = ReadyQueue()
+    queue.wakers = Wakers()
+    agenda = Agenda(queue.wake_one, queue.wakers)
+    begun = STEADY.now()
+    queue.park(Waiter(), STEADY, NEVER, begun + int(PATIENCE * 1e9), agenda)
+    assert STEADY.now() - begun < PATIENCE * 1e9 / 2

@@ -219,6 +219,24 @@ if not {keeps}:
     assert 'interrupted' in output
 
 
+def test_a_signal_that_nobody_can_hear_ends_the_sleep_that_has_just_begun(env: dict[str, str]) -> None:
+    body = """
+node = begin()
+async def main():
+    asyncio.get_running_loop().add_signal_handler(signal.SIGUSR1, bool)
+    threading.Timer(0.01, os.kill, (os.getpid(), signal.SIGINT)).start()
+    begun = time.monotonic()
+    try:
+        rclpy.spin(node)
+    except KeyboardInterrupt:
+        print('interrupted', time.monotonic() - begun < 2)
+asyncio.run(main())
+"""
+    code, output = run(env, body, None)
+    assert code == 0, output
+    assert 'interrupted True' in output
+
+
 @pytest.mark.slow
 def test_ctrl_c_ends_a_spin_fifty_times_of_fifty(env: dict[str, str]) -> None:
     body = """
