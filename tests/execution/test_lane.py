@@ -37,8 +37,8 @@ def test_a_coroutine_that_comes_after_the_lanes_are_closed_is_cancelled_where_it
             told.append('cancelled')
             raise
 
-    lanes = single._get_lanes()
+    lanes = single._open_lanes()
     for _ in range(2):
-        lanes.start(Start(callback(), copy_context(), lambda: told.append('ended')), None)
+        lanes.start(callback(), copy_context(), lambda: told.append('ended'), None)
         lanes.close()
     assert told == ['cancelled', 'ended'] * 2

@@ -131,10 +131,8 @@ class Engine:
 
     def _start(self, coroutine: Coroutine[Any, Any, object], work: Work, group: CallbackGroup | None) -> None:
         """Run a coroutine callback up to its first await, in the order of plain callbacks."""
-        from goalwire.execution.lane import Start
-
-        ended = partial(self._end, work, group)
-        self._get_lanes().start(Start(coroutine, copy_context(), ended), group)
+        lanes = self._lanes or self._open_lanes()
+        lanes.start(coroutine, copy_context(), partial(self._end, work, group), group)
 
     def _raise_failure(self) -> None:
         """Raise what a coroutine callback, or a callback on another thread, has raised."""
@@ -144,15 +142,14 @@ class Engine:
     def _fail(self, error: BaseException) -> None:
         self._failures.append(error)
 
-    def _get_lanes(self) -> Lanes:
-        if self._lanes is None:
-            from goalwire.execution.lane import Lanes
+    def _open_lanes(self) -> Lanes:
+        from goalwire.execution.lane import Lanes
 
-            with self._lanes_lock:
-                if self._lanes is None:
-                    self._lanes = Lanes(self._make_lane, spread=self._spread_lanes)
-            if self._is_shutdown:
-                self._lanes.close()
+        with self._lanes_lock:
+            if self._lanes is None:
+                self._lanes = Lanes(self._make_lane, spread=self._spread_lanes)
+        if self._is_shutdown:
+            self._lanes.close()
         return self._lanes
 
     def _make_lane(self) -> Lane:

@@ -179,14 +179,20 @@ class Lanes:
         self._of_group: WeakKeyDictionary[CallbackGroup, Lane] = WeakKeyDictionary()
         _open.add(self)
 
-    def start(self, start: Start, group: CallbackGroup | None) -> None:
+    def start(
+        self,
+        coroutine: Coroutine[Any, Any, object],
+        context: Context,
+        ended: Callable[[], None],
+        group: CallbackGroup | None,
+    ) -> None:
         """Let a coroutine run in the lane that is right for `group`, and drive it to its first await.
 
-        Once these are closed it is cancelled there, in a lane of its own.
+        Once these are closed it is cancelled there, in a lane of its own. `ended` is called when it is over.
         """
         with self._lock:
             lane = self._make() if self._closed else self._lane_for(group)
-            lane.start(start)
+            lane.start(Start(coroutine, context, ended))
         if self._closed:
             lane.close()
         else:
