@@ -63,21 +63,22 @@ class ResponseFuture(Future[Any]):
     """The response to one request; decoded by who asks for it, not by the transport's thread.
 
     `ClientCore.begin` fills it in: an __init__ of its own would cost every call 0.6 us. What few calls need
-    is an attribute of the class until then.
+    is an attribute of the class until then. Programs keep things of their own on futures: so the names are
+    such as nobody else would take.
     """
 
-    __slots__ = ('client', 'decode', 'sent_at', 'sequence')
+    __slots__ = ('awaited_by', 'decode', 'sent_as', 'sent_ns')
 
-    client: ClientCore | None
+    awaited_by: ClientCore | None
     """Who counts on it; None once it waits for nothing any more: answered, given up, or unanswered."""
     decode: Callable[[Any], Any]
-    sequence: int
+    sent_as: int
     """Of what was sent last; 0 while nothing is on its way."""
-    sent_at: int
+    sent_ns: int
     """When, in ns since the UNIX epoch, as a reply's `received_timestamp`."""
     guard: Guard | None = None
     """What makes it end in time; None where it may stay pending, as in ROS 2."""
-    request = b''
+    encoded = b''
     """What a guard sends, in time."""
     introspected: IntrospectedCall | None = None
     """Where the steps of this call are told; None where nobody wants to know."""
@@ -85,7 +86,7 @@ class ResponseFuture(Future[Any]):
     """True once nobody waits for it any more."""
     unanswered = False
     """True once the transport has said that no reply can come any more."""
-    reason = ''
+    why_ended = ''
     """Why, in a server's words."""
 
     def on_reply(self, sample: Sample) -> None:
@@ -93,7 +94,7 @@ class ResponseFuture(Future[Any]):
         guard = self.guard
         if guard is not None and not guard.answered():
             return
-        client, self.client = self.client, None
+        client, self.awaited_by = self.awaited_by, None
         if client is None:
             return
         client.pending.pop(sample.sequence, None)
@@ -101,7 +102,7 @@ class ResponseFuture(Future[Any]):
             client.guarded.pop(self, None)
         if self.introspected is not None:
             self.introspected.received(sample)
-        took = sample.received_timestamp - self.sent_at
+        took = sample.received_timestamp - self.sent_ns
         client.latencies.counts[took.bit_length() if took > 0 else 0] += 1
         if self._state == PENDING:  # as set_raw, which would be one call more
             self._raw = sample.payload
@@ -114,16 +115,16 @@ class ResponseFuture(Future[Any]):
 
     def on_end(self, reason: str) -> None:
         """No reply can come any more."""
-        client = self.client
+        client = self.awaited_by
         if client is None:
             return
         if self.guard is not None:
             client.unanswered += 1
             self.guard.unanswered(reason)
             return
-        self.unanswered, self.reason = True, reason
-        self.client = None
-        if client.pending.pop(self.sequence, None) is not None:
+        self.unanswered, self.why_ended = True, reason
+        self.awaited_by = None
+        if client.pending.pop(self.sent_as, None) is not None:
             client.report_unanswered(reason)
 
     def cancel(self) -> None:
@@ -135,9 +136,9 @@ class ResponseFuture(Future[Any]):
         """Wait for the response no longer."""
         if self.guard is not None:
             self.guard.end()
-        if self.client is not None:
+        if self.awaited_by is not None:
             self.forgotten = True  # first: who is sending looks at both
-        client, self.client = self.client, None
+        client, self.awaited_by = self.awaited_by, None
         if client is not None:
             client.guarded.pop(self, None)
             client.withdraw(self)
@@ -146,13 +147,13 @@ class ResponseFuture(Future[Any]):
 
     def send(self) -> None:
         """Hand the request to the wire, perhaps once more; raises as ClientCore.call_async does."""
-        client = self.client
+        client = self.awaited_by
         if client is not None:
-            client.send(self.request, self)
+            client.send(self.encoded, self)
 
     def withdraw(self) -> None:
         """Wait no longer for the answer to what was sent last."""
-        client = self.client
+        client = self.awaited_by
         if client is not None:
             client.withdraw(self)
 
@@ -227,7 +228,7 @@ class ClientCore(TimedCalls, Introspected):
                 'already; give calls a timeout, or wait for some of them first'
             )
         future = ResponseFuture(home=self.node.home)
-        future.client, future.decode, future.sequence = self, self.support.decode_response, 0
+        future.awaited_by, future.decode, future.sent_as = self, self.support.decode_response, 0
         introspection = self.introspection
         if introspection is not None:
             future.introspected = IntrospectedCall(introspection, port.gid, request)
@@ -237,7 +238,7 @@ class ClientCore(TimedCalls, Introspected):
         else:
             guard = (self._line or self._new_line()).guard(future, timeout, self._retries)
             self.guarded[future] = None
-            future.guard, future.request = guard, payload
+            future.guard, future.encoded = guard, payload
             try:
                 guard.begin()
             except BaseException:
@@ -271,7 +272,7 @@ class ClientCore(TimedCalls, Introspected):
             raise InvalidHandle
         guard = future.guard
         left = None if guard is None or guard.terms.deadline is None else guard.terms.left_ns(MARGIN_S)
-        future.sent_at = self._clock.system_now()
+        future.sent_ns = self._clock.system_now()
         try:
             sequence = port.request(payload, future.on_reply, future.on_end, left)
         except ClosedError:
@@ -279,19 +280,19 @@ class ClientCore(TimedCalls, Introspected):
                 raise InvalidHandle from None
             raise ShutDownError(f"cannot call '{self.full_name}'") from None
         self.sent += 1
-        future.sequence = sequence
+        future.sent_as = sequence
         if future.introspected is not None:
             future.introspected.sent(sequence)
         self.pending[sequence] = future
-        if future.client is None and self.pending.pop(sequence, None) is not None:
+        if future.awaited_by is None and self.pending.pop(sequence, None) is not None:
             if future.unanswered:  # before this number was known
-                self.report_unanswered(future.reason)
+                self.report_unanswered(future.why_ended)
             elif future.forgotten:
                 port.forget(sequence)
 
     def withdraw(self, future: ResponseFuture) -> None:
         """Hold nothing for what `future` has sent last."""
-        sequence, future.sequence = future.sequence, 0
+        sequence, future.sent_as = future.sent_as, 0
         port = self._port
         if self.pending.pop(sequence, None) is not None and port is not None:
             port.forget(sequence)

@@ -66,6 +66,17 @@ def test_only_requests_of_the_service_are_sent(pair: AddClient, wrong: Any) -> N
     assert pair.pending == {}
 
 
+@pytest.mark.parametrize('timeout', [None, PATIENCE])
+def test_programs_keep_what_they_like_on_a_future(pair: AddClient, timeout: float | None) -> None:
+    pair.call_timeout = timeout
+    request = Request(a=1, b=2)
+    future: Any = pair.call_async(request)
+    for name in ('request', 'client', 'sequence', 'sent_at', 'sequence_number', 'reason', 'terms', 'payload'):
+        setattr(future, name, name)
+    assert result_of(future).sum == 3
+    assert future.request == 'request'
+
+
 def test_a_request_that_cannot_go_on_the_wire_is_named(
     pair: AddClient,
 ) -> None:

@@ -180,8 +180,8 @@ class ActionClientCore(Cancelling):
 
     def give_up(self, sending: Future[ClientGoalHandle[Any, Any, Any]]) -> None:
         """Wait no longer for a server to take a goal; where one does so yet, it is cancelled."""
-        if isinstance(sending, RawFuture) and isinstance(sending.request, GoalRequest):
-            sending.request.give_up()
+        if isinstance(sending, RawFuture) and isinstance(sending.asked_with, GoalRequest):
+            sending.asked_with.give_up()
 
     def linger(self, request: GoalRequest) -> None:
         """Keep an ear open for a goal that was given up: the latest few."""

@@ -96,7 +96,7 @@ class ClientResults:
     def get(self, goal_id: GoalId, terms: CallTerms | None) -> RawFuture:
         """Ask for a goal's result; the future gives the action's GetResult response."""
         future = RawFuture(self.client, self.client.support.get_result.decode_response, terms)
-        future.request = ResultWait(self, goal_id, future)
+        future.asked_with = ResultWait(self, goal_id, future)
         self.client.react(self._goals.rules.on_result_request, goal_id, future)
         return future
 
@@ -160,7 +160,7 @@ class ClientResults:
 
     def fail(self, future: RawFuture, error: Exception) -> None:
         """End one who waits, where its terms say so; else it stays pending, as in ROS 2."""
-        terms = future.terms
+        terms = future.call_terms
         if terms is None or not future.pending():
             return
         if self.client.destroyed:

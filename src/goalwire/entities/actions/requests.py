@@ -32,22 +32,22 @@ LATE_S = 10.0
 class RawFuture(Future[Any]):
     """Completed with a payload, which `make` turns into the result when somebody asks."""
 
-    __slots__ = ('decode', 'request', 'terms')
+    __slots__ = ('asked_with', 'call_terms', 'decode')
 
     decode: Callable[[Any], Any]
 
     def __init__(self, client: ActionCalls, make: Callable[[Payload], Any], terms: CallTerms | None) -> None:
         super().__init__(home=client.node.home)
         self.decode = make
-        self.terms = terms
+        self.call_terms = terms
         """What its errors tell; None: it stays pending where nobody answers."""
-        self.request: ActionRequest | ResultWait | None = None
+        self.asked_with: ActionRequest | ResultWait | None = None
         """What it waits for."""
 
     def cancel(self) -> None:
         """Give the answer up. A goal goes on, as in ROS 2."""
-        if self.request is not None and self.pending():
-            self.request.forget()
+        if self.asked_with is not None and self.pending():
+            self.asked_with.forget()
         super().cancel()
 
 
@@ -71,12 +71,12 @@ class ActionRequest:
     def begin(self) -> None:
         """Send it now, or as soon as there is a server; raises what sending raises, and leaves nothing."""
         self.client.requests[self] = None
-        self.future.request = self
+        self.future.asked_with = self
         try:
-            if self.future.terms is None:
+            if self.future.call_terms is None:
                 self.send()
             else:
-                self.guard = self.client.guard(self.future.terms, self)
+                self.guard = self.client.guard(self.future.call_terms, self)
                 self.guard.begin()
         except BaseException:
             self.client.requests.pop(self, None)
@@ -85,7 +85,7 @@ class ActionRequest:
     def send(self) -> None:
         """Hand it to the wire."""
         self._was_sent = True
-        terms = self.future.terms
+        terms = self.future.call_terms
         left = None if terms is None else terms.left_ns(LATE_S + MARGIN_S)
         sequence = self.client.request(self._port, self._payload, self.on_reply, self.on_end, left)
         self._sequence = sequence
