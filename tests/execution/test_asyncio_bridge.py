@@ -19,6 +19,7 @@ from goalwire.execution.asyncio_bridge import Bridge, LoopBridge, Pause
 from goalwire.execution.bridge import bridge_to, shared_bridge
 
 ROUNDS = 2000
+EAGER = getattr(asyncio, 'eager_task_factory', None)
 
 
 @contextmanager
@@ -231,6 +232,31 @@ def test_a_pause_ends_when_another_thread_says_so(loop: str, is_open: bool) -> N
             bridge.close()
 
     run(scenario(), loop)
+
+
+def test_tasks_of_every_make_sleep_in_pauses() -> None:
+    """asyncio has them in C and in Python (which nest_asyncio takes), and from 3.12 on eager ones."""
+
+    async def sleeper() -> asyncio.Task[object] | None:
+        pause = Pause()
+        thread = threading.Thread(target=shared_bridge(asyncio.get_running_loop()).call, args=(pause.resume,))
+        thread.start()
+        await pause
+        thread.join()
+        with pytest.raises(TimeoutError):
+            async with asyncio.timeout(0.001):
+                await Pause()
+        return asyncio.current_task()
+
+    async def scenario() -> None:
+        loop = asyncio.get_running_loop()
+        pure = asyncio.tasks._PyTask  # type: ignore[attr-defined]
+        for make in (None, lambda loop, it, **how: pure(it, loop=loop, **how), EAGER):
+            loop.set_task_factory(make)
+            task = loop.create_task(sleeper())
+            assert await task is task
+
+    run(scenario())
 
 
 @pytest.mark.parametrize('loop', LOOPS)
