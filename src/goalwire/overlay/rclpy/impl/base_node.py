@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
 from goalwire.entities.exceptions import (
@@ -109,10 +110,8 @@ class BaseNode(NodeGraph, NodeParameters):
 
     # -- what it is ----------------------------------------------------------------------------------------
 
-    @property
-    def handle(self) -> NodeCore:
-        """What stands behind the node: there is no C handle."""
-        return self._ros_core
+    if not TYPE_CHECKING:  # the bases tell its type; read without a call of Python's: each spin asks twice
+        handle = property(attrgetter('_ros_core'), doc='What stands behind the node: there is no C handle.')
 
     @property
     def context(self) -> Context:
