@@ -5,9 +5,11 @@ from __future__ import annotations
 import asyncio
 import contextvars
 import gc
+import os
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from errno import EMFILE
 from functools import partial
 from pathlib import Path
 from weakref import ref
@@ -131,13 +133,16 @@ def test_a_bridge_that_is_rung_while_it_closes_leaves_no_file() -> None:
     run(scenario())
 
 
-def test_a_loop_that_can_watch_no_descriptors_is_called_all_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize('what', ['add_reader', 'eventfd'])
+def test_a_loop_that_can_have_no_eventfd_is_called_all_the_same(
+    monkeypatch: pytest.MonkeyPatch, what: str
+) -> None:
     def cannot(*_: object) -> None:
-        raise NotImplementedError
+        raise NotImplementedError if what == 'add_reader' else OSError(EMFILE, 'Too many open files')
 
     async def scenario() -> None:
         loop = asyncio.get_running_loop()
-        monkeypatch.setattr(loop, 'add_reader', cannot)
+        monkeypatch.setattr(loop if what == 'add_reader' else os, what, cannot, raising=False)
         bridge = shared_bridge(loop)
         over = asyncio.Event()
         with opened(bridge):

@@ -75,6 +75,7 @@ class Bridge:
     __slots__ = ('__weakref__', '_asleep', '_next_ring', '_ring', 'calls')
 
     pause = Pause
+    """Here, since to import it where somebody waits takes longer than to make one."""
 
     def __init__(self, ring: Callable[[], object]) -> None:
         """`ring` gets `answer` called soon on the loop's thread; it may be called on any thread."""
@@ -134,15 +135,16 @@ class LoopBridge(Bridge):
         loop = self._loop()
         if self._bell >= 0 or loop is None or not hasattr(os, 'eventfd'):
             return
-        bell = os.eventfd(0, os.EFD_CLOEXEC | os.EFD_NONBLOCK)
-        try:
-            loop.add_reader(bell, self._rung)
-        except (NotImplementedError, OSError):
-            os.close(bell)
-            return
-        self._bell = bell
-        BELLS.add(bell)
-        self._change_ring(partial(os.eventfd_write, bell, 1))
+        with suppress(OSError, NotImplementedError):  # too many files are open, or the loop watches none
+            bell = os.eventfd(0, os.EFD_CLOEXEC | os.EFD_NONBLOCK)
+            try:
+                loop.add_reader(bell, self._rung)
+            except BaseException:
+                os.close(bell)
+                raise
+            self._bell = bell
+            BELLS.add(bell)
+            self._change_ring(partial(os.eventfd_write, bell, 1))
 
     def close(self) -> None:
         """Go back to `call_soon_threadsafe` with the last who has opened this. The loop's thread."""
