@@ -35,11 +35,11 @@ class Answering(Coroutine[Any, Any, None]):
 
     def send(self, value: Any) -> Any:
         """Go on, as coroutines do."""
-        return self._step(lambda: self._callback.send(value))
+        return self._step(self._callback.send, value)
 
     def throw(self, *error: Any) -> Any:
         """Go on with an error, as coroutines do."""
-        return self._step(lambda: self._callback.throw(*error))
+        return self._step(self._callback.throw, *error)
 
     def close(self) -> None:
         """End it where it is."""
@@ -59,12 +59,12 @@ class Answering(Coroutine[Any, Any, None]):
         return self
 
     def __next__(self) -> Any:
-        return self.send(None)
+        return self._step(self._callback.send, None)
 
-    def _step(self, step: Callable[[], Any]) -> Any:
+    def _step(self, step: Callable[..., Any], *sent: Any) -> Any:
         try:
             try:
-                return step()
+                return step(*sent)
             except StopIteration as end:
                 response = end.value
             self._answer(response, self._request)
