@@ -28,11 +28,11 @@ class Crew:
         '_lock',
         '_rouse',
         '_serve',
-        '_serving',
         '_threads',
         'busy',
         'dismissed',
         'limit',
+        'serving',
     )
 
     def __init__(self, limit: int, serve: Callable[[], None], rouse: Callable[[], None]) -> None:
@@ -44,11 +44,12 @@ class Crew:
         self._rouse = rouse
         self._lock = threading.Lock()
         self._threads: set[threading.Thread] = set()  # all that live
-        self._serving: set[threading.Thread] = set()  # those that were not let go
+        self.serving: set[threading.Thread] = set()
+        """Those that were not let go."""
         _crews.add(self)
 
     def __len__(self) -> int:
-        return len(self._serving)
+        return len(self.serving)
 
     def hire(self) -> None:
         """Start one more thread, unless there are enough."""
@@ -59,7 +60,7 @@ class Crew:
                 return
             thread = threading.Thread(target=self._run, name='goalwire-callbacks', daemon=True)
             self._threads.add(thread)
-            self._serving.add(thread)
+            self.serving.add(thread)
             thread.start()
 
     def let_go(self) -> bool:
@@ -70,7 +71,7 @@ class Crew:
         with self._lock:
             if len(self) <= self.limit:
                 return False
-            self._serving.discard(threading.current_thread())
+            self.serving.discard(threading.current_thread())
             return True
 
     def dismiss(self) -> None:
@@ -92,7 +93,7 @@ class Crew:
             self._serve()
         finally:
             with self._lock:
-                self._serving.discard(threading.current_thread())
+                self.serving.discard(threading.current_thread())
             self._threads.discard(threading.current_thread())
 
 

@@ -50,8 +50,15 @@ class Engine:
 
     def _next(self) -> Work | None:
         """The next ready work, or None; timers, file descriptors and waitables are looked at first."""
-        self._look_around()
-        return self._ready.pop()
+        ready = self._ready
+        if self._agenda.earliest is not None or self._readiness.watched or ready.lookouts:
+            self._look_around()
+        if ready.items:
+            try:
+                return ready.items.popleft()
+            except IndexError:
+                return None  # another thread was quicker
+        return None
 
     def _look_around(self) -> None:
         """Have work posted by the timers, file descriptors and waitables that are ready."""

@@ -145,7 +145,7 @@ class Executor(Engine):
 
     def get_nodes(self) -> list[Any]:
         """The nodes that were added and are still alive."""
-        return [node for node in self._nodes if node.handle.home.queue is self._ready]
+        return [node for node in list(self._nodes) if node.handle.home.queue is self._ready]
 
     @overload
     def create_task(self, callback: Coroutine[Any, Any, T]) -> Task[T]: ...
@@ -367,8 +367,9 @@ class Executor(Engine):
         while not self._is_shutdown:
             if not self._lifeline.alive:
                 raise ExternalShutdownException
-            # As `_next`, in two calls less before and after each sleep, where a node has neither of these.
-            if agenda.earliest is not None or readiness.watched or ready.lookouts:
+            # As `_next`, in two calls less before and after each sleep, where nothing of these is ready.
+            due = agenda.earliest
+            if (due is not None and due <= self._clock.now()) or readiness.watched or ready.lookouts:
                 self._look_around()
             if ready.items:
                 try:

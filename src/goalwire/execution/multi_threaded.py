@@ -176,10 +176,10 @@ class MultiThreadedExecutor(Executor):
 
     def _serve(self) -> None:
         """What a worker does, until it is sent home."""
-        parker, thread = self._parker(), threading.current_thread()
+        parker, thread, bench = self._parker(), threading.current_thread(), self._bench
         THREAD.executors.append(self)
         while not (self._retires() and self._leaves()):
-            work = self._bench.pop()
+            work = bench.pop() if bench.items else None
             if work is None and self._spins:
                 work = self._next()
             if work is not None:
@@ -187,13 +187,13 @@ class MultiThreadedExecutor(Executor):
             elif self._spins:
                 self._sleep_at_queue(parker)
             else:
-                self._bench.park(parker, self._clock, self._wanted, None)
+                bench.park(parker, self._clock, self._wanted, None)
         self._pass_on()
 
     def _retires(self) -> bool:
         """Whether some worker is to end, this one perhaps."""
         crew = self._crew
-        return crew.dismissed or not self._lifeline.alive or len(crew) > crew.limit
+        return crew.dismissed or not self._lifeline.alive or len(crew.serving) > crew.limit
 
     def _leaves(self) -> bool:
         """Whether the calling worker, of those that are to end, does so; it is then no longer counted."""
@@ -231,7 +231,7 @@ class MultiThreadedExecutor(Executor):
         """Before the calling thread turns to a callback: leave another one at the queue."""
         if not self._spins:
             return
-        if not self._ready.sleepers:
+        if not self._ready.wakers:
             self._send_somebody()
         elif self._watcher is None and (self._agenda.heap or self._readiness.watched):
             self._ready.wake_one()
