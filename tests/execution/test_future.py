@@ -143,7 +143,7 @@ def test_done_callbacks_of_an_executors_future_run_when_it_spins_in_order(
 def test_done_callbacks_of_a_nodes_future_wait_for_the_node_to_be_spun(
     single: SingleThreadedExecutor, node: SmallNode
 ) -> None:
-    future: Future[int] = Future(home=node.home)
+    future: Future[int] = Future(node.home)
     seen: list[str] = []
     future.add_done_callback(lambda _: seen.append(threading.current_thread().name))
     thread = threading.Thread(target=future.set_result, args=(1,))

@@ -227,7 +227,7 @@ class ClientCore(TimedCalls, Introspected):
                 f"cannot call '{self.full_name}': {PENDING_LIMIT} calls of this client wait for answers "
                 'already; give calls a timeout, or wait for some of them first'
             )
-        future = ResponseFuture(home=self.node.home)
+        future = ResponseFuture(self.node.home)
         future.awaited_by, future.decode, future.sent_as = self, self.support.decode_response, 0
         introspection = self.introspection
         if introspection is not None:

@@ -78,7 +78,8 @@ class Future(Generic[T]):
     _reminder: _Reminder | None = None
     """Beside an exception, until somebody asks for it."""
 
-    def __init__(self, *, executor: Executor | None = None, home: Home | None = None) -> None:
+    def __init__(self, home: Home | None = None, /, *, executor: Executor | None = None) -> None:
+        """It belongs to `executor`, as in rclpy, or to the one that `home` is in, or to none."""
         self._state = PENDING
         self._result: T | None = None
         self._exception: BaseException | None = None

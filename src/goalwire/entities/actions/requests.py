@@ -37,7 +37,7 @@ class RawFuture(Future[Any]):
     decode: Callable[[Any], Any]
 
     def __init__(self, client: ActionCalls, make: Callable[[Payload], Any], terms: CallTerms | None) -> None:
-        super().__init__(home=client.node.home)
+        super().__init__(client.node.home)
         self.decode = make
         self.call_terms = terms
         """What its errors tell; None: it stays pending where nobody answers."""
