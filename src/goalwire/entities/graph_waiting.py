@@ -20,7 +20,6 @@ def wait_for_graph(context: Context, predicate: Callable[[], bool], timeout_sec:
     deadline = deadline_after(clock, timeout_sec)
     waiter = lifeline.new_waiter()
     changes = context.graph.on_change(waiter.wake)
-    end = lifeline.watch(waiter.wake)
     try:
         while lifeline.alive:
             if predicate():
@@ -29,7 +28,6 @@ def wait_for_graph(context: Context, predicate: Callable[[], bool], timeout_sec:
                 break
         return predicate()
     finally:
-        end.close()
         changes.close()
 
 

@@ -152,7 +152,11 @@ class Graph(GraphListener):
 
     def has_service(self, name: str, type_name: str) -> bool:
         """Return whether a server of that name and type is there; hash and QoS are not compared."""
-        return any(server.type_name == type_name for server in self.entities(EndpointKind.SERVICE, name))
+        with self._lock:
+            for server in self._endpoints[EndpointKind.SERVICE].get(name, {}).values():
+                if server.type_name == type_name:
+                    return True
+        return False
 
     def matched(self, endpoint: Endpoint | GraphEntity) -> list[GraphEntity]:
         """Return the counterparts of an endpoint: same name and type and, for topics, a QoS that agrees."""
