@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from threading import Event, Thread
+
 from helpers.processes import Program
 
 from goalwire.protocol.qos import DurabilityPolicy, QoS
@@ -11,16 +13,26 @@ from .conftest import OpenSide
 LASTING = QoS(depth=30, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 LATE = """
-import os, threading
+import os, sys, threading
 from goalwire.protocol.qos import DurabilityPolicy, QoS
-from goalwire.transport.contract import Endpoint, EndpointKind, NodeName, SessionOptions
+from goalwire.transport.contract import Endpoint, EndpointKind, NodeName, Sample, SessionOptions
 from goalwire.transport.zenoh import TRANSPORT
 
+pauses = len(sys.argv) > 1
 came = threading.Semaphore(0)
+
+def take(sample: Sample) -> None:
+    global pauses
+    if pauses:
+        pauses = False
+        print('pausing', flush=True)
+        sys.stdin.readline()
+    came.release()
+
 qos = QoS(depth=30, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 map_ = Endpoint(EndpointKind.SUBSCRIPTION, '/map', 'std_msgs/msg/String', 'RIHS01_' + 'a1' * 32, qos)
 session = TRANSPORT.open(SessionOptions(int(os.environ['ROS_DOMAIN_ID'])))
-session.node(NodeName('late')).subscription(map_, lambda sample: came.release())
+session.node(NodeName('late')).subscription(map_, take)
 for number in range(30):
     assert came.acquire(timeout=10), f'{number} of 30 came'
 print('all', flush=True)
@@ -39,6 +51,30 @@ def test_a_long_history_reaches_a_late_process_without_stopping_the_sender(
     with Program(LATE, env=world) as late:
         late.expect('all', timeout=15.0)
         late.succeed()
+
+
+def test_a_late_process_that_pauses_while_history_comes_gets_all_of_it(
+    world: dict[str, str], open_side: OpenSide
+) -> None:
+    """Zenoh's receiving thread, which waits for room, is not the one that learns when the socket has some."""
+    ours, has_room = open_side('ours'), Event()
+    publisher = ours.publisher('/map', LASTING)
+    for _ in range(30):
+        publisher.publish(bytes(1_000_000))
+
+    def publish() -> None:
+        publisher.publish(bytes(1_000_000))
+        has_room.set()
+
+    with Program(LATE, 'pausing', env=world) as late:
+        late.expect('pausing')
+        one_more = Thread(target=publish)
+        one_more.start()
+        assert not has_room.wait(0.3)  # it waits behind the history, and so does the receiving thread
+        late.write_line('')
+        late.expect('all', timeout=15.0)
+        late.succeed()
+        one_more.join()
 
 
 TAKE_BACK = """
