@@ -20,7 +20,7 @@ from goalwire.execution.outcomes import (
     TimeoutException,
 )
 from goalwire.execution.readiness import Parker
-from goalwire.execution.spinning import Ending, EndingWhen, Loan, ending_of, settled
+from goalwire.execution.spinning import NEVER, Ending, EndingWhen, Loan, ending_of, settled
 from goalwire.execution.steady import deadline_after
 from goalwire.execution.task import Handler, Task, TaskWork
 
@@ -189,7 +189,7 @@ class Executor(Engine):
 
     def spin_once(self, timeout_sec: Timeout = None) -> None:
         """Run one callback, after waiting up to `timeout_sec` for it (None or negative: without limit)."""
-        self._run(None, self._deadline(timeout_sec), once=True)
+        self._run(None, None if timeout_sec is None else self._deadline(timeout_sec), once=True)
 
     def spin_until_future_complete(self, future: Future[Any], timeout_sec: Timeout = None) -> None:
         """Run callbacks until `future` is done or cancelled, and those whose events came before that."""
@@ -303,7 +303,8 @@ class Executor(Engine):
         depth, held = len(executors), HELD.get()
         try:
             executors.append(self)
-            ending.add_waker(parker.wake)
+            if ending is not NEVER:
+                ending.add_waker(parker.wake)
             if not ending._state:  # noqa: SLF001
                 self._run_callbacks(parker, ending, deadline, once=once)
             if self._ready.items and not (once or leave_at_once) and ending._state:  # noqa: SLF001
@@ -312,7 +313,7 @@ class Executor(Engine):
             del executors[depth:]
             if HELD.get() is not held:
                 HELD.set(held)
-            if not ending._state:  # noqa: SLF001 - else the waker has been called
+            if ending is not NEVER and not ending._state:  # noqa: SLF001 - else the waker has been called
                 ending.remove_waker(parker.wake)
 
     def _run_callbacks(self, parker: Parker, ending: Ending, deadline: int | None, *, once: bool) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from goalwire.execution.executor import Executor, Timeout
 from goalwire.execution.future import Future
 from goalwire.execution.outcomes import ExternalShutdownException
-from goalwire.execution.spinning import Ending, Stay, ending_of
+from goalwire.execution.spinning import NEVER, Ending, Stay, ending_of
 from goalwire.execution.waiting import Waiter
 
 if TYPE_CHECKING:
@@ -37,7 +37,9 @@ class SingleThreadedExecutor(Executor):
         return self._driver == get_ident()
 
     def _run(self, until: Future[Any] | None, deadline: int | None, *, once: bool) -> None:
-        ending = until if isinstance(until, Future) else ending_of(until)
+        ending: Ending = NEVER
+        if until is not None:  # it may be another library's
+            ending = until if isinstance(until, Future) else ending_of(until)  # type: ignore[redundant-expr]
         if ending._state and self._has_nothing_left(once=once):  # noqa: SLF001
             return
         if self._driver == get_ident():
