@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from time import time_ns
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import pytest
 import zenoh
@@ -17,14 +17,15 @@ OLDER = b'\x0fsequence_number%b\x10source_timestamp%b\x0asource_gid\x10%b'
 
 
 class Came(NamedTuple):
-    """What sample_of looks at."""
+    """What sample_of looks at: zenoh's own cannot be made."""
 
     attachment: zenoh.ZBytes | None
     payload: zenoh.ZBytes | None
 
 
-def came(attachment: bytes | None, payload: bytes | None = b'hello') -> Came:
-    return Came(*(None if part is None else zenoh.ZBytes(part) for part in (attachment, payload)))
+def came(attachment: bytes | None, payload: bytes | None = b'hello') -> zenoh.Query:
+    parts = (None if part is None else zenoh.ZBytes(part) for part in (attachment, payload))
+    return cast('zenoh.Query', Came(*parts))
 
 
 def test_a_sample_has_the_payload_and_what_travels_beside_it() -> None:
@@ -52,6 +53,6 @@ def test_the_older_attachment_is_read_too() -> None:
     ],
     ids=['no attachment', 'short', 'negative sequence', 'negative time', 'a longer gid', 'no payload'],
 )
-def test_what_breaks_the_rules_is_the_peers_fault(carrier: Came, says: str) -> None:
+def test_what_breaks_the_rules_is_the_peers_fault(carrier: zenoh.Query, says: str) -> None:
     with pytest.raises(RemoteError, match=says):
         sample_of(carrier)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from time import time_ns
-from typing import Protocol
 
 import zenoh
 
@@ -12,19 +11,7 @@ from goalwire.transport.contract import Sample, new_sample
 from goalwire.transport.zenoh.attachment import GID_SIZE, SIZE, decode, split
 
 
-class Carrier(Protocol):
-    """One of them as zenoh hands it over."""
-
-    @property
-    def attachment(self) -> zenoh.ZBytes | None:
-        """What travels beside the payload."""
-
-    @property
-    def payload(self) -> zenoh.ZBytes | None:
-        """The message itself."""
-
-
-def sample_of(carrier: Carrier) -> Sample:
+def sample_of(carrier: zenoh.Sample | zenoh.Query) -> Sample:
     """Return what came; raises RemoteError where it breaks the rules.
 
     Everything that comes passes here, on a thread that has just been woken: so the ordinary attachment is
