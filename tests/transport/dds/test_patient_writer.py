@@ -19,6 +19,8 @@ Sides = tuple[Side, Side]
 
 MANY = 300
 """More than a history of a hundred, less than the library takes in unacknowledged."""
+SMALL_FLOOD = 2000
+"""So many that the library has no room for more, at 100 bytes."""
 LARGE = [b'%d ' % number * 1000 for number in range(MANY)]
 """More than the library takes in."""
 
@@ -99,6 +101,33 @@ def test_a_server_that_was_deaf_gets_all_requests_in_order(sides_apart: Sides, c
     let_hear(beta, True)
     assert [request.sample.payload for request in asked.expect(MANY)] == contents
     join_late_threads()
+
+
+def test_a_client_that_hears_nothing_holds_up_no_other_one(sides_apart: Sides) -> None:
+    alpha, beta = sides_apart
+    asked: Collector[Request] = Collector()
+    beta.service('/add', asked)
+    clients = [side.client('/add') for side in sides_apart]
+    for side, client in zip(sides_apart, clients, strict=True):
+        side.expect_server(client, '/add')
+    answers = Answers()
+    for _ in range(SMALL_FLOOD):
+        answers.ask(clients[0])
+    requests = asked.expect(SMALL_FLOOD)
+    let_hear(alpha, False)
+    for request in requests:
+        request.reply(b'x' * 100)
+    assert late_threads()
+    others = Answers()
+    others.ask(clients[1])
+    asked.expect(SMALL_FLOOD + 1)[-1].reply(b'yours')
+    assert [reply.payload for reply in others.expect(replies=1, ends=1)] == [b'yours']
+    let_hear(alpha, True)
+    join_late_threads()
+    back = Answers()
+    back.ask(clients[0])
+    asked.expect(SMALL_FLOOD + 2)[-1].reply(b'mine')
+    assert [reply.payload for reply in back.expect(replies=1, ends=1)] == [b'mine']
 
 
 def test_what_waits_for_a_server_that_goes_is_not_sent_to_the_next_one(sides_apart: Sides) -> None:

@@ -3,30 +3,46 @@
 A service's writer keeps all: what a history of N drops before the other side has it is a call that nobody
 answers. But the library takes in no more than some 500 KB that are not acknowledged (Internal/Watermarks):
 one peer that is stopped or cut off takes the room from all, until its lease ends. A server's callback, or its
-asyncio loop, must not wait for that.
+asyncio loop, must not wait for that. Nor must its other clients: where room does not come soon, replies take
+a detour, by a second writer, whose short history drops what the mute one does not take.
 """
 
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
+from ctypes import c_uint64
 from threading import Lock, Thread
 
-from goalwire.errors import LocalError
+from goalwire.errors import LocalError, TransportError
 from goalwire.transport.dds.abi import TIMEOUT
 from goalwire.transport.dds.pump import CLOSING_S
 from goalwire.transport.dds.wire import Participant, Writer
 from goalwire.transport.failures import report_failure
 
-_PATIENCE_NS = 1_000_000_000
-"""How long until the next attempt, unless all is acknowledged, or the writer gone, before."""
+_PATIENCE_NS = 200_000_000
+"""How long until the next attempt, or the detour, unless all is acknowledged, or the writer gone, before."""
+_PARTING_NS = 1_000_000_000
+"""How long the detour is kept for what was sent by it last."""
 
 
 class PatientWriter(Writer):
     """A writer whose QoS says not to wait for room; a thread of its own waits instead, while it has to."""
 
-    def __init__(self, participant: Participant, topic: str, type_name: str, qos: int) -> None:
+    def __init__(
+        self,
+        participant: Participant,
+        topic: str,
+        type_name: str,
+        qos: int,
+        make_detour: Callable[[], Writer] | None = None,
+    ) -> None:
         super().__init__(participant, topic, type_name, qos)
+        self._make_detour = make_detour
+        self._detour: Writer | None = None
         self._waiting: deque[bytes] = deque()
+        self._held_up = False
+        """Whether something waits, or there is a detour."""
         self._lock = Lock()
         self._thread: Thread | None = None
         self._closed = False
@@ -36,37 +52,84 @@ class PatientWriter(Writer):
 
         Raises LocalError for bytes that are no message.
         """
-        if not self._waiting:
+        if not self._held_up:
             result = super().write(payload)
             if result != TIMEOUT:
                 return result
         with self._lock:
+            if self._detour is not None and not self._waiting:
+                result = self._detour.write(payload)
+                if result != TIMEOUT:
+                    return result
             if not self._closed:
-                self._waiting.append(payload)
-                if self._thread is None:
-                    self._thread = Thread(target=self._send_late, name='goalwire-dds-late', daemon=True)
-                    self._thread.start()
+                self._wait_with(payload)
         return 0
 
-    def _send_late(self) -> None:
-        """Send what waits, in order, whenever all that went before has been acknowledged."""
-        while True:
-            self.library.dds_wait_for_acks(self.handle, _PATIENCE_NS)
-            while self._send_first():
-                pass
-            with self._lock:
-                if not self._waiting:
-                    self._thread = None
-                    return
+    def _wait_with(self, payload: bytes) -> None:
+        self._waiting.append(payload)
+        self._held_up = True
+        if self._thread is None:
+            self._thread = Thread(target=self._send_late, name='goalwire-dds-late', daemon=True)
+            self._thread.start()
 
-    def _send_first(self) -> bool:
+    def _send_late(self) -> None:
+        """Send what waits, in order, until the straight way is free again."""
+        is_free = False
+        while not self._returns(is_free=is_free):
+            is_free = self.library.dds_wait_for_acks(self.handle, _PATIENCE_NS) == 0
+            if is_free or self._make_detour is None or not self._has_others():
+                self._send_by(super().write)
+            else:
+                self._take_detour(self._make_detour)
+
+    def _has_others(self) -> bool:
+        """Whether readers are held up by another one: alone, one waits for itself and loses nothing."""
+        return self.library.dds_get_matched_subscriptions(self.handle, (c_uint64 * 1)(), 1) > 1
+
+    def _returns(self, *, is_free: bool) -> bool:
+        """Whether all has been sent, and the next message goes the straight way."""
+        with self._lock:
+            if self._closed:
+                return True
+            if self._waiting or (self._detour is not None and not is_free):
+                return False
+            self._held_up = False
+            self._thread = None
+            detour, self._detour = self._detour, None
+        if detour is not None:
+            self.library.dds_wait_for_acks(detour.handle, _PARTING_NS)
+            detour.delete()
+        return True
+
+    def _take_detour(self, make_detour: Callable[[], Writer]) -> None:
+        if self._detour is None:
+            try:
+                made = make_detour()
+            except TransportError as error:
+                if not self._closed:
+                    report_failure(f"topic '{self.topic}'", error)
+                return
+            with self._lock:
+                if self._closed:
+                    made.delete()
+                    return
+                self._detour = made
+        detour = self._detour
+        if detour is not None:
+            self._send_by(detour.write)
+
+    def _send_by(self, write: Callable[[bytes], int]) -> None:
+        while self._send_first(write):
+            pass
+
+    def _send_first(self, write: Callable[[bytes], int]) -> bool:
         """Send what has waited longest and let it wait no more; False where there is nothing, or no room."""
         with self._lock:
             if not self._waiting:
                 return False
             first = self._waiting[0]
         try:
-            if super().write(first) == TIMEOUT:
+            if write(first) == TIMEOUT:
                 return False
         except LocalError as error:
             report_failure(f"topic '{self.topic}'", error)
@@ -86,8 +149,11 @@ class PatientWriter(Writer):
             self._closed = True
             self._waiting.clear()
             thread = self._thread
+            detour, self._detour = self._detour, None
         if thread is None:
             super().delete()
             return
         self.library.dds_delete(self.handle)  # ends the thread's waiting
         thread.join(CLOSING_S)
+        if detour is not None:
+            detour.delete()

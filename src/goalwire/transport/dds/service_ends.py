@@ -12,7 +12,11 @@ from goalwire.transport.dds.names import Role, dds_topic, dds_type
 from goalwire.transport.dds.patient_writer import PatientWriter
 from goalwire.transport.dds.qos import endpoint_qos
 from goalwire.transport.dds.user_data import EndpointData, encode_endpoint
-from goalwire.transport.dds.wire import Reader
+from goalwire.transport.dds.wire import Reader, Writer
+
+_DETOUR_DEPTH = 100
+"""Replies that a writer keeps beside one that is held up. More, and a mute client would hold this one up too:
+with 30 KB that are not acknowledged the library may have no room."""
 
 
 def _user_data(role: Role, endpoint: Endpoint, data: EndpointData) -> bytes:
@@ -26,12 +30,22 @@ def _user_data(role: Role, endpoint: Endpoint, data: EndpointData) -> bytes:
 def make_writer(
     core: Core, role: Role, endpoint: Endpoint, data: EndpointData, undo: ExitStack
 ) -> PatientWriter:
-    """Declare the sending end. It keeps all: of a burst, ROS 2's ten drop what is not there yet."""
-    verbatim = endpoint.qos.avoid_ros_namespace_conventions
-    topic = dds_topic(role, endpoint.name, verbatim=verbatim)
+    """Declare the sending end. It keeps all: of a burst, ROS 2's ten drop what is not there yet.
+
+    Only replies may take a detour: a request's writer is its client, by which the graph knows that one.
+    """
+    topic = dds_topic(role, endpoint.name, verbatim=endpoint.qos.avoid_ros_namespace_conventions)
+    where = core.participant, topic, dds_type(role, endpoint.type_name)
+    said = _user_data(role, endpoint, data)
+
+    def make_detour() -> Writer:
+        short = replace(endpoint.qos, history=HistoryPolicy.KEEP_LAST, depth=_DETOUR_DEPTH)
+        with endpoint_qos(core.library, short, said, blocking_ns=0) as qos:
+            return Writer(*where, qos)
+
     kept = replace(endpoint.qos, history=HistoryPolicy.KEEP_ALL)
-    with endpoint_qos(core.library, kept, _user_data(role, endpoint, data), blocking_ns=0) as qos:
-        writer = PatientWriter(core.participant, topic, dds_type(role, endpoint.type_name), qos)
+    with endpoint_qos(core.library, kept, said, blocking_ns=0) as qos:
+        writer = PatientWriter(*where, qos, make_detour if role is Role.REPLY else None)
     undo.callback(writer.delete)
     undo.callback(core.statuses.forget, writer.handle)
     return writer
