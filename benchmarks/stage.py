@@ -12,7 +12,7 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Awaitable, Callable, Mapping, Sized
 from contextlib import suppress
 from threading import Thread
 from time import perf_counter, process_time
@@ -146,6 +146,17 @@ def spin_until_done(node: Node, future: Future[Any], timeout: float | None = Non
     end = perf_counter() + (PATIENCE_S if timeout is None else timeout)
     while not future.done() and (left := end - perf_counter()) > 0:
         rclpy.spin_once(node, timeout_sec=left)
+
+
+def spin_until_any(node: Node, received: Sized) -> None:
+    """Spin until there is something in `received`; ends the program where nothing comes."""
+    import rclpy
+
+    end = perf_counter() + PATIENCE_S
+    while not received:
+        if perf_counter() > end:
+            sys.exit(f'what was sent did not come back within {PATIENCE_S:.0f} s')
+        rclpy.spin_once(node, timeout_sec=PATIENCE_S)
 
 
 class Stopwatch:

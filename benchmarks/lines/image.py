@@ -57,8 +57,7 @@ def measure(count: int, size: int) -> Figures:
             seen.clear()
             begun = perf_counter()
             publisher.publish(image)
-            while not seen:
-                rclpy.spin_once(node, timeout_sec=stage.PATIENCE_S)
+            stage.spin_until_any(node, seen)
             return seen[0].data - begun
 
         figures = stage.reported(send, count, partner)

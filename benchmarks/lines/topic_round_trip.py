@@ -44,8 +44,7 @@ def ask(count: int) -> Figures:
         def exchange() -> None:
             received.clear()
             ping.publish(pose)
-            while not received:
-                rclpy.spin_once(node, timeout_sec=stage.PATIENCE_S)
+            stage.spin_until_any(node, received)
 
         while not received:  # until both ends have found each other
             ping.publish(pose)
