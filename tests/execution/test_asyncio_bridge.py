@@ -7,7 +7,8 @@ import contextvars
 import gc
 import os
 import threading
-from collections.abc import Iterator
+from collections import deque
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from errno import EMFILE
 from functools import partial
@@ -19,6 +20,9 @@ from helpers.loops import LOOPS, run
 
 from goalwire.execution.asyncio_bridge import Bridge, LoopBridge, Pause
 from goalwire.execution.bridge import bridge_to, shared_bridge
+from goalwire.execution.loop import FastLaneLoop, LaneLoop
+from goalwire.execution.readiness import Readiness
+from goalwire.execution.steady import STEADY
 
 ROUNDS = 2000
 EAGER = getattr(asyncio, 'eager_task_factory', None)
@@ -206,6 +210,34 @@ def test_a_closed_loop_is_called_in_vain_and_kept_by_nobody() -> None:
     assert gone() is None
     bridge.call(bool)
     assert not bridge.calls
+
+
+@pytest.mark.parametrize('kind', [LaneLoop, FastLaneLoop])
+def test_a_call_that_a_lane_finds_before_it_is_rung_for_leaves_the_next_ones_their_ring(
+    kind: type[LaneLoop],
+) -> None:
+    class Overtaken(deque[Callable[[], object]]):
+        """Whose loop makes a step between a call's append and its look whether the loop sleeps."""
+
+        def append(self, function: Callable[[], object]) -> None:
+            super().append(function)
+            loop.step()
+
+    rings, seen, readiness = list[None](), list[int](), Readiness(lambda: None)
+    loop = kind(readiness, STEADY, lambda: rings.append(None))
+    bridge = loop.goalwire_bridge
+    bridge.call(partial(seen.append, 1))
+    bridge.calls = Overtaken(bridge.calls)
+    bridge.call(partial(seen.append, 2))
+    bridge.calls = deque(bridge.calls)
+    loop.step()  # which the second one has rung for
+    rings.clear()
+    bridge.call(partial(seen.append, 3))
+    assert rings == [None]
+    loop.step()
+    assert seen == [1, 2, 3]
+    loop.close()
+    readiness.close()
 
 
 # -- Pause

@@ -68,11 +68,11 @@ class Bridge:
     """Calls functions from any thread on the thread of one asyncio loop, many with one wake-up.
 
     Who calls appends, then looks whether the loop sleeps, and rings where it does. The loop says that it
-    sleeps, then looks for calls: one of them sees the other. `_asleep` has one item at most, and `pop` gives
-    it to one thread: that one rings.
+    sleeps, then looks for calls: one of them sees the other. `pop` gives the item of `asleep` to one thread:
+    that one rings, and the loop answers, even where it has found the call before it was rung.
     """
 
-    __slots__ = ('__weakref__', '_asleep', '_next_ring', '_ring', 'calls')
+    __slots__ = ('__weakref__', '_next_ring', '_ring', 'asleep', 'calls')
 
     pause = Pause
     """Here, since to import it where somebody waits takes longer than to make one."""
@@ -82,7 +82,8 @@ class Bridge:
         self._ring = self._next_ring = ring
         self.calls: deque[Callable[[], object]] = deque()
         """What `answer` is to call."""
-        self._asleep: list[None] = [None]
+        self.asleep: list[None] = [None]
+        """Not empty while who calls is to ring."""
 
     def call(self, function: Callable[[], object]) -> None:
         """Call `function()` soon, on the loop's thread and outside of its tasks. Any thread.
@@ -90,9 +91,9 @@ class Bridge:
         Nothing where the loop is closed.
         """
         self.calls.append(function)
-        if self._asleep:
+        if self.asleep:
             try:
-                self._asleep.pop()
+                self.asleep.pop()
             except IndexError:
                 return  # another thread rings
             self._ring()
@@ -103,7 +104,7 @@ class Bridge:
         What the functions raise comes out (it ends the program), and the others have their turn later.
         """
         self._ring = self._next_ring  # nobody is about to ring now
-        self._asleep.append(None)
+        self.asleep.append(None)
         calls = self.calls
         try:
             for _ in range(len(calls)):
@@ -167,11 +168,11 @@ class LoopBridge(Bridge):
         """Ring that way, at once (True) or, where somebody may be ringing now, from the next answer on."""
         self._next_ring = ring
         try:
-            self._asleep.pop()
+            self.asleep.pop()
         except IndexError:
             return False
         self._ring = ring
-        self._asleep.append(None)
+        self.asleep.append(None)
         if self.calls:
             self.call(_nothing)
         return True
@@ -183,7 +184,7 @@ class LoopBridge(Bridge):
                 loop.call_soon_threadsafe(self.answer)
                 return
         self.calls.clear()  # the loop is closed: nobody waits there any more
-        self._asleep.append(None)
+        self.asleep.append(None)
 
     def _rung(self) -> None:
         os.eventfd_read(self._bell)

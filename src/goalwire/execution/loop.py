@@ -184,8 +184,9 @@ class LaneLoop(asyncio.SelectorEventLoop):
             self.more = True
 
     def _iterate(self) -> None:
-        if self.goalwire_bridge.calls:
-            self.call_soon(self.goalwire_bridge.answer)
+        bridge = self.goalwire_bridge
+        if bridge.calls or not bridge.asleep:
+            self.call_soon(bridge.answer)
         self.call_soon(self.stop)
         self.more = False
         self.run_forever()
@@ -221,8 +222,9 @@ class FastLaneLoop(LaneLoop):
         self._thread_id = self._stepping
         events._set_running_loop(self)  # noqa: SLF001
         try:
-            if self.goalwire_bridge.calls:
-                self.goalwire_bridge.answer()
+            bridge = self.goalwire_bridge
+            if bridge.calls or not bridge.asleep:
+                bridge.answer()
             if self.more or self._lane_selector.ready:  # an answer alone needs no turn of the loop
                 self.more = False
                 self._run_once()  # type: ignore[attr-defined]
