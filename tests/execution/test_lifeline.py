@@ -1,9 +1,13 @@
 from __future__ import annotations
 
+import gc
 import threading
 from weakref import ref
 
+import pytest
+
 from goalwire.execution.lifeline import Lifeline
+from goalwire.execution.waiting import Keeper
 
 
 def test_it_ends_once_and_tells_everybody_once() -> None:
@@ -70,3 +74,24 @@ def test_a_waiter_is_not_kept_by_the_lifeline_that_wakes_it() -> None:
     forgotten = ref(lifeline.new_waiter())
     assert forgotten() is None
     lifeline.end('over')
+
+
+@pytest.mark.parametrize('allocations', range(1, 12))
+def test_garbage_that_is_collected_while_it_ends_keeps_nobody_asleep(allocations: int) -> None:
+    lifeline = Lifeline()
+    gc.collect()
+    before = gc.get_threshold()
+    gc.disable()
+    try:
+        for _ in range(40):
+            garbage = Keeper(lifeline)
+            garbage.interrupt = garbage.wake  # a circle
+        del garbage
+        waiter = lifeline.new_waiter()
+        gc.set_threshold(gc.get_count()[0] + allocations)
+        gc.enable()
+        assert lifeline.end('over')
+    finally:
+        gc.set_threshold(*before)
+        gc.enable()
+    assert waiter.wait(0)

@@ -111,7 +111,7 @@ class Alarms:
 
     def _ring_all(self) -> None:
         self._ring(sys.maxsize)
-        for reference in tuple(self._endings):
+        for reference in list(self._endings):  # no tuple: see Lifeline._tell
             ending = reference()
             if ending is not None:
                 ending.end()

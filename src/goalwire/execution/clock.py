@@ -258,7 +258,7 @@ class ROSClock(Clock):
         self.wake_sleepers()
 
     def _alive(self) -> list[JumpListener]:
-        found = (reference() for reference in tuple(self._listeners))
+        found = (reference() for reference in list(self._listeners))  # no tuple: see Lifeline._tell
         return [listener for listener in found if listener is not None]
 
     def wake_sleepers(self) -> None:

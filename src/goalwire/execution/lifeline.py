@@ -124,7 +124,8 @@ class Lifeline:
             except KeyError:
                 break
             watch.notify()
-        for reference in tuple(self._keepers):
+        # Python 3.11 may collect garbage while it makes a tuple of this, which then changes: so a list.
+        for reference in list(self._keepers):
             keeper = reference()
             if keeper is not None:
                 keeper.wake()

@@ -81,7 +81,7 @@ class ReadyQueue:
     def look_out(self) -> None:
         """Ask the lookouts; those with work post it here."""
         self._stirred = False
-        for reference in tuple(self.lookouts):
+        for reference in list(self.lookouts):  # no tuple: see Lifeline._tell
             lookout = reference()
             if lookout is not None:
                 lookout.look()
