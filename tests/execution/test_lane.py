@@ -3,6 +3,9 @@ from __future__ import annotations
 import asyncio
 from contextvars import copy_context
 
+import pytest
+from helpers.execution import PATIENCE
+
 from goalwire.execution.lane import Start
 from goalwire.execution.single_threaded import SingleThreadedExecutor
 
@@ -42,3 +45,23 @@ def test_a_coroutine_that_comes_after_the_lanes_are_closed_is_cancelled_where_it
         lanes.start(callback(), copy_context(), lambda: told.append('ended'), None)
         lanes.close()
     assert told == ['cancelled', 'ended'] * 2
+
+
+def test_a_loops_callback_that_exits_keeps_no_coroutine_from_going_on(single: SingleThreadedExecutor) -> None:
+    told: list[str] = []
+
+    def leave() -> None:
+        raise SystemExit
+
+    async def callback() -> None:
+        loop = asyncio.get_running_loop()
+        loop.call_soon(leave)
+        loop.call_soon(told.append, 'the next callback')
+        await asyncio.sleep(0)
+        told.append('the coroutine')
+
+    task = single.create_task(callback())
+    with pytest.raises(SystemExit):
+        single.spin_until_future_complete(task, PATIENCE)
+    single.spin_until_future_complete(task, PATIENCE)
+    assert told == ['the next callback', 'the coroutine']

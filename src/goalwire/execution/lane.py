@@ -98,16 +98,21 @@ class Lane(Work):
             return
         self._missed = False
         due = None
+        is_whole = False
         try:
             if not self._closing:
                 loop = self.loop
                 loop.step(self._begin if self._starting else None)
                 if loop.whens:
                     due = loop.next_due()
+            is_whole = True
         finally:
             self._turn.release()
             if self._closing:
                 self.close()
+            elif not is_whole:  # Ctrl-C, or a callback of the loop's that exits: the others go on later
+                self.loop.more = True
+                self.wake()
         if self._closing:
             return
         if self._missed or self.loop.more or self._starting:
