@@ -6,11 +6,13 @@ import asyncio
 import contextvars
 import gc
 import os
+import resource
 import threading
 from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from errno import EMFILE
+from fcntl import F_DUPFD_CLOEXEC, fcntl
 from functools import partial
 from pathlib import Path
 from weakref import ref
@@ -38,6 +40,19 @@ def opened(bridge: LoopBridge) -> Iterator[None]:
 
 
 FILES = Path('/proc/self/fd')
+
+BEYOND_SELECT = 1500
+
+
+@contextmanager
+def many_files() -> Iterator[None]:
+    limits = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (limits[1], limits[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_NOFILE, limits)
+
 
 needs_proc = pytest.mark.skipif(not FILES.is_dir(), reason='counts the files in /proc')
 
@@ -135,6 +150,35 @@ def test_a_bridge_that_is_rung_while_it_closes_leaves_no_file() -> None:
         assert await answered == 1
 
     run(scenario())
+
+
+@needs_proc
+def test_a_bridge_with_a_descriptor_beyond_select_closes_while_it_is_rung(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """select() takes the first 1024 alone."""
+    _, most = resource.getrlimit(resource.RLIMIT_NOFILE)
+    if most <= BEYOND_SELECT:
+        pytest.skip('so many files cannot be opened here')
+    real = os.eventfd
+
+    def far_out(*how: int) -> int:
+        near = real(*how)
+        try:
+            return fcntl(near, F_DUPFD_CLOEXEC, BEYOND_SELECT)
+        finally:
+            os.close(near)
+
+    async def scenario() -> None:
+        bridge = shared_bridge(asyncio.get_running_loop())
+        over = asyncio.Event()
+        with opened(bridge):
+            bridge.call(over.set)
+        await over.wait()
+
+    monkeypatch.setattr(os, 'eventfd', far_out)
+    with many_files():
+        run(scenario())
 
 
 @pytest.mark.parametrize('what', ['add_reader', 'eventfd'])

@@ -10,11 +10,11 @@ from __future__ import annotations
 
 import asyncio
 import os
+import select
 from collections import deque
 from contextlib import suppress
 from contextvars import copy_context
 from functools import partial
-from select import select
 from typing import TYPE_CHECKING
 from weakref import ref
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from contextvars import Context
     from typing import Any
 
-_RINGER_S = 1.0
+_RINGER_MS = 1000
 """How long closing waits for a thread that is about to ring: microseconds."""
 
 
@@ -160,7 +160,9 @@ class LoopBridge(Bridge):
         if self._change_ring(self._ask_loop) or not rings_bell:
             os.close(bell)
             return
-        if select([bell], (), (), _RINGER_S)[0]:  # a thread has rung it, or is about to
+        hearing = select.poll()
+        hearing.register(bell, select.POLLIN)
+        if hearing.poll(_RINGER_MS):  # a thread has rung it, or is about to
             os.close(bell)
         loop.call_soon(self.answer)
 
