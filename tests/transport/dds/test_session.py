@@ -277,6 +277,24 @@ def test_a_client_that_does_not_know_refusals_is_sent_none(dds_sides: Sides, str
     assert [unwrap(each.payload)[0] for each in taken] == [Header(writer.instance, 2)]
 
 
+def test_nothing_is_kept_of_a_call_that_one_server_refuses_and_another_answers(dds_sides: Sides) -> None:
+    alpha, beta = dds_sides
+    refusing: Collector[Request] = Collector()
+    answering: Collector[Request] = Collector()
+    alpha.service('/add', refusing)
+    beta.service('/add', answering)
+    client, answers = alpha.client('/add').port, Answers()
+    assert isinstance(client, DdsClient)
+    alpha.graph.wait_for(lambda: len(client._requested) == len(client._answering) == 2)
+    sequence = client.request(message(b'request'), answers.replies, answers.on_end)
+    refusing.expect(1)[0].drop('no time')
+    assert client._refusals == {sequence: 'no time'}
+    answering.expect(1)[0].reply(message(b'an answer'))
+    answers.expect(replies=1)
+    assert not client._calls
+    assert not client._refusals
+
+
 def test_a_refusal_bears_the_id_of_the_client_that_it_is_for(dds_sides: Sides, stranger: Stranger) -> None:
     """So a client of stock ROS 2, which gets it too, drops it."""
     alpha, beta = dds_sides

@@ -175,9 +175,9 @@ class DdsClient(ClientPort):
             ended = []
             for sequence, call in list(self._calls.items()):
                 call.servers.intersection_update(there)
-                if not call.servers:
-                    ended.append((call, self._refusals.get(sequence, '')))
-                    self._pop(sequence)
+                reason = self._refusals.get(sequence, '')
+                if not call.servers and self._pop(sequence):  # else its last reply is just being told
+                    ended.append((call, reason))
         for call, reason in ended:
             call.on_end(reason)
         if changed:
@@ -203,7 +203,7 @@ class DdsClient(ClientPort):
         if peer is None or self._fast_dds is not None or call.servers != {peer.server}:
             self._answered(sequence, publication)
         elif self._calls.pop(sequence, None) is not None:  # what `_answered` does where only one was asked
-            call.on_end('')
+            call.on_end(self._refusals.pop(sequence, ''))
 
     def _answered(self, sequence: int, publication: int, reason: str = '') -> None:
         """Cross the server off that has just answered or refused; the last one ends the call."""
