@@ -540,3 +540,20 @@ def test_an_idle_executor_uses_no_processor_time(executor: Executor, node: Small
         before = time.process_time()
         assert not spinning.ended.wait(0.3)
         assert time.process_time() - before < 0.05
+
+
+def test_a_signal_that_comes_as_a_thread_sits_down_leaves_the_seat_free(
+    single: SingleThreadedExecutor,
+) -> None:
+    class Interrupted(dict[str, int]):
+        """Python runs a signal's handler after calls, and Ctrl-C's raises."""
+
+        def setdefault(self, key: str, default: int = 0, /) -> int:
+            super().setdefault(key, default)
+            raise KeyboardInterrupt
+
+    single._driver = Interrupted()
+    with pytest.raises(KeyboardInterrupt):
+        single.spin_once(timeout_sec=0)
+    assert not single._driver
+    assert not single.thread_waits_alone()

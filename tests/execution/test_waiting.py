@@ -2,10 +2,13 @@ from __future__ import annotations
 
 import threading
 
+import pytest
 from helpers.execution import PATIENCE
 
+from goalwire.execution.lifeline import Lifeline
+from goalwire.execution.readiness import Parker, Readiness
 from goalwire.execution.steady import STEADY, deadline_after
-from goalwire.execution.waiting import Waiter
+from goalwire.execution.waiting import Keeper, Waiter
 
 
 def test_a_wake_that_comes_first_ends_the_next_wait_at_once() -> None:
@@ -53,3 +56,22 @@ def test_no_timeout_a_negative_one_and_an_infinite_one_mean_no_limit() -> None:
     infinite = deadline_after(STEADY, float('inf'))
     assert infinite is not None
     assert infinite > STEADY.now() + 10**18
+
+
+def test_a_signal_that_comes_as_a_sleep_beside_the_wire_begins_leaves_nobody_depending() -> None:
+    class Interrupted(Lifeline):
+        """Python runs a signal's handler after calls, and Ctrl-C's raises."""
+
+        __slots__ = ()
+
+        def depend(self, who: object) -> None:
+            super().depend(who)
+            raise KeyboardInterrupt
+
+    lifeline, readiness = Interrupted(), Readiness(lambda: None)
+    keeper, parker = Keeper(lifeline), Parker(readiness, lifeline)
+    for sleep in (keeper._doze_beside_wire, parker._wait_on_descriptors):
+        with pytest.raises(KeyboardInterrupt):
+            sleep(0)
+    assert not lifeline.dependants
+    assert parker.interrupt is None

@@ -159,9 +159,9 @@ class Parker(Keeper):
     def _wait_on_descriptors(self, timeout_ns: int | None) -> bool:
         readiness = self._readiness
         timeout = None if timeout_ns is None else max(timeout_ns, 0) / 1e9
-        self.interrupt = readiness.interrupt
-        self._lifeline.depend(self)
         try:
+            self.interrupt = readiness.interrupt
+            self._lifeline.depend(self)
             if not readiness.wait(timeout, self._is_woken):
                 readiness.wanted = True
                 if not readiness.wait(timeout, self._is_woken):

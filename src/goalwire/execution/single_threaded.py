@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from _thread import allocate_lock
 from threading import get_ident
 from typing import TYPE_CHECKING, Any
 
@@ -16,13 +15,19 @@ if TYPE_CHECKING:
     from goalwire.execution.lifeline import ContextLike
 
 
+_SEAT = 'seat'
+
+
 class SingleThreadedExecutor(Executor):
-    """One thread at a time drives it. Others that spin it wait for what they want, or for their turn."""
+    """One thread at a time drives it. Others that spin it wait for what they want, or for their turn.
+
+    `_driver` has the driving thread's ident under the key _SEAT. A dict, since `setdefault` takes the seat in
+    one step: wherever a signal's handler raises, nobody is left there who has gone.
+    """
 
     def __init__(self, *, context: ContextLike | None = None) -> None:
         super().__init__(context=context)
-        self._seat = allocate_lock()
-        self._driver = 0
+        self._driver: dict[str, int] = {}
         self._driver_parker = self._parker()
         self._successors: list[Waiter] = []
 
@@ -34,7 +39,7 @@ class SingleThreadedExecutor(Executor):
 
     def thread_waits_alone(self) -> bool:
         """Whether the calling thread is the one that drives this."""
-        return self._driver == get_ident()
+        return self._driver.get(_SEAT) == get_ident()
 
     def _run(self, until: Future[Any] | None, deadline: int | None, *, once: bool) -> None:
         ending: Ending = NEVER
@@ -42,21 +47,21 @@ class SingleThreadedExecutor(Executor):
             ending = until if isinstance(until, Future) else ending_of(until)  # type: ignore[redundant-expr]
         if ending._state and self._has_nothing_left(once=once):  # noqa: SLF001
             return
-        if self._driver == get_ident():
+        driver, me = self._driver, get_ident()
+        if _SEAT in driver and driver[_SEAT] == me:
             self._run_nested(ending, deadline, once=once)
             return
-        if not (self._seat.acquire(blocking=False) or self._await_seat(ending, deadline)):
-            return
         try:
-            self._driver = get_ident()
-            self._drive(self._driver_parker, ending, deadline, once=once)
+            if driver.setdefault(_SEAT, me) == me or self._await_seat(ending, deadline):
+                self._drive(self._driver_parker, ending, deadline, once=once)
         finally:
-            if not self._lifeline.alive:
-                self._close_lanes()
-            self._driver = 0
-            self._seat.release()
-            if self._successors:
-                self._call_successor()
+            # No call before the seat is free: Python runs signal handlers after calls.
+            if _SEAT in driver and driver[_SEAT] == me:
+                del driver[_SEAT]
+                if not self._lifeline.alive:
+                    self._close_lanes()
+                if self._successors:
+                    self._call_successor()
 
     def _await_seat(self, ending: Ending, deadline: int | None) -> bool:
         """Wait for the seat of the thread that drives this; False where another one has it too long."""
@@ -72,14 +77,18 @@ class SingleThreadedExecutor(Executor):
     def _wait_for_seat(self, waiter: Waiter, deadline: int | None) -> bool:
         self._successors.append(waiter)
         try:
-            if self._seat.acquire(blocking=False):
+            if self._takes_seat():
                 return True
             if not self._is_shutdown:
                 self._clock.wait(waiter, deadline)
         finally:
             if waiter in self._successors:
                 self._successors.remove(waiter)
-        return self._seat.acquire(blocking=False)
+        return self._takes_seat()
+
+    def _takes_seat(self) -> bool:
+        me = get_ident()
+        return self._driver.setdefault(_SEAT, me) == me
 
     def _call_successor(self) -> None:
         """Let all that wait for the seat try: one gets it, the others wait on."""

@@ -104,8 +104,8 @@ class Keeper(Waiter):
 
         Python runs signal handlers in the main thread, and not while that is in there.
         """
-        self._lifeline.depend(self)
         try:
+            self._lifeline.depend(self)
             return self.doze(timeout_ns)
         finally:
             self._lifeline.depend_no_more(self)

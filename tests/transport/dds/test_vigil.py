@@ -13,6 +13,7 @@ import pytest
 from goalwire.execution.lifeline import Lifeline
 from goalwire.execution.waiting import Keeper, Waiter
 from goalwire.protocol.qos import QoS
+from goalwire.transport.contract import Sleeper
 from goalwire.transport.dds.domain import DOMAINS
 from goalwire.transport.dds.intake import Intake
 from goalwire.transport.dds.loading import load
@@ -176,6 +177,18 @@ def test_what_a_signals_handler_raises_in_a_wait_leaves_the_lead_free(post: Post
         with pytest.raises(KeyboardInterrupt):
             post.vigil.wait(Interrupted(handle), None)
     assert post.send() == OWN
+
+
+def test_what_a_signals_handler_raises_as_a_thread_lies_down_leaves_no_follower(post: Post) -> None:
+    class Interrupting(list[Sleeper]):
+        def append(self, sleeper: Sleeper) -> None:
+            super().append(sleeper)
+            raise KeyboardInterrupt
+
+    post.vigil._followers = Interrupting()
+    with pytest.raises(KeyboardInterrupt):
+        post.vigil._follow(Keeper(Lifeline()), None)
+    assert not post.vigil._followers
 
 
 def test_closing_sends_the_leader_off_and_ends_the_own_thread(post: Post) -> None:

@@ -121,8 +121,8 @@ class DdsVigil(Vigil):
     def _follow(self, sleeper: Sleeper, timeout_ns: int | None) -> bool:
         """Sleep on the lock, until `sleeper` is woken for its own sake or to lead."""
         followers, leader = self._followers, self._leader
-        followers.append(sleeper)
         try:
+            followers.append(sleeper)
             if leader.get(_LEAD) is _STANDBY:
                 self._set.interrupt()  # it leaves, and has this thread lead
             elif _LEAD not in leader:
