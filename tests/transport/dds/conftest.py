@@ -57,3 +57,20 @@ def dds_sides(alone: dict[str, str]) -> Iterator[tuple[Side, Side]]:
     finally:
         alpha.close()
         beta.close()
+
+
+@pytest.fixture
+def sides_apart(alone: dict[str, str], monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[Side, Side]]:
+    """Two sessions with the nodes /alpha and /beta, in domains that share only the network."""
+    domain = int(alone['ROS_DOMAIN_ID'])
+    shared = f'<Discovery><ExternalDomainId>{domain}</ExternalDomainId></Discovery>'
+    monkeypatch.setenv('CYCLONEDDS_URI', f'<CycloneDDS><Domain>{shared}</Domain></CycloneDDS>')
+    alpha, beta = TRANSPORT.open(SessionOptions(domain)), TRANSPORT.open(SessionOptions(domain + 1))
+    try:
+        sides = Side(alpha, 'alpha'), Side(beta, 'beta')
+        sides[0].graph.expect(EndpointKind.NODE, '/beta')
+        sides[1].graph.expect(EndpointKind.NODE, '/alpha')
+        yield sides
+    finally:
+        alpha.close()
+        beta.close()

@@ -4,42 +4,22 @@ from __future__ import annotations
 
 import ctypes
 import threading
-from collections.abc import Iterator
 
 import pytest
 from helpers.collector import Collector
 from helpers.wire import PATIENCE, Answers, Side
 
-from goalwire.transport.contract import EndpointKind, Request, SessionOptions
-from goalwire.transport.dds import TRANSPORT
+from goalwire.transport.contract import Request
 from goalwire.transport.dds.abi import INFINITY
 from goalwire.transport.dds.session import DdsSession
 
 Sides = tuple[Side, Side]
-
 MANY = 300
 """More than a history of a hundred, less than the library takes in unacknowledged."""
 SMALL_FLOOD = 2000
 """So many that the library has no room for more, at 100 bytes."""
 LARGE = [b'%d ' % number * 1000 for number in range(MANY)]
 """More than the library takes in."""
-
-
-@pytest.fixture
-def sides_apart(alone: dict[str, str], monkeypatch: pytest.MonkeyPatch) -> Iterator[Sides]:
-    """Two sessions with the nodes /alpha and /beta, in domains that share only the network."""
-    domain = int(alone['ROS_DOMAIN_ID'])
-    shared = f'<Discovery><ExternalDomainId>{domain}</ExternalDomainId></Discovery>'
-    monkeypatch.setenv('CYCLONEDDS_URI', f'<CycloneDDS><Domain>{shared}</Domain></CycloneDDS>')
-    alpha, beta = TRANSPORT.open(SessionOptions(domain)), TRANSPORT.open(SessionOptions(domain + 1))
-    try:
-        sides = Side(alpha, 'alpha'), Side(beta, 'beta')
-        sides[0].graph.expect(EndpointKind.NODE, '/beta')
-        sides[1].graph.expect(EndpointKind.NODE, '/alpha')
-        yield sides
-    finally:
-        alpha.close()
-        beta.close()
 
 
 def let_hear(side: Side, hears: bool) -> None:

@@ -76,7 +76,8 @@ class DdsClient(ClientPort):
         if core.translation is not None:
             new.undo.callback(core.translation.remove, self._writer)
         new.undo.callback(self.end_all)
-        new.take_in(self.reader.topic, Intake(self.reader, new.place.title, self._on_message))
+        self._intake = Intake(self.reader, new.place.title, self._on_message)
+        new.take_in(self.reader.topic, self._intake)
         core.statuses.watch(self._writer.handle, PUBLICATION_MATCHED, self._look)
         core.statuses.watch(self.reader.handle, SUBSCRIPTION_MATCHED, self._look)
 
@@ -172,7 +173,16 @@ class DdsClient(ClientPort):
             there = {peer.server for peer in self._requested}
             if not there:
                 self._writer.forget_waiting()
-            ended = []
+            orphaned = any(call.servers.isdisjoint(there) for call in list(self._calls.values()))
+        if orphaned:
+            self._intake.drain_own()  # a server that has gone may have answered before
+            self._end_orphans(there)
+        if changed:
+            self._core.feed.connected()
+
+    def _end_orphans(self, there: set[str]) -> None:
+        ended = []
+        with self._lock:
             for sequence, call in list(self._calls.items()):
                 call.servers.intersection_update(there)
                 reason = self._refusals.get(sequence, '')
@@ -180,8 +190,6 @@ class DdsClient(ClientPort):
                     ended.append((call, reason))
         for call, reason in ended:
             call.on_end(reason)
-        if changed:
-            self._core.feed.connected()
 
     def _on_message(self, message: Taken) -> None:
         content, sent, publication = message
