@@ -21,7 +21,7 @@ pytestmark = [
 STREAM_KIB = 1000
 """What a stream may leave: a byte kept of each of a million messages would be seen."""
 CALL_KIB = 1
-"""What Zenoh keeps of each call for as long as that might take, of which a stream has one for 500 messages."""
+"""What Zenoh keeps of each call for as long as that might take; a stream has one for 500 messages."""
 SPARE_THREADS = 1
 """Zenoh's runtime starts one when all of its others are blocked, and ends it some seconds after."""
 GROWTH_KIB = 3
