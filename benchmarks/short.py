@@ -2,7 +2,7 @@
 
 Times say little on a machine that others use, so only ratios count, each of the best rounds of both; what
 they are held to lies in expected.json, with a wide band around it: this finds a doubling, not five percent.
-`python -m benchmarks.short accept` writes what it measures into that file.
+`python -m benchmarks.short accept` writes what it measures, the highest of several runs, into that file.
 """
 
 from __future__ import annotations
@@ -22,6 +22,8 @@ EXPECTED = Path(__file__).with_name('expected.json')
 BAND = 1.6
 """How many times the expected ratio is still taken for noise."""
 ROUNDS = 3
+ACCEPTED_RUNS = 6
+"""What is expected is the highest of so many: a round trip takes the one time or the other on DDS."""
 MEMORY = Subject('goalwire in one process', 'goalwire_memory', lambda line: [line.module, 'ask'])
 LOCAL = Line('in one process', 'benchmarks.in_process', 3, (), ())
 
@@ -90,7 +92,8 @@ def slowed(measured: Mapping[str, float], expected: Mapping[str, float]) -> list
 
 def main(*, accept: bool = False) -> int:
     """Measure, compare, and return the exit code."""
-    measured = ratios()
+    runs = [ratios() for _ in range(ACCEPTED_RUNS if accept else 1)]
+    measured = {name: max(each[name] for each in runs) for name in runs[0]}
     if accept:
         rounded = {name: float(f'{ratio:.3g}') for name, ratio in measured.items()}
         EXPECTED.write_text(json.dumps(rounded, indent=1) + '\n', encoding='utf-8')

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import threading
 
+import pytest
 from helpers.execution import PATIENCE, SmallNode, Spinning, soon
 
 from goalwire.execution.callback_groups import (
@@ -10,9 +11,11 @@ from goalwire.execution.callback_groups import (
     ReentrantCallbackGroup,
 )
 from goalwire.execution.executor import Executor
+from goalwire.execution.home import Home
 from goalwire.execution.inbox import Inbox
 from goalwire.execution.multi_threaded import MultiThreadedExecutor
 from goalwire.execution.single_threaded import SingleThreadedExecutor
+from goalwire.execution.work import Work
 
 
 def test_each_turn_handles_one_event_and_sources_take_turns(
@@ -152,3 +155,47 @@ def test_events_of_one_reentrant_inbox_run_beside_each_other(
         inbox.deliver(1)
         inbox.deliver(2)
         assert soon(met)
+
+
+class InterruptedHome(Home):
+    """A home into which a signal's handler breaks, at the first post."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.interrupts = 1
+
+    def post(self, work: Work) -> None:
+        if self.interrupts:
+            self.interrupts -= 1
+            raise KeyboardInterrupt
+        super().post(work)
+
+
+def test_an_event_that_is_interrupted_on_its_way_is_handled_all_the_same(
+    single: SingleThreadedExecutor,
+) -> None:
+    home = InterruptedHome()
+    home.attach(single._ready, single._agenda)
+    got: list[str] = []
+    inbox = Inbox(home, None, got.append)
+    with pytest.raises(KeyboardInterrupt):
+        inbox.deliver('one')
+    inbox.deliver('two')
+    for _ in range(2):
+        single.spin_once(0)
+    assert got == ['one', 'two']
+
+
+def test_the_next_event_after_an_interrupt_between_two_is_handled(single: SingleThreadedExecutor) -> None:
+    home = InterruptedHome()
+    home.interrupts = 0
+    home.attach(single._ready, single._agenda)
+    got: list[str] = []
+    inbox = Inbox(home, None, got.append)
+    inbox.deliver('one')
+    inbox.deliver('two')
+    home.interrupts = 1
+    with pytest.raises(KeyboardInterrupt):
+        single.spin_once(0)
+    single.spin_once(0)
+    assert got[-1] == 'two'

@@ -105,7 +105,11 @@ class Inbox(Work, Generic[E]):
         events.append(event)
         if not self._posted:
             self._posted = True
-            self.home.post(self)
+            try:
+                self.home.post(self)
+            except BaseException:  # of a signal's handler, anywhere: once more is harmless, never is not
+                self.home.post(self)
+                raise
         if self.watchers:
             self._tell()
 
@@ -151,7 +155,11 @@ class Inbox(Work, Generic[E]):
         self._posted = False
         if self._events:
             self._posted = True
-            self.home.post(self)
+            try:
+                self.home.post(self)
+            except BaseException:  # as in `deliver`
+                self.home.post(self)
+                raise
 
 
 class Arrivals(Inbox[None]):

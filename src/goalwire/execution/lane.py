@@ -86,7 +86,11 @@ class Lane(Work):
         """Ask for a step. Any thread."""
         if not self._posted:
             self._posted = True
-            self.home.post(self)
+            try:
+                self.home.post(self)
+            except BaseException:  # of a signal's handler, anywhere: once more is harmless, never is not
+                self.home.post(self)
+                raise
 
     def run(self) -> None:
         """Do one step, and ask for the next one where there is more to do."""

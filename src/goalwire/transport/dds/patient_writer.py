@@ -14,7 +14,7 @@ from collections.abc import Callable
 from ctypes import c_uint64
 from threading import Lock, Thread
 
-from goalwire.errors import LocalError, TransportError
+from goalwire.errors import LocalError
 from goalwire.transport.dds.abi import TIMEOUT
 from goalwire.transport.dds.pump import CLOSING_S
 from goalwire.transport.dds.wire import Participant, Writer
@@ -57,8 +57,8 @@ class PatientWriter(Writer):
             if result != TIMEOUT:
                 return result
         with self._lock:
-            if self._detour is not None and not self._waiting:
-                result = self._detour.write(payload)
+            if not self._waiting:
+                result = super().write(payload) if self._detour is None else self._detour.write(payload)
                 if result != TIMEOUT:
                     return result
             if not self._closed:
@@ -75,7 +75,7 @@ class PatientWriter(Writer):
     def _send_late(self) -> None:
         """Send what waits, in order, until the straight way is free again."""
         is_free = False
-        while not self._returns(is_free=is_free):
+        while not self._is_over(is_free=is_free):
             is_free = self.library.dds_wait_for_acks(self.handle, _PATIENCE_NS) == 0
             if is_free or self._make_detour is None or not self._has_others():
                 self._send_by(super().write)
@@ -86,26 +86,27 @@ class PatientWriter(Writer):
         """Whether readers are held up by another one: alone, one waits for itself and loses nothing."""
         return self.library.dds_get_matched_subscriptions(self.handle, (c_uint64 * 1)(), 1) > 1
 
-    def _returns(self, *, is_free: bool) -> bool:
+    def _is_over(self, *, is_free: bool) -> bool:
         """Whether all has been sent, and the next message goes the straight way."""
-        with self._lock:
-            if self._closed:
-                return True
-            if self._waiting or (self._detour is not None and not is_free):
-                return False
-            self._held_up = False
-            self._thread = None
-            detour, self._detour = self._detour, None
-        if detour is not None:
+        while True:
+            with self._lock:
+                if self._closed:
+                    return True
+                if self._waiting or (self._detour is not None and not is_free):
+                    return False
+                self._held_up = False
+                detour, self._detour = self._detour, None
+                if detour is None:
+                    self._thread = None
+                    return True
             self.library.dds_wait_for_acks(detour.handle, _PARTING_NS)
             detour.delete()
-        return True
 
     def _take_detour(self, make_detour: Callable[[], Writer]) -> None:
         if self._detour is None:
             try:
                 made = make_detour()
-            except TransportError as error:
+            except Exception as error:
                 if not self._closed:
                     report_failure(f"topic '{self.topic}'", error)
                 return
