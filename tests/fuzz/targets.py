@@ -115,7 +115,7 @@ def _messages() -> tuple[bytes, ...]:
 def read_attachment(data: bytes) -> None:
     """Of either form."""
     sequence, stamp, gid = attachment.decode(data)
-    assert attachment.decode(attachment.encode(sequence, stamp, gid)) == (sequence, stamp, gid)
+    assert attachment.decode(attachment.encode(sequence, stamp, attachment.GID_SIZE, gid)) == (sequence, stamp, gid)
 
 
 def read_token(data: bytes) -> None:
@@ -215,7 +215,7 @@ TARGETS = (
         'attachment',
         read_attachment,
         RemoteError,
-        (attachment.encode(3, 5, bytes(16)), bytes(16) + b'\x10' + bytes(16)),
+        (attachment.encode(3, 5, attachment.GID_SIZE, bytes(16)), bytes(16) + b'\x10' + bytes(16)),
     ),
     Target('token', read_token, RemoteError, (_TOKEN, b'@ros2_lv/0/aa/0/0/NN/%/%/talker')),
     Target('qos', read_qos, RemoteError, (b'::,7:,:,:,,', b'2:1:2,100:1,5:0,7:3,3,4')),
