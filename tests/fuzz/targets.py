@@ -114,8 +114,8 @@ def _messages() -> tuple[bytes, ...]:
 
 def read_attachment(data: bytes) -> None:
     """Of either form."""
-    sequence, stamp, gid = attachment.decode(data)
-    assert attachment.decode(attachment.encode(sequence, stamp, attachment.GID_SIZE, gid)) == (sequence, stamp, gid)
+    read = sequence, stamp, gid = attachment.decode(data)
+    assert attachment.decode(attachment.encode(sequence, stamp, attachment.GID_SIZE, gid)) == read
 
 
 def read_token(data: bytes) -> None:
