@@ -37,7 +37,7 @@ class Agenda:
     def __init__(self, on_earlier: Callable[[], None], sleepers: Sized = _SOMEBODY) -> None:
         self.heap: list[tuple[int, int, Alarm]] = []
         self.earliest: int | None = None
-        """The earliest due time, for who looks before each callback. Never later than the heap's first; too
+        """The earliest due time, perhaps of an alarm that is off by now. Never later than the heap's first; too
         early where a signal's handler has raised in here, until it is rung for."""
         self._lock = Lock()
         self._serial = 0
@@ -69,10 +69,6 @@ class Agenda:
                 if alarm.due is not None:
                     self._leave_behind(alarm)
                 alarm.due = alarm.agenda = None
-
-    def next_due(self) -> int | None:
-        """The earliest due time, or None. It may belong to an alarm that is off by now."""
-        return self.earliest
 
     def ring_due(self, now: int) -> None:
         """Ring everything that is due at `now`."""

@@ -91,7 +91,7 @@ class Alarms:
                 self._thread.start()
 
     def _on_earlier(self) -> None:
-        due, awake_at = self._agenda.next_due(), self._awake_at
+        due, awake_at = self._agenda.earliest, self._awake_at
         if due is not None and (awake_at is None or due < awake_at):
             self._waiter.wake()
 
@@ -100,7 +100,7 @@ class Alarms:
         try:
             while lifeline.alive:
                 self._awake_at = None  # before the look: who sets an earlier alarm after it wakes this thread
-                self._awake_at = due = agenda.next_due()
+                self._awake_at = due = agenda.earliest
                 lifeline.clock.wait(self._waiter, due)
                 self._awake_at = 0
                 self._ring(lifeline.clock.now())
