@@ -37,8 +37,8 @@ class Agenda:
     def __init__(self, on_earlier: Callable[[], None], sleepers: Sized = _SOMEBODY) -> None:
         self.heap: list[tuple[int, int, Alarm]] = []
         self.earliest: int | None = None
-        """The earliest due time, perhaps of an alarm that is off by now. Never later than the heap's first; too
-        early where a signal's handler has raised in here, until it is rung for."""
+        """The earliest due time, perhaps of an alarm that is off by now. Never later than the heap's first;
+        too early where a signal's handler has raised in here, until it is rung for."""
         self._lock = Lock()
         self._serial = 0
         self._stale = 0
