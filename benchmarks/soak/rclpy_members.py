@@ -185,13 +185,16 @@ class Caller:
 
     def _follow(self, work: Work, handle: ClientGoalHandle[Any, Any, Any], seen: list[int]) -> None:
         ending = handle.get_result_async()
-        if work.outcome == 'GoalCanceled':
-            wait(handle.cancel_goal_async(), work.timeout)
         try:
-            end = wait(ending, work.timeout)
-        except DeadlineError:
-            wait(handle.cancel_goal_async(), work.timeout)
-            raise
+            if work.outcome == 'GoalCanceled':
+                wait(handle.cancel_goal_async(), work.timeout)
+            try:
+                end = wait(ending, work.timeout)
+            except DeadlineError:
+                wait(handle.cancel_goal_async(), work.timeout)
+                raise
+        finally:
+            ending.cancel()  # where it was given up, the client has nothing to wait for any more
         if end.status == GoalStatus.STATUS_ABORTED:
             raise GoalAborted('the goal was aborted')
         if end.status == GoalStatus.STATUS_CANCELED:
