@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -44,11 +45,11 @@ def alone(monkeypatch: pytest.MonkeyPatch) -> dict[str, str]:
     return env
 
 
-@pytest.fixture
-def dds_sides(alone: dict[str, str]) -> Iterator[tuple[Side, Side]]:
+@contextmanager
+def two_sides(domain_of_alpha: int, domain_of_beta: int) -> Iterator[tuple[Side, Side]]:
     """Two sessions with the nodes /alpha and /beta, each knowing of the other."""
-    options = SessionOptions(int(alone['ROS_DOMAIN_ID']))
-    alpha, beta = TRANSPORT.open(options), TRANSPORT.open(options)
+    alpha = TRANSPORT.open(SessionOptions(domain_of_alpha))
+    beta = TRANSPORT.open(SessionOptions(domain_of_beta))
     try:
         sides = Side(alpha, 'alpha'), Side(beta, 'beta')
         sides[0].graph.expect(EndpointKind.NODE, '/beta')
@@ -57,20 +58,21 @@ def dds_sides(alone: dict[str, str]) -> Iterator[tuple[Side, Side]]:
     finally:
         alpha.close()
         beta.close()
+
+
+@pytest.fixture
+def dds_sides(alone: dict[str, str]) -> Iterator[tuple[Side, Side]]:
+    """Two sessions in one domain."""
+    domain = int(alone['ROS_DOMAIN_ID'])
+    with two_sides(domain, domain) as sides:
+        yield sides
 
 
 @pytest.fixture
 def sides_apart(alone: dict[str, str], monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[Side, Side]]:
-    """Two sessions with the nodes /alpha and /beta, in domains that share only the network."""
+    """Two sessions in domains that share only the network."""
     domain = int(alone['ROS_DOMAIN_ID'])
     shared = f'<Discovery><ExternalDomainId>{domain}</ExternalDomainId></Discovery>'
     monkeypatch.setenv('CYCLONEDDS_URI', f'<CycloneDDS><Domain>{shared}</Domain></CycloneDDS>')
-    alpha, beta = TRANSPORT.open(SessionOptions(domain)), TRANSPORT.open(SessionOptions(domain + 1))
-    try:
-        sides = Side(alpha, 'alpha'), Side(beta, 'beta')
-        sides[0].graph.expect(EndpointKind.NODE, '/beta')
-        sides[1].graph.expect(EndpointKind.NODE, '/alpha')
+    with two_sides(domain, domain + 1) as sides:
         yield sides
-    finally:
-        alpha.close()
-        beta.close()

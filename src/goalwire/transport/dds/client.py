@@ -176,13 +176,14 @@ class DdsClient(ClientPort):
             orphaned = any(call.servers.isdisjoint(there) for call in list(self._calls.values()))
         if orphaned:
             self._intake.drain_own()  # a server that has gone may have answered before
-            self._end_orphans(there)
+            self._end_orphans()
         if changed:
             self._core.feed.connected()
 
-    def _end_orphans(self, there: set[str]) -> None:
+    def _end_orphans(self) -> None:
         ended = []
         with self._lock:
+            there = {peer.server for peer in self._requested}  # as it is now: a new one may have been called
             for sequence, call in list(self._calls.items()):
                 call.servers.intersection_update(there)
                 reason = self._refusals.get(sequence, '')

@@ -76,7 +76,8 @@ class PatientWriter(Writer):
         """Send what waits, in order, until the straight way is free again."""
         is_free = False
         while not self._is_over(is_free=is_free):
-            is_free = self.library.dds_wait_for_acks(self.handle, _PATIENCE_NS) == 0
+            # Any other failure says that the writer has gone: then nothing is worth waiting for.
+            is_free = self.library.dds_wait_for_acks(self.handle, _PATIENCE_NS) != TIMEOUT
             if is_free or self._make_detour is None or not self._has_others():
                 self._send_by(super().write)
             else:
