@@ -18,6 +18,8 @@ MANY = 300
 """More than a history of a hundred, less than the library takes in unacknowledged."""
 SMALL_FLOOD = 2000
 """So many that the library has no room for more, at 100 bytes."""
+SOON = 3.0
+"""s, less than is left of a lease of 10 s, whose end would set everybody free."""
 LARGE = [b'%d ' % number * 1000 for number in range(MANY)]
 """More than the library takes in."""
 
@@ -101,7 +103,7 @@ def test_a_client_that_hears_nothing_holds_up_no_other_one(sides_apart: Sides) -
     others = Answers()
     others.ask(clients[1])
     asked.expect(SMALL_FLOOD + 1)[-1].reply(b'yours')
-    assert [reply.payload for reply in others.expect(replies=1, ends=1)] == [b'yours']
+    assert [reply.payload for reply in others.replies.expect(1, SOON)] == [b'yours']
     let_hear(alpha, True)
     join_late_threads()
     back = Answers()
