@@ -125,6 +125,22 @@ def test_an_endpoint_that_no_node_claims_is_nobodys_after_a_while() -> None:
     ]
 
 
+def test_the_end_of_an_endpoint_that_was_never_claimed_is_told() -> None:
+    world = met()
+    world.endpoint_came(found(5))
+    unknown = f'{UNKNOWN_NAME}/chatter'
+    assert said(world.endpoint_went(gid(5))) == [f'+{unknown}', f'-{unknown}']
+    assert world.give_up_on([gid(5)]) == []
+
+
+def test_the_endpoints_of_a_participant_that_goes_before_it_told_its_nodes_are_told_to_go() -> None:
+    world = met()
+    world.endpoint_came(found(5))
+    unknown = f'{UNKNOWN_NAME}/chatter'
+    assert said(world.participant_went(PEER)) == [f'+{unknown}', f'-{unknown}']
+    assert not world.unclaimed
+
+
 def test_what_was_claimed_in_time_is_not_given_up() -> None:
     world = met()
     world.endpoint_came(found(5))

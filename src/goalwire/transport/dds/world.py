@@ -2,6 +2,7 @@
 
 Pure: it is told what was discovered and returns what that changes. An endpoint is shown once its node is
 known. One that no node claims is shown after a while as nobody's, at once where its participant is no ROS 2.
+One that goes unclaimed is shown as nobody's and goes: the server of a goal that it sent learns of its end.
 """
 
 from __future__ import annotations
@@ -82,14 +83,15 @@ class World:
 
     def participant_went(self, guid: bytes) -> list[Change]:
         """A participant has gone, with all it had."""
-        participant = self._participants.pop(guid, None)
+        participant = self._participants.get(guid)
         if participant is None:
             return []
+        changes = self.give_up_on(list(participant.found))
+        del self._participants[guid]
         for gid in participant.found:
             self._homes.pop(gid, None)
-            self.unclaimed.discard(gid)
         gone = [*participant.shown.values(), *(node.entity for node in participant.nodes)]
-        return [(False, entity) for entity in gone]
+        return changes + [(False, entity) for entity in gone]
 
     def ros_speaker_came(self, guid: bytes) -> None:
         """A participant will tell its nodes: its endpoints wait for that."""
@@ -115,13 +117,13 @@ class World:
 
     def endpoint_went(self, gid: bytes) -> list[Change]:
         """An endpoint has gone."""
+        changes = self.give_up_on([gid])
         participant = self._participants.get(self._homes.pop(gid, b''))
         if participant is None:
             return []
         participant.found.pop(gid, None)
-        self.unclaimed.discard(gid)
         entity = participant.shown.pop(gid, None)
-        return [] if entity is None else [(False, entity)]
+        return changes if entity is None else [*changes, (False, entity)]
 
     def told(self, info: ParticipantInfo) -> list[Change]:
         """A participant has told its nodes and whose its endpoints are."""
