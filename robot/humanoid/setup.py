@@ -12,7 +12,7 @@ setup(
         ('share/ament_index/resource_index/packages', [f'resource/{package_name}']),
         (f'share/{package_name}', ['package.xml']),
     ],
-    install_requires=['setuptools'],
+    install_requires=['setuptools', 'rich>=13.7'],  # without rich a mission shows plain lines
     python_requires='>=3.11',
     zip_safe=True,
     maintainer='goalwire developers',

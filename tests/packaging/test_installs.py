@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -47,6 +48,15 @@ def test_the_overlay_is_the_last_entry_of_the_path_and_holds_rclpy(
         print(sys.path[-1] == os.path.dirname(os.path.dirname(importlib.util.find_spec('rclpy').origin)))
     """
     assert output_of(program, cwd=tmp_path, python=installed.python) == 'True'
+
+
+def test_the_wheel_requires_what_the_library_imports_and_nothing_else(wheel: Path) -> None:
+    with zipfile.ZipFile(wheel) as archive:
+        metadata = next(name for name in archive.namelist() if name.endswith('.dist-info/METADATA'))
+        lines = archive.read(metadata).decode().splitlines()
+    required = {line.removeprefix('Requires-Dist: ') for line in lines if line.startswith('Requires-Dist: ')}
+    always = {re.split(r'[^\w-]', each)[0] for each in required if 'extra ==' not in each}
+    assert always == {'eclipse-zenoh', 'numpy', 'pyyaml', 'xxhash'}
 
 
 def test_an_uninstall_leaves_nothing_behind(new_environment: Callable[[], Environment], wheel: Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import re
 import sys
+import tomllib
 from xml.etree import ElementTree as ET
 
 import pytest
@@ -55,9 +56,16 @@ def test_every_interface_file_is_generated() -> None:
 def test_the_robot_speaks_rclpy_alone() -> None:
     """No import of goalwire, and a declared dependency for every import of a ROS package."""
     names = set().union(*(imported(path.read_text()) for path in SOURCES))
-    ros = names - set(sys.stdlib_module_names) - {'humanoid', 'setuptools', 'rich', '__future__'}
+    others = names - set(sys.stdlib_module_names) - {'humanoid', 'setuptools', '__future__'}
     assert 'goalwire' not in names
-    assert ros == dependencies('humanoid')
+    assert others - {'rich'} | {'python3-rich'} == dependencies('humanoid')
+
+
+def test_pip_installs_the_robots_bars_with_the_robot_alone() -> None:
+    assert "'rich>=" in (ROBOT / 'humanoid' / 'setup.py').read_text()
+    library = tomllib.loads((ROOT / 'pyproject.toml').read_text())['project']['dependencies']
+    assert library
+    assert not [requirement for requirement in library if requirement.startswith('rich')]
 
 
 def test_the_interfaces_declare_the_packages_that_they_use() -> None:
