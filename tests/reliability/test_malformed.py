@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from dataclasses import dataclass
 from random import Random
 
 import pytest
@@ -87,6 +88,46 @@ class Garbled(Fault):
         payload = bytearray(crossing.payload)
         payload[4] = 7
         return (crossing._replace(payload=bytes(payload)),)
+
+
+@dataclass(eq=False, kw_only=True)
+class Longer(Fault):
+    """Bytes follow the message, as behind what rmw_serialize made."""
+
+    extra: int = 8
+
+    def strike(self, crossing: Crossing, luck: Random, now: int) -> tuple[Crossing, ...]:
+        return (crossing._replace(payload=bytes(crossing.payload) + b'\xff' * self.extra),)
+
+
+@pytest.mark.parametrize('extra', [8, 16, 32])
+def test_bytes_behind_messages_requests_replies_and_all_of_an_action_are_ignored(
+    stage: MakeStage, evidence: Evidence, extra: int
+) -> None:
+    outcomes = Outcomes()
+
+    async def count(goal: goalwire.Goal[Fibonacci.Goal, Fibonacci.Feedback]) -> Fibonacci.Result:
+        goal.feedback(sequence=[0])
+        return Fibonacci.Result(sequence=[goal.request.order])
+
+    async def scenario() -> None:
+        async with stage() as (arm, mission, faults):
+            arm.service(SetBool, 'set', lambda request: SetBool.Response(success=request.data, message='on'))
+            arm.action_server(Fibonacci, 'count', count)
+            longer = faults.add(Longer(extra=extra))
+            with outcomes.counted():
+                assert await mission.client(SetBool, 'set').call(data=True, timeout=5.0) == SetBool.Response(
+                    success=True, message='on'
+                )
+            async with mission.action(Fibonacci, 'count').send(order=7, timeout=5.0) as run_:
+                with outcomes.counted():
+                    assert [list(each.sequence) async for each in run_.feedback] == [[0]]
+                    assert list((await run_.result).sequence) == [7]
+            assert longer.struck >= 7
+
+    run(scenario())
+    assert outcomes.counts == {'done': 2}
+    evidence(13, f'{extra} bytes behind each message, request and reply', outcomes)
 
 
 def test_a_goal_whose_acceptance_cannot_be_read_is_called_off_and_forgotten(

@@ -8,7 +8,7 @@ from array import array
 from collections.abc import Collection, Iterator
 
 from goalwire.codec import layout, reading
-from goalwire.codec.layout import HEADER_SIZE, MAX_PADDING, Leaf
+from goalwire.codec.layout import HEADER_SIZE, Leaf
 from goalwire.errors import DecodeError, EncodeError, EncodeTypeError, EncodeValueError
 from goalwire.interfaces.model import FLOATS, Shape, integer_range
 from goalwire.interfaces.runtime import DTYPES, TYPECODES
@@ -168,8 +168,6 @@ def explain_decode(cls: type, data: reading.Buffer, error: Exception) -> DecodeE
         walk = _Walk(type_name(cls), data, byte_order(cls, data))
         walk.message(cls, '')
         at = walk.at
-        if len(data) - at > MAX_PADDING:
-            walk.fail('', f'the message ends here, but {len(data) - at} bytes follow')
     except DecodeError as found:
         return found
     except Exception as other:

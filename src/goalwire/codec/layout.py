@@ -17,7 +17,6 @@ from goalwire.interfaces.model import FieldType, MessageDefinition, Shape
 from goalwire.records import record
 
 HEADER_SIZE = 4
-MAX_PADDING = 7  # after the last field; whatever is longer was not meant to be padding
 LENGTH = struct.Struct('<I')
 
 # struct codes; their sizes are also their alignments. bool is read as a number, to refuse what is not 0 or 1.

@@ -34,6 +34,12 @@ def test_any_bytes_are_read(kind: type) -> None:
     assert deserialize_message(kind(AB), String) == String(data='ab')
 
 
+@pytest.mark.parametrize('extra', [1, 7, 8, 16, 32, 1000])
+def test_what_follows_a_message_is_ignored(extra: int) -> None:
+    assert deserialize_message(AB + b'\xff' * extra, String) == String(data='ab')
+    assert deserialize_message(bytearray(AB + bytes(extra)), String) == String(data='ab')
+
+
 @pytest.mark.parametrize('data', ['x', None, [1, 2]])
 def test_what_is_no_bytes_is_refused(data: object) -> None:
     with pytest.raises(TypeError, match='a serialized message is bytes, bytearray or memoryview, not '):

@@ -94,6 +94,21 @@ def test_bytes_are_published_as_they_are(context: Context, make_node: MakeNode, 
     assert came.expect()[0].data == 'by hand'
 
 
+@pytest.mark.parametrize('extra', [8, 16, 32])
+def test_bytes_behind_a_message_are_ignored(
+    context: Context, make_node: MakeNode, spin: Spin, extra: int
+) -> None:
+    """As the relays and bags of ROS 2 publish them: rmw_serialize reports an estimated size."""
+    node, came = make_node(), Collector[String]()
+    publisher = node.create_publisher(String, 'chat', 10)
+    subscription = node.create_subscription(String, 'chat', came, 10)
+    meet(publisher, subscription, context)
+    spin(node)
+    publisher.publish(serialize_message(String(data='relayed')) + b'\xff' * extra)
+    assert came.expect()[0].data == 'relayed'
+    assert subscription.rejected == 0
+
+
 def test_a_full_queue_keeps_the_newest(context: Context, make_node: MakeNode) -> None:
     node, came = make_node(), list[int]()
     all_here = Future[bool]()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pytest
 
-from goalwire.errors import DecodeError
 from goalwire.transport.dds.refusal import refusal, refusal_reason
 from goalwire.transport.dds.service_header import Header, unwrap
 
@@ -30,7 +29,7 @@ def test_a_reason_that_cannot_be_read_is_none(message: bytes) -> None:
 
 
 def test_ros_2_can_decode_it_before_it_drops_it_whatever_the_service() -> None:
-    """rmw_cyclonedds decodes first, whatever follows, and looks at the header then; ours tells more."""
+    """rmw_cyclonedds decodes first, whatever follows, and looks at the header then."""
     from example_interfaces.srv import AddTwoInts
     from rcl_interfaces.srv import DescribeParameters, SetParameters
     from rclpy.serialization import deserialize_message
@@ -38,5 +37,4 @@ def test_ros_2_can_decode_it_before_it_drops_it_whatever_the_service() -> None:
 
     _, message = unwrap(refusal(Header(7, 3), 'no time'))
     for service in (AddTwoInts, DescribeParameters, SetParameters, SetBool):
-        with pytest.raises(DecodeError, match=r'the message ends here, but \d+ bytes follow'):
-            deserialize_message(message, service.Response)
+        assert deserialize_message(message, service.Response) == service.Response()
