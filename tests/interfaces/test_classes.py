@@ -17,6 +17,7 @@ import pytest
 from helpers.names import fresh_package
 from helpers.vectors import constants, descriptions
 
+from goalwire.codec import cdr
 from goalwire.errors import InterfaceSyntaxError, UnknownInterfaceError
 from goalwire.interfaces import classes, get_interface, register_definitions
 from goalwire.interfaces.classes import action_class, message_class, service_class
@@ -234,6 +235,31 @@ def test_constants_are_read_only_in_class_and_message() -> None:
         AttributeError, match="property 'OK' of 'Metaclass_DiagnosticStatus' object has no setter"
     ):
         status.OK = 1
+
+
+def test_the_constants_are_in_rosidls_private_dictionary_too() -> None:
+    event: Any = message_class('service_msgs/msg/ServiceEventInfo')
+    named = event._Metaclass_ServiceEventInfo__constants  # ros2 service echo names the events by it
+    assert named == {'REQUEST_SENT': 0, 'REQUEST_RECEIVED': 1, 'RESPONSE_SENT': 2, 'RESPONSE_RECEIVED': 3}
+    empty: Any = message_class('std_srvs/srv/Empty_Request')
+    assert empty._Metaclass_Empty_Request__constants == {}
+
+
+def test_a_field_set_on_the_class_is_every_messages_as_with_rosidl() -> None:
+    package = fresh_package()
+    register_definitions(package, {'msg/Named': 'string name\nint32 number 3'})
+    cls: Any = message_class(f'{package}/msg/Named')
+    plain = cls.name
+    message = cls(name='own')
+    cls.name = 'arm'  # ros2 param delete writes `Parameter.name = …`, of the class
+    assert (message.name, repr(message)) == ('arm', f"{package}.msg.Named(name='arm', number=3)")
+    assert cdr.encode(message)[8:12] == b'arm\0'
+    with pytest.raises(AttributeError, match='read-only'):
+        message.name = 'leg'
+    cls.name = plain
+    assert message.name == 'own'
+    message.name = 'leg'
+    assert (message.name, cls(name='foot').name) == ('leg', 'foot')
 
 
 def test_a_service_class_holds_its_messages_and_cannot_be_made() -> None:

@@ -12,6 +12,7 @@ import pytest
 COMPANIONS = [
     'ament_index_python',
     'message_filters',
+    'rosidl_adapter',
     'rosidl_runtime_py',
     'sensor_msgs_py',
     'tf2_geometry_msgs',
@@ -70,6 +71,7 @@ from rosidl_runtime_py.convert import message_to_ordereddict, message_to_yaml
 from rosidl_runtime_py.import_message import import_message_from_namespaced_type
 from rosidl_runtime_py.set_message import set_message_fields
 from rosidl_runtime_py.utilities import get_action, get_interface, get_message, get_service
+from rosidl_adapter.parser import MessageSpecification, parse_message_file, parse_message_string
 from rosidl_parser.definition import AbstractSequence, Array, BasicType, NamespacedType, UnboundedString
 from rclpy.type_support import check_for_type_support, check_is_valid_msg_type, check_is_valid_srv_type
 from sensor_msgs_py import point_cloud2

@@ -8,6 +8,7 @@ import os
 from array import array
 from collections.abc import Mapping
 from functools import partial
+from types import MappingProxyType
 
 from goalwire.interfaces.checks import checked, reject_unknown
 from goalwire.interfaces.class_source import class_source, copied_default
@@ -28,6 +29,18 @@ class InterfaceMeta(type):
     """The metaclass of every interface class; rclpy asks for _TYPE_SUPPORT to tell them from others."""
 
     _TYPE_SUPPORT: str | None = None
+    _covered: dict[str, object]  # slots behind values that were set on the class
+
+    def __setattr__(cls, name: str, value: object) -> None:
+        """Set a class attribute. A field's name sets the field of every message, as `ros2 param delete` does.
+
+        Messages are read by their slots, so the slot is covered too; setting the property again uncovers it.
+        """
+        slot = f'_{name}'
+        if slot in cls.__dict__.get('__slots__', ()):
+            original = cls._covered.setdefault(slot, cls.__dict__[slot])
+            super().__setattr__(slot, original if isinstance(value, property) else value)
+        super().__setattr__(name, value)
 
     @classmethod
     def __import_type_support__(cls) -> None:
@@ -63,7 +76,7 @@ def make_message_class(message: MessageDefinition, nested: dict[str, type]) -> t
     }
     names |= {
         '__name__': module_of(message),
-        '_Metaclass': _metaclass(message, {**constants, **defaults}),
+        '_Metaclass': _metaclass(message, constants, defaults),
         '_CHECK_FIELDS': os.environ.get('ROS_PYTHON_CHECK_FIELDS', '') == '1',
         '_array': array,
         '_arrays_equal': arrays_equal,
@@ -94,7 +107,7 @@ def make_holder_class(
         '__module__': module_of(defined),
         '__doc__': f'{kind} class {defined.name!r}.',
     }
-    return _metaclass(defined, {})(defined.name, (), namespace)
+    return _metaclass(defined)(defined.name, (), namespace)
 
 
 def module_of(defined: Definition) -> str:
@@ -102,16 +115,24 @@ def module_of(defined: Definition) -> str:
     return f'{defined.package}.{defined.kind}.{module_name(defined.name.partition("_")[0])}'
 
 
-def _metaclass(defined: Definition, attributes: Mapping[str, object]) -> type[InterfaceMeta]:
-    """Make Metaclass_Name: `attributes` become read-only properties of the class and visible in instances."""
+def _metaclass(
+    defined: Definition,
+    constants: Mapping[str, object] = MappingProxyType({}),
+    defaults: Mapping[str, object] = MappingProxyType({}),
+) -> type[InterfaceMeta]:
+    """Make Metaclass_Name: constants and defaults are read-only in the class, and seen in messages."""
+    attributes = {**constants, **defaults}
+    name = f'Metaclass_{defined.name}'
     namespace: dict[str, object] = {
         '__module__': module_of(defined),
         '__prepare__': staticmethod(lambda *_: dict(attributes)),
         '_TYPE_SUPPORT': defined.full_name,
+        f'_{name}__constants': dict(constants),  # rosidl's private name, which `ros2 service echo` reads
+        '_covered': {},
     }
-    for name, value in attributes.items():
-        namespace[name] = property(partial(_constant, value))
-    return type(f'Metaclass_{defined.name}', (InterfaceMeta,), namespace)
+    for attribute, value in attributes.items():
+        namespace[attribute] = property(partial(_constant, value))
+    return type(name, (InterfaceMeta,), namespace)
 
 
 def _constant(value: object, _cls: type) -> object:

@@ -1,0 +1,70 @@
+"""The names that packages, messages, fields and constants may have, and what is wrong with a definition."""
+
+from __future__ import annotations
+
+import re
+from typing import Final
+
+VALID_PACKAGE_NAME_PATTERN: Final = re.compile(r'^(?!.*__)(?!.*_$)[a-z][a-z0-9_]*$')
+VALID_FIELD_NAME_PATTERN: Final = VALID_PACKAGE_NAME_PATTERN
+VALID_MESSAGE_NAME_PATTERN: Final = re.compile(r'^[A-Z][A-Za-z0-9]*$')
+VALID_CONSTANT_NAME_PATTERN: Final = re.compile(r'^[A-Z](?:_?[A-Z0-9])*$')
+_DERIVED = ('_Request', '_Response', '_Goal', '_Result', '_Feedback')
+
+
+class InvalidSpecification(Exception):
+    """A definition that breaks the rules of .msg, .srv and .action files."""
+
+
+class InvalidActionSpecification(InvalidSpecification):
+    """An action that does not consist of three parts."""
+
+
+class InvalidServiceSpecification(InvalidSpecification):
+    """A service that does not consist of two parts."""
+
+
+class InvalidResourceName(InvalidSpecification):
+    """A type that nothing can be called."""
+
+
+class InvalidFieldDefinition(InvalidSpecification):
+    """A line without a name after the type."""
+
+
+class UnknownMessageType(InvalidSpecification):
+    """A field whose type is not among the known ones."""
+
+
+def is_valid_package_name(name: str) -> bool:
+    """Whether a package may be called so. Raises InvalidResourceName for what is no string."""
+    return _fits(VALID_PACKAGE_NAME_PATTERN, name)
+
+
+def is_valid_field_name(name: str) -> bool:
+    """Whether a field may be called so. Raises InvalidResourceName for what is no string."""
+    return _fits(VALID_FIELD_NAME_PATTERN, name)
+
+
+def is_valid_constant_name(name: str) -> bool:
+    """Whether a constant may be called so. Raises InvalidResourceName for what is no string."""
+    return _fits(VALID_CONSTANT_NAME_PATTERN, name)
+
+
+def is_valid_message_name(name: str) -> bool:
+    """Whether a message may be called so, one of a service or an action too.
+
+    Raises InvalidResourceName for what is no string.
+    """
+    if not isinstance(name, str):
+        raise InvalidResourceName(name)
+    plain = name.removeprefix('Sample_')
+    for suffix in _DERIVED:
+        plain = plain.removesuffix(suffix)
+    return _fits(VALID_MESSAGE_NAME_PATTERN, plain)
+
+
+def _fits(pattern: re.Pattern[str], name: str) -> bool:
+    if not isinstance(name, str):
+        raise InvalidResourceName(name)
+    return pattern.fullmatch(name) is not None
