@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import suppress
+from contextlib import AbstractContextManager, suppress
 from itertools import count
-from threading import Event
-from typing import Never, Protocol
+from threading import Event, Lock, RLock
+from typing import Never, Protocol, TypeAlias
+from weakref import WeakValueDictionary
 
 import zenoh
 
 from goalwire.transport.contract import GraphEntity
 from goalwire.transport.fork import ForkGuard
 from goalwire.transport.rejects import Rejects
+
+Turn: TypeAlias = AbstractContextManager[bool]
+"""Held while one message is stamped and sent."""
 
 
 class Declared(Protocol):
@@ -58,6 +62,22 @@ class InFlight:
         return not self._held or self._nobody_left.wait(timeout)
 
 
+class Turns:
+    """Whose turn it is to publish, by key; forgotten with the last publisher that holds it."""
+
+    def __init__(self) -> None:
+        self._lock = Lock()
+        self._of: WeakValueDictionary[str, Turn] = WeakValueDictionary()
+
+    def of(self, key: str) -> Turn:
+        """Return the turn that all publishers of a key share; re-entrant: a signal's handler may publish."""
+        with self._lock:
+            turn = self._of.get(key)
+            if turn is None:
+                turn = self._of[key] = RLock()
+            return turn
+
+
 class Core:
     """One open zenoh session and its counters."""
 
@@ -68,6 +88,7 @@ class Core:
         self.guard = ForkGuard()
         self.rejects = Rejects()
         self.in_flight = InFlight()
+        self.turns = Turns()
         self.next_id = count().__next__
         self.own: dict[str, GraphEntity] = {}
         """What this session's own tokens say, so that they need not be read."""

@@ -87,7 +87,8 @@ class ZenohNode(NodePort):
             token = self._show(new)
             new.way_out = [token]
             declared = publisher.declare(self._core.zenoh, new.key, endpoint)
-            port = publisher.port(new.place, new.gid, declared)
+            turn = self._core.turns.of(new.key)
+            port = publisher.ZenohPublisher(new.place, new.gid, declared, turn)
             new.way_out = [port.release, partial(undeclare, declared), token]
             return self._ports.keep(port)
 

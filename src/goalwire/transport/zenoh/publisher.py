@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import count
-from threading import RLock
 from time import time_ns
 
 import zenoh
@@ -15,7 +14,7 @@ from goalwire.transport.contract import Endpoint, PublisherPort
 from goalwire.transport.place import Place
 from goalwire.transport.zenoh.attachment import GID_SIZE, encode
 from goalwire.transport.zenoh.config import reason
-from goalwire.transport.zenoh.core import taken_back
+from goalwire.transport.zenoh.core import Turn, taken_back
 from goalwire.transport.zenoh.qos_text import actual_depth
 
 
@@ -50,21 +49,36 @@ def declare(session: zenoh.Session, key: str, endpoint: Endpoint) -> zenoh.Publi
 
 
 class ZenohPublisher(PublisherPort):
-    """A declared publisher."""
+    """A declared publisher.
 
-    def __init__(self, place: Place, gid: bytes, publisher: zenoh.Publisher | ext.AdvancedPublisher) -> None:
+    Zenoh stamps a message inside `put`. A subscription of rmw_zenoh drops one whose stamp is not newer than
+    the last of its session on that key. So all publishers of a session on one key share a `turn`: messages
+    are numbered, stamped and sent in one order.
+    """
+
+    def __init__(
+        self,
+        place: Place,
+        gid: bytes,
+        publisher: zenoh.Publisher | ext.AdvancedPublisher,
+        turn: Turn,
+    ) -> None:
         self.gid = gid
         self._place = place
         self._put: Callable[..., None] = publisher.put
         self._next_sequence = count(1).__next__
+        self._turn = turn
 
     def publish(self, payload: bytes) -> None:
-        """Put one message; what several threads publish at once may arrive in either order."""
+        """Put one message; all subscriptions get those of several threads in the same order."""
         place = self._place
-        if place.closed or place.guard.is_forked:
+        if (
+            place.closed or place.guard.is_forked
+        ):  # in a forked child the turn may be another thread's for ever
             place.check()
         try:
-            self._put(payload, attachment=encode(self._next_sequence(), time_ns(), GID_SIZE, self.gid))
+            with self._turn:
+                self._put(payload, attachment=encode(self._next_sequence(), time_ns(), GID_SIZE, self.gid))
         except (zenoh.ZError, RuntimeError) as error:
             place.check()  # closed by another thread in the meantime
             raise TransportError(f'{place.title}: zenoh refused a message: {reason(error)}') from None
@@ -76,25 +90,3 @@ class ZenohPublisher(PublisherPort):
     def close(self) -> None:
         """Undeclare."""
         self._place.give_up()
-
-
-class ZenohHistoryPublisher(ZenohPublisher):
-    """A publisher with history. Several threads take turns, for a message that another one overtook is lost:
-    Zenoh's subscriptions with history take it for one that they know already (seen with 1.10.2)."""
-
-    def __init__(self, place: Place, gid: bytes, publisher: ext.AdvancedPublisher) -> None:
-        super().__init__(place, gid, publisher)
-        self._turn = RLock()  # re-entrant: a signal handler may publish while the same thread does
-
-    def publish(self, payload: bytes) -> None:
-        """Put one message; all subscriptions get those of several threads in the same order."""
-        self._place.check()  # before the turn, which in a forked child may be another thread's for ever
-        with self._turn:
-            super().publish(payload)
-
-
-def port(place: Place, gid: bytes, declared: zenoh.Publisher | ext.AdvancedPublisher) -> ZenohPublisher:
-    """Return the port of a declared publisher."""
-    if isinstance(declared, zenoh.Publisher):
-        return ZenohPublisher(place, gid, declared)
-    return ZenohHistoryPublisher(place, gid, declared)

@@ -1,0 +1,84 @@
+"""What several threads publish at once, judged by zenoh's advanced subscriber, as each of rmw_zenoh's is.
+
+It drops a message whose stamp is not newer than the last that came from that session on that key.
+"""
+
+from __future__ import annotations
+
+import gc
+import threading
+from collections.abc import Sequence
+from itertools import pairwise
+
+import pytest
+import zenoh
+from helpers.collector import Collector
+from helpers.wire import HASH, PATIENCE, Side, topic_endpoint
+from zenoh import ext
+
+from goalwire.protocol.qos import DurabilityPolicy, HistoryPolicy, QoS, ReliabilityPolicy
+from goalwire.records import replace
+from goalwire.transport.contract import EndpointKind, PublisherPort
+from goalwire.transport.zenoh.core import Turns
+
+KEY = f'/chatter/std_msgs::msg::dds_::String_/{HASH}'
+THREADS, EACH = 4, 1000
+ALL = QoS(history=HistoryPolicy.KEEP_ALL)
+LASTING = QoS(
+    depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL, reliability=ReliabilityPolicy.BEST_EFFORT
+)
+
+
+def publish_at_once(ports: Sequence[PublisherPort]) -> None:
+    """Publish EACH messages on each port, a thread a port, all at the same time."""
+    start = threading.Barrier(len(ports))
+
+    def run(port: PublisherPort) -> None:
+        start.wait(PATIENCE)
+        for _ in range(EACH):
+            port.publish(b'x' * 100)
+
+    threads = [threading.Thread(target=run, args=(port,)) for port in ports]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+
+
+@pytest.mark.parametrize('kind', ['one publisher', 'a publisher a thread', 'feedback', 'some with history'])
+def test_an_advanced_subscriber_gets_all_that_several_threads_publish(
+    goalwire_side: Side, peer: zenoh.Session, world: dict[str, str], kind: str
+) -> None:
+    domain = world['ROS_DOMAIN_ID']
+    key = domain + KEY
+    heard: Collector[zenoh.Sample] = Collector()
+    judged: Collector[zenoh.Sample] = Collector()
+    peer.declare_subscriber(key, zenoh.handlers.Callback(heard, indirect=False))
+    ext.declare_advanced_subscriber(peer, key, zenoh.handlers.Callback(judged, indirect=False))
+    ports: Sequence[PublisherPort]
+    if kind == 'some with history':
+        ports = [goalwire_side.publisher('/chatter', qos) for qos in (ALL, LASTING, ALL, LASTING)]
+    elif kind == 'feedback':
+        endpoint = topic_endpoint(EndpointKind.PUBLISHER, '/chatter', QoS(depth=10))
+        ports = [goalwire_side.node.publisher(replace(endpoint, waits_for_room=True))] * THREADS
+    else:
+        number = 1 if kind == 'one publisher' else THREADS
+        ports = [goalwire_side.publisher('/chatter', ALL) for _ in range(number)] * (THREADS // number)
+    place, rest = f'@ros2_lv/{domain}/{peer.zid()}/0/1/MS/%/%/theirs', KEY.removeprefix('/chatter')
+    token = peer.liveliness().declare_token(f'{place}/%chatter{rest}/::,10:,:,:,,')
+    goalwire_side.graph.expect(EndpointKind.SUBSCRIPTION, '/chatter')  # it was declared after the subscribers
+    publish_at_once(ports)
+    stamps = [sample.timestamp for sample in heard.expect(THREADS * EACH)]
+    assert all(other > one for one, other in pairwise(stamps))  # type: ignore[operator]
+    assert len(judged.expect(THREADS * EACH)) == THREADS * EACH
+    token.undeclare()  # type: ignore[no-untyped-call]
+
+
+def test_a_turn_is_shared_by_key_and_forgotten_with_its_last_publisher() -> None:
+    turns = Turns()
+    first, other = turns.of('a'), turns.of('b')
+    assert turns.of('a') is first
+    assert other is not first
+    del first, other
+    gc.collect()
+    assert not turns._of
