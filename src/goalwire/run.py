@@ -34,7 +34,9 @@ def main(arguments: list[str]) -> int:
     sys.argv = arguments
     if not sys.flags.safe_path and sys.path:
         sys.path[0] = os.path.dirname(os.path.abspath(program))  # as `python PROGRAM` sets it
-    runpy.run_path(program, run_name='__main__')
+    runpy.run_path(
+        os.path.abspath(program), run_name='__main__'
+    )  # __file__ is absolute, as with `python PROGRAM`
     return 0
 
 

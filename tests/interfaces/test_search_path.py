@@ -2,10 +2,14 @@ from __future__ import annotations
 
 import importlib
 import os
+import subprocess
+import sys
+import textwrap
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from helpers.fresh import clean_environment
 from helpers.packages import write_files, write_package
 
 from goalwire.errors import UnknownInterfaceError
@@ -94,6 +98,57 @@ def test_a_second_package_of_one_name_below_the_working_directory_is_warned_abou
     write_package(tmp_path / 'here' / 'b', 'twin_msgs', FOO)
     with pytest.warns(RuntimeWarning, match='second package named twin_msgs'):
         assert found_in('twin_msgs') == tmp_path / 'here' / 'a'
+
+
+def run_program(program: Path, cwd: Path, *options: str) -> str:
+    done = subprocess.run(
+        [sys.executable, *options, os.path.relpath(program, cwd)],
+        cwd=cwd, env=clean_environment(), capture_output=True, text=True, timeout=60, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    return done.stdout.strip()
+
+
+SHOW = 'from goalwire.interfaces.search_path import find_package\nprint(find_package("foo_msgs"))\n'
+
+
+@pytest.mark.parametrize('options', [(), ('-P',), ('-I',), ('-m', 'goalwire.run')], ids=' '.join)
+def test_the_programs_folder_is_searched_like_the_working_directory(
+    tmp_path: Path, options: tuple[str, ...]
+) -> None:
+    write_files(tmp_path / 'robot' / 'nodes', {'prog.py': SHOW})
+    package = write_package(tmp_path / 'robot' / 'nodes' / 'a' / 'b' / 'c' / 'foo', 'foo_msgs', FOO)
+    shown = run_program(tmp_path / 'robot' / 'nodes' / 'prog.py', tmp_path / 'here', *options)
+    assert shown == f"InterfacePackage('foo_msgs', {str(package)!r}, from the program's folder)"
+
+
+def test_the_working_directory_comes_before_the_programs_folder(tmp_path: Path) -> None:
+    write_files(tmp_path / 'robot', {'prog.py': SHOW})
+    write_package(tmp_path / 'robot' / 'foo', 'foo_msgs', FOO)
+    package = write_package(tmp_path / 'here' / 'foo', 'foo_msgs', FOO)
+    assert str(package) in run_program(tmp_path / 'robot' / 'prog.py', tmp_path / 'here')
+
+
+def test_processes_that_a_program_spawns_search_its_folder_too(tmp_path: Path) -> None:
+    program = """\
+        import multiprocessing
+        from foo_msgs.msg import Foo
+        def show():
+            print(Foo.__name__)
+        if __name__ == '__main__':
+            process = multiprocessing.get_context('spawn').Process(target=show)
+            process.start()
+            process.join()
+    """
+    write_files(tmp_path / 'robot', {'prog.py': textwrap.dedent(program)})
+    write_package(tmp_path / 'robot' / 'foo', 'foo_msgs', FOO)
+    assert run_program(tmp_path / 'robot' / 'prog.py', tmp_path / 'here') == 'Foo'
+
+
+def test_the_folder_of_an_installed_program_is_not_searched(tmp_path: Path) -> None:
+    write_files(tmp_path / 'site-packages' / 'tool', {'prog.py': SHOW})
+    write_package(tmp_path / 'site-packages' / 'tool' / 'foo', 'foo_msgs', FOO)
+    assert run_program(tmp_path / 'site-packages' / 'tool' / 'prog.py', tmp_path / 'here') == 'None'
 
 
 def test_what_goalwire_ships_is_found_last() -> None:
@@ -187,7 +242,8 @@ def test_whoever_misses_a_package_learns_where_was_looked_and_what_to_do(
     monkeypatch.setenv(search_path.INTERFACE_PATH, str(missing))
     write_package(tmp_path / 'here' / 'p', 'arm_interfaces', FOO)
     write_package(tmp_path / 'here' / 'broken', '', FOO, manifest='<package>')
-    text = explain_missing('arms_interfaces')
+    with pytest.warns(RuntimeWarning, match='not well-formed'):
+        text = explain_missing('arms_interfaces')
     assert f'{missing} (no such folder)' in text
     assert 'AMENT_PREFIX_PATH: not set' in text
     assert f'{tmp_path / "here"}: arm_interfaces' in text

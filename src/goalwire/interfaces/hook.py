@@ -8,6 +8,9 @@ loaded by then. The finder stands just before the path finder and asks it (and t
 - Whatever lies in goalwire/overlay/ (rclpy and its companions) comes last, wherever the overlay stands
   in sys.path, unless GOALWIRE_FIRST=1, which `python -m goalwire.run` sets.
 - Beside a real rclpy the hook serves nothing: that ROS 2 has its own packages.
+
+Every program passes here, pip too, and what lies below its folder may be anything. So whatever goes wrong
+while packages are looked for is warned about, and the name counts as not found.
 """
 
 import os
@@ -16,7 +19,7 @@ from _frozen_importlib_external import PathFinder  # importlib.machinery would c
 
 TYPE_CHECKING = False  # typing would cost 5 ms
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Callable, Iterator, Sequence
     from importlib.machinery import ModuleSpec
     from types import ModuleType
 
@@ -39,14 +42,15 @@ class InterfaceFinder:
         """Find a module as importlib asks for it.
 
         Raises ImportError for a type that a served package lacks, and ModuleNotFoundError, with the places
-        that were searched, for an import statement that names a missing package like foo_msgs.
+        that were searched, for an import statement that names a missing package like foo_msgs. Nothing else.
         """
         if path is not None:
-            return self._inner_spec(fullname) if fullname.partition('.')[0] in self._served else None
+            served = fullname.partition('.')[0] in self._served
+            return _carefully(self._inner_spec, fullname) if served else None
         found = self._module_spec(fullname, target)
         if found is not None and found.loader is not None:
             return found
-        return self._package_spec(fullname) or found
+        return _carefully(self._package_spec, fullname) or found
 
     def invalidate_caches(self) -> None:
         """Part of importlib.invalidate_caches(): search for packages afresh."""
@@ -75,9 +79,9 @@ class InterfaceFinder:
     def _package_spec(self, name: str) -> 'ModuleSpec | None':
         if name in NEVER_PACKAGES or name[0] == '_':
             return None
-        from goalwire.interfaces import search_path
+        from goalwire.interfaces import search_path, workspace
 
-        if not search_path.is_package_name(name) or self._real_rclpy():
+        if not workspace.is_package_name(name) or self._real_rclpy():
             return None
         if search_path.find_package(name) or _registered(name):
             from goalwire.interfaces import modules
@@ -110,6 +114,26 @@ def install() -> None:
         return
     place = sys.meta_path.index(PathFinder) if PathFinder in sys.meta_path else len(sys.meta_path)
     sys.meta_path.insert(place, InterfaceFinder())
+
+
+def _carefully(search: 'Callable[[str], ModuleSpec | None]', name: str) -> 'ModuleSpec | None':
+    """Search; what goes wrong, but for ImportError, is warned about and nothing is found."""
+    try:
+        return search(name)
+    except ImportError:
+        raise
+    except Warning as warning:  # the program has warnings raised: an import can fail in one way only
+        if _asked_by_import_statement():
+            raise ImportError(str(warning), name=name) from None
+    except Exception as error:
+        import warnings
+
+        text = f'goalwire cannot look for interfaces of {name!r}: {type(error).__name__}: {error}'
+        try:
+            warnings.warn(text, RuntimeWarning, stacklevel=2)
+        except Warning:
+            raise ImportError(text, name=name) from error
+    return None
 
 
 def _registered(package: str) -> bool:

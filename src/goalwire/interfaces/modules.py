@@ -23,6 +23,9 @@ else:
     Loader = object
 
 
+_SHOWN = 30  # types that a message lists
+
+
 class KindModule(ModuleType):
     """<package>.msg, .srv or .action: its attributes are the types, and those derived from them."""
 
@@ -113,7 +116,8 @@ def explain_unknown(fullname: str) -> str | None:
     if rest[0] in known:
         return None
     close = get_close_matches(rest[0], known, n=3)
-    hint = f'did you mean {" or ".join(close)}?' if close else f'it has {", ".join(known)}'
+    some = ', '.join(known[:_SHOWN]) + (f' and {len(known) - _SHOWN} more' if len(known) > _SHOWN else '')
+    hint = f'did you mean {" or ".join(close)}?' if close else f'it has {some}'
     file = f'{kind}/{rest[0]}.{kind}'
     return f'cannot import name {rest[0]!r} from {package}.{kind}: there is no {file} in {place}; {hint}'
 

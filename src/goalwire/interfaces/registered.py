@@ -5,11 +5,17 @@ In pyproject.toml of such a distribution:
     [project.entry-points."goalwire.interfaces"]
     humanoid_interfaces = "humanoid_definitions"   # the Python package whose folder holds msg/, srv/, action/
 
-importlib.metadata costs 20 ms to import, so the files are looked through for the group's name first.
+importlib.metadata costs 20 ms to import and stumbles over broken files, so the few lines are read here.
 """
 
 import os
 import sys
+
+from goalwire.files import LARGEST_DEFINITION, read_regular
+
+TYPE_CHECKING = False  # typing would cost 5 ms
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 GROUP = 'goalwire.interfaces'
 _cache: dict[tuple[str, ...], dict[str, str]] = {}
@@ -17,56 +23,73 @@ _cache: dict[tuple[str, ...], dict[str, str]] = {}
 
 def registrations() -> dict[str, str]:
     """Interface package name -> name of the Python package that holds its definitions."""
-    key = tuple(sys.path)
+    key = python_path()
     if key not in _cache:
         found: dict[str, str] = {}
         for folder in key:
-            for metadata in _metadata_with_group(folder or '.'):
-                for name, value in _entries(metadata):
+            for text in _entry_points(folder or '.'):
+                for name, value in _entries(text):
                     found.setdefault(name, value)
         _cache[key] = found
     return _cache[key]
 
 
-def folder_of(value: str) -> str | None:
-    """The folder of a Python package, which is not imported (its parents are, for a dotted name)."""
-    from importlib.util import find_spec
+def python_path() -> tuple[str, ...]:
+    """What of sys.path Python itself takes: programs put other things there too."""
+    entries: list[object] = list(sys.path)
+    return tuple(entry for entry in entries if isinstance(entry, str))
 
-    try:
-        spec = find_spec(value)
-    except ImportError:
-        return None
-    if spec is None or not spec.submodule_search_locations:
-        return None
-    return next(iter(spec.submodule_search_locations), None)
+
+def folder_of(value: str) -> str | None:
+    """The folder of a Python package, as Python's own finders know it; nothing is imported for it."""
+    from goalwire.interfaces.hook import InterfaceFinder
+
+    finders = [finder for finder in sys.meta_path if not isinstance(finder, InterfaceFinder)]
+    path: Sequence[str] | None = None
+    name = ''
+    for part in value.split('.'):
+        name = f'{name}.{part}' if name else part
+        try:
+            specs = (finder.find_spec(name, path, None) for finder in finders)
+            path = next((spec.submodule_search_locations for spec in specs if spec is not None), None)
+            if not path:
+                return None
+            path = list(path)
+        except Exception:  # other people's finders, and names that are none
+            return None
+    return path[0] if path else None
 
 
 def forget() -> None:
     _cache.clear()
 
 
-def _metadata_with_group(folder: str) -> list[str]:
+def _entry_points(folder: str) -> list[str]:
+    """The entry_points.txt of what is installed in a folder; files that cannot be read are passed over."""
     try:
-        names = os.listdir(folder)
-    except OSError:  # a zip file, or nothing at all
+        with os.scandir(folder) as entries:
+            names = [entry.name for entry in entries if entry.name.endswith(('.dist-info', '.egg-info'))]
+    except (OSError, ValueError):  # a zip file, or nothing at all
         return []
     found = []
     for name in sorted(names):
-        if not name.endswith(('.dist-info', '.egg-info')):
-            continue
-        metadata = os.path.join(folder, name)
         try:
-            with open(os.path.join(metadata, 'entry_points.txt'), 'rb') as content:
-                if GROUP.encode() in content.read():
-                    found.append(metadata)
+            data = read_regular(os.path.join(folder, name, 'entry_points.txt'), LARGEST_DEFINITION)
         except OSError:
             continue
+        if GROUP.encode() in data:
+            found.append(data.decode(errors='replace'))
     return found
 
 
-def _entries(metadata: str) -> list[tuple[str, str]]:
-    from importlib.metadata import PathDistribution
-    from pathlib import Path
-
-    entries = PathDistribution(Path(metadata)).entry_points
-    return [(entry.name, entry.value) for entry in entries if entry.group == GROUP]
+def _entries(text: str) -> list[tuple[str, str]]:
+    """The entries of our group: lines `name = value` below `[goalwire.interfaces]`."""
+    entries = []
+    group = ''
+    for line in map(str.strip, text.splitlines()):
+        name, equals, value = line.partition('=')
+        if line.startswith('[') and line.endswith(']'):
+            group = line[1:-1].strip()
+        elif equals and group == GROUP and line[0] not in '#;':
+            entries.append((name.strip(), value.strip()))
+    return entries

@@ -7,6 +7,7 @@ import threading
 from collections.abc import Callable, Iterator, Mapping
 
 from goalwire.errors import InterfaceError, InterfaceSyntaxError, UnknownInterfaceError
+from goalwire.files import LARGEST_DEFINITION, read_regular, shown
 from goalwire.interfaces import grammar, search_path, workspace
 from goalwire.interfaces.model import ActionDefinition, Definition, MessageDefinition, ServiceDefinition
 
@@ -131,10 +132,9 @@ def _text(package: str, kind: str, name: str) -> tuple[str, str]:
 def read_definition(file: str) -> str:
     """Read a definition file; InterfaceSyntaxError where it is no UTF-8, InterfaceError for the rest."""
     try:
-        with open(file, 'rb') as stream:
-            data = stream.read()
+        data = read_regular(file, LARGEST_DEFINITION)
     except OSError as error:
-        raise InterfaceError(f'{file}: cannot be read: {error.strerror}') from error
+        raise InterfaceError(f'{shown(file)}: cannot be read: {error.strerror}') from error
     try:
         return data.decode('utf-8-sig')
     except UnicodeDecodeError as error:

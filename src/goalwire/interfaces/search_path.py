@@ -4,7 +4,8 @@
 2. AMENT_PREFIX_PATH         <prefix>/share/<package>/
 3. entry points              group goalwire.interfaces, see registered.py
 4. the working directory     package.xml at most four levels down, see workspace.py
-5. the shipped packages      share/ beside this file
+5. the program's folder      the same, below the folder of the script that runs
+6. the shipped packages      share/ beside this file
 
 Importable rosidl packages come before all of these: that is the import hook's business. Used by the
 import hook, so nothing heavy is imported at the top.
@@ -14,6 +15,7 @@ import os
 import sys
 
 from goalwire.errors import UnknownInterfaceError
+from goalwire.files import shown
 from goalwire.interfaces import registered, workspace
 from goalwire.interfaces.workspace import KINDS
 
@@ -24,6 +26,7 @@ if TYPE_CHECKING:
 SHIPPED = os.path.join(os.path.dirname(__file__), 'share')
 INTERFACE_PATH = 'GOALWIRE_INTERFACE_PATH'
 PREFIX_PATH = 'AMENT_PREFIX_PATH'
+INSTALLED = frozenset({'site-packages', 'dist-packages'})
 
 
 class InterfacePackage:
@@ -54,30 +57,25 @@ class InterfacePackage:
         }
 
 
-_Key = tuple[str, str | None, str | None, str | None, tuple[str, ...]]
+_Key = tuple[str, str | None, str | None, tuple[tuple[str, str], ...], tuple[str, ...]]
 _found: dict[_Key, InterfacePackage | None] = {}
 _workspaces: dict[str, workspace.Workspace] = {}
-
-
-def is_package_name(name: str) -> bool:
-    """ROS 2's rule (REP 144, rosidl): lower case, digits, single underscores, a letter first."""
-    plain = name.isascii() and name.isidentifier() and name == name.lower()
-    return plain and name[0] != '_' and name[-1] != '_' and '__' not in name
+_warned: set[str] = set()
 
 
 def find_package(package: str) -> InterfacePackage | None:
     """Find a package's definition files; None where there are none.
 
-    Answers are kept until an environment variable, the working directory or sys.path changes, or
-    importlib.invalidate_caches() is called. Raises UnknownInterfaceError for a name that no package can have.
+    Answers are kept until an environment variable, the working directory, the program or sys.path changes,
+    or importlib.invalidate_caches() is called. Raises UnknownInterfaceError for a name that no package has.
     """
-    if not is_package_name(package):
+    if not workspace.is_package_name(package):
         raise UnknownInterfaceError(
             f'{package!r} is no ROS package name: use lower-case letters, digits and single underscores, '
             'with a letter first'
         )
     variables = os.environ.get(INTERFACE_PATH), os.environ.get(PREFIX_PATH)
-    key = (package, *variables, _working_directory(), tuple(sys.path))
+    key = (package, *variables, _roots(), registered.python_path())
     if key not in _found:
         _found[key] = _search(package)
     return _found[key]
@@ -90,9 +88,9 @@ def package_names() -> list[str]:
         names |= {os.path.basename(entry.rstrip(os.sep))} | set(_listing(entry))
     for prefix in _entries(PREFIX_PATH):
         names |= set(_listing(os.path.join(prefix, 'share')))
-    if here := _workspace():
+    for _, here in _workspace_walks():
         names |= set(here.packages)
-    return sorted(name for name in names if is_package_name(name) and find_package(name))
+    return sorted(name for name in names if workspace.is_package_name(name) and find_package(name))
 
 
 def explain_missing(package: str) -> str:
@@ -103,9 +101,9 @@ def explain_missing(package: str) -> str:
     lines += [f'  {name}: {_describe_variable(name)}' for name in (INTERFACE_PATH, PREFIX_PATH)]
     entry_points = ', '.join(sorted(registered.registrations())) or 'none registered'
     lines.append(f'  entry points {registered.GROUP}: {entry_points}')
-    if here := _workspace():
+    for place, here in _workspace_walks():
         found = ', '.join(sorted(here.packages)) or 'no interface package'
-        lines.append(f'  below the working directory {here.root}: {found}')
+        lines.append(f'  below {place} {shown(here.root)}: {found}')
         lines += [f'    note: {remark}' for remark in here.remarks]
     lines.append('  the packages that goalwire ships')
     if close := get_close_matches(package, package_names(), n=3):
@@ -130,7 +128,7 @@ def _search(package: str) -> InterfacePackage | None:
         folder = os.path.join(prefix, 'share', package)
         if workspace.holds_definitions(folder):
             return InterfacePackage(package, folder, PREFIX_PATH)
-    return _search_registered(package) or _search_workspace(package) or _search_shipped(package)
+    return _search_registered(package) or _search_workspaces(package) or _search_shipped(package)
 
 
 def _search_registered(package: str) -> InterfacePackage | None:
@@ -147,15 +145,14 @@ def _search_registered(package: str) -> InterfacePackage | None:
     return InterfacePackage(package, folder, f'the entry point {registered.GROUP}')
 
 
-def _search_workspace(package: str) -> InterfacePackage | None:
-    here = _workspace()
-    if here is None or package not in here.packages:
-        return None
-    folder = here.packages[package]
-    for remark in here.remarks:
-        if f'second package named {package};' in remark:
-            _warn(remark)
-    return InterfacePackage(package, folder, 'the working directory')
+def _search_workspaces(package: str) -> InterfacePackage | None:
+    for place, here in _workspace_walks():
+        if package in here.packages:
+            for remark in here.remarks:
+                if f'second package named {package};' in remark:
+                    _warn(remark)
+            return InterfacePackage(package, here.packages[package], place)
+    return None
 
 
 def _search_shipped(package: str) -> InterfacePackage | None:
@@ -164,12 +161,16 @@ def _search_shipped(package: str) -> InterfacePackage | None:
 
 
 def _entries(variable: str) -> list[str]:
-    return [os.path.abspath(entry) for entry in os.environ.get(variable, '').split(os.pathsep) if entry]
+    entries = [entry for entry in os.environ.get(variable, '').split(os.pathsep) if entry]
+    try:
+        return [os.path.abspath(entry) for entry in entries]
+    except OSError:  # the working directory was removed: nothing is relative to it
+        return [entry for entry in entries if os.path.isabs(entry)]
 
 
 def _describe_variable(variable: str) -> str:
     entries = [entry if os.path.isdir(entry) else f'{entry} (no such folder)' for entry in _entries(variable)]
-    return ', '.join(entries) or 'not set'
+    return ', '.join(map(shown, entries)) or 'not set'
 
 
 def _listing(folder: str) -> list[str]:
@@ -179,23 +180,46 @@ def _listing(folder: str) -> list[str]:
         return []
 
 
-def _working_directory() -> str | None:
+def _roots() -> tuple[tuple[str, str], ...]:
+    """Where workspaces are looked for: what to call the place, and its folder."""
+    roots = {}
     try:
-        return os.getcwd()
+        roots[os.getcwd()] = 'the working directory'
     except OSError:  # it was removed
-        return None
+        roots = {}
+    if folder := _program_folder():
+        roots.setdefault(folder, "the program's folder")
+    return tuple((place, root) for root, place in roots.items())
 
 
-def _workspace() -> workspace.Workspace | None:
-    root = _working_directory()
-    if root is None:
-        return None
-    if root not in _workspaces:
-        _workspaces[root] = workspace.scan(root)
-    return _workspaces[root]
+def _program_folder() -> str | None:
+    """The folder of the script that Python was started with; None where there is none, or it is installed."""
+    for name in ('__mp_main__', '__main__'):  # a process that multiprocessing spawned has the first
+        file = getattr(sys.modules.get(name), '__file__', None)
+        if isinstance(file, str) and os.path.isabs(file):
+            folder = os.path.dirname(os.path.normpath(file))
+            installed = folder == os.path.dirname(sys.executable) or INSTALLED & set(folder.split(os.sep))
+            return None if installed else folder
+    return None
+
+
+def _workspace_walks() -> list[tuple[str, workspace.Workspace]]:
+    """Walk below the roots, each once; what cannot be used there is warned of once."""
+    walks = []
+    for place, root in _roots():
+        if root not in _workspaces:
+            found = _workspaces[root] = workspace.scan(root)
+            for remark in found.unusable:
+                _warn(remark)
+        walks.append((place, _workspaces[root]))
+    return walks
 
 
 def _warn(text: str) -> None:
+    """Warn of a text once: a search that starts afresh finds the same again."""
+    if text in _warned:
+        return
+    _warned.add(text)
     import warnings
 
     warnings.warn(text, RuntimeWarning, stacklevel=2)

@@ -1,14 +1,23 @@
 """Finds interface packages in a source tree, as colcon does: by their package.xml.
 
-The walk goes level by level, at most LEVELS down and through at most FOLDERS folders, so that an import
-from a home directory stays cheap. It is used by the import hook: nothing heavy is imported here.
+The walk goes level by level, at most LEVELS down and through at most FOLDERS folders and ENTRIES names, so
+that an import from a home directory stays cheap. What lies there may be anything: a file that cannot be read
+is remarked, and never stops an import. Used by the import hook: nothing heavy is imported here.
 """
 
 import os
 
+from goalwire.files import LARGEST_DEFINITION, read_regular, shown
+
+TYPE_CHECKING = False  # typing would cost 5 ms
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+MANIFEST = 'package.xml'
 KINDS = ('msg', 'srv', 'action')
 LEVELS = 4
 FOLDERS = 1000
+ENTRIES = 100_000
 IGNORED = frozenset({'build', 'install', 'log', 'node_modules', '__pycache__', 'site-packages'})
 IGNORE_MARKS = frozenset({'COLCON_IGNORE', 'AMENT_IGNORE', 'pyvenv.cfg'})
 
@@ -16,28 +25,45 @@ IGNORE_MARKS = frozenset({'COLCON_IGNORE', 'AMENT_IGNORE', 'pyvenv.cfg'})
 class Workspace:
     """What one walk found."""
 
-    __slots__ = ('complete', 'packages', 'remarks', 'root')
+    __slots__ = ('complete', 'entries', 'packages', 'remarks', 'root', 'seen', 'unusable')
 
     def __init__(self, root: str) -> None:
         self.root = root
         self.packages: dict[str, str] = {}  # name -> folder; the nearest wins
         self.remarks: list[str] = []  # what a user who misses a package should know
+        self.unusable: list[str] = []  # those of the remarks that name a package.xml which cannot be used
+        self.entries = 0  # names that were looked at
+        self.seen: set[tuple[int, int]] = set()  # folders, as links may lead to one again
         self.complete = True
+
+    def remark(self, text: str, *, unusable: bool = False) -> None:
+        """Note what a user should know."""
+        self.remarks.append(text)
+        if unusable:
+            self.unusable.append(text)
 
 
 def holds_definitions(folder: str) -> bool:
     """Whether a folder has definition files: msg/*.msg, srv/*.srv or action/*.action."""
-    return any(True for kind in KINDS for _ in definition_names(folder, kind))
+    return any(True for kind in KINDS for _ in _definitions(folder, kind))
 
 
 def definition_names(folder: str, kind: str) -> list[str]:
     """The type names that <folder>/<kind>/ defines, sorted; none where there is no such folder."""
+    return sorted(_definitions(folder, kind))
+
+
+def _definitions(folder: str, kind: str) -> 'Iterator[str]':
+    """Yield the type names in the order of the folder, of which ENTRIES are looked at."""
     ending = '.' + kind
     try:
-        files = os.listdir(os.path.join(folder, kind))
+        with os.scandir(os.path.join(folder, kind)) as entries:
+            for _, entry in zip(range(ENTRIES), entries, strict=False):
+                name = entry.name.removesuffix(ending)
+                if name != entry.name and name.isidentifier():  # no other can be imported
+                    yield name
     except OSError:
-        return []
-    return sorted(name.removesuffix(ending) for name in files if name.endswith(ending) and name[0] != '.')
+        return
 
 
 def scan(root: str) -> Workspace:
@@ -48,9 +74,10 @@ def scan(root: str) -> Workspace:
         below: list[str] = []
         for folder in level:
             visited += 1
-            if visited > FOLDERS:
+            if visited > FOLDERS or found.entries > ENTRIES:
+                bound = f'{FOLDERS} folders' if visited > FOLDERS else f'{ENTRIES:,} files'
                 found.complete = False
-                found.remarks.append(f'the search below {root} ended after {FOLDERS} folders')
+                found.remark(f'the search below {shown(root)} ended after {bound}')
                 return found
             below += _visit(folder, found)
         level = below
@@ -59,14 +86,23 @@ def scan(root: str) -> Workspace:
 
 def _visit(folder: str, found: Workspace) -> list[str]:
     """Note the package in this folder, or return the folders to look into next."""
+    inside: dict[str, os.DirEntry[str]] = {}
     try:
+        state = os.stat(folder)
+        if (state.st_dev, state.st_ino) in found.seen:
+            return []
+        found.seen.add((state.st_dev, state.st_ino))
         with os.scandir(folder) as entries:
-            inside = {entry.name: entry for entry in entries}
+            for entry in entries:
+                inside[entry.name] = entry
+                found.entries += 1
+                if found.entries > ENTRIES:
+                    break
     except OSError:
         return []
     if not IGNORE_MARKS.isdisjoint(inside):
         return []
-    if 'package.xml' in inside:
+    if MANIFEST in inside:
         _note(folder, found)
         return []
     return [
@@ -86,38 +122,53 @@ def _is_folder(entry: 'os.DirEntry[str]') -> bool:
 def _note(folder: str, found: Workspace) -> None:
     if not holds_definitions(folder):
         return
-    name = _package_name(folder, found)
-    if name is None:
+    try:
+        name = package_name(os.path.join(folder, MANIFEST))
+    except ValueError as error:
+        found.remark(str(error), unusable=True)
         return
     if name in found.packages:
-        found.remarks.append(
-            f'{folder} is a second package named {name}; {found.packages[name]} is used '
+        found.remark(
+            f'{shown(folder)} is a second package named {name}; {shown(found.packages[name])} is used '
             '(a file COLCON_IGNORE in a folder hides it)'
         )
         return
     found.packages[name] = folder
 
 
-def _package_name(folder: str, found: Workspace) -> str | None:
-    """The <name> of package.xml; None, with a remark, where the file cannot be read."""
+def package_name(manifest: str) -> str:
+    """Return the <name> of a package.xml; raises ValueError that names the file and what is wrong with it."""
     from xml.parsers import expat
 
     path: list[str] = []
     name: list[str] = []
-    parser = expat.ParserCreate()
-    parser.StartElementHandler = lambda tag, _: path.append(tag)
-    parser.EndElementHandler = lambda _: path.pop()
-    parser.CharacterDataHandler = lambda text: name.append(text) if path == ['package', 'name'] else None
-    file = os.path.join(folder, 'package.xml')
+    file = shown(manifest)
     try:
-        with open(file, 'rb') as content:
-            parser.ParseFile(content)
+        parser = expat.ParserCreate()
+        parser.StartElementHandler = lambda tag, _: path.append(tag)
+        parser.EndElementHandler = lambda _: path.pop()
+        parser.CharacterDataHandler = lambda text: name.append(text) if path == ['package', 'name'] else None
+        parser.Parse(read_regular(manifest, LARGEST_DEFINITION), True)
     except OSError as error:
-        found.remarks.append(f'{file} cannot be read: {error.strerror}')
+        raise ValueError(f'{file} cannot be read: {error.strerror}') from None
     except expat.ExpatError as error:
-        found.remarks.append(f'{file} is not well-formed XML: {error}')
-    else:
-        if text := ''.join(name).strip():
-            return text
-        found.remarks.append(f'{file} has no <name>')
-    return None
+        raise ValueError(f'{file} is not well-formed XML: {error}') from None
+    except (ValueError, LookupError) as error:  # expat asks Python's codecs, and these raise both
+        raise ValueError(
+            f'{file} is in an encoding that XML readers do not know: {error}; save it as UTF-8'
+        ) from None
+    text = ''.join(name).strip()
+    if not text:
+        raise ValueError(f'{file} has no <name>')
+    if not is_package_name(text):
+        raise ValueError(
+            f'{file} has the <name> {shown(text, 60)!r}: a name has lower-case letters, digits and single '
+            'underscores, with a letter first'
+        )
+    return text
+
+
+def is_package_name(name: str) -> bool:
+    """ROS 2's rule (REP 144, rosidl): lower case, digits, single underscores, a letter first."""
+    plain = name.isascii() and name.isidentifier() and name == name.lower()
+    return plain and name[0] != '_' and name[-1] != '_' and '__' not in name

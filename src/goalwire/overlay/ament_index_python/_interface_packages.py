@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from goalwire.interfaces import search_path
+from goalwire.interfaces import search_path, workspace
 
 PACKAGES = 'packages'
 INTERFACES = 'rosidl_interfaces'
@@ -22,7 +22,7 @@ def names() -> list[str]:
 
 def share(package: str) -> str | None:
     """The folder that holds msg/, srv/ and action/; None where there is no such interface package."""
-    found = search_path.find_package(package) if search_path.is_package_name(package) else None
+    found = search_path.find_package(package) if workspace.is_package_name(package) else None
     return found.folder if found else None
 
 

@@ -1,0 +1,69 @@
+"""Reading files that others wrote: no named pipe hangs, and no endless or huge file fills the memory.
+
+The import hook uses it, so it imports nothing that Python has not loaded at its start.
+"""
+
+import errno
+import os
+import stat
+
+TYPE_CHECKING = False  # typing would cost 5 ms
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+LARGEST_DEFINITION = 2**20
+"""Bytes that a definition or a package.xml may have; the largest of ROS 2 itself have a hundredth of it."""
+LARGEST_PARAMETER_FILE = 2**24
+
+_KINDS = {
+    stat.S_IFDIR: 'a folder',
+    stat.S_IFIFO: 'a named pipe',
+    stat.S_IFSOCK: 'a socket',
+    stat.S_IFCHR: 'a device',
+    stat.S_IFBLK: 'a device',
+}
+_FLAGS = os.O_RDONLY | getattr(os, 'O_NONBLOCK', 0) | getattr(os, 'O_CLOEXEC', 0) | getattr(os, 'O_BINARY', 0)
+
+
+def read_regular(path: str, largest: int) -> bytes:
+    """Return what a regular file holds.
+
+    Raises OSError, whose strerror says what is wrong, also for anything but a regular file and for one of
+    more than `largest` bytes.
+    """
+    _refuse_special(path, os.stat(path).st_mode)  # before it is opened: opening a device may do something
+    descriptor = os.open(path, _FLAGS)  # a pipe that took its place meanwhile does not block
+    with open(descriptor, 'rb', buffering=0) as stream:
+        found = os.fstat(descriptor)
+        _refuse_special(path, found.st_mode)
+        if found.st_size > largest:
+            raise _too_large(path, largest)
+        return _read(stream.read, path, largest)
+
+
+def shown(path: str, longest: int = 500) -> str:
+    """Return a path as messages show it: on one line, without control characters, not endless."""
+    text = ''.join(sign if sign.isprintable() else sign.encode('unicode_escape').decode() for sign in path)
+    return text if len(text) <= longest else f'{text[: longest // 2]}…{text[-longest // 2 :]}'
+
+
+def _read(read: 'Callable[[int], bytes | None]', path: str, largest: int) -> bytes:
+    """Read to the end: files of /proc, and those that grow meanwhile, hold more than their size says."""
+    parts: list[bytes] = []
+    left = largest + 1
+    while left > 0 and (part := read(left)):
+        parts.append(part)
+        left -= len(part)
+    if left <= 0:
+        raise _too_large(path, largest)
+    return b''.join(parts)
+
+
+def _refuse_special(path: str, mode: int) -> None:
+    if not stat.S_ISREG(mode):
+        kind = _KINDS.get(stat.S_IFMT(mode), 'something else')
+        raise OSError(errno.EINVAL, f'it is {kind}, not a regular file', path)
+
+
+def _too_large(path: str, largest: int) -> OSError:
+    return OSError(errno.EFBIG, f'it has more than {largest:,} bytes', path)
