@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import subprocess
 import sys
 from importlib import invalidate_caches
 from pathlib import Path
@@ -12,6 +13,13 @@ import pytest
 from helpers.packages import write_files, write_package
 
 INDEX = 'share/ament_index/resource_index'
+
+
+@pytest.fixture(autouse=True)
+def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Where prefixes of links are made."""
+    monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path / 'cache'))
+    return tmp_path / 'cache' / 'goalwire' / 'prefixes'
 
 
 @pytest.fixture
@@ -101,14 +109,107 @@ def test_a_prefix_without_definition_files_comes_first_too(
     )
 
 
-def test_a_package_of_the_source_tree_is_its_own_prefix(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def executables(package: str) -> list[Path]:
+    """What `ros2 run` and `ros2 pkg executables` find: all that can be run below <prefix>/lib/<package>."""
+    files = Path(ament.get_package_prefix(package), 'lib', package).rglob('*')
+    return sorted(file for file in files if os.access(file, os.X_OK))
+
+
+@pytest.fixture
+def zoo(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The source folder of zoo_msgs, in the workspace that is the working directory."""
     folder = write_package(tmp_path / 'src' / 'zoo', 'zoo_msgs', {'msg/Lion.msg': ''})
     monkeypatch.chdir(tmp_path)
     invalidate_caches()
-    assert ament.get_package_share_directory('zoo_msgs') == str(folder)
-    assert ament.get_package_prefix('zoo_msgs') == str(folder)
+    return folder
+
+
+def test_a_package_of_the_source_tree_has_a_prefix_around_it(zoo: Path, cache: Path) -> None:
+    assert ament.get_package_share_directory('zoo_msgs') == str(zoo)
+    assert not cache.exists()
+    prefix = Path(ament.get_package_prefix('zoo_msgs'))
+    assert prefix.parent == cache
+    assert (prefix / 'share' / 'zoo_msgs').samefile(zoo)
+    assert ament.get_packages_with_prefixes()['zoo_msgs'] == str(prefix)
+    assert executables('zoo_msgs') == []
+
+
+def test_every_package_that_is_listed_has_its_share_folder(zoo: Path) -> None:
+    found = ament.get_packages_with_prefixes()
+    assert {'zoo_msgs', 'std_msgs', 'composition_interfaces'} <= found.keys()
+    assert [name for name, prefix in found.items() if not Path(prefix, 'share', name).is_dir()] == []
+
+
+def test_links_that_were_lost_are_made_again(zoo: Path) -> None:
+    prefix = Path(ament.get_package_prefix('zoo_msgs'))
+    (prefix / 'share' / 'zoo_msgs').unlink()
+    assert ament.get_package_prefix('zoo_msgs') == str(prefix)
+    assert (prefix / 'share' / 'zoo_msgs' / 'msg' / 'Lion.msg').is_file()
+
+
+def test_without_a_place_for_links_a_package_of_the_source_tree_is_its_own_prefix(
+    zoo: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / 'file').touch()
+    monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path / 'file'))
+    assert ament.get_package_prefix('zoo_msgs') == str(zoo)
+
+
+@pytest.fixture
+def pips(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Python's own prefix, into which pip installed the distribution Camera: package camera, two programs."""
+    site = tmp_path / 'lib' / 'python' / 'site-packages'
+    record = [
+        f'../../../{INDEX}/packages/camera,sha256=x,0',
+        '../../../bin/grab,sha256=x,9',
+        '"../../../bin/view, all",sha256=x,9',
+        '../../../bin/lost,sha256=x,9',
+        'camera/bin/helper,sha256=x,9',
+        'Camera-1.0.dist-info/RECORD,,',
+    ]
+    write_files(
+        tmp_path,
+        {
+            f'{INDEX}/packages/camera': '',
+            f'{INDEX}/plugins/camera': 'lens',
+            'share/camera/package.xml': '<package/>',
+            'bin/grab': '#!/bin/sh\necho grabbed\n',
+            'bin/view, all': '#!/bin/sh\n',
+            'bin/other': '#!/bin/sh\n',
+        },
+    )
+    write_files(
+        site / 'Camera-1.0.dist-info',
+        {'METADATA': 'Name: Camera\nVersion: 1.0\n', 'RECORD': '\n'.join(record)},
+    )
+    for program in (tmp_path / 'bin').iterdir():
+        program.chmod(0o755)
+    monkeypatch.delenv('AMENT_PREFIX_PATH', raising=False)
+    monkeypatch.setattr(sys, 'prefix', str(tmp_path))
+    monkeypatch.syspath_prepend(str(site))
+    return tmp_path
+
+
+def test_programs_that_pip_installed_are_in_lib_as_ros2_run_looks_for_them(pips: Path) -> None:
+    found = executables('camera')
+    assert [file.name for file in found] == ['grab', 'view, all']
+    assert found[0].samefile(pips / 'bin' / 'grab')
+    assert subprocess.check_output([found[0]], text=True) == 'grabbed\n'
+
+
+def test_the_share_folder_of_what_pip_installed_is_where_it_lies_and_in_the_prefix(pips: Path) -> None:
+    share = pips / 'share' / 'camera'
+    assert ament.get_package_share_directory('camera') == str(share)
+    prefix = ament.get_package_prefix('camera')
+    assert Path(prefix, 'share', 'camera').samefile(share)
+    assert ament.has_resource('packages', 'camera') == prefix
+    assert ament.get_packages_with_prefixes()['camera'] == prefix
+    assert ament.get_resource('plugins', 'camera') == ('lens', str(pips))
+
+
+def test_a_prefix_that_has_the_programs_in_lib_stays_the_prefix(pips: Path) -> None:
+    write_files(pips / 'lib' / 'camera', {'grab': '#!/bin/sh\n'})
+    assert ament.get_package_prefix('camera') == str(pips)
 
 
 def test_an_unknown_package_is_an_error_that_says_where_was_looked(prefixes: tuple[Path, Path]) -> None:

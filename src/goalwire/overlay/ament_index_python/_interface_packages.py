@@ -1,14 +1,14 @@
 """Interface packages that no prefix has: goalwire's shipped ones, a workspace's, pip's.
 
-They count as resources of the types 'packages' and 'rosidl_interfaces', in a prefix of their own: the folder
-that has share/<package>, where there is one, else the package's own folder.
+They count as resources of the types 'packages' and 'rosidl_interfaces', in a prefix that has share/<package>.
 """
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from goalwire.interfaces import search_path, workspace
+from ament_index_python import _linked_prefixes
+from goalwire.interfaces import registered, search_path, workspace
 
 PACKAGES = 'packages'
 INTERFACES = 'rosidl_interfaces'
@@ -32,7 +32,9 @@ def prefix(package: str) -> str | None:
     if folder is None:
         return None
     place = Path(folder)
-    return str(place.parent.parent) if place.parts[-2:] == ('share', package) else folder
+    if place.parts[-2:] == ('share', package):
+        return str(place.parent.parent)
+    return _linked_prefixes.around(package, folder, of_distribution=package in registered.registrations())
 
 
 def content(resource_type: str, package: str) -> str:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ament_index_python import _interface_packages
 from ament_index_python.constants import AMENT_PREFIX_PATH_ENV_VAR
-from ament_index_python.resources import get_resource, get_resources
+from ament_index_python.resources import get_resource, get_resources, indexed_prefix
 from ament_index_python.search_paths import get_search_paths
 
 __all__ = [
@@ -37,15 +37,11 @@ def get_package_prefix(package_name: str) -> str:
 
     Raises PackageNotFoundError (a KeyError), and ValueError for what is no package name (REP 144).
     """
-    if re.fullmatch('[a-zA-Z0-9][a-zA-Z0-9_-]+', package_name, re.ASCII) is None:
-        raise ValueError(f"'{package_name}' is not a valid package name")
+    _check_name(package_name)
     try:
         return get_resource('packages', package_name)[1]
     except LookupError:
-        raise PackageNotFoundError(
-            f"package '{package_name}' not found, searching: {get_search_paths()} "
-            f'(source the workspace that has it, or name its prefix in {AMENT_PREFIX_PATH_ENV_VAR})'
-        ) from None
+        raise _not_found(package_name) from None
 
 
 def get_package_share_directory(package_name: str, print_warning: bool = True) -> str:
@@ -59,10 +55,26 @@ def get_package_share_path(package_name: str, print_warning: bool = True) -> Pat
 
 
 def _share(package: str, print_warning: bool) -> str:
-    prefix = get_package_prefix(package)
-    if prefix == _interface_packages.share(package):  # a source folder, with no prefix around it
-        return prefix
+    _check_name(package)
+    prefix = indexed_prefix('packages', package)
+    if prefix is None:
+        share = _interface_packages.share(package)
+        if share is None:
+            raise _not_found(package)
+        return share
     folder = Path(prefix, 'share', package)
     if print_warning and not folder.exists():
         warnings.warn(f'Share directory for {package} ({folder}) does not exist.', stacklevel=3)
     return str(folder)
+
+
+def _check_name(package: str) -> None:
+    if re.fullmatch('[a-zA-Z0-9][a-zA-Z0-9_-]+', package, re.ASCII) is None:
+        raise ValueError(f"'{package}' is not a valid package name")
+
+
+def _not_found(package: str) -> PackageNotFoundError:
+    return PackageNotFoundError(
+        f"package '{package}' not found, searching: {get_search_paths()} "
+        f'(source the workspace that has it, or name its prefix in {AMENT_PREFIX_PATH_ENV_VAR})'
+    )

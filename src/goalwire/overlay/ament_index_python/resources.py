@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Literal
 
-from ament_index_python import _interface_packages
+from ament_index_python import _interface_packages, _linked_prefixes
 from ament_index_python.constants import RESOURCE_INDEX_SUBFOLDER
 from ament_index_python.search_paths import get_search_paths
 
@@ -37,7 +37,7 @@ def get_resource(resource_type: str, resource_name: str) -> tuple[str, str]:
         file = _index(prefix) / resource_type / resource_name
         if file.is_file():
             try:
-                return file.read_text(encoding='utf-8'), prefix
+                return file.read_text(encoding='utf-8'), _whole(resource_type, resource_name, prefix)
             except OSError as error:
                 raise OSError(
                     f"Could not open the resource '{resource_name}' of type '{resource_type}':\n{error}"
@@ -50,9 +50,9 @@ def get_resource(resource_type: str, resource_name: str) -> tuple[str, str]:
 def has_resource(resource_type: str, resource_name: str) -> str | Literal[False]:
     """Return the prefix that has a resource, False where none does; ValueErrors for bad names."""
     _check(resource_type, resource_name)
-    for prefix in get_search_paths():
-        if (_index(prefix) / resource_type / resource_name).is_file():
-            return prefix
+    prefix = indexed_prefix(resource_type, resource_name)
+    if prefix is not None:
+        return _whole(resource_type, resource_name, prefix)
     return _own_prefix(resource_type, resource_name) or False
 
 
@@ -64,6 +64,7 @@ def get_resources(resource_type: str) -> dict[str, str]:
         for entry in _visible(_index(prefix) / resource_type):
             if not entry.is_dir():
                 found.setdefault(entry.name, prefix)
+    found = {name: _whole(resource_type, name, prefix) for name, prefix in found.items()}
     if resource_type in _interface_packages.RESOURCE_TYPES:
         for name in _interface_packages.names():
             if name not in found and (place := _own_prefix(resource_type, name)):
@@ -77,6 +78,21 @@ def get_resource_types() -> set[str]:
     for prefix in get_search_paths():
         types |= {entry.name for entry in _visible(_index(prefix)) if entry.is_dir()}
     return types
+
+
+def indexed_prefix(resource_type: str, resource_name: str) -> str | None:
+    """The first prefix whose index names a resource, as it lies on the disk."""
+    for prefix in get_search_paths():
+        if (_index(prefix) / resource_type / resource_name).is_file():
+            return prefix
+    return None
+
+
+def _whole(resource_type: str, name: str, prefix: str) -> str:
+    """The prefix to give for a resource: that of a package which pip installed has its programs, too."""
+    if resource_type == _interface_packages.PACKAGES and prefix in _linked_prefixes.of_pip():
+        return _linked_prefixes.with_programs(name, prefix)
+    return prefix
 
 
 def _index(prefix: str) -> Path:

@@ -3,22 +3,24 @@
 from __future__ import annotations
 
 import os
-import sys
 from pathlib import Path
 
+from ament_index_python import _linked_prefixes
 from ament_index_python.constants import AMENT_PREFIX_PATH_ENV_VAR, RESOURCE_INDEX_SUBFOLDER
 
 __all__ = ['get_search_paths']
 
 
 def get_search_paths() -> list[str]:
-    """Return the existing folders of AMENT_PREFIX_PATH, then Python's own prefix.
+    """Return the existing folders of AMENT_PREFIX_PATH, then Python's own prefixes.
 
     pip installs an ament_python package's data files there (setup.py names share/ament_index among them), so
     that a package which pip installed is found as one that colcon built.
     """
     entries = os.environ.get(AMENT_PREFIX_PATH_ENV_VAR, '').split(os.pathsep)
     paths = [entry for entry in entries if entry and Path(entry).is_dir()]
-    if sys.prefix not in paths and Path(sys.prefix, RESOURCE_INDEX_SUBFOLDER).is_dir():
-        paths.append(sys.prefix)
-    return paths
+    return paths + [
+        prefix
+        for prefix in _linked_prefixes.of_pip()
+        if prefix not in paths and Path(prefix, RESOURCE_INDEX_SUBFOLDER).is_dir()
+    ]

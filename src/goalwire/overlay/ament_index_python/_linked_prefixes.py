@@ -1,0 +1,91 @@
+"""Prefixes made of links, for packages that lie otherwise than colcon would lay them.
+
+ros2 run, ros2 pkg executables and launch_ros look for <prefix>/lib/<package>/<executable>, and many programs
+for <prefix>/share/<package>. pip puts a package's programs into the environment's bin/, and the package of a
+workspace or of an entry point has no prefix around it. Such a package gets a prefix of its own, as colcon can
+make them: a folder of links in the user's cache. It is named after what it links to, so it is never wrong,
+and several processes may fill it at once.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import site
+import sys
+import sysconfig
+from pathlib import Path
+
+from goalwire.interfaces.registered import GROUP
+
+_MARKERS = 'share/ament_index/resource_index/packages'
+
+
+def of_pip() -> list[str]:
+    """The folders that pip puts data files into: of the environment, and of the user where that is on."""
+    folders = [sys.prefix, sysconfig.get_path('data', vars={'base': sys.prefix})]
+    if site.ENABLE_USER_SITE:
+        folders.append(site.getuserbase())
+    return list(dict.fromkeys(folders))
+
+
+def with_programs(package: str, prefix: str) -> str:
+    """The prefix of a package that pip installed into `prefix`: with lib/<package>, where it has programs."""
+    if Path(prefix, 'lib', package).is_dir():
+        return prefix
+    programs = _programs(package)
+    share = Path(prefix, 'share', package)
+    return (programs and _made(package, share, programs)) or prefix
+
+
+def around(package: str, share: str, *, of_distribution: bool) -> str:
+    """The prefix of a package whose files are in the folder `share`, not in <prefix>/share/<package>.
+
+    `of_distribution`: pip installed it, so it may have programs. The prefix is `share` itself where no links
+    can be made.
+    """
+    return _made(package, Path(share), _programs(package) if of_distribution else []) or share
+
+
+def _programs(package: str) -> list[Path]:
+    """The scripts of the distribution that pip installed the package from, sorted."""
+    from importlib.metadata import distributions
+
+    for distribution in distributions():
+        record = distribution.read_text('RECORD') or ''
+        if f'{_MARKERS}/{package},' in record or (
+            distribution.entry_points.select(group=GROUP, name=package)
+        ):
+            names = [row.rpartition(',')[0].rpartition(',')[0].strip('"') for row in record.splitlines()]
+            files = [Path(os.path.normpath(str(distribution.locate_file(name)))) for name in names]
+            return sorted(file for file in files if file.parent.name in ('bin', 'Scripts') and file.is_file())
+    return []
+
+
+def _made(package: str, share: Path, programs: list[Path]) -> str | None:
+    """A prefix with links to these files; None where none can be made."""
+    from hashlib import sha256
+
+    names = '\0'.join(map(str, [share, *programs]))
+    digest = sha256(os.fsencode(names)).hexdigest()[:16]
+    links = {f'share/{package}': share, **{f'lib/{package}/{file.name}': file for file in programs}}
+    try:
+        prefix = _cache() / f'{package}-{digest}'
+        for name, target in links.items():
+            _link(prefix / name, target)
+    except (OSError, RuntimeError):  # nowhere to write, no links on this system, or no home
+        return None
+    return str(prefix)
+
+
+def _link(place: Path, target: Path) -> None:
+    if not place.is_symlink():
+        place.parent.mkdir(parents=True, exist_ok=True)
+        with contextlib.suppress(FileExistsError):  # another process was faster
+            place.symlink_to(target, target_is_directory=target.is_dir())
+
+
+def _cache() -> Path:
+    """The user's own folder for what can be made again. Raises RuntimeError where there is none."""
+    own = os.environ.get('LOCALAPPDATA' if os.name == 'nt' else 'XDG_CACHE_HOME', '')
+    return (Path(own) if Path(own).is_absolute() else Path.home() / '.cache') / 'goalwire' / 'prefixes'
