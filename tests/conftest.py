@@ -13,7 +13,9 @@ from helpers.isolation import claim_slot, isolated_env, log_directory
 from helpers.leaks import Inventory
 from helpers.wires import DDS, TRANSPORTS, require_wire
 
-from goalwire.transport import registry
+from goalwire import logging
+from goalwire.logging import LogRecord
+from goalwire.transport import failures, registry
 from goalwire.transport.contract import Session, SessionOptions
 
 OpenSession: TypeAlias = Callable[[], Session]
@@ -34,6 +36,20 @@ def nothing_left_behind() -> Iterator[None]:
     assert before.added_threads() == [], 'threads left running'
     assert _open_memory_sessions() == 0, 'sessions of the memory transport left open'
     assert before.added_descriptors() == [], 'file descriptors left open'
+
+
+@pytest.fixture(autouse=True)
+def nothing_told_before() -> None:
+    """What is logged once in a process is logged once in a test."""
+    failures.forget()
+
+
+@pytest.fixture
+def records() -> Iterator[list[LogRecord]]:
+    """Whatever is logged during the test."""
+    seen: list[LogRecord] = []
+    with logging.add_sink(seen.append):
+        yield seen
 
 
 def _open_memory_sessions() -> int:

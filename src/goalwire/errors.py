@@ -38,6 +38,26 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+PEER_TEXT_LIMIT = 500
+"""Characters of a text of a peer's that errors and logs show."""
+
+_CONTROLS = (
+    *range(0x20), *range(0x7F, 0xA0),  # C0, DEL, C1: line breaks, terminal escapes
+    0x061C, 0x200E, 0x200F, *range(0x202A, 0x202F), *range(0x2066, 0x206A),  # what turns text around
+    0x2028, 0x2029,  # further line breaks
+)  # fmt: skip
+_ESCAPED = {code: chr(code).encode('unicode_escape').decode() for code in _CONTROLS}
+
+
+def peer_text(text: object, limit: int = PEER_TEXT_LIMIT) -> str:
+    r"""Return what a peer wrote as one line of at most `limit` characters, for an error or a log.
+
+    Control characters are spelt out (`\n`, `\x1b`): a peer can neither forge lines nor steer a terminal.
+    What was through here once stays as it is.
+    """
+    told = str(text)[: limit + 1].translate(_ESCAPED)
+    return told if len(told) <= limit else told[: limit - 1] + '…'
+
 
 class GoalwireError(Exception):
     """The root: catches whatever goalwire raises."""
@@ -135,7 +155,10 @@ class TooManyCallsError(LocalError, RuntimeError):
 
 
 class RemoteError(GoalwireError):
-    """A peer sent something that breaks the rules."""
+    """A peer sent something that breaks the rules; what it quotes of that is `peer_text`."""
+
+    def __init__(self, message: str = '') -> None:
+        super().__init__(peer_text(message))
 
 
 class DecodeError(RemoteError, ValueError):

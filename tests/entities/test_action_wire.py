@@ -18,9 +18,10 @@ from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import ServiceSupport, action_support
 from goalwire.errors import DecodeError
 from goalwire.execution.callback_groups import ReentrantCallbackGroup
+from goalwire.logging import LogRecord
 from goalwire.protocol.goals import wire
 from goalwire.protocol.qos import ACTION_STATUS_DEFAULT, DEFAULT, SERVICES_DEFAULT
-from goalwire.transport.contract import Endpoint, EndpointKind, Request
+from goalwire.transport.contract import Endpoint, EndpointKind, Request, Sample
 
 SUPPORT = action_support(Fibonacci)
 BAD = [b'', b'\x00\x01\x00\x00', b'\x00\x01\x00\x00' + bytes(15), b'\x00\x07\x00\x00' + bytes(3)]
@@ -152,6 +153,7 @@ def test_feedback_that_cannot_be_decoded_never_reaches_its_callback(
     assert 'a feedback message was rejected' in capfd.readouterr().err
     request.reply(wire.encode_acceptance(True, 5))
     assert result_of(future).accepted
+    assert client.statistics().rejected == 1
     service.close()
     publisher.close()
 
@@ -179,3 +181,21 @@ def test_an_answer_that_is_none_raises_where_it_is_asked_for(
     with pytest.raises(DecodeError, match='Fibonacci_SendGoal_Response'):
         result_of(future)
     service.close()
+
+
+def test_rejected_feedback_and_statuses_are_told_at_powers_of_ten(
+    client: ActionClientCore, records: list[LogRecord]
+) -> None:
+    queue = client._feedback_inbox(lambda _: None)
+    sample = Sample(b'\x00\x01\x00\x00\xff', 1, 0, 0, bytes(16))
+    for _ in range(150):
+        queue.handle(sample)
+        client._statuses.handle(sample)
+    told = [each.message.split(' (')[0].split(' by now')[0] for each in records]
+    assert told == [
+        f"Action 'fib': a {kind} message was rejected{times}"
+        for times in ('', ', 10 times', ', 100 times')
+        for kind in ('feedback', 'status')
+    ]
+    assert client.statistics().rejected == 300
+    queue.close()

@@ -42,7 +42,7 @@ def test_beyond_the_limit_requests_are_refused_counted_and_logged_once(
     assert [future.done() for future in futures] == [True] * 5 + [False] * 3
     assert client.pending == {}
     printed = capfd.readouterr().err
-    assert printed.count("[node]: Service '/go': 5 requests wait already") == 1
+    assert printed.count("[node]: Service '/go': a request was refused (5 requests wait already)") == 1
     assert printed.count("Service '/go': no server answered (refused: 5 requests wait already)") == 1
 
 

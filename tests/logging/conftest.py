@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import pytest
 
 from goalwire import logging
-from goalwire.logging import LogRecord, configuration
+from goalwire.logging import configuration
 
 RCUTILS = (
     'RCUTILS_COLORIZED_OUTPUT',
@@ -26,11 +26,3 @@ def fresh_logging(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     while configuration.users():
         configuration.release()
     logging.shutdown()
-
-
-@pytest.fixture
-def records() -> Iterator[list[LogRecord]]:
-    """Whatever is logged during the test."""
-    seen: list[LogRecord] = []
-    with logging.add_sink(seen.append):
-        yield seen

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -44,14 +45,50 @@ def test_lines_are_those_of_the_console_without_colours(
     assert printed == f'\x1b[33m{lines(folder)[0]}\x1b[0m\n'
 
 
-def test_the_name_tells_executable_process_and_time(folder: Path) -> None:
+NAMED = [
+    (['/home/me/lamp.py'], 'lamp'),
+    (['./lamp.py', '--ros-args'], 'lamp'),
+    (['/usr/bin/lamp'], 'lamp'),
+    (['/site-packages/lamps/__main__.py'], 'lamps'),
+    (['/tmp/a lamp\n\x1b[2J.py'], 'a_lamp___2J'),
+    (['-c'], 'a.b'),
+    (['-'], 'a.b'),
+    ([''], 'a.b'),
+    ([], 'a.b'),
+]
+
+
+@pytest.mark.parametrize(('argv', 'name'), NAMED)
+def test_the_name_tells_program_process_and_time(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, argv: list[str], name: str
+) -> None:
+    monkeypatch.setattr(sys, 'argv', argv)
     configure([], to_console=False, to_file=True)
-    get_logger('a').info('x')
+    get_logger('a.b').info('x')
     (file,) = folder.iterdir()
-    executable, pid, ms = file.stem.rsplit('_', 2)
-    assert (executable, pid) == (Path(sys.orig_argv[0]).name, str(os.getpid()))
+    program, pid, ms = file.stem.rsplit('_', 2)
+    assert (program, pid) == (name, str(os.getpid()))
     assert len(ms) == 13
     assert file.suffix == '.log'
+
+
+@pytest.mark.parametrize('exists', [True, False])
+def test_a_link_that_has_the_files_name_is_not_followed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, exists: bool
+) -> None:
+    monkeypatch.setattr(time, 'time_ns', lambda: 1_500_000_000_000_000_000)
+    folder, victim = tmp_path / 'logs', tmp_path / 'victim'
+    folder.mkdir()
+    if exists:
+        victim.write_text('precious\n')
+    link = folder / f'lamp_{os.getpid()}_1500000000000.log'
+    link.symlink_to(victim)
+    file = LogFile(str(folder), compile_format('{message}'), 'lamp')
+    file(record('x'))
+    file.close()
+    assert (victim.read_text() if victim.exists() else None) == ('precious\n' if exists else None)
+    assert Path(file.path).name == f'lamp_{os.getpid()}_1500000000001.log'
+    assert Path(file.path).read_text() == 'x\n'
 
 
 def test_a_prefix_takes_the_executables_place(folder: Path) -> None:

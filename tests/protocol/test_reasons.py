@@ -6,7 +6,14 @@ import asyncio
 
 import pytest
 
-from goalwire.errors import CallError, DeadlineError, RefusedError, ServerFailedError, ServerLostError
+from goalwire.errors import (
+    PEER_TEXT_LIMIT,
+    CallError,
+    DeadlineError,
+    RefusedError,
+    ServerFailedError,
+    ServerLostError,
+)
 from goalwire.protocol import reasons
 
 
@@ -35,5 +42,5 @@ def test_a_failure_is_told_by_type_and_text() -> None:
 
 def test_a_reason_is_short() -> None:
     told = reasons.failed(ValueError('x' * 10_000))
-    assert len(told) == reasons.LIMIT
+    assert len(told) == PEER_TEXT_LIMIT
     assert told.endswith('x…')

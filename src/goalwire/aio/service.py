@@ -42,10 +42,11 @@ class LoggedService(ServiceCore):
     def _log(self, error: Exception) -> None:
         if self.destroyed:
             return  # an answer that came too late
-        import traceback
+        from goalwire.logging.tracebacks import traceback_text
 
-        lines = ''.join(traceback.format_exception(error)).rstrip()
-        get_logger(self.node.logger_name).error(f"Service '{self.full_name}': its handler failed\n{lines}")
+        get_logger(self.node.logger_name).error(
+            f"Service '{self.full_name}': its handler failed\n{traceback_text(error)}"
+        )
 
 
 class Service(Entity, Generic[RequestT, ResponseT]):

@@ -97,7 +97,7 @@ class NodeCore:
     @property
     def logger_name(self) -> str:
         """'a.b.name' for the node /a/b/name."""
-        return self.name.qualified.strip('/').replace('/', '.')
+        return self.name.logger
 
     def resolve(self, name: str, *, is_service: bool = False, only_expand: bool = False) -> str:
         """Return the fully-qualified name that a topic or service of this node gets, remapped by default.

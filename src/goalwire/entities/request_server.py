@@ -11,10 +11,10 @@ from goalwire.entities.type_support import ServiceSupport
 from goalwire.errors import RemoteError
 from goalwire.execution.callback_groups import CallbackGroup
 from goalwire.execution.inbox import Inbox
-from goalwire.logging import get_logger
 from goalwire.protocol import reasons
 from goalwire.protocol.qos import QoS
 from goalwire.transport.contract import EndpointKind, Payload, Port, Request
+from goalwire.transport.rejects import log_rejected
 
 QUEUE_LIMIT = 10_000
 """Requests that may wait at one server. Beyond it the newest is refused, counted and logged, whatever the
@@ -73,10 +73,7 @@ class RequestServer:
         else:
             request.drop(reasons.refused(f'{QUEUE_LIMIT} requests wait already'))
             self.refused += 1
-            if self.refused == 1:
-                self._log(
-                    f'{QUEUE_LIMIT} requests wait already; one was refused, further ones are counted only'
-                )
+            self._log('a request was refused', self.refused, f'{QUEUE_LIMIT} requests wait already')
 
     def work_off(self) -> None:
         """Handle what waits on the calling thread, past the executor."""
@@ -110,11 +107,11 @@ class RequestServer:
     def _reject(self, request: Request, error: RemoteError) -> None:
         self.rejected += 1
         request.drop(reasons.rejected(error))
-        if self.rejected == 1:
-            self._log(f'a request was rejected ({error}); further ones are counted only')
+        self._log('a request was rejected', self.rejected, error)
 
-    def _log(self, what: str) -> None:
-        get_logger(self.node.logger_name).error(f"Service '{self.full_name}': {what}")
+    def _log(self, what: str, count: int, reason: object) -> None:
+        what = f"Service '{self.full_name}': {what}"
+        log_rejected(self.node.logger_name, what, count, reason, is_error=True)
 
     def destroy(self) -> None:
         """Undeclare; requests that wait are given up. Idempotent."""

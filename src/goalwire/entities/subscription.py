@@ -14,9 +14,9 @@ from goalwire.entities.type_support import message_support
 from goalwire.errors import RemoteError
 from goalwire.execution.callback_groups import CallbackGroup
 from goalwire.execution.inbox import Inbox
-from goalwire.logging import get_logger
 from goalwire.protocol.qos import QoS
 from goalwire.transport.contract import EndpointKind, Port, Sample
+from goalwire.transport.rejects import log_rejected
 
 if TYPE_CHECKING:
     from goalwire.entities.qos_events import EndpointEvents
@@ -122,10 +122,8 @@ class SubscriptionCore(Generic[MsgT]):
 
     def _reject(self, error: RemoteError) -> None:
         self.rejected += 1
-        if self.rejected == 1:
-            get_logger(self.node.logger_name).error(
-                f"Topic '{self.full_name}': a message was rejected ({error}); further ones are counted only"
-            )
+        what = f"Topic '{self.full_name}': a message was rejected"
+        log_rejected(self.node.logger_name, what, self.rejected, error, is_error=True)
 
     def publisher_count(self) -> int:
         """How many publishers match: of this type, and with a QoS that goes together with this one's.

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from goalwire.entities.standard_types import MakeService, standard_service
 from goalwire.entities.type_support import ActionSupport, MessageSupport, ServiceSupport
+from goalwire.errors import peer_text
 from goalwire.logging import get_logger
 from goalwire.protocol.parameters import Descriptor, Type
 
@@ -59,7 +60,7 @@ class TypeDescriptions:
         """Describe the type of a hash, whatever its name: so does rcl."""
         core = self._node.handle
         if _HASH.fullmatch(request.type_hash) is None:
-            get_logger('rcl').error(f"Failed to parse type hash '{request.type_hash}'")
+            get_logger('rcl').error(f"Failed to parse type hash '{peer_text(request.type_hash)}'")
             response.failure_reason = 'Failed to parse type hash'
             return response
         name = next((name for name, type_hash in types_in_use(core) if type_hash == request.type_hash), None)

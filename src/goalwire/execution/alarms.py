@@ -120,9 +120,12 @@ class Alarms:
         while True:
             try:
                 self._agenda.ring_due(now)
-            except Exception:  # a mistake of ours: the other alarms must ring all the same
-                from logging import getLogger  # heavy, and needed only then
+            except Exception as error:  # a mistake of ours: the other alarms must ring all the same
+                from goalwire.logging import get_logger  # needed only then
+                from goalwire.logging.tracebacks import traceback_text
 
-                getLogger('goalwire.execution').exception('%s: an alarm failed', self._name)
+                get_logger('goalwire.execution').error(
+                    f'{self._name}: an alarm failed\n{traceback_text(error)}'
+                )
             else:
                 return

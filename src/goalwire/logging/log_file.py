@@ -1,4 +1,6 @@
-"""The log file of a process, `<directory>/<executable>_<pid>_<ms>.log` as rcl_logging_spdlog names it.
+"""The log file of a process, `<directory>/<program>_<pid>_<ms>.log` as rcl_logging_spdlog names it.
+
+It is always a new file: whatever has that name already, a link that somebody laid there too, is passed by.
 
 Each line is one write to a file opened for appending: so lines stay whole whichever threads log, and none is
 lost however the process ends. ROS 2 keeps up to 5 s of lines below ERROR in memory.
@@ -9,6 +11,8 @@ from __future__ import annotations
 import os
 import sys
 import time
+from contextlib import suppress
+from errno import EEXIST
 from io import FileIO
 from threading import Lock
 
@@ -17,14 +21,24 @@ from goalwire.logging.format import Formatter
 from goalwire.logging.record import LogRecord
 from goalwire.logging.severity import LoggingSeverity
 
+_ATTEMPTS = 100
+"""Names that are tried."""
+_NAME_LIMIT = 100
+
 
 class LogFile:
     """A sink that writes lines as the console does, without colours."""
 
     def __init__(self, directory: str, formatter: Formatter, prefix: str | None = None) -> None:
-        """`prefix` stands in the file's name in place of the executable's (`--log-file-name`)."""
-        name = f'{prefix or _executable()}_{os.getpid()}_{time.time_ns() // 1_000_000}.log'
-        self.path = os.path.join(directory, name)  # noqa: PTH118 - pathlib is slow to import
+        """`prefix` stands in the file's name in place of the program's (`--log-file-name`).
+
+        A program without a name, as with `python -c`, has that of the first logger.
+        """
+        self.path = ''
+        """Where it is, once there is a line in it."""
+        self._directory = directory
+        self._prefix = prefix or _program()
+        self._ms = time.time_ns() // 1_000_000
         self._format = formatter
         self._lock = Lock()
         self._file: FileIO | None = None
@@ -33,7 +47,7 @@ class LogFile:
     def __call__(self, record: LogRecord) -> None:
         """Write one record. The first failure is told on the console; after it nothing is tried again."""
         try:
-            file = self._file or self._open()
+            file = self._file or self._open(record.name)
             if file is not None:
                 file.write(f'{self._format(record)}\n'.encode(errors='backslashreplace'))
         except ValueError:  # closed by another thread in the meantime
@@ -50,12 +64,20 @@ class LogFile:
         if file is not None:
             file.close()
 
-    def _open(self) -> FileIO | None:
+    def _open(self, logger: str) -> FileIO | None:
         with self._lock:
             if self._file is None and not self._closed:
-                os.makedirs(os.path.dirname(self.path), exist_ok=True)  # noqa: PTH103, PTH120
-                self._file = FileIO(self.path, 'a')
+                os.makedirs(self._directory, exist_ok=True)  # noqa: PTH103
+                self._file = self._new_file(f'{self._prefix or _file_name(logger) or "python"}_{os.getpid()}')
             return self._file
+
+    def _new_file(self, name: str) -> FileIO:
+        """Make a file that was not there: of this millisecond, or of the next that is free."""
+        for ms in range(self._ms, self._ms + _ATTEMPTS):
+            self.path = os.path.join(self._directory, f'{name}_{ms}.log')  # noqa: PTH118 - pathlib is slow
+            with suppress(FileExistsError):
+                return FileIO(self.path, 'a', opener=_open_new)
+        raise FileExistsError(EEXIST, os.strerror(EEXIST))
 
     def _complain(self, error: OSError) -> None:
         dispatch.console()(
@@ -63,8 +85,8 @@ class LogFile:
                 time.time_ns(),
                 LoggingSeverity.WARN,
                 'goalwire.logging',
-                f"the log file '{self.path}' cannot be written ({error.strerror}); lines go to the console "
-                'only. Set ROS_LOG_DIR to a folder that can be written, or give '
+                f"the log file '{self.path or self._directory}' cannot be written ({error.strerror}); "
+                'lines go to the console only. Set ROS_LOG_DIR to a folder that can be written, or give '
                 '--ros-args --disable-external-lib-logs',
                 '_complain',
                 __file__,
@@ -73,7 +95,19 @@ class LogFile:
         )
 
 
-def _executable() -> str:
-    """Return the program's name as ROS 2 sees it: that of the interpreter, as it was called."""
-    called = sys.orig_argv[0] if sys.orig_argv else ''
-    return os.path.basename(called or sys.executable) or 'python'  # noqa: PTH119
+def _open_new(path: str, flags: int) -> int:
+    return os.open(path, flags | os.O_EXCL | getattr(os, 'O_NOFOLLOW', 0), 0o666)
+
+
+def _program() -> str:
+    """Return the name of the script or module, which ROS 2 calls the executable; '' where there is none."""
+    folder, name = os.path.split(sys.argv[0] if sys.argv else '')
+    if name == '__main__.py':  # python -m package
+        name = os.path.basename(folder)  # noqa: PTH119
+    return '' if name.startswith('-') else _file_name(name.removesuffix('.py'))  # -c, -m, or from stdin
+
+
+def _file_name(text: str) -> str:
+    """Return a text as part of a file's name: without what a shell or a terminal would mind."""
+    plain = ''.join(sign if sign.isalnum() or sign in '_.-' else '_' for sign in text[:_NAME_LIMIT])
+    return plain.lstrip('.')

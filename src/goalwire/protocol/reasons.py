@@ -5,10 +5,14 @@ The text travels where both ends are goalwire: in an error reply on Zenoh. ROS 2
 
 from __future__ import annotations
 
-from goalwire.errors import CallError, DeadlineError, RefusedError, ServerFailedError, ServerLostError
-
-LIMIT = 500
-"""Characters of a reason: it is for a line of a log."""
+from goalwire.errors import (
+    CallError,
+    DeadlineError,
+    RefusedError,
+    ServerFailedError,
+    ServerLostError,
+    peer_text,
+)
 
 CLOSING = 'the server is closing'
 STOPPED = 'its callback was stopped'
@@ -20,19 +24,19 @@ _REJECTED = 'rejected: '
 
 def refused(problem: str) -> str:
     """The server has too much to do."""
-    return _bounded(_REFUSED + problem)
+    return peer_text(_REFUSED + problem)
 
 
 def rejected(error: Exception) -> str:
     """The request breaks the rules."""
-    return _bounded(f'{_REJECTED}{error}')
+    return peer_text(f'{_REJECTED}{error}')
 
 
 def failed(error: BaseException) -> str:
     """The server's callback ended in `error`: its type and text, no traceback."""
     if not isinstance(error, Exception):
         return STOPPED
-    return _bounded(f'its callback failed: {described(error)}')
+    return peer_text(f'its callback failed: {described(error)}')
 
 
 def described(error: BaseException) -> str:
@@ -48,7 +52,3 @@ def meaning(reason: str) -> type[CallError]:
     if reason == TIMEOUT:
         return DeadlineError
     return RefusedError if reason.startswith((_REFUSED, _REJECTED)) else ServerFailedError
-
-
-def _bounded(text: str) -> str:
-    return text if len(text) <= LIMIT else text[: LIMIT - 1] + '…'

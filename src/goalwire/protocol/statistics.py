@@ -138,6 +138,8 @@ class ActionClientStatistics:
     """From a goal to its acceptance or refusal."""
     duration: LatencyHistogram
     """From a goal to its result."""
+    rejected: int = 0
+    """Feedback and status messages that could not be decoded."""
 
 
 @dataclass(frozen=True, slots=True)

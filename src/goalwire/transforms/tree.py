@@ -9,6 +9,7 @@ from math import isnan
 from threading import Lock
 from typing import NamedTuple
 
+from goalwire.errors import peer_text
 from goalwire.transforms.errors import (
     ConnectivityException,
     ExtrapolationException,
@@ -205,8 +206,8 @@ class TransformTree:
 
     def _loop(self, frame: str) -> LookupException:
         return LookupException(
-            f'The tf tree is invalid because it contains a loop: {frame} is its own ancestor. Each '
-            'frame needs one parent, told by one broadcaster.'
+            f'The tf tree is invalid because it contains a loop: {peer_text(frame)} is its own ancestor. '
+            'Each frame needs one parent, told by one broadcaster.'
         )
 
 

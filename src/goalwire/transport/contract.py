@@ -48,6 +48,11 @@ class NodeName:
         """The node's fully-qualified name, '/a/b/name'."""
         return f'{self.namespace.rstrip("/")}/{self.name}'
 
+    @property
+    def logger(self) -> str:
+        """The name of the node's logger, 'a.b.name' for the node /a/b/name."""
+        return self.qualified.strip('/').replace('/', '.')
+
 
 @record
 class Endpoint:

@@ -7,6 +7,7 @@ from threading import RLock
 
 from goalwire.errors import ClosedError
 from goalwire.transport.fork import ForkGuard
+from goalwire.transport.rejects import LOGGER
 
 OTHER_CLOSER_S = 15.0
 """How long to wait for another thread that closes the same; a mute peer can hold it up for 10 s."""
@@ -15,10 +16,12 @@ OTHER_CLOSER_S = 15.0
 class Place:
     """One place."""
 
-    __slots__ = ('_leave', '_turn', 'closed', 'guard', 'title')
+    __slots__ = ('_leave', '_turn', 'closed', 'guard', 'logger', 'title')
 
-    def __init__(self, title: str, guard: ForkGuard, leave: Callable[[], None]) -> None:
+    def __init__(self, title: str, guard: ForkGuard, leave: Callable[[], None], logger: str = LOGGER) -> None:
         self.title = title
+        self.logger = logger
+        """The name of the logger that tells what goes wrong here."""
         self.closed = False
         self.guard = guard
         """Looked at with each message, past `is_forked`: a call less."""

@@ -47,3 +47,10 @@ def test_what_cannot_be_read_counts_as_not_said(raw: bytes) -> None:
 def test_an_id_is_sixteen_bytes_in_hex_without_zeros_the_first_in_two_columns() -> None:
     guid = bytes([0x01, 0x10, 0xAB, 0, 5, 6, 7, 8, 9, 10, 11, 12, 0, 0, 1, 0xC1])
     assert service_id(guid, 258) == ' 1.10.ab.0.5.6.7.8.9.a.b.c.0.0.1.2'
+
+
+@pytest.mark.parametrize('hostile', ['x\n[INFO] [1] [a]: forged', '\x1b[2J', 'a\u202eb'])
+def test_what_no_log_can_show_counts_as_not_said(hostile: str) -> None:
+    raw = f'typehash={hostile};serviceid=1.2;enclave={hostile};'.encode()
+    assert decode_endpoint(raw) == EndpointData('', service_id='1.2')
+    assert enclave_of(raw) == ''

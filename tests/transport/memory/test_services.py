@@ -8,6 +8,7 @@ import pytest
 from helpers.wire import Answers, Side
 
 from goalwire.errors import LocalError
+from goalwire.logging import LogRecord
 from goalwire.transport.contract import Request
 
 Sides = tuple[Side, Side]
@@ -25,9 +26,7 @@ def test_a_request_is_answered_once(sides: Sides) -> None:
     answers.expect(replies=1)
 
 
-def test_a_server_that_raises_is_logged_and_ends_the_request(
-    sides: Sides, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_a_server_that_raises_is_logged_and_ends_the_request(sides: Sides, records: list[LogRecord]) -> None:
     alpha, beta = sides
 
     def fail(_: Request) -> None:
@@ -37,11 +36,11 @@ def test_a_server_that_raises_is_logged_and_ends_the_request(
     answers = Answers()
     answers.ask(alpha.client('/add'))
     answers.expect(replies=0)
-    assert "service '/add'" in caplog.text
+    assert "service '/add'" in records[-1].message
 
 
 def test_a_client_callback_that_raises_harms_neither_the_server_nor_the_end(
-    sides: Sides, caplog: pytest.LogCaptureFixture
+    sides: Sides, records: list[LogRecord]
 ) -> None:
     alpha, beta = sides
     ends: list[int] = []
@@ -52,7 +51,7 @@ def test_a_client_callback_that_raises_harms_neither_the_server_nor_the_end(
     beta.service('/add', lambda request: request.reply(b''))
     alpha.client('/add').request(b'', fail, lambda _: ends.append(1))
     assert ends == [1]
-    assert "client '/add'" in caplog.text
+    assert "client '/add'" in records[-1].message
 
 
 def test_every_request_ends_once_whatever_closes_when(sides: Sides) -> None:

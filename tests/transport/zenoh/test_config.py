@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from goalwire.errors import TransportError
+from goalwire.logging import LogRecord
 from goalwire.transport.contract import SessionOptions
 from goalwire.transport.zenoh import TRANSPORT, config
 from goalwire.transport.zenoh.settings import Json
@@ -51,7 +52,7 @@ def test_rmws_router_file_loads_unchanged_and_waits_for_its_port(monkeypatch: py
 
 
 def test_rmws_files_open_a_session_with_a_rendezvous(
-    world: dict[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+    world: dict[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, records: list[LogRecord]
 ) -> None:
     for name in ('session', 'router'):
         text = (DATA / f'{name}.json5').read_text(encoding='utf-8')
@@ -59,7 +60,7 @@ def test_rmws_files_open_a_session_with_a_rendezvous(
         file.write_text(text.replace('7447', world['GOALWIRE_ROUTER_PORT']), encoding='utf-8')
         monkeypatch.setenv(f'ZENOH_{name.upper()}_CONFIG_URI', str(file))
     TRANSPORT.open(SessionOptions()).close()
-    assert caplog.records == []
+    assert records == []
 
 
 @pytest.mark.parametrize('variable', ['ZENOH_SESSION_CONFIG_URI', 'ZENOH_ROUTER_CONFIG_URI'])
@@ -90,20 +91,20 @@ def test_overrides_come_on_top(monkeypatch: pytest.MonkeyPatch) -> None:
     ['nonsense', 'no/such/key=1', 'mode="pear"', 'mode=pear', 'scouting/delayed=1', 'connect/retry/x=1'],
 )
 def test_a_pair_that_zenoh_refuses_is_reported_and_ignored(
-    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, bad: str
+    monkeypatch: pytest.MonkeyPatch, records: list[LogRecord], bad: str
 ) -> None:
     monkeypatch.setenv('ZENOH_CONFIG_OVERRIDE', f'{bad};scouting/delay=7')
     assert value('scouting/delay') == 7
     assert value('mode') == 'peer'
-    assert {bad in record.getMessage() for record in caplog.records} == {True}
+    assert {bad in record.message for record in records} == {True}
 
 
 def test_a_pair_is_reported_once_although_it_concerns_the_rendezvous_too(
-    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+    monkeypatch: pytest.MonkeyPatch, records: list[LogRecord]
 ) -> None:
     monkeypatch.setenv('ZENOH_CONFIG_OVERRIDE', 'no/such/key=1')
     config.plan()
-    assert len(caplog.records) == 1
+    assert len(records) == 1
 
 
 def test_shared_memory_sizes_are_set(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -15,6 +15,7 @@ from helpers.processes import Program
 from helpers.wire import SeenGraph, Side
 
 from goalwire.errors import TransportError
+from goalwire.logging import LogRecord
 from goalwire.transport.contract import EndpointKind, SessionOptions
 from goalwire.transport.zenoh import TRANSPORT, rendezvous
 from goalwire.transport.zenoh.rendezvous import PORT_IS_TAKEN, Offer, is_taken
@@ -190,20 +191,20 @@ def test_a_killed_holder_is_replaced_within_a_second_ten_times(world: dict[str, 
 
 
 def test_without_a_router_one_is_missed_aloud(
-    world: dict[str, str], monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+    world: dict[str, str], monkeypatch: pytest.MonkeyPatch, records: list[LogRecord]
 ) -> None:
     monkeypatch.setenv('GOALWIRE_ROUTER', 'off')
     TRANSPORT.open(SessionOptions()).close()
-    assert ['rmw_zenohd' in record.getMessage() for record in caplog.records] == [True]
+    assert ['rmw_zenohd' in record.message for record in records] == [True]
 
 
 def test_the_check_for_a_router_can_be_turned_off(
-    world: dict[str, str], monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+    world: dict[str, str], monkeypatch: pytest.MonkeyPatch, records: list[LogRecord]
 ) -> None:
     monkeypatch.setenv('GOALWIRE_ROUTER', 'off')
     monkeypatch.setenv('ZENOH_ROUTER_CHECK_ATTEMPTS', '-1')
     TRANSPORT.open(SessionOptions()).close()
-    assert caplog.records == []
+    assert records == []
 
 
 def test_opening_costs_no_half_second_where_no_router_answers(
@@ -235,14 +236,14 @@ def test_a_router_that_is_there_already_is_used(
     world: dict[str, str],
     plain_router: zenoh.Session,
     open_side: OpenSide,
-    caplog: pytest.LogCaptureFixture,
+    records: list[LogRecord],
     choice: str,
 ) -> None:
     monkeypatch.setenv('GOALWIRE_ROUTER', choice)
     one, two = open_side('one'), open_side('two')
     one.graph.expect(EndpointKind.NODE, '/two')
     two.graph.expect(EndpointKind.NODE, '/one')
-    assert caplog.records == []
+    assert records == []
 
 
 def test_an_unreachable_router_of_a_client_is_an_error_that_names_it(

@@ -305,8 +305,6 @@ class _Feedback(Generic[FeedbackT]):
             try:
                 feedback: FeedbackT = self._core.support.feedback.decode(sample.payload).feedback
             except RemoteError as error:
-                get_logger(self._core.node.logger_name).error(
-                    f"Action '{self._core.full_name}': a feedback message was rejected ({error})"
-                )
+                self._core.reject_feedback(error)
             else:
                 return feedback

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import traceback
 from collections.abc import Awaitable, Callable
 from inspect import isawaitable
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
@@ -165,8 +164,9 @@ class ActionServer(Entity, Generic[GoalT, ResultT, FeedbackT]):
         return self._on_failure(Goal(handle, self._feedback_type), error)
 
     def _log(self, what: str, error: Exception) -> None:
-        lines = ''.join(traceback.format_exception(error)).rstrip()
-        self._core.logger.error(f"Action '{self.name}': {what}\n{lines}")
+        from goalwire.logging.tracebacks import traceback_text
+
+        self._core.logger.error(f"Action '{self.name}': {what}\n{traceback_text(error)}")
 
     def statistics(self) -> ActionServerStatistics:
         """Count goals, requests and feedback."""

@@ -34,6 +34,7 @@ from goalwire.protocol.goals.status import statuses_of
 from goalwire.protocol.latencies import Latencies
 from goalwire.protocol.qos import QoS
 from goalwire.transport.contract import EndpointKind, Port, Sample
+from goalwire.transport.rejects import log_rejected
 
 if TYPE_CHECKING:
     from goalwire.entities.actions.client_goals import Effects
@@ -69,6 +70,8 @@ class ActionClientCore(Cancelling):
         self.lingering: dict[GoalRequest, None] = {}
         """Goals that were given up before a server had answered, not long ago."""
         self._feedback = 0
+        self._feedback_rejected = 0
+        self._statuses_rejected = 0
         self._acceptances = Latencies()
         self._clock = node.context.lifeline.clock
         self._goal_class = self.goal_type
@@ -150,11 +153,20 @@ class ActionClientCore(Cancelling):
             try:
                 message = decode(sample.payload)
             except RemoteError as error:
-                self._logger.error(f"Action '{self.name}': a feedback message was rejected ({error})")
+                self.reject_feedback(error)
                 return None
             return callback(message)
 
         return Inbox(self.node.home, self._group, handle, depth=FEEDBACK_LIMIT)
+
+    def reject_feedback(self, error: RemoteError) -> None:
+        """Count a feedback message that cannot be decoded."""
+        self._feedback_rejected += 1
+        self._log_rejected('feedback', self._feedback_rejected, error)
+
+    def _log_rejected(self, kind: str, count: int, error: RemoteError) -> None:
+        what = f"Action '{self.name}': a {kind} message was rejected"
+        log_rejected(self._logger.name, what, count, error, is_error=True)
 
     def on_goal_reply(self, record: ClientGoal, future: RawFuture, sample: Sample) -> None:
         """A server has accepted or refused a goal."""
@@ -208,7 +220,8 @@ class ActionClientCore(Cancelling):
         try:
             statuses = statuses_of(followed, bytes(sample.payload))
         except RemoteError as error:
-            self._logger.error(f"Action '{self.name}': a status message was rejected ({error})")
+            self._statuses_rejected += 1
+            self._log_rejected('status', self._statuses_rejected, error)
             return
         self.react(self.goals.rules.on_status, statuses)
 
@@ -261,6 +274,7 @@ class ActionClientCore(Cancelling):
             self.goals.feedback_dropped,
             self._acceptances.histogram(),
             self._results.durations.histogram(),
+            self._feedback_rejected + self._statuses_rejected,
         )
 
     def destroy(self) -> None:

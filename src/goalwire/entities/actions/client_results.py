@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from goalwire.entities.actions.requests import RawFuture
 from goalwire.entities.client import end_with, unanswered
 from goalwire.entities.exceptions import InvalidHandle, ShutDownError
-from goalwire.errors import CallError, GoalwireError
+from goalwire.errors import CallError, GoalwireError, peer_text
 from goalwire.execution.agenda import Alarm
 from goalwire.protocol import reasons
 from goalwire.protocol.goals import wire
@@ -142,7 +142,7 @@ class ClientResults:
         status = wire.status_of(payload)
         goals = self._goals
         goal = goals.known(goal_id)
-        goal.reason = reason
+        goal.reason = peer_text(reason)
         if goal.sent_at:
             self.durations.add(sample.received_timestamp - goal.sent_at)
         goals.forget(goal_id)  # before anybody hears of the end, who may look at what is left

@@ -7,6 +7,7 @@ from types import CoroutineType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from goalwire.entities.enclosing import Enclosing
+from goalwire.errors import peer_text
 from goalwire.execution.work import Work
 from goalwire.protocol.goals import wire
 from goalwire.protocol.goals.table import GoalStatus
@@ -73,10 +74,10 @@ class Execution(Work):
         self._server.finished(self._handle, outcome)
 
     def _failed(self, error: BaseException) -> None:
-        import traceback
+        from goalwire.logging.tracebacks import traceback_text
 
-        lines = ''.join(traceback.format_exception(error)).rstrip()
-        self._server.logger.error(f'Error raised in execute callback: {error}\n{lines}')
+        told = f'Error raised in execute callback: {peer_text(error)}'
+        self._server.logger.error(f'{told}\n{traceback_text(error)}')
         if isinstance(error, Exception):
             self._finish(self._server.failure(self._handle, error))
         else:

@@ -10,7 +10,7 @@ from goalwire.entities.exceptions import RCLError
 from goalwire.entities.lifecycle.managed_entity import ManagedEntity, call_each, checked
 from goalwire.entities.node import NodeCore
 from goalwire.entities.standard_types import standard_message
-from goalwire.errors import ClosedError, GoalwireError
+from goalwire.errors import ClosedError, GoalwireError, peer_text
 from goalwire.logging import get_logger
 from goalwire.protocol.lifecycle import (
     SHUTDOWN,
@@ -85,10 +85,10 @@ class LifecycleCore:
         try:
             outcome = getattr(self._managed, callback)(before)
         except Exception as error:
-            import traceback
+            from goalwire.logging.tracebacks import traceback_text
 
-            lines = ''.join(traceback.format_exception(error)).rstrip()
-            self._logger.error(f'Error raised in {callback}(): {error}\n{lines}')
+            told = f'Error raised in {callback}(): {peer_text(error)}'
+            self._logger.error(f'{told}\n{traceback_text(error)}')
             return TransitionCallbackReturnType.ERROR
         try:
             return checked(outcome, f'{callback}()')

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from goalwire.entities.exceptions import RCLError
 from goalwire.entities.lifecycle.managed_node import LifecycleCore
 from goalwire.entities.standard_types import MakeService, standard_service
+from goalwire.errors import peer_text
 from goalwire.logging import get_logger
 from goalwire.protocol.lifecycle import STATES, TRANSITIONS, Transition, TransitionCallbackReturnType
 
@@ -44,7 +45,7 @@ class LifecycleServices:
         try:
             transition = self._core.begin(wanted)
         except RCLError as error:
-            self._logger.error(f'Unable to start transition {wanted}: {error}')
+            self._logger.error(f'Unable to start transition {peer_text(wanted)}: {peer_text(error)}')
             response.success = False
             return response
         response.success = self._core.perform(transition) is TransitionCallbackReturnType.SUCCESS

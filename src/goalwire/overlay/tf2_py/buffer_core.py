@@ -12,6 +12,7 @@ from rclpy.logging import get_logger
 from rclpy.time import Time
 from std_msgs.msg import Header
 
+from goalwire.errors import peer_text
 from goalwire.transforms.errors import RejectedTransform, TransformException
 from goalwire.transforms.history import seconds
 from goalwire.transforms.rigid import Rigid
@@ -134,7 +135,7 @@ class BufferCore:
                 static=static,
             )
         except RejectedTransform as error:
-            get_logger('tf2_buffer').error(str(error))
+            get_logger('tf2_buffer').error(peer_text(error))
 
 
 def to_rigid(translation: Vector3, rotation: Quaternion) -> Rigid:

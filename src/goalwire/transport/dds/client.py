@@ -197,7 +197,7 @@ class DdsClient(ClientPort):
         try:
             (client, sequence), payload = unwrap(content)
         except RemoteError as error:
-            self._core.rejects.add('reply', f'{self._place.title}: {error}')
+            self._core.rejects.add('reply', error, self._place)
             return
         if client != self._writer.instance:
             return  # another client's

@@ -28,7 +28,7 @@ from goalwire.transport.dds.qos import read_qos, read_user_data
 from goalwire.transport.dds.user_data import decode_endpoint, enclave_of
 from goalwire.transport.dds.wire import Participant, check
 from goalwire.transport.dds.world import Change, Found, World
-from goalwire.transport.rejects import Rejects
+from goalwire.transport.rejects import Rejects, check_names
 
 GRACE_NS = 1_000_000_000
 """How long an endpoint waits for its node to be told."""
@@ -157,6 +157,11 @@ class Discovery:
         if named is None:
             return None
         type_name = ros_type(named.role, endpoint.type_name.decode(errors='replace'))
+        try:
+            check_names('topic or type', named.name, type_name)
+        except RemoteError as error:
+            self._rejects.add('DDS endpoint', error)
+            return None
         qos = read_qos(self._library, endpoint.qos, verbatim=topic == named.name)
         data = decode_endpoint(read_user_data(self._library, endpoint.qos))
         type_hash = data.type_hash if named.role is Role.TOPIC else ''  # else that of one half of a service

@@ -41,7 +41,7 @@ class DdsNode(NodePort):
         self._entity = GraphEntity(
             EndpointKind.NODE, core.id, self.id, replace(name, enclave=core.enclave), gid=self.gid
         )
-        self._place = Place(f"node '{name.qualified}'", core.guard, self._leave)
+        self._place = Place(f"node '{name.qualified}'", core.guard, self._leave, name.logger)
         self._ports = Members(self._place)
         core.announcement.add_node(self.id, name)
         core.announce()
@@ -77,7 +77,7 @@ class DdsNode(NodePort):
         self._place.check()
         new = Declaration(self._core)
         title = f"{endpoint.kind.value} '{endpoint.name}'"
-        new.place = Place(title, self._core.guard, new.undo.close)
+        new.place = Place(title, self._core.guard, new.undo.close, self._entity.node.logger)
         try:
             yield new
         except BaseException:

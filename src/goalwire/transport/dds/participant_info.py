@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from struct import Struct
 
 from goalwire.errors import RemoteError
+from goalwire.transport.rejects import check_names
 
 GID_SIZE = 16
 OLD_GID_SIZE = 24
@@ -106,7 +107,9 @@ class _Reader:
         raw = self._take(self._count(1)).removesuffix(b'\0')
         if len(raw) > NAME_LIMIT:
             raise RemoteError(f'ros_discovery_info: a name of {len(raw)} bytes, {NAME_LIMIT} are allowed')
-        return raw.decode()
+        name = raw.decode()
+        check_names('ros_discovery_info', name)
+        return name
 
     def _gids(self) -> tuple[bytes, ...]:
         return tuple(self._gid() for _ in range(self._count(self._gid_size)))

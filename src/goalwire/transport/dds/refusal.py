@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from struct import Struct
 
+from goalwire.errors import peer_text
 from goalwire.transport.dds.service_header import ENCAPSULATION_SIZE, Header, wrap
 
 _ZEROS = bytes(1024)
@@ -33,4 +34,8 @@ def refusal_reason(message: bytes) -> str:
         return ''
     (size,) = _SIZE.unpack_from(message, end)
     start = end - -(-size // 4) * 4
-    return message[start : start + size].decode(errors='replace') if start >= ENCAPSULATION_SIZE else ''
+    return (
+        peer_text(message[start : start + size].decode(errors='replace'), _LONGEST)
+        if start >= ENCAPSULATION_SIZE
+        else ''
+    )

@@ -20,6 +20,7 @@ from goalwire.transport.dds.status import PUBLICATION_MATCHED
 from goalwire.transport.dds.user_data import EndpointData
 from goalwire.transport.dds.wire import Taken
 from goalwire.transport.failures import report_failure
+from goalwire.transport.rejects import log_rejected
 
 MATCHING_NS = 100_000_000
 """How long a reply waits for its client's reader (as in rmw_cyclonedds)."""
@@ -91,13 +92,13 @@ class DdsService(Port):
         if peer is None:
             return  # the client has gone
         if peer.speaks_fast_dds:
-            if self._core.rejects.count(_FROM_FAST_DDS):
+            if self._core.rejects.count(_FROM_FAST_DDS, self.place.title) == 1:
                 self._core.feed.when_shown(peer.gid, self._warn_of_fast_dds)
             return
         try:
             header, payload = unwrap(content)
         except RemoteError as error:
-            self._core.rejects.add('request', f'{self.place.title}: {error}')
+            self._core.rejects.add('request', error, self.place)
             return
         sample = new_sample((payload, header[1], sent, time_ns(), peer.gid))
         request = DdsRequest(self, header, peer, publication, sample)
@@ -109,9 +110,11 @@ class DdsService(Port):
             request.drop()
 
     def _warn_of_fast_dds(self, client: NodeName) -> None:
-        self._core.rejects.warn(
-            _FROM_FAST_DDS,
-            f"{self.place.title}: of node '{client.qualified}', which cannot be answered, for its RMW wants "
+        log_rejected(
+            self.place.logger,
+            f'{self.place.title}: a {_FROM_FAST_DDS} was ignored',
+            1,
+            f"of node '{client.qualified}', which cannot be answered, for its RMW wants "
             'what Cyclone DDS does not send: start both with RMW_IMPLEMENTATION=rmw_cyclonedds_cpp',
         )
 
@@ -123,7 +126,7 @@ class DdsService(Port):
         result = self._writer.write(reply)
         if result and not self.place.closed:
             error = self._core.library.dds_strretcode(result).decode()
-            self._core.rejects.add('reply', f'{self.place.title}: Cyclone DDS refused it: {error}')
+            self._core.rejects.add('reply', f'Cyclone DDS refused it: {error}', self.place)
         if self._writer.topic in self._local:
             self._core.intakes.drain(self._writer.topic)
 
@@ -131,7 +134,7 @@ class DdsService(Port):
         """Wait until the client's reader is matched with our writer."""
         if not self._wait_for_match(client, request_writer):
             if self._core.peers.is_matched(self.reader.handle, request_writer):
-                self._core.rejects.add('reply', f'{self.place.title}: its client does not listen to replies')
+                self._core.rejects.add('reply', 'its client does not listen to replies', self.place)
             return False
         if len(self._reached) >= _REACHED_LIMIT:
             self._reached.clear()

@@ -53,7 +53,7 @@ def decode_endpoint(data: bytes) -> EndpointData:
 
 def _pairs(data: bytes) -> dict[str, str]:
     fields = (field.partition('=') for field in data.decode(errors='replace').split(';'))
-    return {key: value for key, is_pair, value in fields if is_pair}
+    return {key: value for key, is_pair, value in fields if is_pair and value.isprintable()}
 
 
 def service_id(participant: bytes, number: int) -> str:

@@ -15,7 +15,7 @@ class Membership(Place):
     __slots__ = ('entity',)
 
     def __init__(self, entity: GraphEntity, guard: ForkGuard, leave: Callable[[], None]) -> None:
-        super().__init__(_title(entity), guard, leave)
+        super().__init__(_title(entity), guard, leave, entity.node.logger)
         self.entity = entity
 
 

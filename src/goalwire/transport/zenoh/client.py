@@ -9,7 +9,7 @@ from time import time_ns
 import zenoh
 from zenoh.handlers import Callback
 
-from goalwire.errors import RemoteError, TransportError
+from goalwire.errors import RemoteError, TransportError, peer_text
 from goalwire.transport.contract import ClientPort, Sample
 from goalwire.transport.place import Place
 from goalwire.transport.zenoh.attachment import GID_SIZE, encode
@@ -18,9 +18,6 @@ from goalwire.transport.zenoh.core import Core
 from goalwire.transport.zenoh.queriers import Queriers
 from goalwire.transport.zenoh.samples import sample_of
 from goalwire.transport.zenoh.thread_state import pin
-
-_REASON_LIMIT = 500
-"""Characters of a server's reason that are shown."""
 
 
 class Call:
@@ -54,7 +51,7 @@ class Call:
         try:
             sample = sample_of(answer)
         except RemoteError as error:
-            client.reject(str(error))
+            client.reject(error)
             return
         if sample.sequence != sequence:
             client.reject(f'it answers request {sample.sequence}, not {sequence}')
@@ -80,7 +77,7 @@ class Call:
 def _error_of(reply: zenoh.Reply) -> str:
     """Return the text of an error report: a server's, or zenoh's own 'Timeout'."""
     error = reply.err
-    return '' if error is None else error.payload.to_bytes().decode(errors='replace')[:_REASON_LIMIT]
+    return '' if error is None else peer_text(error.payload.to_bytes().decode(errors='replace'))
 
 
 class ZenohClient(ClientPort):
@@ -138,9 +135,9 @@ class ZenohClient(ClientPort):
         for call in list(self.waiting.values()):
             call.end()
 
-    def reject(self, error: str) -> None:
+    def reject(self, error: RemoteError | str) -> None:
         """Count a reply that cannot be used."""
-        self.core.rejects.add('reply', f'{self._place.title}: {error}')
+        self.core.rejects.add('reply', error, self._place)
 
     def close(self) -> None:
         """Undeclare and end every call."""

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import zenoh
 
 from goalwire.errors import TransportError
+from goalwire.transport.rejects import LOGGER
 from goalwire.transport.zenoh import environment, settings
 from goalwire.transport.zenoh.environment import Override, RendezvousChoice
 from goalwire.transport.zenoh.settings import Json
@@ -120,10 +121,10 @@ def _insert_into_parent(config: zenoh.Config, pair: Override) -> bool:
 
 
 def _warn(part: str, why: str) -> None:
-    from logging import getLogger
+    from goalwire.logging import get_logger  # needed only when something is broken
 
-    getLogger('goalwire.transport').warning(
-        "ZENOH_CONFIG_OVERRIDE: '%s' is ignored: %s; correct it or take it out", part, why
+    get_logger(LOGGER).warning(
+        f"ZENOH_CONFIG_OVERRIDE: '{part}' is ignored: {why}; correct it or take it out"
     )
 
 

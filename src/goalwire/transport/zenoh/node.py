@@ -77,7 +77,7 @@ class ZenohNode(NodePort):
         self._forget = forget
         token = encode_node(core.domain_id, core.id, self._id, name)
         self.gid = gid_of(token)
-        self._place = Place(f"node '{name.qualified}'", core.guard, self._leave)
+        self._place = Place(f"node '{name.qualified}'", core.guard, self._leave, name.logger)
         self._ports = Members(self._place)
         self._token = core.zenoh.liveliness().declare_token(token)
 
@@ -95,7 +95,7 @@ class ZenohNode(NodePort):
     def subscription(self, endpoint: Endpoint, deliver: Callable[[Sample], None]) -> Port:
         """Declare a subscription."""
         with self._declaring(endpoint) as new:
-            for subscriber in subscription.declare(self._core, new.key, endpoint, deliver):
+            for subscriber in subscription.declare(self._core, new.place, new.key, endpoint, deliver):
                 new.way_out.append(partial(undeclare, subscriber))
             new.way_out.append(self._show(new))
             return self._ports.keep(subscription.ZenohSubscription(new.place, new.gid))
@@ -126,7 +126,7 @@ class ZenohNode(NodePort):
             key, token, own_entity(token, core.id, self._id, self._name, endpoint), self._ports.forget
         )
         title = f"{endpoint.kind.value} '{endpoint.name}'"
-        new.place = Place(title, core.guard, new.leave)
+        new.place = Place(title, core.guard, new.leave, self._name.logger)
         try:
             yield new
         except zenoh.ZError as error:

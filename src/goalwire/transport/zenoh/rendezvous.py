@@ -17,6 +17,7 @@ import zenoh
 
 from goalwire.errors import TransportError
 from goalwire.transport.fork import in_child
+from goalwire.transport.rejects import LOGGER
 from goalwire.transport.zenoh.config import reason
 from goalwire.transport.zenoh.lifecycle import closes_at_exit
 
@@ -86,9 +87,9 @@ class Offer:
                 if not is_taken(endpoints) and self._take_port():
                     return
         except TransportError as error:
-            from logging import getLogger
+            from goalwire.logging import get_logger  # needed only when something is broken
 
-            getLogger('goalwire.transport').warning('%s', error)
+            get_logger(LOGGER).warning(str(error))
 
     def close(self) -> None:
         """Give the port up; another process takes over."""

@@ -49,7 +49,7 @@ class ZenohRequest(Request):
         try:
             query.reply(service.key, payload, attachment=encode(sequence, time_ns(), GID_SIZE, gid))
         except zenoh.ZError as error:
-            service.core.rejects.add('reply', f'{service.place.title}: {zenoh_says(error)}')
+            service.core.rejects.add('reply', zenoh_says(error), service.place)
         finally:
             end()  # type: ignore[no-untyped-call]
 
@@ -61,7 +61,7 @@ class ZenohRequest(Request):
             if reason:
                 self._query.reply_err(reason.encode())
         except zenoh.ZError as error:
-            self._service.core.rejects.add('reply', f'{self._service.place.title}: {zenoh_says(error)}')
+            self._service.core.rejects.add('reply', zenoh_says(error), self._service.place)
         finally:
             _let_go(self._query)
 
@@ -116,7 +116,7 @@ class ZenohService(Port):
             raise  # zenoh logs it
 
     def _refuse(self, query: zenoh.Query, reason: str) -> None:
-        self.core.rejects.add('request', f"on '{self.key}': {reason}")
+        self.core.rejects.add('request', reason, self.place)
         query.reply_err(reason.encode())
         _let_go(query)
 

@@ -12,6 +12,7 @@ from goalwire.errors import TransportError
 from goalwire.transport.contract import GraphListener, NodeName, NodePort, Session, SessionOptions
 from goalwire.transport.members import Members
 from goalwire.transport.place import Place
+from goalwire.transport.rejects import LOGGER
 from goalwire.transport.zenoh import config, discovery, environment, lifecycle
 from goalwire.transport.zenoh.core import Core, undeclare
 from goalwire.transport.zenoh.node import ZenohNode
@@ -63,7 +64,7 @@ def _look_for_router(session: zenoh.Session, plan: config.Plan) -> None:
     patience = 0.0 if plan.rendezvous is None else TAKE_OVER_S
     if _meets_router(session, max(seconds, patience)):
         return
-    from logging import getLogger
+    from goalwire.logging import get_logger  # needed only when something is broken
 
     if plan.rendezvous is None:
         advice = (
@@ -71,10 +72,9 @@ def _look_for_router(session: zenoh.Session, plan: config.Plan) -> None:
         )
     else:
         advice = f'another program may hold port {plan.port}: set GOALWIRE_ROUTER_PORT to a free one'
-    getLogger('goalwire.transport').warning(
-        'no Zenoh router answers at %s, so other processes are not found yet; %s',
-        ', '.join(_endpoints(plan.session)) or 'any endpoint',
-        advice,
+    where = ', '.join(_endpoints(plan.session)) or 'any endpoint'
+    get_logger(LOGGER).warning(
+        f'no Zenoh router answers at {where}, so other processes are not found yet; {advice}'
     )
 
 
@@ -157,8 +157,6 @@ class ZenohSession(Session):
         try:
             self._core.zenoh.close()  # type: ignore[no-untyped-call]
         except zenoh.ZError as error:
-            from logging import getLogger
+            from goalwire.logging import get_logger  # needed only when something is broken
 
-            getLogger('goalwire.transport').warning(
-                '%s: closing was cut short: %s', self._place.title, config.reason(error)
-            )
+            get_logger(LOGGER).warning(f'{self._place.title}: closing was cut short: {config.reason(error)}')

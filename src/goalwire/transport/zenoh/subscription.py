@@ -18,9 +18,11 @@ from goalwire.transport.zenoh.thread_state import pin
 from goalwire.transport.zenoh.tokens import uses_cpu_channel
 
 
-def declare(core: Core, key: str, endpoint: Endpoint, deliver: Callable[[Sample], None]) -> list[Declared]:
+def declare(
+    core: Core, place: Place, key: str, endpoint: Endpoint, deliver: Callable[[Sample], None]
+) -> list[Declared]:
     """Declare what brings messages of `key` to `deliver`: one subscriber, or two for types with buffers."""
-    reject = _rejecter(core, endpoint.name)
+    reject = _rejecter(core, place)
     origin = zenoh.Locality.REMOTE if endpoint.ignore_local else None
     if endpoint.qos.is_transient_local:
         subscriber = HistorySubscriber(core, key, actual_depth(endpoint.qos), _reader(reject), deliver)
@@ -35,9 +37,9 @@ def declare(core: Core, key: str, endpoint: Endpoint, deliver: Callable[[Sample]
     ]
 
 
-def _rejecter(core: Core, name: str) -> Callable[[RemoteError], None]:
+def _rejecter(core: Core, place: Place) -> Callable[[RemoteError], None]:
     """Return what counts a message that breaks the rules."""
-    return lambda error: core.rejects.add('message', f"on topic '{name}': {error}")
+    return lambda error: core.rejects.add('message', error, place)
 
 
 def _reader(reject: Callable[[RemoteError], None]) -> Callable[[zenoh.Sample], Sample | None]:

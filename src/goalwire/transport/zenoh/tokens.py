@@ -15,6 +15,7 @@ from xxhash import xxh3_128_intdigest
 
 from goalwire.errors import RemoteError, TransportError
 from goalwire.transport.contract import Endpoint, EndpointKind, GraphEntity, NodeName
+from goalwire.transport.rejects import check_names
 from goalwire.transport.zenoh.keyexpr import GRAPH_SPACE, dds_type, ros_type
 from goalwire.transport.zenoh.qos_text import decimal, decode_qos, encode_qos
 
@@ -112,6 +113,7 @@ def own_entity(token: str, session: str, node_id: int, node: NodeName, endpoint:
 def parse(token: str) -> GraphEntity:
     """Read a token; raises RemoteError, naming the chunk, for one that breaks the grammar."""
     chunks = token.split('/')
+    check_names('liveliness token', *chunks)
     if len(chunks) < _NODE_CHUNKS or chunks[0] != GRAPH_SPACE or '' in chunks:
         raise RemoteError(f"liveliness token '{token}': expected {_NODE_CHUNKS} or more chunks, none empty")
     _, domain, session, node_id, entity_id, code, enclave, namespace, name = chunks[:_NODE_CHUNKS]

@@ -1,0 +1,83 @@
+"""An exception as logs and terminals show it: the program's own frames, without the library's.
+
+Frames of files inside the goalwire package are left out where others remain. How many were left out is
+said, and `GOALWIRE_FULL_TRACEBACKS=1` shows all. Texts of exceptions may quote what a peer sent, so their
+control characters are spelt out, and a second line of one is indented: it cannot pass for a line of the log.
+"""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING
+
+from goalwire.errors import peer_text
+
+if TYPE_CHECKING:
+    from traceback import FrameSummary, StackSummary, TracebackException
+
+VARIABLE = 'GOALWIRE_FULL_TRACEBACKS'
+
+_LIBRARY = os.path.dirname(os.path.dirname(os.path.abspath(__file__))) + os.sep  # noqa: PTH100, PTH120
+_GENERATED = '<goalwire'
+_STANDARD = os.path.dirname(os.__file__) + os.sep  # noqa: PTH120
+_INSTALLED = tuple(os.path.join(_STANDARD, folder) for folder in ('site-packages', 'dist-packages'))  # noqa: PTH118
+_LINE_LIMIT = 5000
+
+
+def traceback_text(error: BaseException) -> str:
+    """Return the lines of an exception and of its causes, without the last line break."""
+    from traceback import TracebackException  # heavy, and needed only when something has failed
+
+    told = TracebackException.from_exception(error)
+    hidden = 0 if os.environ.get(VARIABLE) == '1' else _hide_library(told, set())
+    text = ''.join(_safe(chunk) for chunk in told.format()).rstrip()
+    if hidden:
+        frames = 'frame of goalwire is' if hidden == 1 else 'frames of goalwire are'
+        text += f'\n({hidden} {frames} not shown: {VARIABLE}=1 shows them)'
+    return text
+
+
+def is_library(filename: str) -> bool:
+    """Whether a frame of this file is the library's own."""
+    return filename.startswith((_LIBRARY, _GENERATED))
+
+
+def is_standard(filename: str) -> bool:
+    """Whether a frame of this file is Python's own."""
+    return filename.startswith(('<frozen ', _STANDARD)) and not filename.startswith(_INSTALLED)
+
+
+def _hide_library(told: TracebackException, seen: set[int]) -> int:
+    """Take the library's frames out of an exception, its causes and its parts; return how many."""
+    if id(told) in seen:
+        return 0
+    seen.add(id(told))
+    hidden = _hide_frames(told.stack)
+    for other in (told.__cause__, told.__context__, *(told.exceptions or ())):
+        if other is not None:
+            hidden += _hide_library(other, seen)
+    return hidden
+
+
+def _hide_frames(stack: StackSummary) -> int:
+    """Leave the program's frames, and what it calls; Python's own that the library calls go with it."""
+    shown: list[FrameSummary] = []
+    within = False
+    for frame in stack:
+        within = is_library(frame.filename) or (within and is_standard(frame.filename))
+        if not within:
+            shown.append(frame)
+    if all(is_standard(frame.filename) for frame in shown):
+        return 0  # nothing of the program's
+    hidden = len(stack) - len(shown)
+    stack[:] = shown
+    return hidden
+
+
+def _safe(chunk: str) -> str:
+    """Return a piece of a traceback in which no text of an exception begins a line or steers a terminal."""
+    if chunk.startswith('\n'):  # Python's own words between two exceptions
+        return chunk
+    first, *rest = chunk.removesuffix('\n').split('\n')
+    lines = [first, *(line if line.startswith(' ') or not line else f'  {line}' for line in rest)]
+    return '\n'.join(peer_text(line, _LINE_LIMIT) for line in lines) + '\n'
