@@ -221,7 +221,7 @@ class Context:
             session.close()
             raise
         self._session, self._graph = session, graph
-        self.lifeline.take_vigil(session.vigil)
+        self.lifeline.take_session(session)
 
 
 _contexts: WeakSet[Context] = WeakSet()

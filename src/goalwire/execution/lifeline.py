@@ -11,7 +11,7 @@ from goalwire.execution.waiting import Keeper, Waiter
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from goalwire.transport.contract import Vigil
+    from goalwire.transport.contract import Session, Vigil
 
 
 class Watch:
@@ -38,6 +38,7 @@ class Lifeline:
     __slots__ = (
         '__weakref__',
         '_keepers',
+        '_session',
         '_watchers',
         'alive',
         'clock',
@@ -59,12 +60,20 @@ class Lifeline:
         """Who sleeps under this where the wire does not reach it: asyncio loops, watchers of descriptors."""
         self._watchers: dict[Watch, None] = {}
         self._keepers: dict[ReferenceType[Keeper], None] = {}
+        self._session: Session | None = None
 
-    def take_vigil(self, vigil: Vigil | None) -> None:
-        """Let threads under this wait on a session's wire, as far as it has a place for that."""
+    def take_session(self, session: Session) -> None:
+        """Let threads under this wait on a session's wire, as far as it has a place for that.
+
+        When this ends, nothing more is sent by that session.
+        """
+        vigil = session.vigil
         if vigil is not None:
             vigil.dependants = self.dependants
             self.vigil = vigil
+        self._session = session  # then look: who ends this looks here after that
+        if not self.alive:
+            session.silence()
 
     def depend(self, who: object) -> None:
         """Have the session's own thread wait on the wire until `depend_no_more`. Any thread."""
@@ -102,7 +111,10 @@ class Lifeline:
         if not self.alive:
             return False
         self.reason = reason
+        self._silence()  # first: who sees that this has ended relies on it
         self.alive = False
+        self._silence()  # of a session that was taken in between
+        self._session = None
         self._tell()
         return True
 
@@ -116,6 +128,11 @@ class Lifeline:
         if not self.alive:
             self._tell()
         return watch
+
+    def _silence(self) -> None:
+        session = self._session
+        if session is not None:
+            session.silence()
 
     def _tell(self) -> None:
         while self._watchers:

@@ -298,6 +298,13 @@ class Session(ABC):
         """
 
     @abstractmethod
+    def silence(self) -> None:
+        """Have publishers and clients send nothing more: they raise ClosedError. Servers go on answering.
+
+        Any thread, signal handlers too: it takes no lock, and waits for nothing.
+        """
+
+    @abstractmethod
     def close(self) -> None:
         """Undeclare everything, send what is queued, disconnect. Idempotent; never called from `deliver`."""
 

@@ -1,4 +1,4 @@
-"""Noticing that this process is the forked child of the one that opened a session.
+"""Noticing that this process is the forked child of the one that opened a session, or that its context ended.
 
 A fork copies a session's memory but not the threads and links behind it. Whatever was opened before is dead
 in the child and says so; what the child opens itself works.
@@ -18,7 +18,7 @@ _resets: list[Callable[[], None]] = []
 
 def _in_child() -> None:
     for guard in _guards:
-        guard.is_forked = True
+        guard.is_forked = guard.is_silent = True
     for reset in _resets:
         reset()
 
@@ -35,11 +35,17 @@ def in_child(reset: Callable[[], None]) -> None:
 class ForkGuard:
     """Remembers in which process something was opened; `is_forked` is True in a child forked since."""
 
-    __slots__ = ('__weakref__', 'is_forked')
+    __slots__ = ('__weakref__', 'is_forked', 'is_silent')
 
     def __init__(self) -> None:
         self.is_forked = False
+        self.is_silent = False
+        """True where publishers and clients send nothing more: after `silence`, and in a forked child."""
         _guards.add(self)
+
+    def silence(self) -> None:
+        """Have publishers and clients send nothing more. Any thread, signal handlers too; takes no lock."""
+        self.is_silent = True
 
     def check(self, what: str) -> None:
         """Raise ForkedError in a child; `what` names the thing that was used."""

@@ -24,7 +24,7 @@ class Place:
         """The name of the logger that tells what goes wrong here."""
         self.closed = False
         self.guard = guard
-        """Looked at with each message, past `is_forked`: a call less."""
+        """Shared by all of a session. Looked at with each message, past `is_forked`: a call less."""
         self._leave = leave
         self._turn = RLock()
 
@@ -42,6 +42,12 @@ class Place:
                 f'{self.title} was used after it, its node or its context had been closed; '
                 f'declare it again, or stop using it first'
             )
+
+    def check_sending(self) -> None:
+        """Raise ClosedError or ForkedError where a publisher or a client must not send."""
+        self.check()
+        if self.guard.is_silent:
+            raise ClosedError(f'{self.title} was used after the end of its context; stop using it first')
 
     def give_up(self) -> None:
         """Undeclare, once; a forked child has nothing to undeclare.

@@ -7,6 +7,7 @@ from types import CoroutineType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from goalwire.entities.enclosing import Enclosing
+from goalwire.entities.exceptions import ShutDownError
 from goalwire.errors import peer_text
 from goalwire.execution.work import Work
 from goalwire.protocol.goals import wire
@@ -74,15 +75,21 @@ class Execution(Work):
         self._server.finished(self._handle, outcome)
 
     def _failed(self, error: BaseException) -> None:
-        from goalwire.logging.tracebacks import traceback_text
-
-        told = f'Error raised in execute callback: {peer_text(error)}'
-        self._server.logger.error(f'{told}\n{traceback_text(error)}')
+        if isinstance(error, ShutDownError) and not self._server.node.context.ok():
+            self._server.logger.warning(f'A goal was stopped by the end of the context: {error}')
+        else:
+            self._log(error)
         if isinstance(error, Exception):
             self._finish(self._server.failure(self._handle, error))
         else:
             self._finish(Failure())
             raise error
+
+    def _log(self, error: BaseException) -> None:
+        from goalwire.logging.tracebacks import traceback_text
+
+        told = f'Error raised in execute callback: {peer_text(error)}'
+        self._server.logger.error(f'{told}\n{traceback_text(error)}')
 
 
 class Results:

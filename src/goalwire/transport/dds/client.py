@@ -90,8 +90,8 @@ class DdsClient(ClientPort):
     ) -> int:
         """Send one request to every server."""
         place = self._place
-        if place.closed or place.guard.is_forked:
-            place.check()
+        if place.closed or place.guard.is_silent:
+            place.check_sending()
         sequence = self._next_sequence()
         if not self._targets[0]:
             self._look()

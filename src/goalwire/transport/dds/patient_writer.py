@@ -19,6 +19,7 @@ from goalwire.transport.dds.abi import TIMEOUT
 from goalwire.transport.dds.pump import CLOSING_S
 from goalwire.transport.dds.wire import Participant, Writer
 from goalwire.transport.failures import report_failure
+from goalwire.transport.fork import ForkGuard
 
 _PATIENCE_NS = 200_000_000
 """How long until the next attempt, or the detour, unless all is acknowledged, or the writer gone, before."""
@@ -36,9 +37,12 @@ class PatientWriter(Writer):
         type_name: str,
         qos: int,
         make_detour: Callable[[], Writer] | None = None,
+        guard: ForkGuard | None = None,
     ) -> None:
+        """What waits is dropped where `guard` says that nothing more is sent; None: nothing says so."""
         super().__init__(participant, topic, type_name, qos)
         self._make_detour = make_detour
+        self._guard = guard
         self._detour: Writer | None = None
         self._waiting: deque[bytes] = deque()
         self._held_up = False
@@ -126,6 +130,8 @@ class PatientWriter(Writer):
 
     def _send_first(self, write: Callable[[bytes], int]) -> bool:
         """Send what has waited longest and let it wait no more; False where there is nothing, or no room."""
+        if self._guard is not None and self._guard.is_silent:
+            self.forget_waiting()
         with self._lock:
             if not self._waiting:
                 return False

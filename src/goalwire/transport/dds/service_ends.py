@@ -45,7 +45,10 @@ def make_writer(
 
     kept = replace(endpoint.qos, history=HistoryPolicy.KEEP_ALL)
     with endpoint_qos(core.library, kept, said, blocking_ns=0) as qos:
-        writer = PatientWriter(*where, qos, make_detour if role is Role.REPLY else None)
+        if role is Role.REPLY:
+            writer = PatientWriter(*where, qos, make_detour)
+        else:
+            writer = PatientWriter(*where, qos, guard=core.guard)
     undo.callback(writer.delete)
     undo.callback(core.statuses.forget, writer.handle)
     return writer

@@ -48,6 +48,10 @@ class DdsSession(Session):
         """Return how many requests, replies and announcements broke the rules and were ignored."""
         return self._core.rejects.counts()
 
+    def silence(self) -> None:
+        """Have publishers and clients send nothing more."""
+        self._core.guard.silence()
+
     def close(self) -> None:
         """Undeclare everything and leave the domain."""
         self._place.give_up()

@@ -58,8 +58,8 @@ class DdsPublisher(PublisherPort):
     def publish(self, payload: bytes) -> None:
         """Write one message; what several threads publish at once may arrive in either order."""
         place = self._place
-        if place.closed or place.guard.is_forked:
-            place.check()
+        if place.closed or place.guard.is_silent:
+            place.check_sending()
         result = self._write(payload)
         if result:
             place.check()  # closed by another thread in the meantime
@@ -76,7 +76,7 @@ class DdsPublisher(PublisherPort):
 
     def assert_liveliness(self) -> None:
         """Show that the publisher is alive, where that is up to its user."""
-        self._place.check()
+        self._place.check_sending()
         self._core.library.dds_assert_liveliness(self.writer.handle)
 
     def wait_for_acknowledgements(self, timeout_ns: int | None) -> bool:

@@ -51,7 +51,6 @@ class FaultySession(Session):
         self.enforces_qos = inner.enforces_qos
         self.compares_definitions = inner.compares_definitions
         self.vigil = inner.vigil
-        self.vigil = inner.vigil
         self._lock = Lock()
         self._nodes: tuple[FaultyNode, ...] = ()
         self.sight = Sight(Nobody(), self._is_hidden)
@@ -79,6 +78,10 @@ class FaultySession(Session):
         with self._lock:
             self._sights += (sight,)
         self.inner.watch_graph(sight)
+
+    def silence(self) -> None:
+        """Have publishers and clients send nothing more."""
+        self.inner.silence()
 
     def close(self) -> None:
         """Undeclare everything and disconnect; what is under way to this session is lost."""

@@ -173,7 +173,7 @@ class MemoryClient(ClientPort):
         timeout_ns: int | None = None,  # noqa: ARG002 - it is forgotten in time
     ) -> int:
         """Hand one request to every server, on this thread."""
-        self.place.check()
+        self.place.check_sending()
         payload = bytes(payload)
         servers = self._servers()
         with self._lock:

@@ -72,6 +72,10 @@ class MemorySession(Session):
                 return
         self._bus.unwatch(watcher)
 
+    def silence(self) -> None:
+        """Have publishers and clients send nothing more."""
+        self._guard.silence()
+
     def close(self) -> None:
         """Close every node and leave the bus."""
         self._place.give_up()

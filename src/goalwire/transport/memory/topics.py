@@ -70,7 +70,7 @@ class MemoryPublisher(PublisherPort):
 
     def publish(self, payload: bytes) -> None:
         """Deliver one message to every matched subscription."""
-        self.place.check()
+        self.place.check_sending()
         payload = bytes(payload)
         with self._lock:
             self._sequence += 1

@@ -101,8 +101,8 @@ class ZenohClient(ClientPort):
     ) -> int:
         """Send one request to every server."""
         place = self._place
-        if place.closed or place.guard.is_forked:
-            place.check()
+        if place.closed or place.guard.is_silent:
+            place.check_sending()
         sequence = self._next_sequence()
         call = Call(self, sequence, on_reply, on_end)
         self.waiting[sequence] = call

@@ -72,12 +72,12 @@ class ZenohPublisher(PublisherPort):
     def publish(self, payload: bytes) -> None:
         """Put one message; all subscriptions get those of several threads in the same order."""
         place = self._place
-        if (
-            place.closed or place.guard.is_forked
-        ):  # in a forked child the turn may be another thread's for ever
-            place.check()
+        if place.closed or place.guard.is_silent:  # in a forked child the turn may be another thread's
+            place.check_sending()
         try:
             with self._turn:
+                if place.guard.is_silent:  # since then: the turn may have been long in coming
+                    place.check_sending()
                 self._put(payload, attachment=encode(self._next_sequence(), time_ns(), GID_SIZE, self.gid))
         except (zenoh.ZError, RuntimeError) as error:
             place.check()  # closed by another thread in the meantime

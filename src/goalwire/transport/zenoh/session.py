@@ -136,6 +136,10 @@ class ZenohSession(Session):
         """Return how many messages, requests, replies and tokens broke the rules and were ignored."""
         return self._core.rejects.counts()
 
+    def silence(self) -> None:
+        """Have publishers and clients send nothing more."""
+        self._core.guard.silence()
+
     def close(self) -> None:
         """Undeclare everything, send what is queued, and wait for callbacks under way."""
         self._place.give_up()
