@@ -33,8 +33,8 @@ def endpoint(
     return replace(owner, kind=kind, name=name, type_name=type_name, qos=qos or QoS(), gid=gid)
 
 
-def graph_of(*entities: GraphEntity) -> Graph:
-    graph = Graph()
+def graph_of(*entities: GraphEntity, enforces_qos: bool = False) -> Graph:
+    graph = Graph(enforces_qos=enforces_qos)
     for entity in entities:
         graph.appeared(entity)
     return graph
@@ -176,29 +176,38 @@ def test_matched_counterparts_agree_in_name_type_and_qos() -> None:
         endpoint(listener, SUBSCRIPTION, '/chatter', STRING),
         endpoint(listener, SUBSCRIPTION, '/chatter', 'std_msgs/msg/Int32', best_effort),
         endpoint(listener, SUBSCRIPTION, '/other', STRING, best_effort),
+        enforces_qos=True,
     )
     assert graph.matched(Endpoint(PUBLISHER, '/chatter', STRING, '', best_effort)) == [agreeing]
+
+
+def test_where_qos_prevents_nothing_name_and_type_make_a_match() -> None:
+    listener = node('listener')
+    reliable = endpoint(listener, SUBSCRIPTION, '/chatter', STRING)
+    graph = graph_of(reliable, endpoint(listener, SUBSCRIPTION, '/chatter', 'std_msgs/msg/Int32'))
+    best_effort = QoS(reliability=ReliabilityPolicy.BEST_EFFORT)
+    assert graph.matched(Endpoint(PUBLISHER, '/chatter', STRING, '', best_effort)) == [reliable]
 
 
 def test_a_subscription_matches_publishers_that_offer_enough() -> None:
     talker = node('talker')
     lasting = QoS(durability=DurabilityPolicy.TRANSIENT_LOCAL)
     offering = endpoint(talker, PUBLISHER, '/map', STRING, lasting)
-    graph = graph_of(offering, endpoint(talker, PUBLISHER, '/map', STRING))
+    graph = graph_of(offering, endpoint(talker, PUBLISHER, '/map', STRING), enforces_qos=True)
     assert graph.matched(endpoint(node('listener'), SUBSCRIPTION, '/map', STRING, lasting)) == [offering]
 
 
 def test_a_duration_nobody_asked_for_agrees_with_the_infinite_one_it_becomes_on_the_wire() -> None:
     infinite = QoS(deadline_ns=INFINITE_NS, lease_ns=INFINITE_NS)
     subscription = endpoint(node('listener'), SUBSCRIPTION, '/chatter', STRING, infinite)
-    assert graph_of(subscription).matched(Endpoint(PUBLISHER, '/chatter', STRING, '', QoS())) == [
-        subscription
-    ]
+    graph = graph_of(subscription, enforces_qos=True)
+    assert graph.matched(Endpoint(PUBLISHER, '/chatter', STRING, '', QoS())) == [subscription]
 
 
 def test_services_match_whatever_their_qos() -> None:
     server = endpoint(node('server'), SERVICE, '/add', ADD, QoS(reliability=ReliabilityPolicy.BEST_EFFORT))
-    assert graph_of(server).matched(endpoint(node('client'), CLIENT, '/add', ADD)) == [server]
+    graph = graph_of(server, enforces_qos=True)
+    assert graph.matched(endpoint(node('client'), CLIENT, '/add', ADD)) == [server]
 
 
 FIBONACCI = 'example_interfaces/action/Fibonacci'

@@ -213,7 +213,9 @@ class Context:
             raise RCLError('the given context is not valid, either init() was not called or shutdown() was')
         enclave = self.arguments.enclave or '/'
         session = registry.get().open(SessionOptions(domain_id=self._domain_id, enclave=enclave))
-        graph = Graph(session.id, compares_definitions=session.compares_definitions)
+        graph = Graph(
+            session.id, compares_definitions=session.compares_definitions, enforces_qos=session.enforces_qos
+        )
         graph.on_mismatch(_report)
         try:
             session.watch_graph(graph)

@@ -32,7 +32,11 @@ _VARIADIC = 0x04
 
 
 class MessageInfo(TypedDict):
-    """What a two-argument callback gets beside the message; times in ns since the UNIX epoch."""
+    """What a two-argument callback gets beside the message; times in ns since the UNIX epoch.
+
+    Publications are numbered from 1 by their publisher, receptions from 0 by the subscription; on DDS both
+    are None.
+    """
 
     source_timestamp: int
     received_timestamp: int
@@ -92,9 +96,10 @@ class SubscriptionCore(Generic[MsgT]):
         except RemoteError as error:
             self._reject(error)
             return None
-        self.taken += 1
+        taken = self.taken
+        self.taken = taken + 1
         if self._wants_info:
-            return self._callback(message, _info(sample))
+            return self._callback(message, _info(sample, taken))
         return self._callback(message)
 
     def take(self) -> tuple[Any, MessageInfo] | None:
@@ -117,8 +122,9 @@ class SubscriptionCore(Generic[MsgT]):
         except RemoteError as error:
             self._reject(error)
             return None
-        self.taken += 1
-        return message, _info(sample)
+        taken = self.taken
+        self.taken = taken + 1
+        return message, _info(sample, taken)
 
     def _reject(self, error: RemoteError) -> None:
         self.rejected += 1
@@ -178,12 +184,16 @@ def queue_depth(qos: QoS) -> int | None:
     return None if qos.keeps_all else qos.depth or _DEFAULT_DEPTH
 
 
-def _info(sample: Sample) -> MessageInfo:
+def _info(sample: Sample, taken: int) -> MessageInfo:
+    """Return what is told of a message before which `taken` were taken.
+
+    rmw_zenoh counts them from 0 on; DDS, which numbers nothing, tells neither number.
+    """
     return {
         'source_timestamp': sample.source_timestamp,
         'received_timestamp': sample.received_timestamp,
         'publication_sequence_number': sample.sequence or None,
-        'reception_sequence_number': None,
+        'reception_sequence_number': taken if sample.sequence else None,
     }
 
 

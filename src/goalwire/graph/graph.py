@@ -39,13 +39,17 @@ class _Node:
 class Graph(GraphListener):
     """What a session's `watch_graph` fills. Every question is answered from an index, from any thread."""
 
-    def __init__(self, session: str | None = None, *, compares_definitions: bool = True) -> None:
+    def __init__(
+        self, session: str | None = None, *, compares_definitions: bool = True, enforces_qos: bool = False
+    ) -> None:
         """Mismatches are looked for where an endpoint of `session` is concerned; None: among all.
 
-        `compares_definitions` is the session's: it decides what a mismatch of definitions means.
+        The others are the session's: `compares_definitions` decides what a mismatch of definitions means,
+        `enforces_qos` whether QoS that do not go together keep endpoints apart.
         """
         self._session = session
         self._compares_definitions = compares_definitions
+        self._enforces_qos = enforces_qos
         self._lock = Lock()
         self.version = 0
         """Another one after each change: who keeps an answer, keeps the version before he asked with it."""
@@ -159,10 +163,12 @@ class Graph(GraphListener):
         return False
 
     def matched(self, endpoint: Endpoint | GraphEntity) -> list[GraphEntity]:
-        """Return the counterparts of an endpoint: same name and type and, for topics, a QoS that agrees."""
+        """Return an endpoint's counterparts: same name and type, and a QoS that agrees where that counts."""
         others = self.entities(opposite(endpoint.kind), endpoint.name)
         return [
-            other for other in others if other.type_name == endpoint.type_name and _agree(endpoint, other)
+            other
+            for other in others
+            if other.type_name == endpoint.type_name and (not self._enforces_qos or _agree(endpoint, other))
         ]
 
     # -- names and types -----------------------------------------------------------------------------------

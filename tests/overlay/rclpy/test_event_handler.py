@@ -170,7 +170,20 @@ def test_where_qos_prevents_nothing_messages_and_matches_come_all_the_same(
     publisher.publish(String(data='x'))
     assert came.expect(1) == [String(data='x')]
     counts = (publisher.get_subscription_count(), subscription.get_publisher_count())
-    assert counts == (0, 0)  # rmw_zenoh's counts ask the QoS, its events do not
+    assert counts == (1, 1)
+
+
+def test_counts_of_matches_ask_the_qos_where_the_wire_does(
+    node: Node, other: Node, context: Context, transport_name: str
+) -> None:
+    publisher = node.create_publisher(String, 'chat', BEST_EFFORT)
+    matching = other.create_subscription(String, 'chat', nothing, BEST_EFFORT)
+    asking = other.create_subscription(String, 'chat', nothing, RELIABLE)
+    wait_until(context, lambda: matching.get_publisher_count() == 1)
+    wait_until(context, lambda: node.count_subscribers('chat') == 2)
+    separated = transport_name == DDS
+    assert publisher.get_subscription_count() == (1 if separated else 2)
+    assert asking.get_publisher_count() == (0 if separated else 1)
 
 
 def test_another_type_of_the_topic_is_told_and_is_no_match(node: Node, other: Node, spin: Spin) -> None:

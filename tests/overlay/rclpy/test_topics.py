@@ -71,6 +71,8 @@ def test_a_callback_of_two_arguments_learns_when_and_as_which_message_it_was_sen
     assert one['received_timestamp'] >= one['source_timestamp']
     sequences = [one['publication_sequence_number'], two['publication_sequence_number']]
     assert sequences == ([None, None] if transport_name == DDS else [1, 2])
+    receptions = [one['reception_sequence_number'], two['reception_sequence_number']]
+    assert receptions == ([None, None] if transport_name == DDS else [0, 1])
 
 
 def test_a_raw_subscription_gets_the_bytes(context: Context, make_node: MakeNode, spin: Spin) -> None:

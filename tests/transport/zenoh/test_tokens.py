@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+import xxhash
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -139,7 +140,15 @@ def test_a_gid_is_the_hash_of_the_token_low_half_first() -> None:
 
 
 def test_every_token_has_its_own_gid() -> None:
-    assert len({gid_of(NODE_TOKEN), gid_of(TOPIC_TOKEN), gid_of(f'{TOPIC_TOKEN}/backends:cpu:')}) == 3
+    tokens = (NODE_TOKEN, TOPIC_TOKEN, TOPIC_TOKEN.replace('/MP/', '/MS/'))
+    assert len({gid_of(token) for token in tokens}) == 3
+
+
+@pytest.mark.parametrize('topic', ['%chatter', '%a%backends:', '%backends'])
+def test_the_gid_of_a_subscription_to_buffers_is_that_of_the_token_as_jazzy_reads_it(topic: str) -> None:
+    token = TOPIC_TOKEN.replace('/MP/', '/MS/').replace('%robot1%chatter', topic)
+    assert gid_of(f'{token}/backends:cpu:') == gid_of(token) == parse(f'{token}/backends:cpu:').gid
+    assert parse(token).gid == xxhash.xxh3_128(token.encode()).intdigest().to_bytes(16, 'little')
 
 
 @pytest.mark.parametrize('kind', [kind for kind in EndpointKind if kind is not EndpointKind.NODE])

@@ -91,7 +91,14 @@ def _is_carried(key: str) -> bool:
 
 
 def gid_of(token: str) -> bytes:
-    """Return the 16 bytes that name a token's owner: XXH3-128 of the whole token, little endian."""
+    """Return the 16 bytes that name a token's owner: XXH3-128 of the token, little endian.
+
+    Of an endpoint's, the chunks that Jazzy knows: it leaves `backends` out. Lyrical does not, but there is
+    nothing that a subscription's gid must agree with.
+    """
+    chunks = token.split('/', _ENDPOINT_CHUNKS)
+    if len(chunks) > _ENDPOINT_CHUNKS:
+        token = '/'.join(chunks[:_ENDPOINT_CHUNKS])
     return xxh3_128_intdigest(token.encode()).to_bytes(16, 'little')
 
 
