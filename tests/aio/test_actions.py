@@ -23,7 +23,7 @@ from rclpy.executors import MultiThreadedExecutor
 from rclpy.node import Node
 
 import goalwire
-from goalwire.aio.action.client import ActionClient
+from goalwire.aio.action.client import ActionClient, Run
 from goalwire.errors import (
     ClosedError,
     DeadlineError,
@@ -38,6 +38,7 @@ from goalwire.logging import add_sink
 from goalwire.protocol.goals.table import GoalStatus
 
 Taken: TypeAlias = goalwire.Goal[Fibonacci.Goal, Fibonacci.Feedback]
+Sent: TypeAlias = Run[Fibonacci.Result, Fibonacci.Feedback]
 Client: TypeAlias = ActionClient[Fibonacci.Goal, Fibonacci.Result, Fibonacci.Feedback]
 
 
@@ -90,6 +91,27 @@ def test_a_goal_gives_feedback_and_its_result(isolated: dict[str, str], loop: st
             assert list((await client.call(Fibonacci.Goal(order=1), timeout=5.0)).sequence) == [1]
 
     run(scenario(), loop)
+
+
+@pytest.mark.also_on_dds
+def test_who_iterates_over_the_feedback_hears_all_of_it_before_the_result(play: Play) -> None:
+    async def scenario() -> None:
+        async with arena() as (client, _, _):
+            for _ in range(20):
+                order: list[object] = []
+                async with client.send(order=5, timeout=5.0) as run_:
+
+                    async def listen(run_: Sent = run_, order: list[object] = order) -> None:
+                        order += [feedback.sequence[0] async for feedback in run_.feedback]
+                        order.append('no more')
+
+                    async with asyncio.TaskGroup() as tasks:
+                        tasks.create_task(listen())
+                        await run_.result
+                        order.append('result')
+                assert order == [0, 1, 2, 3, 4, 'no more', 'result']
+
+    play(scenario)
 
 
 def test_an_aborted_goal_raises_with_its_result_and_a_failing_handler_aborts(play: Play) -> None:

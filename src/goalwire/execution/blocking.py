@@ -22,6 +22,7 @@ __all__ = [
     'block_on_clock',
     'current_executor',
     'current_group',
+    'current_groups',
     'thread_lent',
     'why_it_cannot_answer',
 ]
@@ -75,6 +76,11 @@ def thread_lent() -> Iterator[None]:
         yield
     finally:
         executor.lend_thread(-1)
+
+
+def current_groups() -> tuple[CallbackGroup, ...]:
+    """The exclusive groups that the calling callback holds."""
+    return HELD.get()
 
 
 def why_it_cannot_answer(home: Home, group: CallbackGroup | None) -> str | None:

@@ -31,7 +31,7 @@ class Engine:
     def __init__(self, lifeline: Lifeline) -> None:
         self._lifeline = lifeline
         self._clock = lifeline.clock
-        self._ready = ReadyQueue()
+        self._ready = ReadyQueue(self.is_driven)
         self._agenda = Agenda(self._look_again, self._ready.wakers)
         self._readiness = Readiness(self._look_again)
         self._failures: deque[BaseException] = deque()
@@ -43,6 +43,10 @@ class Engine:
         self.home = Home()
         """Where the executor's own tasks are posted."""
         self.home.attach(self._ready, self._agenda)
+
+    def is_driven(self) -> bool:
+        """Whether somebody spins this, as far as it knows: an executor that a program has written may."""
+        return not self._is_shutdown
 
     def _look_again(self) -> None:
         """Let whoever sleeps until the next timer find out that there is an earlier one, or a descriptor."""

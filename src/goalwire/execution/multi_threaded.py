@@ -67,6 +67,10 @@ class MultiThreadedExecutor(Executor):
     def spin_until_future_complete(self, future: Future[Any], timeout_sec: Timeout = None) -> None:
         self._run(future, self._deadline(timeout_sec), once=False)
 
+    def is_driven(self) -> bool:
+        """Whether a thread spins this, or a callback still runs."""
+        return bool(self._coordinators or self._spins or self._crew.busy)
+
     def thread_waits_alone(self) -> bool:
         """Whether this has one thread only, the calling one."""
         return self._crew.limit <= 1 and self in THREAD.executors

@@ -28,9 +28,11 @@ class ReadyQueue:
     that went to sleep last is woken first: its caches are warm, and the others sleep on.
     """
 
-    __slots__ = ('_stirred', 'closed', 'items', 'lookouts', 'wakers')
+    __slots__ = ('_stirred', 'closed', 'is_driven', 'items', 'lookouts', 'wakers')
 
-    def __init__(self) -> None:
+    def __init__(self, is_driven: Callable[[], bool] = bool) -> None:
+        self.is_driven = is_driven
+        """Tells whether somebody runs what is posted here."""
         self.items: deque[Work] = deque()
         self.lookouts: dict[ReferenceType[Lookout], None] = {}
         """Who is to be asked for work before any is taken; they belong to their nodes."""

@@ -37,6 +37,10 @@ class SingleThreadedExecutor(Executor):
     def spin_until_future_complete(self, future: Future[Any], timeout_sec: Timeout = None) -> None:
         self._run(future, None if timeout_sec is None else self._deadline(timeout_sec), once=False)
 
+    def is_driven(self) -> bool:
+        """Whether a thread spins this."""
+        return bool(self._driver)
+
     def thread_waits_alone(self) -> bool:
         """Whether the calling thread is the one that drives this."""
         return self._driver.get(_SEAT) == get_ident()

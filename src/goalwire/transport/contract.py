@@ -162,6 +162,9 @@ class Port(ABC):
         """
         return False
 
+    def catch_up(self) -> None:  # noqa: B027 - most wires deliver in the order in which things arrive
+        """Deliver what has arrived by now, where the wire may deliver later arrivals elsewhere first."""
+
 
 class PublisherPort(Port):
     """A declared publisher."""

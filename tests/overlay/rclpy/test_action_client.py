@@ -94,29 +94,6 @@ def test_feedback_goes_to_the_callback_of_its_own_goal(make_node: MakeNode, spin
         assert {bytes(message.goal_id.uuid) for message in messages} == {ids[order]}
 
 
-def test_feedback_before_the_acceptance_is_known_is_delivered(
-    context: Context, make_node: MakeNode, spin: Spin
-) -> None:
-    """A server by hand: it publishes feedback for a goal that it has not answered yet."""
-    server, node, heard = make_node('by_hand'), make_node(), Collector[Any]()
-    impl = Fibonacci.Impl
-    publisher = server.create_publisher(impl.FeedbackMessage, 'fib/_action/feedback', 10)
-
-    def answer(request: Any, response: Any) -> Any:
-        publisher.publish(impl.FeedbackMessage(goal_id=request.goal_id, feedback=Feedback(sequence=[1])))
-        heard.expect(1)
-        response.accepted = True
-        return response
-
-    server.create_service(impl.SendGoalService, 'fib/_action/send_goal', answer)
-    client = ActionClient(node, Fibonacci, 'fib')
-    wait_until(context, lambda: publisher.get_subscription_count() == 1)
-    wait_until(context, lambda: node.count_services('fib/_action/send_goal') == 1)
-    spin(server)
-    spin(node)
-    assert result_of(client.send_goal_async(Goal(), heard)).accepted
-
-
 def test_of_feedback_that_nobody_takes_the_newest_thousand_wait(
     context: Context, make_node: MakeNode, spin: Spin, executor: Executor
 ) -> None:

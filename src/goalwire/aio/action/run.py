@@ -9,7 +9,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
 from goalwire.aio.action.heartbeat import Heartbeat
-from goalwire.entities.actions.client import FEEDBACK_LIMIT
+from goalwire.entities.actions.goal_feedback import FEEDBACK_LIMIT
 from goalwire.entities.attempt import Attempt
 from goalwire.entities.exceptions import ShutDownError
 from goalwire.errors import (

@@ -16,6 +16,7 @@ from goalwire.entities.actions.client_goal import ClientGoal, ClientGoalHandle, 
 from goalwire.entities.actions.client_goals import ClientGoals
 from goalwire.entities.actions.client_results import ClientResults
 from goalwire.entities.actions.endpoints import ActionQoS
+from goalwire.entities.actions.goal_feedback import GoalFeedback
 from goalwire.entities.actions.goal_ids import goal_id_bytes
 from goalwire.entities.actions.requests import GoalRequest, RawFuture
 from goalwire.entities.client import PENDING_LIMIT, unanswered
@@ -43,9 +44,6 @@ if TYPE_CHECKING:
 
 LINGERING_LIMIT = 1000
 """Goals given up, of one client, that are cancelled where a server takes them late."""
-
-FEEDBACK_LIMIT = 1000
-"""Feedback messages that may wait for one goal's callback; the oldest is dropped and counted."""
 
 _STATUS_LIMIT = 10
 """Status arrays that may wait. More than one: a goal whose result is not kept is in a single array."""
@@ -146,7 +144,7 @@ class ActionClientCore(Cancelling):
                 'under way already; wait for the results of some of them first'
             )
 
-    def _feedback_inbox(self, callback: Callable[[Any], object]) -> Inbox[Sample]:
+    def _feedback_inbox(self, callback: Callable[[Any], object]) -> GoalFeedback:
         decode = self.support.feedback.decode
 
         def handle(sample: Sample) -> object:
@@ -157,7 +155,7 @@ class ActionClientCore(Cancelling):
                 return None
             return callback(message)
 
-        return Inbox(self.node.home, self._group, handle, depth=FEEDBACK_LIMIT)
+        return GoalFeedback(self.node.home, self._group, handle, self)
 
     def reject_feedback(self, error: RemoteError) -> None:
         """Count a feedback message that cannot be decoded."""
@@ -183,7 +181,16 @@ class ActionClientCore(Cancelling):
                     self.goals.drop(record.goal_id)
         record.answered = True
         self._acceptances.add(sample.received_timestamp - record.sent_at)
-        self.complete(future, sample.payload)
+        feedback = record.feedback
+        if isinstance(feedback, GoalFeedback):
+            told = not future.pending() or future.set_raw(sample.payload)
+            feedback.open(in_a_turn=not told)
+        else:
+            self.complete(future, sample.payload)
+
+    def hear_feedback(self) -> None:
+        """Take what feedback has come by now, where the wire keeps it until somebody does."""
+        self._feedback_port.catch_up()
 
     def drop(self, record: ClientGoal, reason: str) -> None:
         """Forget a goal that no server has taken."""

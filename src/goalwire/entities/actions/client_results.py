@@ -6,22 +6,56 @@ of it until then. So a result is asked for again; to ask twice does no harm, for
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
+from goalwire.entities.actions.goal_feedback import GoalFeedback
 from goalwire.entities.actions.requests import RawFuture
 from goalwire.entities.client import end_with, unanswered
 from goalwire.entities.exceptions import InvalidHandle, ShutDownError
 from goalwire.errors import CallError, GoalwireError, peer_text
 from goalwire.execution.agenda import Alarm
+from goalwire.execution.steady import STEADY
 from goalwire.protocol import reasons
 from goalwire.protocol.goals import wire
 from goalwire.protocol.latencies import Latencies
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from goalwire.entities.actions.client import ActionClientCore
     from goalwire.entities.call_terms import CallTerms
+    from goalwire.execution.lifeline import Lifeline
+    from goalwire.execution.steady import SteadyClock
     from goalwire.protocol.goals.ids import GoalId
-    from goalwire.transport.contract import ClientPort, Sample
+    from goalwire.protocol.goals.table import GoalStatus
+    from goalwire.transport.contract import ClientPort, Payload, Sample
+
+
+class ResultFuture(RawFuture):
+    """Of a goal that has a feedback callback: it is done after that callback's last turn."""
+
+    __slots__ = ('_feedback',)
+
+    def __init__(self, results: ClientResults, terms: CallTerms | None, feedback: GoalFeedback) -> None:
+        super().__init__(results.client, results.client.support.get_result.decode_response, terms)
+        self._feedback = feedback
+
+    def add_waker(self, waker: Callable[[], None]) -> None:
+        if self.pending():
+            self._feedback.hurry_if_stuck(blocks=False)
+        super().add_waker(waker)
+
+    def wait(
+        self,
+        deadline: int | None = None,
+        *,
+        clock: SteadyClock = STEADY,
+        lifeline: Lifeline | None = None,
+    ) -> bool:
+        if self.pending():
+            self._feedback.hurry_if_stuck(blocks=True)
+        return super().wait(deadline, clock=clock, lifeline=lifeline)
 
 
 class ResultWait:
@@ -95,7 +129,12 @@ class ClientResults:
 
     def get(self, goal_id: GoalId, terms: CallTerms | None) -> RawFuture:
         """Ask for a goal's result; the future gives the action's GetResult response."""
-        future = RawFuture(self.client, self.client.support.get_result.decode_response, terms)
+        goal = self._goals.find(goal_id)
+        future = (
+            ResultFuture(self, terms, goal.feedback)
+            if goal is not None and isinstance(goal.feedback, GoalFeedback)
+            else RawFuture(self.client, self.client.support.get_result.decode_response, terms)
+        )
         future.asked_with = ResultWait(self, goal_id, future)
         self.client.react(self._goals.rules.on_result_request, goal_id, future)
         return future
@@ -137,14 +176,23 @@ class ClientResults:
             return True
 
     def on_reply(self, goal_id: GoalId, sample: Sample) -> None:
-        """The result is there."""
+        """The result is there. Who waits for it is told after the feedback that came before it."""
         payload, reason = wire.split_reason(sample.payload)
         status = wire.status_of(payload)
-        goals = self._goals
-        goal = goals.known(goal_id)
+        goal = self._goals.known(goal_id)
         goal.reason = peer_text(reason)
         if goal.sent_at:
             self.durations.add(sample.received_timestamp - goal.sent_at)
+        if goal.feedback is not None:
+            self.client.hear_feedback()
+        if isinstance(goal.feedback, GoalFeedback):
+            goal.feedback.end(partial(self._tell, goal_id, status, payload))
+        else:
+            self._tell(goal_id, status, payload)
+
+    def _tell(self, goal_id: GoalId, status: GoalStatus, payload: Payload) -> None:
+        """Complete the futures of who waits for a result."""
+        goals = self._goals
         goals.forget(goal_id)  # before anybody hears of the end, who may look at what is left
         self.client.react(goals.rules.on_result, goal_id, status, payload)
         goals.advance(goal_id, status)

@@ -109,13 +109,18 @@ class DdsSubscription(Port):
         self._known = core.peers.known
         self._place = new.place
         self._deliver = deliver
-        new.take_in(topic, Intake(reader, new.place.title, self._on_message))
+        self._intake = Intake(reader, new.place.title, self._on_message)
+        new.take_in(topic, self._intake)
 
     def _on_message(self, message: Taken) -> None:
         payload, sent, publication = message
         peer = self._known.get(publication) or self._core.peers.publication(self.reader.handle, publication)
         gid = publication.to_bytes(16, 'little') if peer is None else peer.gid
         self._deliver(new_sample((payload, NOT_COUNTED, sent, time_ns(), gid)))
+
+    def catch_up(self) -> None:
+        """Deliver what the reader holds: readers are looked at in no order."""
+        self._intake.drain_own()
 
     def watch_event(self, event: EventType, changed: Callable[[EventStatus], None]) -> bool:
         """Tell of an event that the library notices."""

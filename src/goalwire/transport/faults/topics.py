@@ -85,6 +85,10 @@ class FaultySubscription(Port):
             received = sample.received_timestamp + result.delay_ns
             self._deliver(sample._replace(payload=result.payload, received_timestamp=received))
 
+    def catch_up(self) -> None:
+        """Deliver what has arrived by now."""
+        self._inner.catch_up()
+
     def watch_event(self, event: EventType, changed: Callable[[EventStatus], None]) -> bool:
         """Watch what the wire finds out itself."""
         self._faults.call('port.watch_event')
