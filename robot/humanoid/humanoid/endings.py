@@ -1,12 +1,23 @@
-"""How a goal ends: decided by a control tick, carried out by the goal's own execute callback."""
+"""How a goal begins and ends.
+
+Its end is decided by a control tick and carried out by the goal's own execute callback. What goes wrong on
+the way ends this one goal: it is refused, or aborted with the reason, and the server goes on.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import Enum
 
+from rclpy.action import GoalResponse
 from rclpy.action.server import ServerGoalHandle
+from rclpy.node import Node
 from rclpy.task import Future
+
+from humanoid.running import log_failure
+from humanoid.text import brief
 
 
 class End(Enum):
@@ -42,6 +53,29 @@ class Decision:
         ending = await self._future
         assert ending is not None  # rclpy's futures may hold None; this one never does
         return ending
+
+
+def judged(node: Node, check: Callable[[], str | None]) -> GoalResponse:
+    """REJECT where `check` returns why the goal cannot be taken, or fails; the reason is logged."""
+    try:
+        reason = check()
+    except Exception as error:
+        log_failure(node, error)
+        return GoalResponse.REJECT
+    if reason is None:
+        return GoalResponse.ACCEPT
+    node.get_logger().warning(f'Rejected: {brief(reason)}')
+    return GoalResponse.REJECT
+
+
+@contextmanager
+def or_abort(node: Node, end: Callable[[Ending], None]) -> Iterator[None]:
+    """Where the block fails, `end` is told to abort the goal, with the reason as its message."""
+    try:
+        yield
+    except Exception as error:
+        log_failure(node, error)
+        end(Ending(End.ABORTED, brief(f'the server failed: {type(error).__name__}: {error}')))
 
 
 def settle(goal_handle: ServerGoalHandle, ending: Ending) -> None:

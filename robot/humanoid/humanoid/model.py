@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 MOVING_SPEED = 0.01  # rad/s for a joint, m/s for the base: slower than this is at rest
+GREATEST_SPEED = 100.0  # the same units: no robot of this kind is that fast, whatever a message says
 
 
 @dataclass(frozen=True)

@@ -2,20 +2,30 @@
 
 from __future__ import annotations
 
+import traceback
 from collections.abc import Callable, Sequence
 
 import rclpy
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 
+from humanoid.text import brief
+
+LONGEST_TRACEBACK = 4000  # characters: an exception's text may quote all that a peer has sent
+
 
 def run(make_node: Callable[[], Node], args: Sequence[str] | None = None) -> int:
-    """Spin the node on one thread until it is told to stop, which is a success: exit code 0."""
+    """Spin the node on one thread until it is told to stop, which is a success: exit code 0.
+
+    rclpy lets an exception of a callback out of spin, which ends the program. A robot's server outlives
+    a request that it cannot handle: it logs the traceback and spins on.
+    """
     node = None
     try:
         rclpy.init(args=args)
         node = make_node()
-        rclpy.spin(node)
+        while rclpy.ok():
+            _spin(node)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     finally:
@@ -23,3 +33,20 @@ def run(make_node: Callable[[], Node], args: Sequence[str] | None = None) -> int
             node.destroy_node()
         rclpy.try_shutdown()
     return 0
+
+
+def _spin(node: Node) -> None:
+    """Until a callback raises, which is logged, or the node is told to stop."""
+    try:
+        rclpy.spin(node)
+    except ExternalShutdownException:
+        raise
+    except Exception as error:
+        if rclpy.ok():  # what fails during the shutdown fails because of it
+            log_failure(node, error)
+
+
+def log_failure(node: Node, error: Exception) -> None:
+    """Log what a callback raised: at most once a second, for a timer may fail at each tick."""
+    text = brief(''.join(traceback.format_exception(error)).rstrip(), LONGEST_TRACEBACK)
+    node.get_logger().error(f'a callback failed, the server goes on:\n{text}', throttle_duration_sec=1.0)

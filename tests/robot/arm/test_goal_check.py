@@ -45,8 +45,10 @@ def test_a_malformed_goal_is_refused(names: list[str], positions: list[float], c
     assert complaint in str(judge(names, positions))
 
 
-@pytest.mark.parametrize('duration', [0.0, -1.0, math.nan, math.inf])
-def test_a_duration_that_is_not_positive_and_finite_is_refused(duration: float) -> None:
+@pytest.mark.parametrize(
+    'duration', [0.0, -0.0, -1.0, 5e-324, 0.009, 3601.0, 3e9, 1e308, math.nan, math.inf, -math.inf]
+)
+def test_a_duration_outside_its_bounds_is_refused(duration: float) -> None:
     assert 'duration' in str(judge([SHOULDER], [1.0], duration))
 
 

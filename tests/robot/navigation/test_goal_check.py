@@ -21,9 +21,11 @@ def test_a_target_above_the_floor_is_taken_as_in_the_chapter() -> None:
     ('position', 'complaint'),
     [
         ((0.0, 0.0, -1e-9), 'below the floor'),
-        ((math.nan, 0.0, 0.0), 'not finite'),
-        ((0.0, math.inf, 0.0), 'not finite'),
-        ((0.0, 0.0, math.nan), 'not finite'),
+        ((math.nan, 0.0, 0.0), 'not within 1000 m'),
+        ((0.0, math.inf, 0.0), 'not within 1000 m'),
+        ((1000.1, 0.0, 0.0), 'not within 1000 m'),
+        ((0.0, -1e308, 0.0), 'not within 1000 m'),
+        ((0.0, 0.0, math.nan), 'not within 1000 m'),
     ],
 )
 def test_a_target_that_is_nowhere_is_refused(position: tuple[float, float, float], complaint: str) -> None:
@@ -31,15 +33,16 @@ def test_a_target_that_is_nowhere_is_refused(position: tuple[float, float, float
 
 
 @pytest.mark.parametrize('place', range(4))
-def test_nan_in_the_orientation_is_refused(place: int) -> None:
+@pytest.mark.parametrize('number', [math.nan, math.inf, -1e308, 1e155])
+def test_an_orientation_that_no_heading_follows_from_is_refused(place: int, number: float) -> None:
     orientation = [0.0, 0.0, 0.0, 1.0]
-    orientation[place] = math.nan
+    orientation[place] = number
     x, y, z, w = orientation
     assert 'orientation' in str(refusal('', (0.0, 0.0, 0.0), (x, y, z, w), 30.0))
 
 
-@pytest.mark.parametrize('timeout', [0.0, -1.0, math.nan, math.inf, -math.inf])
-def test_a_timeout_that_is_not_positive_and_finite_is_refused(timeout: float) -> None:
+@pytest.mark.parametrize('timeout', [0.0, -1.0, 86401.0, 1e308, math.nan, math.inf, -math.inf])
+def test_a_timeout_outside_its_bounds_is_refused(timeout: float) -> None:
     assert 'timeout' in str(refusal('', (0.0, 0.0, 0.0), LEVEL, timeout))
 
 

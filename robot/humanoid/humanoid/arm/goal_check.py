@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection, Mapping, Sequence
 
 from humanoid.joints.commands import CommandRefused, plan
 from humanoid.model import JointSpec
+
+SHORTEST, LONGEST = 0.01, 3600.0  # s: the durations that a goal may ask for
 
 
 def refusal(
@@ -21,8 +22,8 @@ def refusal(
     """Why the goal cannot be taken, or None. Angles in rad; `here` is what the joint states last showed."""
     if not names:
         return 'it names no joint'
-    if not (math.isfinite(duration) and duration > 0):
-        return f'duration {duration} s is not a positive, finite time'
+    if not SHORTEST <= duration <= LONGEST:  # NaN included
+        return f'duration {duration} s is not a time from {SHORTEST:g} to {LONGEST:g} s'
     try:
         plan(names, [(duration, positions)], joints)
     except CommandRefused as refused:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 from humanoid_interfaces.action import MoveArm
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
@@ -15,7 +17,7 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from humanoid.arm.goal_check import refusal
 from humanoid.arm.motion import ArmMotion
 from humanoid.clock import duration_msg, now
-from humanoid.endings import Decision, End, Ending, settle
+from humanoid.endings import Decision, End, Ending, judged, or_abort, settle
 from humanoid.model import JOINT_BY_NAME
 from humanoid.running import run
 
@@ -27,7 +29,8 @@ class Reach:
     """One accepted goal on its way."""
 
     goal: ServerGoalHandle
-    motion: ArmMotion
+    names: Sequence[str]
+    motion: ArmMotion = field(init=False)
     decision: Decision = field(default_factory=Decision)
 
 
@@ -52,7 +55,15 @@ class ArmActionServer(Node):
         super().destroy_node()
 
     def _see(self, states: JointState) -> None:
-        self._here = dict(zip(states.name, states.position, strict=False))
+        """Joint states need not name every joint; what is no angle of ours (NaN, a tail) is not seen."""
+        seen = {
+            name: position
+            for name, position in zip(states.name, states.position, strict=False)
+            if name in JOINT_BY_NAME and math.isfinite(position)
+        }
+        if not seen:
+            return
+        self._here.update(seen)
         self._seen = now(self)
         if self._action_server is None:
             self._offer()
@@ -71,27 +82,20 @@ class ArmActionServer(Node):
         self.get_logger().info('Arm Action Server ready')
 
     def _judge(self, goal: MoveArm.Goal) -> GoalResponse:
-        reason = refusal(
-            goal.joint_names,
-            goal.positions,
-            goal.duration,
-            here=self._here,
-            busy=self._claimed,
-            joints=JOINT_BY_NAME,
-        )
-        if reason is not None:
-            self.get_logger().warning(f'Rejected: {reason}')
-            return GoalResponse.REJECT
-        self.get_logger().info(f'Goal accepted: {", ".join(goal.joint_names)}')
-        return GoalResponse.ACCEPT
+        check = partial(refusal, here=self._here, busy=self._claimed, joints=JOINT_BY_NAME)
+        response = judged(self, lambda: check(goal.joint_names, goal.positions, goal.duration))
+        if response is GoalResponse.ACCEPT:
+            self.get_logger().info(f'Goal accepted: {", ".join(goal.joint_names)}')
+        return response
 
     def _begin(self, goal_handle: ServerGoalHandle) -> None:
         goal = goal_handle.request
-        start = [self._here[name] for name in goal.joint_names]
-        motion = ArmMotion(goal.joint_names, start, list(goal.positions), goal.duration, now(self))
-        self._reaches[bytes(goal_handle.goal_id.uuid)] = Reach(goal_handle, motion)
-        self._claimed.update(motion.names)
-        self._command(motion.names, motion.target, motion.duration)
+        reach = self._reaches[bytes(goal_handle.goal_id.uuid)] = Reach(goal_handle, list(goal.joint_names))
+        self._claimed.update(reach.names)
+        with or_abort(self, partial(self._end, reach)):
+            start = [self._here[name] for name in reach.names]
+            reach.motion = ArmMotion(reach.names, start, list(goal.positions), goal.duration, now(self))
+            self._command(reach.names, reach.motion.target, reach.motion.duration)
         goal_handle.execute()
 
     def _cancel(self, _goal_handle: ServerGoalHandle) -> CancelResponse:
@@ -108,7 +112,7 @@ class ArmActionServer(Node):
         settle(goal_handle, ending)
         self.get_logger().info(ending.message)
         result = MoveArm.Result()
-        result.final_positions = [self._here[name] for name in reach.motion.names]
+        result.final_positions = [self._here[name] for name in reach.names]
         result.success, result.message = ending.success, ending.message
         return result
 
@@ -116,7 +120,8 @@ class ArmActionServer(Node):
         moment = now(self)
         for reach in self._reaches.values():
             if not reach.decision.made:
-                self._follow_up(reach, moment)
+                with or_abort(self, partial(self._end, reach)):
+                    self._follow_up(reach, moment)
 
     def _follow_up(self, reach: Reach, moment: float) -> None:
         motion = reach.motion
@@ -133,10 +138,10 @@ class ArmActionServer(Node):
             self._end(reach, Ending(End.ABORTED, failure))
 
     def _end(self, reach: Reach, ending: Ending) -> None:
-        if not ending.success:
-            self._command(reach.motion.names)
-        self._claimed.difference_update(reach.motion.names)
+        self._claimed.difference_update(reach.names)
         reach.decision.make(ending)
+        if not ending.success:
+            self._command(reach.names)
 
     def _command(self, names: Sequence[str], target: Sequence[float] = (), duration: float = 0.0) -> None:
         """Send the joints to `target` in `duration` seconds; without a target they hold still."""

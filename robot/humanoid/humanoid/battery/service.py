@@ -12,6 +12,7 @@ from sensor_msgs.msg import BatteryState, JointState
 
 from humanoid.battery.model import Battery
 from humanoid.clock import duration_msg, now, stamp
+from humanoid.model import GREATEST_SPEED
 from humanoid.running import run
 
 TICK = 0.1  # s between battery steps
@@ -20,14 +21,15 @@ FIRST_CHARGE = 0.8  # of the capacity
 
 
 class Seen:
-    """The last speed heard of, and when."""
+    """The last speed heard of, and when. What cannot be a speed (NaN, 1e300) is not heard."""
 
     def __init__(self) -> None:
         self._speed = 0.0
         self._at = -math.inf
 
     def note(self, speed: float, at: float) -> None:
-        self._speed, self._at = speed, at
+        if speed <= GREATEST_SPEED:
+            self._speed, self._at = speed, at
 
     def speed(self, at: float) -> float:
         return self._speed if at - self._at <= STALE_AFTER else 0.0

@@ -7,6 +7,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from humanoid.model import JointSpec
+from humanoid.text import quoted
+
+MOST_POINTS = 1000  # in one trajectory
 
 
 class CommandRefused(ValueError):
@@ -37,9 +40,11 @@ def plan(
     """
     for name in names:
         if name not in joints:
-            raise CommandRefused(f'unknown joint {name!r}; the robot has {", ".join(sorted(joints))}')
+            raise CommandRefused(f'unknown joint {quoted(name)}; the robot has {", ".join(sorted(joints))}')
     if len(set(names)) != len(names):
-        raise CommandRefused(f'a joint is named twice in {list(names)}')
+        raise CommandRefused(f'a joint is named twice in {quoted(", ".join(names))}')
+    if len(points) > MOST_POINTS:
+        raise CommandRefused(f'{len(points)} points are more than {MOST_POINTS}')
     previous = -math.inf
     for time, positions in points:
         if not previous < time or time < 0 or not math.isfinite(time):

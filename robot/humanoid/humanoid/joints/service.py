@@ -14,6 +14,7 @@ from humanoid.joints.commands import CommandRefused, plan
 from humanoid.joints.kinematic import KinematicJoints
 from humanoid.joints.source import JointSource, read_all
 from humanoid.running import run
+from humanoid.text import LONGEST_NAME, brief
 
 RATE = 50.0  # Hz
 
@@ -42,7 +43,7 @@ class JointStateService(Node):
             response.is_moving = sample.is_moving
             self.get_logger().info(f'Served joint state for: {joint_name}')
         else:
-            self.get_logger().warning(f'Unknown joint: {joint_name}')
+            self.get_logger().warning(f'Unknown joint: {brief(joint_name, LONGEST_NAME)}')
             response.position = 0.0
             response.velocity = 0.0
             response.effort = 0.0
@@ -54,7 +55,7 @@ class JointStateService(Node):
         try:
             motion = plan(command.joint_names or list(self._source.joints), points, self._source.joints)
         except CommandRefused as refused:
-            self.get_logger().warning(f'Ignored a joint command: {refused}')
+            self.get_logger().warning(f'Ignored a joint command: {brief(str(refused))}')
             return
         self._source.follow(motion, seconds(command.header.stamp) or now(self))
 

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 
+from humanoid.text import quoted
+
 FRAME = 'odom'
+FARTHEST = 1000.0  # m from the origin, along each axis
+LONGEST = 86400.0  # s: a day
+GREATEST_TURN = 1000.0  # a quaternion's components need not have length 1, but their squares be numbers
 
 
 def refusal(
@@ -16,17 +20,18 @@ def refusal(
 ) -> str | None:
     """Why the goal cannot be taken, or None. Metres, a quaternion (x, y, z, w), seconds."""
     if frame not in ('', FRAME):
-        return f'frame_id {frame!r} is unknown to the base; use {FRAME!r} or leave it empty'
-    if not _finite(position):
-        return f'position {position} is not finite'
-    if not _finite(orientation):
-        return f'orientation {orientation} is not finite'
+        return f'frame_id {quoted(frame)} is unknown to the base; use {FRAME!r} or leave it empty'
+    if not _within(FARTHEST, position):
+        return f'position {position} is not within {FARTHEST:g} m of the origin'
+    if not _within(GREATEST_TURN, orientation):
+        return f'orientation {orientation} is no quaternion with components up to {GREATEST_TURN:g}'
     if position[2] < 0:
         return f'target z {position[2]} m is below the floor'
-    if not (math.isfinite(timeout) and timeout > 0):
-        return f'timeout {timeout} s is not a positive, finite time'
+    if not 0.0 < timeout <= LONGEST:
+        return f'timeout {timeout} s is not a time of more than 0, up to {LONGEST:g} s'
     return None
 
 
-def _finite(numbers: Iterable[float]) -> bool:
-    return all(math.isfinite(number) for number in numbers)
+def _within(greatest: float, numbers: Iterable[float]) -> bool:
+    """False for NaN too."""
+    return all(abs(number) <= greatest for number in numbers)

@@ -16,7 +16,7 @@ from rclpy.action.server import ServerGoalHandle
 from rclpy.node import Node
 
 from humanoid.clock import now, stamp
-from humanoid.endings import Decision, End, Ending, settle
+from humanoid.endings import Decision, End, Ending, judged, or_abort, settle
 from humanoid.navigation.base import Base, Pose2D
 from humanoid.navigation.goal_check import refusal
 from humanoid.navigation.messages import odometry, stamped, target_of
@@ -31,9 +31,9 @@ class Drive:
     """One accepted goal on its way."""
 
     goal: ServerGoalHandle
-    target: Pose2D
     began: float
     next_feedback: float
+    target: Pose2D = field(default_factory=Pose2D)
     stopped_at: Pose2D = field(default_factory=Pose2D)
     decision: Decision = field(default_factory=Decision)
 
@@ -72,23 +72,23 @@ class NavigationActionServer(Node):
         pose = goal.target_pose.pose
         position = (pose.position.x, pose.position.y, pose.position.z)
         turn = pose.orientation
-        reason = refusal(
-            goal.target_pose.header.frame_id, position, (turn.x, turn.y, turn.z, turn.w), goal.timeout
-        )
-        if reason is not None:
-            self.get_logger().warning(f'Rejected: {reason}')
-            return GoalResponse.REJECT
-        self.get_logger().info(f'Goal accepted: ({position[0]:.2f}, {position[1]:.2f}) m')
-        return GoalResponse.ACCEPT
+        orientation = (turn.x, turn.y, turn.z, turn.w)
+        frame = goal.target_pose.header.frame_id
+        response = judged(self, lambda: refusal(frame, position, orientation, goal.timeout))
+        if response is GoalResponse.ACCEPT:
+            self.get_logger().info(f'Goal accepted: ({position[0]:.2f}, {position[1]:.2f}) m')
+        return response
 
     def _begin(self, goal_handle: ServerGoalHandle) -> None:
         """Goals begin in the order of their acceptance, so the one in motion is always the older one."""
-        self._end(End.ABORTED, 'Pre-empted by a newer goal')
+        self._end(Ending(End.ABORTED, 'Pre-empted by a newer goal'))
         moment = now(self)
-        drive = Drive(goal_handle, target_of(goal_handle.request.target_pose.pose), moment, moment)
+        drive = Drive(goal_handle, moment, moment)
         self._drives[bytes(goal_handle.goal_id.uuid)] = self._driving = drive
-        self._base.drive_to(drive.target)
         self._stepped = moment  # the time since the last tick was not driven
+        with or_abort(self, self._end):
+            drive.target = target_of(goal_handle.request.target_pose.pose)
+            self._base.drive_to(drive.target)
         goal_handle.execute()
 
     def _cancel(self, _goal_handle: ServerGoalHandle) -> CancelResponse:
@@ -112,11 +112,12 @@ class NavigationActionServer(Node):
     def _tick(self) -> None:
         moment = now(self)
         if self._driving is not None and self._driving.goal.is_cancel_requested:
-            self._end(End.CANCELED, 'Goal canceled')
-        self._base.step(moment - self._stepped)
+            self._end(Ending(End.CANCELED, 'Goal canceled'))
+        with or_abort(self, self._end):
+            self._base.step(moment - self._stepped)
+            if self._driving is not None:
+                self._follow_up(self._driving, moment)
         self._stepped = moment
-        if self._driving is not None:
-            self._follow_up(self._driving, moment)
         self._odometry.publish(odometry(self._base, stamp(self)))
 
     def _follow_up(self, drive: Drive, moment: float) -> None:
@@ -129,18 +130,19 @@ class NavigationActionServer(Node):
             feedback.distance_remaining = self._base.distance_to(drive.target)
             drive.goal.publish_feedback(feedback)
         if self._base.arrived:
-            self._end(End.SUCCEEDED, 'Navigation completed successfully')
+            self._end(Ending(End.SUCCEEDED, 'Navigation completed successfully'))
         elif elapsed >= drive.timeout:
             left = self._base.distance_to(drive.target)
-            self._end(End.ABORTED, f'Timed out after {drive.timeout:g} s, {left:.2f} m short of the target')
+            message = f'Timed out after {drive.timeout:g} s, {left:.2f} m short of the target'
+            self._end(Ending(End.ABORTED, message))
 
-    def _end(self, end: End, message: str) -> None:
+    def _end(self, ending: Ending) -> None:
         """Stop the base and decide how the goal in motion, if there is one, ends."""
         drive, self._driving = self._driving, None
         if drive is not None:
             self._base.stop()
             drive.stopped_at = self._base.pose
-            drive.decision.make(Ending(end, message))
+            drive.decision.make(ending)
 
 
 def main(args: Sequence[str] | None = None) -> int:
