@@ -21,6 +21,7 @@ from rclpy.action.server import ServerGoalHandle
 from rclpy.context import Context
 from rclpy.executors import MultiThreadedExecutor
 from rclpy.node import Node
+from unique_identifier_msgs.msg import UUID
 
 import goalwire
 from goalwire.aio.action.client import ActionClient, Run
@@ -141,6 +142,26 @@ def test_an_aborted_goal_raises_with_its_result_and_a_failing_handler_aborts(pla
     assert "Action '/fails': its handler failed; the goal is aborted\nTraceback" in said
     wrong = 'its handler returned NoneType, not Fibonacci_Result'
     assert f"Action '/wrong': the goal was aborted: {wrong}" in said
+
+
+@pytest.mark.also_on_dds
+def test_a_plain_client_reads_the_result_of_an_aborted_goal(play: Play) -> None:
+    """The reason follows the message: see docs/adr/009."""
+
+    async def fail(_: Taken) -> Fibonacci.Result:
+        raise KeyError('joint')
+
+    async def scenario() -> None:
+        async with arena() as (_, _, server), goalwire.Node('asker') as asker:
+            server.action_server(Fibonacci, 'fails', fail)
+            async with asker.action(Fibonacci, 'fails').send(timeout=5.0) as run_:
+                with pytest.raises(GoalAborted, match="KeyError: 'joint'"):
+                    await run_.result
+            plain = asker.client(Fibonacci.Impl.GetResultService, 'fails/_action/get_result')
+            answer = await plain.call(goal_id=UUID(uuid=list(run_.goal_id)), timeout=5.0)
+            assert (answer.status, list(answer.result.sequence)) == (GoalStatus.ABORTED, [])
+
+    play(scenario)
 
 
 async def _nothing(_: Taken) -> None:

@@ -38,12 +38,12 @@ def start(world: dict[str, str]) -> Iterator[Start]:
         yield start
 
 
-def test_a_plain_zenoh_client_has_goals_done_cancelled_and_refused(
+def test_a_plain_zenoh_client_has_goals_done_cancelled_aborted_and_refused(
     start: Start, run: Run, hashes: str
 ) -> None:
     start('fibonacci_server').expect('ready')
     output = run('raw_action_client', hashes).succeed()
-    assert output == 'one goal succeeded\none goal was canceled\none goal was refused'
+    assert output == 'one goal succeeded\none goal was canceled\none goal was aborted\none goal was refused'
 
 
 def test_a_plain_zenoh_server_does_cancels_and_refuses_our_goals(start: Start, run: Run, hashes: str) -> None:

@@ -1,4 +1,4 @@
-"""An action client of plain zenoh: one goal done, one cancelled, one refused. Argument: hashes as JSON."""
+"""An action client of plain zenoh: goals done, cancelled, aborted and refused. Argument: hashes as JSON."""
 
 import json
 import queue
@@ -18,7 +18,7 @@ from raw_action import (  # type: ignore[import-not-found]
     read_numbers,
 )
 
-SUCCEEDED, CANCELED = 4, 5
+SUCCEEDED, CANCELED, ABORTED = 4, 5, 6
 KEYS = keys(json.loads(sys.argv[1]))
 session = connect()
 sequences = {part: count(1).__next__ for part in ('send_goal', 'get_result', 'cancel_goal')}
@@ -114,6 +114,12 @@ assert status == CANCELED
 assert sequence[:5] == [0, 1, 1, 2, 3]
 assert last_status(goal) == CANCELED
 print('one goal was canceled')
+
+goal = uuid.uuid4().bytes
+assert call('send_goal', goal + struct.pack('<i', 60))[0] == 1  # its numbers leave int32: execution raises
+assert result(goal) == (ABORTED, [])  # as it is, whatever follows
+assert last_status(goal) == ABORTED
+print('one goal was aborted')
 
 goal = uuid.uuid4().bytes
 assert call('send_goal', goal + struct.pack('<i', -1))[0] == 0

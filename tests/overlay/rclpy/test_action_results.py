@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import threading
+from typing import Any
 
+import pytest
 from action_msgs.msg import GoalStatusArray
 from builtin_interfaces.msg import Time
 from example_interfaces.action import Fibonacci
@@ -11,13 +13,15 @@ from helpers.actions import (
     NAMES,
     Arena,
     Gate,
+    id_of,
     succeed,
 )
 from helpers.collector import Collector
-from helpers.spinning import PATIENCE, MakeNode, Spin, result_of
+from helpers.spinning import PATIENCE, MakeNode, Spin, result_of, wait_until
 from rclpy.action.server import ServerGoalHandle
 from rclpy.parameter import Parameter
-from rclpy.qos import qos_profile_action_status_default
+from rclpy.qos import qos_profile_action_status_default, qos_profile_system_default
+from rclpy.service_introspection import ServiceIntrospectionState
 from rosgraph_msgs.msg import Clock
 from unique_identifier_msgs.msg import UUID
 
@@ -119,3 +123,36 @@ def test_who_comes_late_sees_the_statuses(make_node: MakeNode, spin: Spin) -> No
         GoalStatusArray, 'fib/_action/status', late, qos_profile_action_status_default
     )
     late.wait_for(lambda arrays: bool(arrays) and NAMES[arrays[-1].status_list[0].status] == 'SUCCEEDED')
+
+
+# -- whoever asks ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.also_on_dds
+def test_a_plain_client_reads_the_result_of_an_aborted_goal(make_node: MakeNode, spin: Spin) -> None:
+    """The reason follows the message: see docs/adr/009. Service events show what the client reads."""
+
+    def fail(_: Handle) -> Fibonacci.Result:
+        raise OSError(5, 'no such joint' * 7)
+
+    service = Fibonacci.Impl.GetResultService
+    arena = Arena(make_node, spin, fail)
+    events: Collector[Any] = Collector()
+    arena.observer.create_subscription(service.Event, '/fib/_action/get_result/_service_event', events, 100)
+    asker = make_node('asker')
+    plain = asker.create_client(service, 'fib/_action/get_result')
+    plain.configure_introspection(
+        asker.get_clock(), qos_profile_system_default, ServiceIntrospectionState.CONTENTS
+    )
+    context = asker.context
+    topic = '/fib/_action/get_result/_service_event'
+    wait_until(context, lambda: arena.observer.count_publishers(topic) == 1)
+    assert plain.wait_for_service(PATIENCE)
+    handle = arena.accept(3)
+    answer = result_of(plain.call_async(service.Request(goal_id=handle.goal_id)))
+    assert (NAMES[answer.status], list(answer.result.sequence)) == ('ABORTED', [])
+    assert arena.result(handle) == ('ABORTED', [])
+    assert 'no such joint' in handle.reason
+    sent, received = events.expect(2)
+    assert bytes(sent.request[0].goal_id.uuid) == id_of(handle)
+    assert NAMES[received.response[0].status] == 'ABORTED'
