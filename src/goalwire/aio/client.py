@@ -62,7 +62,10 @@ class Client(Entity, Generic[RequestT, ResponseT]):
             except BaseException:
                 future.forget()
                 raise
-        return future.result()  # type: ignore[return-value] # `cast` would be one function more to enter
+        try:
+            return future.result()  # type: ignore[return-value] # `cast` would be one function more to enter
+        finally:
+            del future  # its exception's traceback holds this frame
 
     async def wait_for_server(self, *, timeout: float | None = None) -> None:
         """Wait until there is a server. Raises NoServerError, InvalidHandle once closed, ShutDownError."""

@@ -12,6 +12,7 @@ from array import array
 from struct import Struct
 
 from goalwire.codec import layout, reading
+from goalwire.codec.diagnosis import raising
 from goalwire.codec.encoder_source import wire_dtype
 from goalwire.codec.layout import COUNT, EMPTY, HEADER_SIZE, Item, Leaf
 from goalwire.interfaces.model import Shape
@@ -52,7 +53,7 @@ def decoder_source(cls: type, order: str, *, view: bool) -> tuple[str, dict[str,
         f'        return {root}',
         '    except Exception as error:',
         '        failure = explain(data, error)',
-        '    raise failure',
+        *raising('data'),
     ]
     if not view:
         lines.insert(1, '    if type(data) is not bytes: return otherwise(data)')

@@ -6,6 +6,7 @@ import math
 import struct
 from array import array
 from collections.abc import Collection, Iterator
+from typing import TypeVar
 
 from goalwire.codec import layout, reading
 from goalwire.codec.layout import HEADER_SIZE, Leaf
@@ -17,9 +18,23 @@ from goalwire.interfaces.type_names import type_name
 _FLOAT32_LIMIT = 3.4028235677973366e38  # the first magnitude that rounds to infinity
 _LITTLE_ENDIAN, _BIG_ENDIAN = 1, 0  # representation identifiers; XCDR2's are 6 to 11, parameter lists 2 and 3
 
+E = TypeVar('E', bound=Exception)
+
+
+def raising(read: str) -> list[str]:
+    """Return the lines of an encoder or decoder that raise `failure`, whose traceback holds their frame.
+
+    So the frame lets go of the error, which it would hold in a circle, and of what it was given to `read`.
+    """
+    return ['    try:', '        raise failure', '    finally:', f'        del failure, {read}']
+
 
 def explain_encode(cls: type, message: object, error: Exception) -> EncodeError:
-    """Return the error to raise for a message that an encoder refused."""
+    """Return the error to raise for a message that an encoder refused; it holds nothing of the message."""
+    return _detached(_encode_error(cls, message, error))
+
+
+def _encode_error(cls: type, message: object, error: Exception) -> EncodeError:
     try:
         if not isinstance(message, cls):
             return EncodeTypeError(type_name(cls), '', f'expected {cls.__name__}, got {_shown(message)}')
@@ -160,7 +175,17 @@ def byte_order(cls: type, data: reading.Buffer) -> str:
 
 
 def explain_decode(cls: type, data: reading.Buffer, error: Exception) -> DecodeError:
-    """Return the error to raise for bytes that a decoder refused."""
+    """Return the error to raise for bytes that a decoder refused; it holds nothing of them."""
+    return _detached(_decode_error(cls, data, error))
+
+
+def _detached(error: E) -> E:
+    """Return an error without the frames, and the error before it, that hold what was read or written."""
+    error.__context__ = None
+    return error.with_traceback(None)
+
+
+def _decode_error(cls: type, data: reading.Buffer, error: Exception) -> DecodeError:
     if isinstance(error, DecodeError):
         return error
     at = 0

@@ -12,6 +12,7 @@ from array import array
 from struct import Struct
 
 from goalwire.codec import layout, writing
+from goalwire.codec.diagnosis import raising
 from goalwire.codec.layout import COUNT, EMPTY, HEADER_SIZE, TEXT, Item, Leaf
 from goalwire.interfaces.model import FLOATS, Shape
 from goalwire.interfaces.runtime import DTYPES, TYPECODES
@@ -42,7 +43,7 @@ def encoder_source(cls: type) -> tuple[str, dict[str, object]]:
         *(f'        {line}' for line in body.finished()),
         '    except Exception as error:',
         '        failure = explain(m0, error)',
-        '    raise failure',
+        *raising('m0'),
     ]
     return '\n'.join([*module.lines, *lines]) + '\n', module.names
 

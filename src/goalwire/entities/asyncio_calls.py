@@ -41,7 +41,10 @@ class AwaitedCalls:
             raise asyncio.CancelledError(f"the client of '{client.full_name}' was destroyed")
         if future.pending():
             raise ShutDownError(f"no response of '{client.full_name}' came")
-        return future.result()
+        try:
+            return future.result()
+        finally:
+            del future  # its exception's traceback holds this frame
 
     async def until_served(self) -> None:
         """Wait until there is a server. Raises InvalidHandle where the client is destroyed, ShutDownError."""

@@ -319,7 +319,10 @@ class ClientCore(TimedCalls, Introspected):
             future.forget()
             if future.guard is not None and future.pending():
                 raise ShutDownError(f"cannot call '{self.full_name}'")
-        return future.result()
+        try:
+            return future.result()
+        finally:
+            del future  # its exception's traceback holds this frame
 
     def server_is_there(self) -> bool:
         """True while there is a server of this name and type that can be called.

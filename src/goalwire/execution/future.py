@@ -106,14 +106,18 @@ class Future(Generic[T]):
             try:
                 result = self.decode(raw)
             except Exception as error:
-                failure = error
+                failure = error.with_traceback(None)  # whose frames hold what could not be decoded
             if self._raw is raw:  # of several threads at it the first to end keeps its result
                 self._result, self._exception = result, failure
                 self._raw = None
+            raw = failure = None
         exception = self._exception
         if exception is not None:
             self._retrieved()
-            raise exception
+            try:
+                raise exception
+            finally:  # the traceback holds this frame, which would hold the exception
+                del exception, self
         return self._result
 
     def exception(self) -> BaseException | None:
@@ -121,6 +125,8 @@ class Future(Generic[T]):
         if self._raw is not None:
             with suppress(Exception):  # it is kept, too
                 self.result()
+            if self._exception is not None:
+                self._exception.__traceback__ = None  # it holds this frame
         self._retrieved()
         return self._exception
 
@@ -167,7 +173,10 @@ class Future(Generic[T]):
                 yield self
             else:
                 yield from wait_on(loop, self)
-        return self.result()
+        try:
+            return self.result()
+        finally:
+            del self  # as in `result`
 
     # -- what the library builds on
 

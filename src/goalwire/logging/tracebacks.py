@@ -33,7 +33,8 @@ def traceback_text(error: BaseException) -> str:
     text = ''.join(_safe(chunk) for chunk in told.format()).rstrip()
     if hidden:
         frames = 'frame of goalwire is' if hidden == 1 else 'frames of goalwire are'
-        text += f'\n({hidden} {frames} not shown: {VARIABLE}=1 shows them)'
+        first, _, rest = text.partition('\n')  # the last line stays what went wrong
+        text = f'{first}\n  ({hidden} {frames} not shown: {VARIABLE}=1 shows them)\n{rest}'
     return text
 
 

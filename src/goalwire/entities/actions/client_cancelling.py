@@ -79,4 +79,7 @@ class Cancelling(ActionCalls):
         except BaseException:
             abandon(future)
             raise
-        return future.result()
+        try:
+            return future.result()
+        finally:
+            del future  # its exception's traceback holds this frame
