@@ -91,6 +91,32 @@ def test_cancelling_a_done_future_changes_nothing() -> None:
     assert (future.done(), future.cancelled()) == (True, False)
 
 
+class Foreign:
+    """An executor of somebody else's: all that rclpy asks of one is create_task."""
+
+    def __init__(self) -> None:
+        self.tasks: list[tuple[Callable[..., object], tuple[object, ...]]] = []
+
+    def create_task(self, callback: Callable[..., object], *args: object) -> None:
+        self.tasks.append((callback, args))
+
+
+def test_done_callbacks_go_to_whatever_executor_makes_tasks() -> None:
+    executor = Foreign()
+    future: Future[int] = Future(executor=executor)
+    seen: list[object] = []
+    future.add_done_callback(seen.append)
+    future.set_result(1)
+    future.add_done_callback(seen.append)
+    assert executor.tasks == [(seen.append, (future,))] * 2
+    assert seen == []
+    other: Future[int] = Future()
+    other._set_executor(executor)
+    other.add_done_callback(seen.append)
+    other.cancel()
+    assert executor.tasks[2:] == [(seen.append, (other,))]
+
+
 def test_done_callbacks_without_an_executor_run_at_once_and_in_order() -> None:
     future: Future[int] = Future()
     seen: list[object] = []

@@ -96,6 +96,7 @@ def test_nan_is_a_double(text: str) -> None:
         ('[1,2', 'Error parsing an event'),
         ('"x', 'Error parsing an event'),
         ('@x', 'Error parsing an event'),
+        ('caf\udce9', 'Error parsing an event: the bytes are no UTF-8 text'),
         ('|', 'No value at line 1'),
         ('-', 'No value at line 1'),
     ],

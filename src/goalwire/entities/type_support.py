@@ -11,6 +11,7 @@ from typing import Any, Protocol, TypeVar
 
 from goalwire import interfaces
 from goalwire.codec import cdr
+from goalwire.entities.exceptions import NoTypeSupportImportedException
 from goalwire.records import record
 from goalwire.transport.contract import Payload
 
@@ -19,6 +20,7 @@ _ROS1_HINT = (
     'Make sure to source your ROS 2 workspace after your ROS 1 workspace.'
 )
 
+_OF_INTERFACES = ('get_fields_and_field_types', 'Request', 'Goal')
 
 RequestT_co = TypeVar('RequestT_co', covariant=True)
 ResponseT_co = TypeVar('ResponseT_co', covariant=True)
@@ -131,11 +133,22 @@ class ActionSupport:
 
 
 def check_for_type_support(msg_or_srv_type: type) -> None:
-    """Raise AttributeError for what is no message, service or action class."""
-    if not hasattr(type(msg_or_srv_type), '_TYPE_SUPPORT'):
+    """Raise AttributeError for what is no message, service or action class.
+
+    NoTypeSupportImportedException for a class that looks like one and has no type support. The classes of
+    an installed ROS 2 need none of theirs here.
+    """
+    metaclass: Any = type(msg_or_srv_type)
+    if not hasattr(metaclass, '_TYPE_SUPPORT'):
         raise AttributeError(
-            f"type object '{type(msg_or_srv_type).__name__}' has no attribute '_TYPE_SUPPORT' {_ROS1_HINT}"
+            f"type object '{metaclass.__name__}' has no attribute '_TYPE_SUPPORT' {_ROS1_HINT}"
         )
+    if any(hasattr(msg_or_srv_type, name) for name in _OF_INTERFACES):
+        return
+    if metaclass._TYPE_SUPPORT is None:  # noqa: SLF001 - rosidl's name
+        metaclass.__import_type_support__()
+    if metaclass._TYPE_SUPPORT is None:  # noqa: SLF001
+        raise NoTypeSupportImportedException
 
 
 def check_is_valid_msg_type(msg_type: type) -> None:

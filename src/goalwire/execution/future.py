@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 import warnings
 from contextlib import suppress
-from typing import TYPE_CHECKING, Generic, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, cast
 
 from goalwire.execution.bridge import running_loop, wait_on
 from goalwire.execution.steady import STEADY, SteadyClock
@@ -48,8 +48,41 @@ class _DoneCallback(Work):
         self._callback = callback
         self._future = future
 
+    @property
+    def call(self) -> tuple[Callable[..., object], Future[Any]]:
+        """The function and its argument."""
+        return self._callback, self._future
+
     def run(self) -> object:
         return self._callback(self._future)
+
+
+class MakesTasks(Protocol):
+    """An executor that is not ours, as futures use it."""
+
+    def create_task(self, callback: Callable[..., object], /, *args: object) -> object:
+        """Have `callback(*args)` called."""
+
+
+class _ForeignHome:
+    """The home of a future that belongs to an executor which is not ours."""
+
+    __slots__ = ('_executor',)
+
+    def __init__(self, executor: MakesTasks) -> None:
+        self._executor = executor
+
+    def post(self, work: Work) -> None:
+        """Have the executor do this."""
+        if isinstance(work, _DoneCallback):
+            self._executor.create_task(*work.call)
+        else:
+            self._executor.create_task(work.run)
+
+
+def _home_of(executor: Executor | MakesTasks) -> Home:
+    home: Home | None = getattr(executor, 'home', None)
+    return cast('Home', _ForeignHome(executor)) if home is None else home
 
 
 class Future(Generic[T]):
@@ -78,15 +111,18 @@ class Future(Generic[T]):
     _reminder: _Reminder | None = None
     """Beside an exception, until somebody asks for it."""
 
-    def __init__(self, home: Home | None = None, /, *, executor: Executor | None = None) -> None:
-        """It belongs to `executor`, as in rclpy, or to the one that `home` is in, or to none."""
+    def __init__(self, home: Home | None = None, /, *, executor: Executor | MakesTasks | None = None) -> None:
+        """It belongs to `executor`, as in rclpy, or to the one that `home` is in, or to none.
+
+        An executor may be anything that has `create_task`.
+        """
         self._state = PENDING
         self._result: T | None = None
         self._exception: BaseException | None = None
         self._raw: object = None
         self._wakers: list[Callable[[], None]] = []
         self._callbacks: list[Callable[[Future[T]], object]] = []
-        self._home = executor.home if executor is not None else home
+        self._home = home if executor is None else _home_of(executor)
 
     # -- what rclpy offers
 
@@ -245,8 +281,8 @@ class Future(Generic[T]):
         """Make the result of what `set_raw` was given."""
         return cast('T', raw)
 
-    def _set_executor(self, executor: Executor | None) -> None:
-        self._home = None if executor is None else executor.home
+    def _set_executor(self, executor: Executor | MakesTasks | None) -> None:
+        self._home = None if executor is None else _home_of(executor)
 
     def _retrieved(self) -> None:
         reminder = self._reminder

@@ -44,10 +44,17 @@ def parse_parameter_value(text: str) -> ParameterValue:
         return plain_scalar(text)
     import yaml
 
+    if not is_text(text):
+        raise RuleSyntaxError('Error parsing an event: the bytes are no UTF-8 text')
     try:
         return _from_events(iter(yaml.parse(text, Loader=yaml.SafeLoader)))
     except yaml.YAMLError as error:
         raise RuleSyntaxError('Error parsing an event') from error
+
+
+def is_text(argument: str) -> bool:
+    """Whether a command line's argument was UTF-8: bytes that are not come as lone surrogates (PEP 383)."""
+    return not any('\ud800' <= sign <= '\udfff' for sign in argument)
 
 
 def plain_scalar(text: str) -> Scalar:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import acos, copysign, sin, sqrt
+from math import acos, atan2, copysign, sin, sqrt
 from typing import NamedTuple, TypeAlias
 
 Vector: TypeAlias = tuple[float, float, float]
@@ -10,6 +10,7 @@ Quaternion: TypeAlias = tuple[float, float, float, float]
 
 NO_ROTATION: Quaternion = (0.0, 0.0, 0.0, 1.0)
 _NEARLY_PARALLEL = 1.0 - 1e-10
+_TINY = 1e-12  # the sine of an angle that is as good as 0
 
 
 class Rigid(NamedTuple):
@@ -69,6 +70,30 @@ def cross(left: Vector, right: Vector) -> Vector:
     a, b, c = left
     d, e, f = right
     return b * f - c * e, c * d - a * f, a * e - b * d
+
+
+def difference(left: Vector, right: Vector) -> Vector:
+    """Return the way from `right` to `left`."""
+    return left[0] - right[0], left[1] - right[1], left[2] - right[2]
+
+
+def scaled(vector: Vector, factor: float) -> Vector:
+    """Return a vector, longer by a factor."""
+    return vector[0] * factor, vector[1] * factor, vector[2] * factor
+
+
+def conjugate(rotation: Quaternion) -> Quaternion:
+    """Return the rotation that undoes this one."""
+    x, y, z, w = rotation
+    return -x, -y, -z, w
+
+
+def rotation_vector(rotation: Quaternion) -> Vector:
+    """Return the axis of the shorter turn, as long as its angle in rad."""
+    x, y, z, w = rotation if rotation[3] >= 0 else (-part for part in rotation)
+    sine = sqrt(x * x + y * y + z * z)
+    factor = 2.0 if sine < _TINY else 2 * atan2(sine, w) / sine
+    return x * factor, y * factor, z * factor
 
 
 def norm_squared(rotation: Quaternion) -> float:

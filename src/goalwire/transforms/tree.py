@@ -18,7 +18,20 @@ from goalwire.transforms.errors import (
     RejectedTransform,
 )
 from goalwire.transforms.history import LATEST, FixedLink, History, Link, seconds
-from goalwire.transforms.rigid import IDENTITY, Rigid, canonical, norm_squared, normalized
+from goalwire.transforms.rigid import (
+    IDENTITY,
+    Rigid,
+    Vector,
+    canonical,
+    conjugate,
+    difference,
+    multiply,
+    norm_squared,
+    normalized,
+    rotate,
+    rotation_vector,
+    scaled,
+)
 
 NORM_TOLERANCE = 0.01  # of a quaternion's square, as in tf2
 
@@ -28,6 +41,13 @@ class Found(NamedTuple):
 
     motion: Rigid
     time: int
+
+
+class Velocity(NamedTuple):
+    """A velocity in m/s, and the axis of a turn as long as its speed in rad/s."""
+
+    linear: Vector
+    angular: Vector
 
 
 class FrameReport(NamedTuple):
@@ -119,6 +139,40 @@ class TransformTree:
             self._check_known(target, caller)
             self._check_known(source, caller)
             return self._newest(target) if target == source else self._latest_common_time(target, source)
+
+    def velocity(
+        self,
+        tracked: str,
+        observer: str,
+        time: int,
+        span: int,
+        point: tuple[Vector, str] | None = None,
+        axes: str | None = None,
+    ) -> Velocity:
+        """Return how `tracked` moves in `observer`, on average over `span` ns around a time.
+
+        `point` is fixed to the tracked frame and given in the coordinates of some frame at that time, its
+        origin by default; `axes` is the frame whose axes the answer is in, the observer's by default. The
+        interval ends at the newest time known at the latest. Raises as `lookup`; ValueError for a span of 0.
+        """
+        if span <= 0:
+            raise ValueError(f'a velocity needs an interval above 0 to be measured over, not {span} ns')
+        newest = self.latest_common_time(tracked, observer, 'lookupVelocity')
+        if newest == LATEST:
+            return Velocity((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))  # static, or one frame
+        end = newest if time == LATEST else min(time + span // 2, newest)
+        start = max(end - span, 1)  # 0 would ask for the latest
+        first, last = (self.lookup(observer, tracked, at).motion for at in (start, end))
+        seconds_between = (end - start) / 1e9
+        place = (0.0, 0.0, 0.0)
+        if point is not None:
+            place = self.lookup(tracked, point[1], end).motion.apply(point[0])
+        linear = difference(last.apply(place), first.apply(place))
+        turn = rotation_vector(multiply(last.rotation, conjugate(first.rotation)))
+        if axes is not None:
+            back = self.lookup(axes, observer, end).motion.rotation
+            linear, turn = rotate(back, linear), rotate(back, turn)
+        return Velocity(scaled(linear, 1 / seconds_between), scaled(turn, 1 / seconds_between))
 
     def names(self) -> list[str]:
         """Return every frame ever named, in that order."""

@@ -156,3 +156,21 @@ def test_a_plain_client_reads_the_result_of_an_aborted_goal(make_node: MakeNode,
     sent, received = events.expect(2)
     assert bytes(sent.request[0].goal_id.uuid) == id_of(handle)
     assert NAMES[received.response[0].status] == 'ABORTED'
+
+
+def test_rclpys_own_names_for_results_and_cancelling(make_node: MakeNode, spin: Spin) -> None:
+    gate = Gate()
+    arena = Arena(make_node, spin, gate)
+    handle = arena.accept(3)
+    client = arena.client
+    answer = client._cancel_goal(handle)
+    assert answer is not None
+    assert answer == result_of(client._cancel_goal_async(handle))
+    assert answer.goals_canceling == []  # this server refuses
+    gate.open()
+    result = client._get_result(handle)
+    assert result is not None
+    assert result == result_of(client._get_result_async(handle))
+    for ask in (client._get_result, client._get_result_async, client._cancel_goal, client._cancel_goal_async):
+        with pytest.raises(TypeError, match='Expected type ClientGoalHandle but received'):
+            ask(handle.goal_id)  # type: ignore[arg-type]

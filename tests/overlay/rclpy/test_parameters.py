@@ -134,6 +134,24 @@ def test_a_name_alone_is_deprecated_and_the_warning_points_at_the_caller(
     assert node.describe_parameter('x').dynamic_typing
 
 
+@pytest.mark.parametrize(
+    ('message', 'value'),
+    [
+        (ParameterValue(type=Type.STRING.value, string_value='x'), 'x'),
+        (ParameterValue(type=Type.INTEGER_ARRAY.value, integer_array_value=[1, 2]), [1, 2]),
+        (ParameterValue(type=Type.BYTE_ARRAY.value, byte_array_value=[b'a']), [b'a']),
+    ],
+)
+def test_a_default_may_be_a_message(node: Node, message: ParameterValue, value: Any) -> None:
+    assert node.declare_parameter('p', message).value == value
+    assert node.get_parameter('p').get_parameter_value() == message
+    with pytest.raises(ValueError, match='neither a value nor a type'):
+        node.declare_parameter('q', ParameterValue())
+    assert (
+        node.declare_parameter('r', ParameterValue(), ParameterDescriptor(dynamic_typing=True)).value is None
+    )
+
+
 def test_a_parameter_is_declared_once(node: Node) -> None:
     node.declare_parameter('x', 1)
     with pytest.raises(ParameterAlreadyDeclaredException, match=r"^Parameter\(s\) already declared: \['x'\]"):

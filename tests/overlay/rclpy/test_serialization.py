@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import pytest
+from rclpy.exceptions import NoTypeSupportImportedException
 from rclpy.serialization import deserialize_message, serialize_message
 from rclpy.type_support import (
     check_for_type_support,
@@ -81,3 +82,24 @@ def test_classes_are_told_apart() -> None:
         check_is_valid_srv_type(String)
     with pytest.raises(AttributeError, match="type object 'type' has no attribute '_TYPE_SUPPORT'"):
         check_for_type_support(int)
+
+
+class Unsupported(type):
+    """The metaclass of message classes whose C code is missing."""
+
+    _TYPE_SUPPORT = None
+    asked = 0
+
+    @classmethod
+    def __import_type_support__(cls) -> None:
+        cls.asked += 1
+
+
+class Unbuilt(metaclass=Unsupported):
+    pass
+
+
+def test_a_class_without_type_support_is_told_apart_too() -> None:
+    with pytest.raises(NoTypeSupportImportedException):
+        check_for_type_support(Unbuilt)
+    assert Unsupported.asked == 1

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import nan
+from math import cos, nan, pi, sin
 
 import pytest
 import yaml
@@ -73,6 +73,64 @@ def test_a_full_lookup_travels_in_time(core: BufferCore) -> None:
     assert (found.header.frame_id, found.child_frame_id, found.header.stamp.sec) == ('base', 'base', 2)
 
 
+def quarter(turns: float) -> Quaternion:
+    """A turn about z, in quarters."""
+    return Quaternion(z=sin(turns * pi / 4), w=cos(turns * pi / 4))
+
+
+@pytest.fixture
+def wheel() -> BufferCore:
+    """map -> hub, at 2 m/s along y and a quarter turn a second; hub -> rim, 1 m along the hub's x."""
+    core = BufferCore()
+    for second in range(1, 5):
+        moved = transform('map', 'hub', 0.0, seconds=second, rotation=quarter(second))
+        moved.transform.translation.y = 2.0 * second
+        core.set_transform(moved, 'motor')
+    core.set_transform_static(transform('hub', 'rim', 1.0), 'urdf')
+    return core
+
+
+@pytest.mark.parametrize('time', [Time(seconds=2), Time(seconds=9), Time()])
+def test_a_velocity_is_told_in_the_axes_of_the_observer(wheel: BufferCore, time: Time) -> None:
+    linear, angular = wheel.lookupVelocityCore('hub', 'map', time, Duration(seconds=1))
+    assert linear == pytest.approx((0, 2, 0))
+    assert angular == pytest.approx((0, 0, pi / 2))
+
+
+def test_what_turns_along_moves_faster(wheel: BufferCore) -> None:
+    # From 1.75 s to 2.25 s the rim goes from angle 157.5 to 202.5 degrees around the hub.
+    linear, angular = wheel.lookupVelocityCore('rim', 'map', Time(seconds=2), Duration(seconds=0.5))
+    assert linear == pytest.approx((0, 2 - 2 * sin(pi / 8) / 0.5, 0), abs=1e-9)
+    assert angular == pytest.approx((0, 0, pi / 2))
+
+
+def test_a_velocity_may_be_that_of_any_point_and_in_any_axes(wheel: BufferCore) -> None:
+    at, span = Time(seconds=2), Duration(seconds=0.5)
+    rim = wheel.lookupVelocityCore('rim', 'map', at, span)
+    full = wheel.lookupVelocityFullCore
+    assert full('hub', 'map', 'map', (1.0, 0.0, 0.0), 'hub', at, span).linear == pytest.approx(rim.linear)
+    assert full('hub', 'map', 'map', (0.0, 0.0, 0.0), 'rim', at, span).linear == pytest.approx(rim.linear)
+    (x, y, z), angular = full('hub', 'map', 'hub', (0.0, 0.0, 0.0), 'hub', at, span)
+    turned = 2.25 * pi / 2  # the hub's axes at the end of the interval
+    assert (x, y, z) == pytest.approx((2 * sin(turned), 2 * cos(turned), 0))
+    assert angular == pytest.approx((0, 0, pi / 2))
+
+
+def test_what_is_fixed_stands_still(wheel: BufferCore) -> None:
+    still = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    for tracked in ('rim', 'hub'):
+        assert wheel.lookupVelocityCore(tracked, 'hub', Time(), Duration(seconds=1)) == still
+
+
+def test_a_velocity_needs_an_interval_and_known_frames(wheel: BufferCore) -> None:
+    with pytest.raises(ValueError, match='an interval above 0'):
+        wheel.lookupVelocityCore('hub', 'map', Time(), Duration())
+    with pytest.raises(LookupException, match='"nope" passed to lookupVelocity'):
+        wheel.lookupVelocityCore('nope', 'map', Time(), Duration(seconds=1))
+    with pytest.raises(ExtrapolationException, match='into the past'):
+        wheel.lookupVelocityCore('hub', 'map', Time(), Duration(seconds=30))
+
+
 def test_the_cache_is_as_long_as_it_is_told() -> None:
     core = BufferCore(Duration(seconds=1))
     for second in (1, 2, 3):
@@ -82,8 +140,8 @@ def test_the_cache_is_as_long_as_it_is_told() -> None:
         core.lookup_transform_core('map', 'base', Time(seconds=1))
 
 
-def test_the_latest_common_time_is_a_time(core: BufferCore) -> None:
-    assert core.get_latest_common_time('map', 'arm').nanoseconds == 2_000_000_000
+def test_the_latest_common_time_is_a_time_of_the_system_clock_as_in_tf2(core: BufferCore) -> None:
+    assert core.get_latest_common_time('map', 'arm') == Time(nanoseconds=2_000_000_000)
     with pytest.raises(LookupException, match='"nope" passed to get_latest_common_time does not exist'):
         core.get_latest_common_time('map', 'nope')
 

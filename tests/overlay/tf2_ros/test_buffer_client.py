@@ -12,6 +12,7 @@ from helpers.spinning import MakeNode, Spin
 from rclpy.action import ActionServer
 from rclpy.action.server import ServerGoalHandle
 from rclpy.duration import Duration
+from rclpy.exceptions import InvalidHandle
 from rclpy.node import Node
 from rclpy.time import Time
 from std_msgs.msg import Header
@@ -138,3 +139,10 @@ def test_a_server_that_hangs_is_told_after_timeout_and_padding(client: BufferCli
     client.timeout_padding = Duration(seconds=0.05)
     with pytest.raises(TimeoutException, match='did not come back'):
         client.lookup_transform('map', 'base', Time(), Duration(seconds=0.05))
+
+
+def test_a_destroyed_client_is_gone(client: BufferClient) -> None:
+    client.destroy()
+    client.destroy()
+    with pytest.raises(InvalidHandle):
+        client.action_client.send_goal(LookupTransform.Goal())

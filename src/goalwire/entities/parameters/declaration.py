@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from goalwire.entities.exceptions import InvalidParameterException
 from goalwire.protocol.parameters import SEPARATOR, Descriptor, Parameter, ParameterValue, Type
-from goalwire.protocol.parameters.messages import descriptor_of
+from goalwire.protocol.parameters.messages import descriptor_of, value_of
 
 if TYPE_CHECKING:
     from rcl_interfaces.msg import ParameterDescriptor
@@ -50,6 +50,8 @@ def _declaration(
     if not 1 <= len(given) <= 3:
         raise TypeError(f'Invalid parameter tuple length {where}: {given}; expecting length between 1 and 3')
     name, value, descriptor = (*given, None, None)[:3]
+    if type(value).__name__ == 'ParameterValue':  # a message; the name is asked so that none need be imported
+        value = value_of(value)
     if not isinstance(name, str):
         raise TypeError(f'First element {name} {where} is not a str.')
     wanted = Descriptor() if descriptor is None else _checked(descriptor, where)

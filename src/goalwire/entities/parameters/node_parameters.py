@@ -77,6 +77,8 @@ class NodeParameters:
     ) -> Parameter:
         """Declare a parameter with a default value (or, without one, a Type) and return it.
 
+        The value may be an rcl_interfaces/msg/ParameterValue.
+
         An override, from arguments or files, wins over the default. Raises ParameterAlreadyDeclaredException,
         InvalidParameterException, InvalidParameterTypeException, InvalidParameterValueException, TypeError,
         ValueError.

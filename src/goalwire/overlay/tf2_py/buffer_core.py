@@ -15,8 +15,8 @@ from std_msgs.msg import Header
 from goalwire.errors import peer_text
 from goalwire.transforms.errors import RejectedTransform, TransformException
 from goalwire.transforms.history import seconds
-from goalwire.transforms.rigid import Rigid
-from goalwire.transforms.tree import Found, FrameReport, TransformTree
+from goalwire.transforms.rigid import Rigid, Vector
+from goalwire.transforms.tree import Found, FrameReport, TransformTree, Velocity
 
 __all__ = ['BufferCore']
 
@@ -102,10 +102,39 @@ class BufferCore:
     def get_latest_common_time(self, target_frame: str, source_frame: str) -> Time:
         """Return the newest time that all transforms between two frames know, 0 where all are static.
 
-        Raises TransformExceptions as lookup_transform_core does.
+        It is of the system clock, as tf2's is. Raises TransformExceptions as lookup_transform_core does.
         """
         time = self._tree.latest_common_time(target_frame, source_frame, 'get_latest_common_time')
-        return Time(nanoseconds=time, clock_type=ClockType.ROS_TIME)
+        return Time(nanoseconds=time, clock_type=ClockType.SYSTEM_TIME)
+
+    def lookupVelocityCore(
+        self, tracking_frame: str, observation_frame: str, time: Instant, averaging_interval: Duration
+    ) -> Velocity:
+        """Return how a frame moves as seen from another: its velocity in m/s, and how it turns in rad/s.
+
+        Both are averages over an interval around `time` (0: up to the latest), in the observing frame's axes.
+        Raises TransformExceptions as lookup_transform_core does, ValueError for an interval not above 0.
+        """
+        at, span = _nanoseconds(time), averaging_interval.nanoseconds
+        return self._tree.velocity(tracking_frame, observation_frame, at, span)
+
+    def lookupVelocityFullCore(
+        self,
+        tracking_frame: str,
+        observation_frame: str,
+        reference_frame: str,
+        reference_point: Vector,
+        reference_point_frame: str,
+        time: Instant,
+        averaging_interval: Duration,
+    ) -> Velocity:
+        """As lookupVelocityCore, of a point that moves along with the tracked frame, in other axes.
+
+        The axes are the reference frame's. Raises as lookupVelocityCore does.
+        """
+        at, span = _nanoseconds(time), averaging_interval.nanoseconds
+        point = reference_point, reference_point_frame
+        return self._tree.velocity(tracking_frame, observation_frame, at, span, point, reference_frame)
 
     def all_frames_as_yaml(self) -> str:
         """Return a YAML mapping: parent, broadcaster, rate and times of every frame."""

@@ -125,6 +125,10 @@ class BufferClient(BufferInterface):
             return False
         return True
 
+    def destroy(self) -> None:
+        """Undeclare its action client. Idempotent."""
+        self.action_client.destroy()
+
     def _process(self, goal: LookupTransform.Goal, timeout: Duration) -> TransformStamped:
         if not self.action_client.server_is_ready():
             raise TimeoutException('The BufferServer is not ready.')

@@ -27,6 +27,7 @@ from rclpy.task import Future
 from rclpy.waitable import NumberOfEntities
 
 if TYPE_CHECKING:
+    from action_msgs.srv import CancelGoal
     from unique_identifier_msgs.msg import UUID
 
     from goalwire.execution.wait_set import WaitSet
@@ -115,6 +116,28 @@ class ActionClient(ActionClientCore, InboxWaitable, Generic[GoalT, ResultT, Feed
         handle = self.wait_for(lambda: self.send_goal_async(goal, **kwargs))
         return None if handle is None else handle.get_result()
 
+    # rclpy's own names for these, which tf2_ros and smach_ros call
+
+    def _get_result(
+        self, goal_handle: ClientGoalHandle[GoalT, ResultT, FeedbackT]
+    ) -> ResultResponse[ResultT] | None:
+        return _checked(goal_handle).get_result()
+
+    def _get_result_async(
+        self, goal_handle: ClientGoalHandle[GoalT, ResultT, FeedbackT]
+    ) -> Future[ResultResponse[ResultT]]:
+        return _checked(goal_handle).get_result_async()
+
+    def _cancel_goal(
+        self, goal_handle: ClientGoalHandle[GoalT, ResultT, FeedbackT]
+    ) -> CancelGoal.Response | None:
+        return _checked(goal_handle).cancel_goal()
+
+    def _cancel_goal_async(
+        self, goal_handle: ClientGoalHandle[GoalT, ResultT, FeedbackT]
+    ) -> Future[CancelGoal.Response]:
+        return _checked(goal_handle).cancel_goal_async()
+
     def server_is_ready(self) -> bool:
         """True while there is a server."""
         return self.server_is_there()
@@ -124,6 +147,14 @@ class ActionClient(ActionClientCore, InboxWaitable, Generic[GoalT, ResultT, Feed
         if not self.destroyed:
             self._node.remove_waitable(self)
         ActionClientCore.destroy(self)
+
+
+def _checked(
+    handle: ClientGoalHandle[GoalT, ResultT, FeedbackT],
+) -> ClientGoalHandle[GoalT, ResultT, FeedbackT]:
+    if not isinstance(handle, ClientGoalHandle):
+        raise TypeError(f'Expected type ClientGoalHandle but received {type(handle)}')
+    return handle
 
 
 borrow(__name__)
