@@ -21,7 +21,7 @@ def plain(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def configured(path: str) -> list[str]:
     """Return the texts, or addresses, of the elements of our configuration."""
-    root = ET.fromstring(domain_configuration())
+    root = ET.fromstring(domain_configuration(7))
     return [element.text or element.get('address') or '' for element in root.iterfind(f'Domain/{path}')]
 
 
@@ -30,7 +30,7 @@ def test_by_default_the_subnet_is_searched_and_this_machine_asked() -> None:
     assert configured('Discovery/ParticipantIndex') == ['auto']
     assert configured('Discovery/MaxAutoParticipantIndex') == ['32']
     assert configured('Discovery/SPDPInterval') == ['5s']
-    assert configured('Discovery/Peers/Peer') == ['localhost']
+    assert configured('Discovery/Peers/Peer') == ['127.0.0.1']
 
 
 @pytest.mark.parametrize('variable', [('ROS_LOCALHOST_ONLY', '1'), (VARIABLES[0], 'LOCALHOST')])
@@ -40,12 +40,12 @@ def test_on_localhost_alone_nothing_is_sent_to_many(
     monkeypatch.setenv(*variable)
     assert discovery_range() is Range.LOCALHOST
     assert configured('General/AllowMulticast') == ['false']
-    assert configured('Discovery/Peers/Peer') == ['localhost']
+    assert configured('Discovery/Peers/Peer') == ['127.0.0.1']
 
 
 def test_static_peers_are_asked_too(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv('ROS_STATIC_PEERS', '192.168.0.7; robot "1".local;')
-    assert configured('Discovery/Peers/Peer') == ['localhost', '192.168.0.7', 'robot "1".local']
+    monkeypatch.setenv('ROS_STATIC_PEERS', '192.168.0.7; 192.168.0.8:7410;;192.168.0.7')
+    assert configured('Discovery/Peers/Peer') == ['127.0.0.1', '192.168.0.7', '192.168.0.8:7410']
 
 
 def test_with_discovery_off_a_process_is_alone(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -57,15 +57,15 @@ def test_with_discovery_off_a_process_is_alone(monkeypatch: pytest.MonkeyPatch) 
 def test_the_systems_default_adds_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'SYSTEM_DEFAULT')
     monkeypatch.setenv('CYCLONEDDS_URI', 'file:///etc/cyclonedds.xml')
-    assert domain_configuration() == 'file:///etc/cyclonedds.xml'
+    assert domain_configuration(7) == 'file:///etc/cyclonedds.xml'
 
 
 def test_cyclonedds_uri_comes_last_and_so_decides(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv('CYCLONEDDS_URI', '<Tracing/>')
-    assert domain_configuration().endswith('</CycloneDDS>,<Tracing/>')
+    assert domain_configuration(7).endswith('</CycloneDDS>,<Tracing/>')
 
 
 def test_an_unknown_range_is_refused_with_the_known_ones(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'NEAR')
     with pytest.raises(TransportError, match="'NEAR'; choose one of: SUBNET, LOCALHOST, OFF, SYSTEM_DEFAULT"):
-        domain_configuration()
+        domain_configuration(7)

@@ -34,7 +34,7 @@ POUR = """
 
     domain = int(os.environ['ROS_DOMAIN_ID'])
     library = load()
-    library.dds_create_domain(domain, domain_configuration().encode())
+    library.dds_create_domain(domain, domain_configuration(domain).encode())
     stranger = Stranger(domain)
     writer = stranger.writer(sys.argv[1], sys.argv[2], QoS(depth=10_000))
     waits = library.dds_create_waitset(stranger.participant.handle)

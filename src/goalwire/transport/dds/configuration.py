@@ -14,10 +14,12 @@ import os
 from enum import Enum
 
 from goalwire.errors import TransportError
+from goalwire.transport.rejects import LOGGER
 
 MOST_PARTICIPANTS = 32
 """Participants of one domain on one machine that can be asked for directly (as in ROS 2)."""
 _SIZES = '<MaxMessageSize>65500B</MaxMessageSize><FragmentSize>60000B</FragmentSize>'
+_LONGEST_QUOTED = 80
 LARGEST_DOMAIN = 232
 """Beyond it a domain has no UDP ports."""
 
@@ -60,11 +62,43 @@ def calls_fast_dds() -> bool:
     return os.environ.get(FAST_DDS_SERVICES, '').strip() == '1'
 
 
-def domain_configuration() -> str:
-    """Return the whole configuration, as dds_create_domain takes it. Raises TransportError."""
-    own = _for_range(discovery_range(), static_peers())
+def domain_configuration(domain_id: int) -> str:
+    """Return the whole configuration, as dds_create_domain takes it.
+
+    Peers of ROS_STATIC_PEERS that have no address are left out with a warning. Raises TransportError, for
+    one in CYCLONEDDS_URI too: the library would end the process. Names are looked up for seconds at most.
+    """
+    from goalwire.transport.dds import addresses  # socket is not needed by who only reads variables
+
+    range_ = discovery_range()
     theirs = os.environ.get('CYCLONEDDS_URI', '').strip()
+    configured, ipv6 = addresses.configured_peers(theirs, domain_id) if theirs else ([], False)
+    ours = [] if range_ in {Range.SYSTEM_DEFAULT, Range.OFF} else static_peers()
+    found = addresses.resolve(dict.fromkeys([*configured, *ours]), ipv6) if configured or ours else {}
+    for peer in configured:
+        if isinstance(error := found[peer], addresses.Unusable):
+            raise TransportError(
+                f'CYCLONEDDS_URI names the peer {_quoted(peer)}, and Cyclone DDS would end this process: '
+                f'{error}. Correct the address, or take the peer out'
+            )
+    peers = [addresses.loopback(ipv6)]
+    for peer in dict.fromkeys(ours):
+        if isinstance(known := found[peer], addresses.Unusable):
+            _warn(f'ROS_STATIC_PEERS: {_quoted(peer)} is left out: {known}. Name the machine by its address')
+        else:
+            peers += known
+    own = _for_range(range_, list(dict.fromkeys(peers)))
     return ','.join(part for part in (own, theirs) if part)
+
+
+def _warn(text: str) -> None:
+    from goalwire.logging import get_logger  # needed only when something is broken
+
+    get_logger(LOGGER).warning(text)
+
+
+def _quoted(peer: str) -> str:
+    return repr(peer if len(peer) <= _LONGEST_QUOTED else f'{peer[:_LONGEST_QUOTED]}…')
 
 
 def _for_range(range_: Range, peers: list[str]) -> str:
@@ -79,7 +113,7 @@ def _for_range(range_: Range, peers: list[str]) -> str:
         discovery = (
             '<ParticipantIndex>auto</ParticipantIndex>'
             f'<MaxAutoParticipantIndex>{MOST_PARTICIPANTS}</MaxAutoParticipantIndex>'
-            f'<Peers>{"".join(_peer(each) for each in ("localhost", *peers))}</Peers>'
+            f'<Peers>{"".join(_peer(each) for each in peers)}</Peers>'
         )
     return (
         f'<CycloneDDS><Domain><General>{general}{_SIZES}</General>'
@@ -89,7 +123,4 @@ def _for_range(range_: Range, peers: list[str]) -> str:
 
 
 def _peer(address: str) -> str:
-    # xml.sax.saxutils would do this too, and import all of urllib
-    for sign, name in (('&', 'amp'), ('<', 'lt'), ('"', 'quot')):
-        address = address.replace(sign, f'&{name};')
     return f'<Peer address="{address}"/>'

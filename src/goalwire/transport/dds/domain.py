@@ -37,10 +37,13 @@ class Domains:
             raise TransportError(
                 f'domain {domain_id} has no ports on DDS: set ROS_DOMAIN_ID to at most {LARGEST_DOMAIN}'
             )
-        configuration = domain_configuration()
+        with self._lock:
+            is_open = domain_id in self._open
+        configuration = '' if is_open else domain_configuration(domain_id)  # may ask the name service
         with self._lock:
             domain = self._open.get(domain_id)
             if domain is None:
+                configuration = configuration or domain_configuration(domain_id)  # it was ended meanwhile
                 domain = self._open[domain_id] = Domain(_create(library, domain_id, configuration))
             domain.users += 1
             return domain
