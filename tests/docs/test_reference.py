@@ -18,7 +18,15 @@ from goalwire.protocol.arguments import parse_arguments
 SOURCE = ROOT / 'src' / 'goalwire'
 VARIABLE = re.compile(r'(AMENT|CYCLONEDDS|GOALWIRE|RCUTILS|RMW|ROS|ZENOH)_[A-Z_]+')
 NO_VARIABLES = {'AMENT_IGNORE', 'AMENT_PREFIX_PATH_ENV_VAR', 'RCUTILS_LOG_SEVERITY'}
-INTERNAL = {'InvalidName', 'UnknownSubstitution', 'RuleSyntaxError', 'ArgumentError', 'UnknownArguments'}
+INTERNAL = {
+    'InvalidName',
+    'UnknownSubstitution',
+    'RuleSyntaxError',
+    'ArgumentError',
+    'UnknownArguments',
+    'ClosedByPeerError',
+    'ZenohProtocolError',
+}
 
 
 def _strings(file: Path) -> Iterator[str]:

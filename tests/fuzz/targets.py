@@ -11,6 +11,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import count
 
+from helpers.zenoh_captured import conversation
+from helpers.zenoh_protocol import Session as ZenohSession
+
 from goalwire.codec import cdr
 from goalwire.entities.type_support import action_support, service_support
 from goalwire.errors import EncodeValueError, InterfaceError, RemoteError
@@ -22,6 +25,8 @@ from goalwire.protocol.names.lexer import RuleSyntaxError
 from goalwire.protocol.parameters.files import parse_parameter_file
 from goalwire.transport.dds import participant_info, service_header, user_data
 from goalwire.transport.zenoh import attachment, keyexpr, qos_text, tokens
+from goalwire.transport.zenoh.protocol import key_expressions
+from goalwire.transport.zenoh.protocol.network import Sample as ZenohSample
 
 Errors = type[Exception] | tuple[type[Exception], ...]
 
@@ -192,7 +197,57 @@ _PARAMETERS = b"""/**:
   ros__parameters: {limits: {low: -1, high: 0x10}, on: true, data: [1, 2, 3]}
 """
 
+
+# ---- Zenoh's protocol ----
+
+_A_SAYS = [batch.sent for batch in conversation() if batch.sender == 'A']
+_B_SAYS = [batch.sent for batch in conversation() if batch.sender == 'B']
+
+
+def shake_hands(data: bytes) -> None:
+    """Let a connector and an acceptor hear bytes in the place of the other side's handshake."""
+    for connects in (True, False):
+        link, _ = ZenohSession(b'\xb1\xb2\xb3\xb4').new_link(connects=connects)
+        link.start()
+        link.receive(data)
+
+
+def look_at(sample: ZenohSample) -> None:
+    """Look at everything that is read when it is asked for."""
+    assert isinstance(sample.timestamp, tuple | None)
+    assert isinstance(sample.source_info, tuple | None)
+
+
+def hear_frames(data: bytes) -> None:
+    """Let an open link hear bytes, and everything that a user may look at of what comes."""
+    session = ZenohSession(b'\xb1\xb2\xb3\xb4')
+    link, wire = session.new_link(connects=True)
+    link.start()
+    link.receive(b''.join(_A_SAYS[:2]))
+    session.declare_subscriber('**', look_at)
+    session.declare_queryable('**', lambda query: query.answer(query.key, b''), complete=True)
+    session.watch_tokens('@ros2_lv/**', lambda _: None, history=True)
+    try:
+        link.receive(data)
+    finally:
+        wire.take()
+        session.link_lost(link)
+        for failure in session.failures:
+            raise failure
+
+
+def read_key_expression(data: bytes) -> None:
+    """Bring an expression into its one form, which must be its own."""
+    form = key_expressions.canonical(text_of(data))
+    assert key_expressions.canonical(form) == form
+    assert key_expressions.includes(form, form)
+    key_expressions.intersects(form, 'a/**/b$*c')
+
+
 TARGETS = (
+    Target('zenoh_handshake', shake_hands, RemoteError, (_A_SAYS[0][:1],)),
+    Target('zenoh_frames', hear_frames, RemoteError, tuple(_A_SAYS[2:-1])),
+    Target('key_expression', read_key_expression, RemoteError, (b'a/**/b', b'0/a$*b/*', b'@ros2_lv/0/**')),
     Target(
         'message', lambda data: parse_message(text_of(data), 'fuzz_msgs', 'It'), InterfaceError, (_MESSAGE,)
     ),

@@ -1,0 +1,186 @@
+"""Sequence numbers, fragments, and what waits for the socket.
+
+A link has eight priorities, and each has a reliable and a best-effort channel: sixteen that count on their
+own. All begin at the number said in OPEN and go on modulo 2^28. TCP loses nothing and keeps the order, so a
+receiver takes any number that is ahead, by less than half of all numbers, and drops what is not: frames that
+a sender left out are not asked for again.
+
+A message that fits no batch travels in pieces, each a FRAGMENT in a batch of its own. Its pieces must follow
+one another in their channel; anything between them loses the message, but not the link.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterator, Sequence
+
+from goalwire.transport.zenoh.protocol.primitives import (
+    MANDATORY,
+    MORE,
+    NUMBER_FORM,
+    ZenohProtocolError,
+    encode_padded,
+)
+from goalwire.transport.zenoh.protocol.transport import FRAGMENT, FRAME
+
+PRIORITIES = 8
+CHANNELS = 2 * PRIORITIES
+DATA_PRIORITY = 5
+CONTROL_CHANNEL = 1
+"""Reliable, the highest priority: what is declared."""
+DATA_CHANNEL = 2 * DATA_PRIORITY + 1
+
+IS_RELIABLE = 0x20
+MORE_PIECES = 0x40
+PRIORITY_EXTENSION = NUMBER_FORM | MANDATORY | 1
+IS_FIRST = 0x02
+IS_GIVEN_UP = 0x03
+
+MASK = (1 << 28) - 1
+_HALF = 1 << 27
+
+HEAD_SIZE = 16
+"""Bytes that the head of a frame or fragment takes of a batch at most, its length included."""
+
+Buffer = bytes | memoryview
+
+
+def channel_of(priority: int, *, reliable: bool = True) -> int:
+    """Return the channel of a priority."""
+    return 2 * priority + reliable
+
+
+def frame_head(channel: int, number: int) -> bytes:
+    """Return the head of a frame; data frames, the most, say no priority."""
+    reliable = IS_RELIABLE if channel & 1 else 0
+    if channel >> 1 == DATA_PRIORITY:
+        return bytes((FRAME | reliable,)) + encode_padded(number)
+    priority = bytes((PRIORITY_EXTENSION, channel >> 1))
+    return bytes((FRAME | reliable | MORE,)) + encode_padded(number) + priority
+
+
+def fragment_head(channel: int, number: int, *, marks_first: bool, more: bool) -> bytes:
+    """Return the head of a piece; `marks_first` for the first one where patch 1 was agreed."""
+    header = FRAGMENT | (IS_RELIABLE if channel & 1 else 0) | (MORE_PIECES if more else 0)
+    extensions = b''
+    if channel >> 1 != DATA_PRIORITY:
+        extensions = bytes((PRIORITY_EXTENSION | (MORE if marks_first else 0), channel >> 1))
+    if marks_first:
+        extensions += bytes((IS_FIRST,))
+    return bytes((header | (MORE if extensions else 0),)) + encode_padded(number) + extensions
+
+
+def pieces(message: Buffer, size: int) -> Iterator[memoryview]:
+    """Cut a message into pieces of `size` bytes at most, without copying it."""
+    view = memoryview(message)
+    for start in range(0, len(view), size):
+        yield view[start : start + size]
+
+
+class ReceivedNumbers:
+    """The last number seen on each channel of a link."""
+
+    __slots__ = ('last',)
+
+    def __init__(self, first: int) -> None:
+        self.last = [(first - 1) & MASK] * CHANNELS
+
+    def advance(self, channel: int, number: int) -> int:
+        """Return how far `number` is ahead, and go on from it; 0 where it is not. Raises where it is none."""
+        if number > MASK:
+            raise ZenohProtocolError(f'sequence number {number} has more than 28 bits')
+        gap = (number - self.last[channel]) & MASK
+        if gap >= _HALF:
+            return 0
+        self.last[channel] = number
+        return gap
+
+
+class Reassembly:
+    """The pieces of one channel's message, up to `limit` bytes."""
+
+    __slots__ = ('_has_marks', '_limit', '_pieces', '_size')
+
+    def __init__(self, *, has_marks: bool, limit: int) -> None:
+        """`has_marks` where first pieces are marked, by patch 1."""
+        self._has_marks = has_marks
+        self._limit = limit
+        self._pieces: list[bytes] | None = None
+        self._size = 0
+
+    def add(self, piece: bytes, *, gap: int, first: bool, more: bool, given_up: bool) -> bytes | None:
+        """Take a piece; return the message with its last one. Raises where it grows beyond the limit."""
+        if first or (self._pieces is None and not self._has_marks):
+            self._pieces, self._size = [], 0
+        elif given_up or gap != 1:
+            self.clear()
+        if self._pieces is None:
+            return None
+        self._pieces.append(piece)
+        self._size += len(piece)
+        if self._size > self._limit:
+            self.clear()
+            raise ZenohProtocolError(f'a message in pieces has more than {self._limit} bytes')
+        if more:
+            return None
+        message = b''.join(self._pieces)
+        self.clear()
+        return message
+
+    def clear(self) -> None:
+        """Throw away what has come."""
+        self._pieces = None
+
+
+class SendQueue:
+    """Batches that wait for a socket, in the order of their priorities, first in first out within each.
+
+    A batch that the socket has begun to take is finished before any other.
+    """
+
+    __slots__ = ('_begun', '_waiting', 'size')
+
+    def __init__(self) -> None:
+        self.size = 0
+        """Bytes that wait."""
+        self._begun: deque[Buffer] = deque()
+        self._waiting: list[deque[Sequence[Buffer]]] = [deque() for _ in range(PRIORITIES)]
+
+    def __bool__(self) -> bool:
+        return self.size > 0
+
+    def add(self, priority: int, batch: Sequence[Buffer]) -> None:
+        """Have a batch, in one or more pieces, wait."""
+        self._waiting[priority].append(batch)
+        self.size += sum(map(len, batch))
+
+    def add_rest(self, rest: Buffer) -> None:
+        """Have the rest of a batch wait that the socket took in part, while nothing else waited."""
+        self._begun.append(rest)
+        self.size += len(rest)
+
+    def next_buffers(self, limit: int) -> list[Buffer]:
+        """Return what to write next, up to `limit` pieces or a few more."""
+        begun = self._begun
+        for waiting in self._waiting:
+            while waiting and len(begun) < limit:
+                begun.extend(waiting.popleft())
+        return [begun[at] for at in range(min(len(begun), limit))]
+
+    def written(self, size: int) -> None:
+        """The socket took so many bytes of `next_buffers`."""
+        self.size -= size
+        begun = self._begun
+        while size:
+            first = begun.popleft()
+            if size < len(first):
+                begun.appendleft(memoryview(first)[size:])
+                return
+            size -= len(first)
+
+    def clear(self) -> None:
+        """Let go of everything: the link has ended."""
+        self.size = 0
+        self._begun.clear()
+        for waiting in self._waiting:
+            waiting.clear()

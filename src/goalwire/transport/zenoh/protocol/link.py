@@ -1,0 +1,578 @@
+"""One link to another session: bytes in, messages to the session; messages in, batches out.
+
+`receive` takes bytes as they came, in any pieces. It runs the handshake, checks numbers, joins fragments, and
+hands each network message to the session. `send` numbers a message, makes a batch of it and writes it at
+once; where the socket is full it waits in the queue of its priority. A message that may be dropped is dropped
+where more than QUEUE_LIMIT bytes wait already, and counted. One that may not be dropped waits for room first,
+if its thread may wait: the session's owner knows. A link that has heard nothing for the other side's lease is
+dead; one that has said nothing for a quarter of its own says KEEP_ALIVE.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from threading import RLock
+from typing import TYPE_CHECKING, NamedTuple, Protocol
+
+from goalwire.errors import RemoteError
+from goalwire.transport.zenoh.protocol.channels import (
+    CHANNELS,
+    CONTROL_CHANNEL,
+    DATA_CHANNEL,
+    DATA_PRIORITY,
+    HEAD_SIZE,
+    IS_FIRST,
+    IS_GIVEN_UP,
+    IS_RELIABLE,
+    MASK,
+    MORE_PIECES,
+    PRIORITIES,
+    PRIORITY_EXTENSION,
+    Buffer,
+    Reassembly,
+    ReceivedNumbers,
+    SendQueue,
+    fragment_head,
+    frame_head,
+    pieces,
+)
+from goalwire.transport.zenoh.protocol.declarations import (
+    Declaration,
+    Interest,
+    read_declaration,
+    read_interest,
+)
+from goalwire.transport.zenoh.protocol.handshake import Handshake, Terms
+from goalwire.transport.zenoh.protocol.key_index import KeyIndex
+from goalwire.transport.zenoh.protocol.link_state import LinkStates, Node
+from goalwire.transport.zenoh.protocol.network import (
+    DECLARE,
+    INTEREST,
+    IS_SENDERS,
+    OAM,
+    PUSH,
+    REQUEST,
+    RESPONSE,
+    RESPONSE_FINAL,
+    Sample,
+    read_body,
+    read_extensions,
+    read_query,
+    read_reply,
+    read_request_id,
+    read_wire_key,
+)
+from goalwire.transport.zenoh.protocol.primitives import (
+    EXPIRED,
+    EXTENSION,
+    MORE,
+    UNRESPONSIVE,
+    Reader,
+    ZenohProtocolError,
+    encode_padded,
+)
+from goalwire.transport.zenoh.protocol.transport import (
+    CLOSE,
+    FIRST_NETWORK_ID,
+    FRAGMENT,
+    FRAME,
+    INIT,
+    KEEP_ALIVE,
+    KEEP_ALIVE_MESSAGE,
+    MAX_BATCH,
+    MESSAGE_ID,
+    OPEN,
+    Role,
+    close_message,
+)
+
+if TYPE_CHECKING:
+    from goalwire.transport.zenoh.protocol.network import QueryMessage, ReplyError
+
+QUEUE_LIMIT = 1 << 20
+"""Bytes that wait for a socket, beyond which a message that may be dropped is dropped, and others wait."""
+QUEUE_END = 1 << 30
+"""Bytes that may wait of what can neither be dropped nor wait; a link with more is given up."""
+MESSAGE_LIMIT = 1 << 30
+"""Bytes of one message in fragments, as Zenoh's own default."""
+KEEP_ALIVES = 4
+"""How many times within its lease a silent link says that it lives."""
+ROUTES_LIMIT = 4096
+"""Keys whose receivers one link remembers."""
+_AT_ONCE = 64
+
+_PRIORITY = PRIORITY_EXTENSION & EXTENSION
+
+
+class ClosedByPeerError(RemoteError):
+    """The other side said CLOSE."""
+
+
+class Receivers(NamedTuple):
+    """Who gets what a link puts on one of its keys."""
+
+    key: str
+    callbacks: tuple[Callable[[Sample], None], ...]
+
+
+class LinkOwner(Protocol):
+    """What a link needs of its session."""
+
+    def link_is_up(self, link: Link) -> None:
+        """The handshake is done."""
+
+    def receivers(self, link: Link, scope: int, suffix: bytes, is_senders: int) -> Receivers:
+        """Return who gets what is put on a key of this link's; remembered in `link.push_receivers`."""
+
+    def callback_failed(self, error: Exception) -> None:
+        """A user's function raised."""
+
+    def query_came(
+        self, link: Link, request: int, where: tuple[int, bytes, int], qos: int, query: QueryMessage
+    ) -> None:
+        """A REQUEST came for the key that `where` names: scope, suffix, whose."""
+
+    def reply_came(
+        self, link: Link, request: int, where: tuple[int, bytes, int], answer: Sample | ReplyError
+    ) -> None:
+        """A RESPONSE came."""
+
+    def final_came(self, link: Link, request: int) -> None:
+        """A RESPONSE_FINAL came."""
+
+    def declaration_came(self, link: Link, declaration: Declaration) -> None:
+        """A DECLARE came."""
+
+    def interest_came(self, link: Link, interest: Interest) -> None:
+        """An INTEREST came."""
+
+    def nodes_came(self, link: Link, nodes: list[Node]) -> None:
+        """An OAM told of nodes."""
+
+
+class Link:
+    """One link. `write` sends what it is given as far as the socket takes it, and returns how many bytes."""
+
+    def __init__(
+        self,
+        owner: LinkOwner,
+        handshake: Handshake,
+        *,
+        write: Callable[[Buffer], int],
+        write_many: Callable[[list[Buffer]], int],
+        when_full: Callable[[], None],
+        wait_for_room: Callable[[], None],
+        lease_ms: int = 60_000,
+    ) -> None:
+        """`when_full` asks for a `flush` once the socket has room; `wait_for_room` blocks, where it may."""
+        self.owner = owner
+        self.handshake = handshake
+        self.terms: Terms | None = None
+        self.zid = b''
+        self.role = Role.PEER
+        self.is_open = True
+        self.is_up = False
+        self.lock = RLock()
+        # what the other side has
+        self.expressions: dict[int, str] = {}
+        self.expression_ids: dict[str, int] = {}
+        self.subscribers: KeyIndex[None] = KeyIndex()
+        self.queryables: KeyIndex[tuple[bool, int]] = KeyIndex()
+        self.tokens: dict[int, str] = {}
+        self.interests: dict[int, Interest] = {}
+        self.told: set[int] = set()
+        """Which of the session's expression ids the other side knows."""
+        self.told_of: set[int] = set()
+        """Which of the session's entities a client, which asks, was told of."""
+        self.knows_all = False
+        """Whether all that the other side has was told here; until then it gets everything."""
+        self.link_states = LinkStates()
+        # who gets what, found once for each key
+        self.push_receivers: dict[object, Receivers] = {}
+        # time
+        self.keep_alive_s = lease_ms / 1000 / KEEP_ALIVES
+        self.heard = True
+        self.spoke = True
+        self._silent_since: float | None = None
+        # sending
+        self.dropped = 0
+        """Messages that found no room."""
+        self.queue = SendQueue()
+        self._write = write
+        self._write_many = write_many
+        self._when_full = when_full
+        self._wait_for_room = wait_for_room
+        self._sent = [0] * CHANNELS
+        self.room = MAX_BATCH - HEAD_SIZE
+        """Bytes of messages that fit one frame."""
+        self._marks_first = False
+        self._has_priorities = True
+        self._retired: list[bytes] = []
+        # receiving
+        self._largest_batch = MAX_BATCH
+        self._tail = b''
+        self._numbers = ReceivedNumbers(0)
+        self._expected = b'none'
+        self._reassembly: dict[int, Reassembly] = {}
+
+    # ---- sending
+
+    def start(self) -> None:
+        """Say what a connector says first."""
+        first = self.handshake.start()
+        if first:
+            self.send_transport(first)
+
+    def send(self, channel: int, message: bytes, *, droppable: bool = False) -> bool:
+        """Send network messages as one frame, or in pieces; False: dropped, or the link is gone.
+
+        What is not droppable waits for room before, where its thread may.
+        """
+        if self.queue.size > QUEUE_LIMIT:
+            if droppable:
+                self.dropped += 1
+                return False
+            self._wait_for_room()
+        if len(message) > self.room:
+            return self._send_pieces(channel, message)
+        with self.lock:
+            if not self.is_open:
+                return False
+            self.spoke = True
+            sent = self._sent
+            if channel == DATA_CHANNEL:
+                number = sent[DATA_CHANNEL]
+                sent[DATA_CHANNEL] = (number + 1) & MASK
+                batch = b'%b%%%b%b' % (
+                    (len(message) + 5).to_bytes(2, 'little'),
+                    encode_padded(number),
+                    message,
+                )
+            else:
+                batch = self._frame(channel, message)
+            if self.queue.size:
+                self.queue.add(channel >> 1, (batch,))
+                return self._is_bearable()
+            taken = self._write(batch)
+            if taken != len(batch):
+                self.queue.add_rest(memoryview(batch)[taken:])
+                self._when_full()
+        return True
+
+    def _frame(self, channel: int, message: bytes) -> bytes:
+        if not self._has_priorities:
+            channel = 2 * DATA_PRIORITY | channel & 1
+        number = self._sent[channel]
+        self._sent[channel] = (number + 1) & MASK
+        head = frame_head(channel, number)
+        return (len(head) + len(message)).to_bytes(2, 'little') + head + message
+
+    def _send_pieces(self, channel: int, message: bytes) -> bool:
+        if not self._has_priorities:
+            channel = 2 * DATA_PRIORITY | channel & 1
+        left = len(message)
+        with self.lock:
+            if not self.is_open:
+                return False
+            self.spoke = True
+            was_empty = not self.queue.size
+            marks_first = self._marks_first
+            for piece in pieces(message, self.room):
+                left -= len(piece)
+                number = self._sent[channel]
+                self._sent[channel] = (number + 1) & MASK
+                head = fragment_head(channel, number, marks_first=marks_first, more=left > 0)
+                marks_first = False
+                self.queue.add(channel >> 1, ((len(head) + len(piece)).to_bytes(2, 'little') + head, piece))
+            if was_empty and not self._flush():
+                self._when_full()
+            return self._is_bearable()
+
+    def _is_bearable(self) -> bool:
+        """Whether the queue is within its last bound; else the link is given up by whoever watches it."""
+        if self.queue.size > QUEUE_END:
+            self.overflowed = True
+            self._when_full()
+        return True
+
+    overflowed = False
+    """Whether more waits than is borne."""
+
+    def send_all(self, channel: int, messages: list[bytes]) -> None:
+        """Send many small messages in as few frames as they fit, without waiting for room."""
+        together: list[bytes] = []
+        size = 0
+        for message in messages:
+            if together and size + len(message) > self.room:
+                self._send_now(channel, b''.join(together))
+                together, size = [], 0
+            together.append(message)
+            size += len(message)
+        if together:
+            self._send_now(channel, b''.join(together))
+
+    def declare(self, *messages: bytes) -> None:
+        """Send declarations, without waiting for room."""
+        self.send_all(CONTROL_CHANNEL, list(messages))
+
+    def _send_now(self, channel: int, message: bytes) -> None:
+        if len(message) > self.room:
+            self._send_pieces(channel, message)
+            return
+        with self.lock:
+            if self.is_open:
+                self.spoke = True
+                self._put_batch(channel >> 1, self._frame(channel, message))
+                self._is_bearable()
+
+    def send_transport(self, message: bytes, priority: int = 0) -> None:
+        """Send a message of the link itself, as a batch of its own."""
+        with self.lock:
+            self.spoke = True
+            self._put_batch(priority, len(message).to_bytes(2, 'little') + message)
+
+    def _put_batch(self, priority: int, batch: bytes) -> None:
+        was_empty = not self.queue.size
+        self.queue.add(priority, (batch,))
+        if was_empty and not self._flush():
+            self._when_full()
+
+    def flush(self) -> bool:
+        """Write what waits; False where the socket is full again."""
+        with self.lock:
+            return self._flush()
+
+    def _flush(self) -> bool:
+        queue = self.queue
+        while queue.size:
+            taken = self._write_many(queue.next_buffers(_AT_ONCE))
+            if not taken:
+                return False
+            queue.written(taken)
+        if self._retired:
+            retired, self._retired = self._retired, []
+            self.declare(*retired)
+        return not queue.size
+
+    def retire_expression(self, message: bytes) -> None:
+        """Take an expression id back, once no message that names it waits any more."""
+        with self.lock:
+            if self.queue.size:
+                self._retired.append(message)
+            else:
+                self.declare(message)
+
+    # ---- time
+
+    def tick(self) -> None:
+        """Called four times within the session's own lease: say that this side lives, if nothing else did."""
+        if self.is_up and not self.spoke and not self.queue.size:
+            self.send_transport(KEEP_ALIVE_MESSAGE)
+        self.spoke = False
+
+    def check_lease(self, now: float) -> None:
+        """See whether the other side lives; `now` in s. Raises ZenohProtocolError where its lease is over."""
+        if self.heard or self._silent_since is None:
+            self.heard = False
+            self._silent_since = now
+        elif self.terms is not None and now - self._silent_since >= self.terms.lease_ms / 1000:
+            raise ZenohProtocolError(
+                f'nothing was heard for its lease of {self.terms.lease_ms / 1000:g} s', EXPIRED
+            )
+        if self.overflowed:
+            raise ZenohProtocolError(f'more than {QUEUE_END >> 20} MiB wait to be sent', UNRESPONSIVE)
+
+    def close(self, reason: int | None = None) -> None:
+        """Send nothing any more; with a `reason`, say so first."""
+        with self.lock:
+            if not self.is_open:
+                return
+            if reason is not None:
+                self.send_transport(close_message(reason), PRIORITIES - 1)
+            self.is_open = self.is_up = False
+
+    # ---- receiving
+
+    def receive(self, data: bytes) -> None:
+        """Take bytes. Raises ZenohProtocolError or ClosedByPeerError, after which the link is no more."""
+        self.heard = True
+        if self._tail:
+            data = self._tail + data
+        start, end = 0, len(data)
+        try:
+            while end - start > 1:
+                at = start + 2
+                start = at + (data[at - 2] | data[at - 1] << 8)
+                if start > end:
+                    start = at - 2
+                    break
+                if data.startswith(self._expected, at):  # the next frame of reliable data
+                    last = self._numbers.last
+                    number = last[DATA_CHANNEL] = (last[DATA_CHANNEL] + 1) & MASK
+                    self._expected = b'%%%b' % encode_padded((number + 1) & MASK)
+                    at = self._take_network(data, at + 5, start)
+                while at < start:
+                    at = self._take_transport(data, at, start)
+        except IndexError:
+            raise ZenohProtocolError('a message is cut off') from None
+        except UnicodeDecodeError as error:
+            raise ZenohProtocolError(f'a text is no UTF-8: {error}') from None
+        self._tail = data[start:] if start < end else b''
+
+    def _take_transport(self, data: bytes, at: int, end: int) -> int:
+        """Take a message of the link itself; return where it ends."""
+        header = data[at]
+        kind = header & MESSAGE_ID
+        if end - at > self._largest_batch:
+            raise ZenohProtocolError(f'a batch of {end - at} bytes exceeds what was agreed')
+        if kind in (FRAME, FRAGMENT) and self.is_up:
+            return self._take_numbered(data, at, end)
+        reader = Reader(data, at, end)
+        if kind in (INIT, OPEN):
+            self._take_handshake(reader)
+        elif kind == CLOSE:
+            reader.u8()
+            raise ClosedByPeerError(f'the other side closed the link (reason {reader.u8()})')
+        elif kind == KEEP_ALIVE and self.is_up:
+            reader.u8()
+            if header & MORE:
+                reader.extensions()
+        else:
+            raise ZenohProtocolError(f'message 0x{header:02x} is not expected here')
+        return reader.at
+
+    def _take_handshake(self, reader: Reader) -> None:
+        handshake = self.handshake
+        answer = handshake.receive(reader)
+        terms = handshake.terms
+        if terms is not None:
+            self.terms = terms
+            self.zid, self.role = terms.zid, terms.role
+            self._sent = [terms.first_sent] * CHANNELS
+            self._numbers = ReceivedNumbers(terms.first_received)
+            self._expected = b'%%%b' % encode_padded(terms.first_received)
+            self.room = terms.batch_size - HEAD_SIZE
+            self._largest_batch = terms.batch_size - 2
+            self._marks_first = terms.patch > 0
+            self._has_priorities = terms.qos
+        if answer:
+            self.send_transport(answer)
+        if terms is not None:
+            self.is_up = True
+            self.owner.link_is_up(self)
+
+    def _take_numbered(self, data: bytes, at: int, end: int) -> int:
+        """Take a frame or a piece; return where it ends."""
+        header = data[at]
+        reader = Reader(data, at + 1, end)
+        number = reader.z()
+        priority, found = DATA_PRIORITY, {}
+        if header & MORE:
+            found = reader.extensions({_PRIORITY, IS_FIRST, IS_GIVEN_UP})
+            named = found.get(_PRIORITY, DATA_PRIORITY)
+            assert isinstance(named, int)
+            if named >= PRIORITIES or (_PRIORITY in found and not self._has_priorities):
+                raise ZenohProtocolError(f'priority {named} on a link that has it not')
+            priority = named
+        channel = 2 * priority + bool(header & IS_RELIABLE)
+        gap = self._numbers.advance(channel, number)
+        if not gap:
+            return end  # it came before
+        if channel == DATA_CHANNEL:
+            self._expected = b'%%%b' % encode_padded((number + 1) & MASK)
+        if header & MESSAGE_ID == FRAME:
+            if channel in self._reassembly:
+                self._reassembly[channel].clear()
+            return self._take_network(data, reader.at, end)
+        reassembly = self._reassembly.get(channel)
+        if reassembly is None:
+            reassembly = Reassembly(has_marks=self._marks_first, limit=MESSAGE_LIMIT)
+            self._reassembly[channel] = reassembly
+        message = reassembly.add(
+            data[reader.at : end],
+            gap=gap,
+            first=IS_FIRST in found,
+            more=bool(header & MORE_PIECES),
+            given_up=IS_GIVEN_UP in found,
+        )
+        if message is not None and message[0] & MESSAGE_ID >= FIRST_NETWORK_ID:
+            self._take_network(message, 0, len(message))
+        return end
+
+    def _take_network(self, data: bytes, at: int, end: int) -> int:
+        """Take network messages until the batch ends or a message of the link begins; return where."""
+        while at < end:
+            header = data[at]
+            kind = header & MESSAGE_ID
+            if kind == PUSH:
+                at = self._take_push(data, at, end)
+            elif kind == RESPONSE:
+                at = self._take_response(data, at, end)
+            elif kind == RESPONSE_FINAL:
+                request, at = read_request_id(data, at + 1)
+                if header & MORE:
+                    _, at = read_extensions(data, at)
+                self.owner.final_came(self, request)
+            elif kind == REQUEST:
+                at = self._take_request(data, at, end)
+            elif kind < FIRST_NETWORK_ID:
+                return at
+            else:
+                reader = Reader(data, at, end)
+                if kind == DECLARE:
+                    self.owner.declaration_came(self, read_declaration(reader))
+                elif kind == INTEREST:
+                    self.owner.interest_came(self, read_interest(reader))
+                elif kind == OAM:
+                    self.owner.nodes_came(self, self.link_states.read(reader))
+                at = reader.at
+            if at > end:
+                raise ZenohProtocolError('a message is cut off')
+        return at
+
+    def _take_push(self, data: bytes, at: int, end: int) -> int:
+        header = data[at]
+        scope, suffix, at = read_wire_key(data, at + 1, header)
+        if header & MORE:
+            _, at = read_extensions(data, at)
+        is_senders = header & IS_SENDERS
+        where = (scope, is_senders, suffix) if suffix else scope | is_senders << 16
+        receivers = self.push_receivers.get(where)
+        if receivers is None:
+            receivers = self.owner.receivers(self, scope, suffix, is_senders)
+        sample, at = read_body(data, at, end, receivers.key)
+        for callback in receivers.callbacks:
+            try:
+                callback(sample)
+            except Exception as error:
+                self.owner.callback_failed(error)
+        return at
+
+    def _take_request(self, data: bytes, at: int, end: int) -> int:
+        header = data[at]
+        request, at = read_request_id(data, at + 1)
+        scope, suffix, at = read_wire_key(data, at, header)
+        qos = 5
+        if header & MORE:
+            qos, at = read_extensions(data, at)
+        query, at = read_query(data, at, end)
+        self.owner.query_came(self, request, (scope, suffix, header & IS_SENDERS), qos, query)
+        return at
+
+    def _take_response(self, data: bytes, at: int, end: int) -> int:
+        header = data[at]
+        request, at = read_request_id(data, at + 1)
+        scope, suffix, at = read_wire_key(data, at, header)
+        if header & MORE:
+            _, at = read_extensions(data, at)
+        answer, at = read_reply(data, at, end, '')
+        self.owner.reply_came(self, request, (scope, suffix, header & IS_SENDERS), answer)
+        return at
+
+    def key_of(self, scope: int, suffix: bytes | str, own: dict[int, str], is_senders: int) -> str | None:
+        """Return the key that the other side names, `own` being our ids; None for an id that is unknown."""
+        text = suffix if isinstance(suffix, str) else suffix.decode()
+        if not scope:
+            return text
+        base = (self.expressions if is_senders else own).get(scope)
+        return None if base is None else base + text

@@ -1,0 +1,292 @@
+"""What sends: publications and queriers, each for one key. They find out who wants it, and remember.
+
+Who is asked depends on the query's target. All: every queryable whose expression meets the key. All complete:
+those that were declared complete and include the key. Best matching: the nearest of those, else all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from goalwire.transport.zenoh.protocol.channels import channel_of
+from goalwire.transport.zenoh.protocol.key_expressions import canonical, includes
+from goalwire.transport.zenoh.protocol.link import Link
+from goalwire.transport.zenoh.protocol.network import (
+    BLOCK,
+    DEFAULT_QOS,
+    REQUEST,
+    Consolidation,
+    Payload,
+    QueryMessage,
+    Sample,
+    Target,
+    WireKey,
+    del_body,
+    new_sample,
+    push_head,
+    put_body,
+    query_body,
+    request_tail,
+)
+from goalwire.transport.zenoh.protocol.primitives import MORE, SourceInfo, encode_source, encode_z
+from goalwire.transport.zenoh.protocol.queries import ANY_KEY, Answer, LocalQuery, PendingQuery
+from goalwire.transport.zenoh.protocol.session import Queryable, SessionProtocol
+
+_HERE = object()
+"""Stands for a session's own queryables among those that a query waits for."""
+
+
+class Publication:
+    """Puts on one key."""
+
+    def __init__(
+        self,
+        session: SessionProtocol,
+        key: str,
+        *,
+        priority: int = DEFAULT_QOS,
+        reliable: bool = True,
+        droppable: bool = True,
+    ) -> None:
+        self._session = session
+        self._key = canonical(key)
+        self._channel = channel_of(priority, reliable=reliable)
+        self._qos = priority if droppable else priority | BLOCK
+        self._droppable = droppable
+        self._version = -1
+        self._links: tuple[tuple[Link, bytes], ...] = ()
+        self._own: tuple[Callable[[Sample], None], ...] = ()
+        self._is_open = True
+        self.number = session.next_number()
+        with session.lock:
+            session.expressions.use(self._key)
+
+    def put(
+        self,
+        payload: Payload,
+        attachment: bytes | None = None,
+        stamp: bytes | None = None,
+        source: SourceInfo | None = None,
+    ) -> None:
+        """Put one message; without `stamp`, the session's next. It is delivered here before this returns."""
+        session = self._session
+        if self._version != session.version:
+            self._aim()
+        if stamp is None:
+            stamp = session.stamp()
+        encoded_source = None if source is None else encode_source(source)
+        if self._links:
+            body = put_body(payload, attachment, stamp, encoded_source)
+            for link, head in self._links:
+                link.send(self._channel, head + body, droppable=self._droppable)
+        if self._own:
+            sample = new_sample((self._key, payload, attachment, stamp, encoded_source))
+            self._deliver(sample)
+
+    def delete(self) -> None:
+        """Say that there is nothing on the key any more."""
+        session = self._session
+        if self._version != session.version:
+            self._aim()
+        stamp = session.stamp()
+        body = del_body(None, stamp)
+        for link, head in self._links:
+            link.send(self._channel, head + body, droppable=self._droppable)
+        self._deliver(Sample(self._key, None, None, stamp))
+
+    def _deliver(self, sample: Sample) -> None:
+        for callback in self._own:
+            try:
+                callback(sample)
+            except Exception as error:
+                self._session.callback_failed(error)
+
+    def _aim(self) -> None:
+        """Find out who gets what is put on the key."""
+        session, key = self._session, self._key
+        with session.lock:
+            self._version = session.version
+            self._own = tuple(each.callback for _, each in session.subscribers.meeting(key) if each.takes_own)
+            self._links = tuple(
+                (link, push_head(_name(session, link, key), self._qos))
+                for link in session.links
+                if not link.knows_all or link.subscribers.has_meeting(key)
+            )
+
+    def close(self) -> None:
+        """Give the key's number up. Idempotent."""
+        session = self._session
+        with session.lock:
+            if self._is_open:
+                self._is_open = False
+                session.expressions.release(self._key, session.links)
+
+
+def _name(session: SessionProtocol, link: Link, key: str) -> WireKey:
+    """Name a key to a link, which is told before what the name means."""
+    out: list[bytes] = []
+    name = session.expressions.name(link, key, out)
+    link.declare(*out)
+    return name
+
+
+class _Asked(NamedTuple):
+    """A link that is asked: what stands before and behind a request's number."""
+
+    link: Link
+    header: bytes
+    rest: bytes
+
+
+class Querier:
+    """Asks queryables of one key."""
+
+    def __init__(
+        self,
+        session: SessionProtocol,
+        key: str,
+        *,
+        target: int = Target.BEST_MATCHING,
+        consolidation: int = Consolidation.NONE,
+        qos: int = DEFAULT_QOS | BLOCK,
+        asks_own: bool = True,
+        parameters: str = '',
+    ) -> None:
+        self._session = session
+        self._key = canonical(key)
+        self._target = target
+        self._consolidation = consolidation
+        self._qos = qos
+        self._asks_own = asks_own
+        self._parameters = parameters
+        self._takes_any_key = ANY_KEY in parameters.split(';')
+        self._version = -1
+        self._links: tuple[_Asked, ...] = ()
+        self._own: tuple[Queryable, ...] = ()
+        self._tails: dict[float, bytes] = {}
+        self._is_open = True
+        with session.lock:
+            session.expressions.use(self._key)
+
+    def ask(
+        self,
+        payload: Payload | None,
+        attachment: bytes | None,
+        on_reply: Callable[[Answer], None],
+        on_end: Callable[[], None],
+        timeout_s: float,
+    ) -> int:
+        """Send a query; return its number for `SessionProtocol.forget`. Both may be called before."""
+        session = self._session
+        if self._version != session.version:
+            self._aim()
+        links, own = self._links, self._own
+        left: list[object] = [asked.link for asked in links]
+        left += [_HERE] * len(own)
+        query = PendingQuery(
+            self._key,
+            left,
+            session.clock() + timeout_s,
+            on_reply,
+            on_end,
+            takes_any_key=self._takes_any_key,
+            consolidation=self._consolidation,
+        )
+        if not left:
+            query.end()
+            return 0
+        request = session.ask(query)
+        if links:
+            self._send(links, request, payload, attachment, timeout_s)
+        for queryable in own:
+            self._ask_own(
+                queryable, request, query, QueryMessage(self._parameters, payload, attachment, None)
+            )
+        return request
+
+    def _send(
+        self,
+        links: tuple[_Asked, ...],
+        request: int,
+        payload: Payload | None,
+        attachment: bytes | None,
+        timeout_s: float,
+    ) -> None:
+        tail = self._tails.get(timeout_s)
+        if tail is None:
+            if len(self._tails) > 256:
+                self._tails.clear()
+            milliseconds = min(int(timeout_s * 1000), 2**63)
+            tail = self._tails[timeout_s] = request_tail(self._qos, self._target, milliseconds)
+        number = encode_z(request)
+        body = tail + query_body(self._consolidation, self._parameters, payload, attachment)
+        channel = channel_of(self._qos & 7)
+        for link, header, rest in links:
+            if not link.send(channel, header + number + rest + body, droppable=not self._qos & BLOCK):
+                self._session.last_word(link, request)
+
+    def _ask_own(
+        self, queryable: Queryable, request: int, query: PendingQuery, message: QueryMessage
+    ) -> None:
+        session = self._session
+        asked = LocalQuery(message, query, lambda: session.last_word(_HERE, request))
+        try:
+            queryable.callback(asked)
+        except Exception as error:
+            session.callback_failed(error)
+
+    def _aim(self) -> None:
+        """Find out whom a query is for."""
+        session = self._session
+        with session.lock:
+            self._version = session.version
+            own = session.queryables.meeting(self._key) if self._asks_own else []
+            links = [(link, link.queryables.meeting(self._key)) for link in session.links]
+            if self._target == Target.BEST_MATCHING:
+                nearest = self._nearest(links, own)
+                if nearest is not None:
+                    links = [each for each in links if each[0] is nearest or not each[0].knows_all]
+                    own = own if nearest is _HERE else []
+            elif self._target == Target.ALL_COMPLETE:
+                own = [(key, each) for key, each in own if self._is_complete(key, each.complete)]
+                links = [
+                    (link, [(key, each) for key, each in queryables if self._is_complete(key, each[0])])
+                    for link, queryables in links
+                ]
+            self._own = tuple(queryable for _, queryable in own)
+            self._links = tuple(
+                self._asked(link) for link, queryables in links if queryables or not link.knows_all
+            )
+
+    def _is_complete(self, key: str, complete: bool) -> bool:
+        """Whether one declared on `key` counts as complete for the queries."""
+        return complete and includes(key, self._key)
+
+    def _nearest(
+        self,
+        links: list[tuple[Link, list[tuple[str, tuple[bool, int]]]]],
+        own: list[tuple[str, Queryable]],
+    ) -> object:
+        """Return the link with the nearest complete queryable, `_HERE`, or None where there is none."""
+        if any(self._is_complete(key, each.complete) for key, each in own):
+            return _HERE
+        complete = [
+            (distance, at)
+            for at, (_, queryables) in enumerate(links)
+            for key, (is_complete, distance) in queryables
+            if self._is_complete(key, is_complete)
+        ]
+        return links[min(complete)[1]][0] if complete else None
+
+    def _asked(self, link: Link) -> _Asked:
+        name = _name(self._session, link, self._key)
+        return _Asked(link, bytes((REQUEST | MORE | name.flags,)), name.encoded)
+
+    def close(self) -> None:
+        """Give the key's number up. Idempotent."""
+        session = self._session
+        with session.lock:
+            if self._is_open:
+                self._is_open = False
+                session.expressions.release(self._key, session.links)

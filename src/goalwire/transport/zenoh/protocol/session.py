@@ -1,0 +1,562 @@
+"""A session: what it has declared, what its links have, and who gets what.
+
+As a peer it tells every peer and router all that it has, as soon as the link is up, and each change from then
+on. It passes nothing on from one link to another: peers meet directly, and clients are a router's. A router
+tells what it was asked for, so it is asked for everything, once. Until a link has told all that there is it
+gets every message and every query: so nothing is lost between the link and its declarations.
+
+A put goes to the subscribers whose expression intersects its key; a query to queryables alike. One that is
+declared complete counts as complete for a query only if it also includes the query's key. What is put or
+asked here is delivered here too, on the caller's thread.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import count
+from threading import RLock
+from typing import NamedTuple
+
+from goalwire.transport.failures import report_failure
+from goalwire.transport.zenoh.protocol.declarations import (
+    About,
+    Declaration,
+    Interest,
+    Kind,
+    When,
+    declare,
+    final,
+    interest,
+    take_back,
+)
+from goalwire.transport.zenoh.protocol.expressions import Expressions
+from goalwire.transport.zenoh.protocol.handshake import Identity
+from goalwire.transport.zenoh.protocol.key_expressions import canonical, check, intersects
+from goalwire.transport.zenoh.protocol.key_index import KeyIndex
+from goalwire.transport.zenoh.protocol.link import ROUTES_LIMIT, Link, Receivers
+from goalwire.transport.zenoh.protocol.link_state import Node, connects_to, tell_of
+from goalwire.transport.zenoh.protocol.liveliness import Liveliness, Watcher
+from goalwire.transport.zenoh.protocol.network import (
+    QueryMessage,
+    Sample,
+    response_final,
+    wire_key,
+)
+from goalwire.transport.zenoh.protocol.primitives import (
+    MAX_LINKS,
+    ZenohProtocolError,
+    encode_replier,
+    encode_timestamp,
+    ntp64,
+    show_id,
+)
+from goalwire.transport.zenoh.protocol.queries import TIMEOUT, Answer, PendingQuery, Query, RemoteQuery
+from goalwire.transport.zenoh.protocol.transport import Role
+
+MOST_INTERESTS = 65536
+"""Interests that one link may have."""
+MOST_NODES = 65536
+"""Nodes that are remembered from gossip."""
+MOST_DECLARED = 1_000_000
+"""Things of each kind that one link may declare."""
+
+_ABOUT = {Kind.SUBSCRIBER: About.SUBSCRIBERS, Kind.QUERYABLE: About.QUERYABLES, Kind.TOKEN: About.TOKENS}
+
+
+class Subscriber(NamedTuple):
+    """A subscriber of this session's."""
+
+    callback: Callable[[Sample], None]
+    takes_own: bool
+
+
+class Queryable(NamedTuple):
+    """A queryable of this session's."""
+
+    callback: Callable[[Query], None]
+    complete: bool
+    replier: bytes
+
+
+class Answerers(NamedTuple):
+    """Who answers what a link asks on one of its keys."""
+
+    key: str
+    queryables: tuple[Queryable, ...]
+
+
+_NOBODY = Receivers('', ())
+
+
+class SessionProtocol:
+    """One session's tables, and what changes them."""
+
+    def __init__(
+        self,
+        identity: Identity,
+        *,
+        clock: Callable[[], float],
+        wall_clock_ns: Callable[[], int],
+        when_told: Callable[[Node], None] = lambda _: None,
+        when_changed: Callable[[], None] = lambda: None,
+        when_sooner: Callable[[], None] = lambda: None,
+        drop_link: Callable[[Link, str, int], None] = lambda *_: None,
+    ) -> None:
+        """`clock` tells s for timeouts. `when_told` gets nodes to connect to, `when_changed` is called when a
+        link has come, gone or told all, `when_sooner` when `next_timeout` is nearer than it was, `drop_link`
+        with a link that a better one replaces. None of them may block."""
+        self.identity = identity
+        self.zid = identity.zid
+        self.id = show_id(identity.zid)
+        self.locators: tuple[str, ...] = ()
+        """Where this session listens; set before the first link."""
+        self.lock = RLock()
+        self.version = 0
+        """Counts changes of who gets what."""
+        self.links: tuple[Link, ...] = ()
+        """Those that are up."""
+        self.expressions = Expressions()
+        self.subscribers: KeyIndex[Subscriber] = KeyIndex()
+        self.queryables: KeyIndex[Queryable] = KeyIndex()
+        self.pending: dict[int, PendingQuery] = {}
+        self.nodes: dict[bytes, Node] = {}
+        """Whom routers told of."""
+        self.liveliness = Liveliness(self.callback_failed)
+        self.next_timeout = float('inf')
+        """When a query's time is over, or before: `expire` is to be called then."""
+        self.clock = clock
+        self.next_number = count(1).__next__
+        self._next_request = count(1).__next__
+        self._wall_clock_ns = wall_clock_ns
+        self._when_told = when_told
+        self._when_changed = when_changed
+        self._when_sooner = when_sooner
+        self._drop_link = drop_link
+        self._tokens: dict[int, str] = {}
+        self._answerers: dict[tuple[Link, int, bytes, int], Answerers] = {}
+        self._last_time = 0
+        self._changes = 0
+
+    # ---- times
+
+    def stamp(self) -> bytes:
+        """Return a timestamp later than any before it, as the wire has it."""
+        now = ntp64(self._wall_clock_ns())
+        with self.lock:
+            if now <= self._last_time:
+                now = self._last_time + 1
+            self._last_time = now
+        return encode_timestamp(now, self.zid)
+
+    def expire(self) -> None:
+        """End the queries whose time is over."""
+        now = self.clock()
+        with self.lock:
+            over = [request for request, query in self.pending.items() if query.deadline <= now]
+            ended = [self.pending.pop(request) for request in over]
+            self.next_timeout = min((query.deadline for query in self.pending.values()), default=float('inf'))
+        for query in ended:
+            for _ in query.left:
+                self._call(query.reply, TIMEOUT)
+            query.left.clear()
+            self._end(query)
+
+    # ---- declaring
+
+    def declare_subscriber(
+        self, key: str, callback: Callable[[Sample], None], *, takes_own: bool = True
+    ) -> int:
+        """Call `callback` with each message whose key meets this one; return what to `undeclare`."""
+        key = canonical(key)
+        number = self.next_number()
+        with self.lock:
+            self.subscribers.add(number, key, Subscriber(callback, takes_own))
+            self.expressions.use(key)
+            self._forget_routes()
+            self._tell_links(Kind.SUBSCRIBER, number, key)
+        return number
+
+    def declare_queryable(self, key: str, callback: Callable[[Query], None], *, complete: bool) -> int:
+        """Call `callback` with each query for this key; it ends each one, at any time."""
+        key = canonical(key)
+        number = self.next_number()
+        with self.lock:
+            entity = Queryable(callback, complete, encode_replier(self.zid, number))
+            self.queryables.add(number, key, entity)
+            self.expressions.use(key)
+            self._forget_routes()
+            self._tell_links(Kind.QUERYABLE, number, key, complete=complete)
+        return number
+
+    def declare_token(self, key: str) -> int:
+        """Show a key to all who watch."""
+        check(key)
+        number = self.next_number()
+        with self.lock:
+            self._tokens[number] = key
+            self._tell_links(Kind.TOKEN, number, key)
+            self.liveliness.appeared(key)
+        self.liveliness.tell()
+        return number
+
+    def watch_tokens(self, key: str, callback: Watcher, *, history: bool) -> int:
+        """Tell of tokens that come and go, and with `history` of those there are, before this returns."""
+        key = canonical(key)
+        number = self.next_number()
+        with self.lock:
+            self.liveliness.watch(number, key, callback, history=history)
+        self.liveliness.tell()
+        return number
+
+    def tokens(self, key: str) -> list[str]:
+        """Return the tokens there are now that meet `key`."""
+        with self.lock:
+            return self.liveliness.present(canonical(key))
+
+    def undeclare(self, number: int) -> None:
+        """Take back whatever was declared; an unknown number is no error."""
+        with self.lock:
+            token = self._tokens.pop(number, None)
+            if token is not None:
+                self._take_back(Kind.TOKEN, number)
+                self.liveliness.vanished(token)
+            elif found := self.subscribers.pop(number):
+                self._take_back(Kind.SUBSCRIBER, number)
+                self.expressions.release(found[0], self.links)
+                self._forget_routes()
+            elif taken := self.queryables.pop(number):
+                self._take_back(Kind.QUERYABLE, number)
+                self.expressions.release(taken[0], self.links)
+                self._forget_routes()
+            else:
+                self.liveliness.unwatch(number)
+        self.liveliness.tell()
+
+    def _tell_links(self, kind: Kind, number: int, key: str, *, complete: bool = False) -> None:
+        for link in self.links:
+            if link.role is not Role.CLIENT or self._is_wanted(link, kind, key):
+                link.declare(*self._declaration(link, kind, number, key, complete=complete))
+
+    def _declaration(
+        self,
+        link: Link,
+        kind: Kind,
+        number: int,
+        key: str,
+        *,
+        complete: bool = False,
+        interest: int | None = None,
+    ) -> list[bytes]:
+        """Return what declares a thing on one link, the number of its key included."""
+        out: list[bytes] = []
+        # The key of a token is used once, so a number of its own would not pay.
+        name = wire_key(key) if kind is Kind.TOKEN else self.expressions.name_own(link, key, out)
+        if link.role is Role.CLIENT:
+            link.told_of.add(number)
+        out.append(declare(kind, number, name, complete=complete, interest=interest))
+        return out
+
+    def _is_wanted(self, link: Link, kind: Kind, key: str) -> bool:
+        """Whether a client wants to know of what comes on a key."""
+        return any(
+            each.when & When.FUTURE and _ABOUT[kind] & each.about and self._is_about(link, each, key)
+            for each in link.interests.values()
+        )
+
+    def _is_about(self, link: Link, wish: Interest, key: str) -> bool:
+        if not wish.has_key:
+            return True
+        wanted = link.key_of(wish.scope, wish.suffix, self.expressions.keys, wish.is_senders)
+        return wanted is not None and intersects(wanted, key)
+
+    def _take_back(self, kind: Kind, number: int) -> None:
+        for link in self.links:
+            if link.role is not Role.CLIENT or number in link.told_of:
+                link.told_of.discard(number)
+                link.declare(take_back(kind, number))
+
+    def _forget_routes(self) -> None:
+        """Who gets what has changed."""
+        self.version += 1
+        self._answerers.clear()
+        for link in self.links:
+            link.push_receivers.clear()
+
+    # ---- links
+
+    def is_linked(self, zid: bytes) -> bool:
+        """Whether there is a link to a session."""
+        return any(link.zid == zid for link in self.links)
+
+    def link_is_up(self, link: Link) -> None:
+        """Tell a new link what there is, and ask a router for what it has."""
+        with self.lock:
+            self._settle_duplicate(link)
+            self.links += (link,)
+            out: list[bytes] = []
+            if link.role is Role.ROUTER:
+                self._changes += 1
+                out.append(tell_of(Node(self.zid, self.identity.role, self.locators), self._changes))
+            if link.role is Role.CLIENT:
+                link.knows_all = True
+            else:
+                self._tell_all(link, out)
+                if link.role is Role.PEER and self.identity.role is Role.PEER:
+                    out.append(final())
+                else:
+                    out.append(interest(self.next_number(), When.PRESENT | When.FUTURE, About.ALL))
+            link.declare(*out)
+            self._forget_routes()
+        self._when_changed()
+
+    def _settle_duplicate(self, link: Link) -> None:
+        """Of two links to one session, both sides keep the one that the greater id has opened."""
+        for other in self.links:
+            if other.zid == link.zid:
+                connector = self.zid if link.handshake.connects else link.zid
+                before = self.zid if other.handshake.connects else other.zid
+                if connector <= before:
+                    raise ZenohProtocolError('there is a link to this session already', MAX_LINKS)
+                self._drop_link(other, 'another link to this session replaces it', MAX_LINKS)
+                self.link_lost(other)
+
+    def _tell_all(self, link: Link, out: list[bytes]) -> None:
+        for number, key, _ in self.subscribers.all():
+            out += self._declaration(link, Kind.SUBSCRIBER, number, key)
+        for number, key, queryable in self.queryables.all():
+            out += self._declaration(link, Kind.QUERYABLE, number, key, complete=queryable.complete)
+        for number, key in self._tokens.items():
+            out += self._declaration(link, Kind.TOKEN, number, key)
+
+    def link_lost(self, link: Link) -> None:
+        """A link has ended: what it had declared has gone, and it answers no query any more. Idempotent."""
+        ended = []
+        with self.lock:
+            if link not in self.links:
+                return
+            self.links = tuple(each for each in self.links if each is not link)
+            for key in link.tokens.values():
+                self.liveliness.vanished(key)
+            link.tokens.clear()
+            self._forget_routes()
+            for request, query in list(self.pending.items()):
+                if link in query.left:
+                    query.left.remove(link)
+                    if not query.left and self.pending.pop(request, None) is not None:
+                        ended.append(query)
+        self.liveliness.tell()
+        for query in ended:
+            self._end(query)
+        self._when_changed()
+
+    # ---- what links tell
+
+    def declaration_came(self, link: Link, declaration: Declaration) -> None:
+        """Take note of what the other side of a link declares or takes back."""
+        kind = declaration.kind
+        with self.lock:
+            if kind is Kind.FINAL:
+                if not link.knows_all:
+                    link.knows_all = True
+                    self._forget_routes()
+            elif declaration.taken_back:
+                self._take_off(link, kind, declaration.number)
+            else:
+                key = link.key_of(
+                    declaration.scope, declaration.suffix, self.expressions.keys, declaration.is_senders
+                )
+                if key is not None:
+                    self._put_on(link, declaration, check(key))
+        if kind is Kind.TOKEN:
+            self.liveliness.tell()
+        elif kind is Kind.FINAL:
+            self._when_changed()
+
+    def _put_on(self, link: Link, declaration: Declaration, key: str) -> None:
+        kind, number = declaration.kind, declaration.number
+        if kind is Kind.EXPRESSION:
+            if number and number not in link.expressions:
+                link.expressions[number] = key
+                link.expression_ids[key] = number
+                link.push_receivers.clear()
+            return
+        if not number and declaration.interest is not None:
+            return  # the answer to a question about the present alone
+        if max(len(link.subscribers), len(link.queryables), len(link.tokens)) >= MOST_DECLARED:
+            raise ZenohProtocolError(f'more than {MOST_DECLARED} things of a kind are declared')
+        if kind is Kind.SUBSCRIBER:
+            link.subscribers.pop(number)
+            link.subscribers.add(number, key, None)
+            self.version += 1
+        elif kind is Kind.QUERYABLE:
+            link.queryables.pop(number)
+            link.queryables.add(number, key, (declaration.complete, declaration.distance))
+            self.version += 1
+        elif number not in link.tokens:
+            link.tokens[number] = key
+            self.liveliness.appeared(key)
+
+    def _take_off(self, link: Link, kind: Kind, number: int) -> None:
+        if kind is Kind.EXPRESSION:
+            key = link.expressions.pop(number, None)
+            if key is not None and link.expression_ids.get(key) == number:
+                del link.expression_ids[key]
+            self._forget_routes()
+        elif kind is Kind.TOKEN:
+            token = link.tokens.pop(number, None)
+            if token is not None:
+                self.liveliness.vanished(token)
+        else:
+            (link.subscribers if kind is Kind.SUBSCRIBER else link.queryables).pop(number)
+            self.version += 1
+
+    def interest_came(self, link: Link, wish: Interest) -> None:
+        """Answer what a client asks; peers and routers were told everything."""
+        with self.lock:
+            if not wish.when:
+                link.interests.pop(wish.number, None)
+                return
+            out: list[bytes] = []
+            if link.role is Role.CLIENT:
+                if wish.when & When.FUTURE and len(link.interests) < MOST_INTERESTS:
+                    link.interests[wish.number] = wish
+                if wish.when & When.PRESENT:
+                    self._tell_what_is_wanted(link, wish, out)
+            if wish.when & When.PRESENT:
+                out.append(final(wish.number))
+            link.declare(*out)
+
+    def _tell_what_is_wanted(self, link: Link, wish: Interest, out: list[bytes]) -> None:
+        things: list[tuple[Kind, int, str, bool]] = []
+        if wish.about & About.SUBSCRIBERS:
+            things += [(Kind.SUBSCRIBER, number, key, False) for number, key, _ in self.subscribers.all()]
+        if wish.about & About.QUERYABLES:
+            things += [
+                (Kind.QUERYABLE, number, key, each.complete) for number, key, each in self.queryables.all()
+            ]
+        if wish.about & About.TOKENS:
+            things += [(Kind.TOKEN, number, key, False) for number, key in self._tokens.items()]
+        for kind, number, key, complete in things:
+            if self._is_about(link, wish, key):
+                told = number if wish.when & When.FUTURE else 0
+                out += self._declaration(link, kind, told, key, complete=complete, interest=wish.number)
+
+    def nodes_came(self, link: Link, nodes: list[Node]) -> None:
+        """Take note of nodes that a router tells of; the owner of the sockets connects to some."""
+        if link.role is not Role.ROUTER or self.identity.role is not Role.PEER:
+            return
+        for node in nodes:
+            if node.zid != self.zid and (node.zid in self.nodes or len(self.nodes) < MOST_NODES):
+                self.nodes[node.zid] = node
+                if connects_to(self.zid, node) and not self.is_linked(node.zid):
+                    self._when_told(node)
+
+    # ---- what is put
+
+    def receivers(self, link: Link, scope: int, suffix: bytes, is_senders: int) -> Receivers:
+        """Return who gets what a link puts on one of its keys, and remember it."""
+        with self.lock:
+            key = link.key_of(scope, suffix, self.expressions.keys, is_senders)
+            if key is None:
+                return _NOBODY
+            found = tuple(each.callback for _, each in self.subscribers.meeting(key))
+            receivers = Receivers(key, found)
+            where = (scope, is_senders, suffix) if suffix else scope | is_senders << 16
+            if len(link.push_receivers) >= ROUTES_LIMIT:
+                link.push_receivers.clear()
+            link.push_receivers[where] = receivers
+        return receivers
+
+    # ---- what is asked
+
+    def ask(self, query: PendingQuery) -> int:
+        """Take note of a query before it is sent; return its number."""
+        request = self._next_request() & 0xFFFF_FFFF
+        while request in self.pending:
+            request = self._next_request() & 0xFFFF_FFFF
+        self.pending[request] = query
+        if query.deadline < self.next_timeout:
+            self.next_timeout = query.deadline
+            self._when_sooner()
+        return request
+
+    def forget(self, request: int) -> None:
+        """Let go of a query: neither of its functions is called any more. An ended one is no error."""
+        query = self.pending.pop(request, None)
+        if query is not None:
+            query.left.clear()
+
+    def last_word(self, who: object, request: int) -> None:
+        """One that was asked has nothing more to say."""
+        query = self.pending.get(request)
+        if query is None:
+            return
+        try:
+            query.left.remove(who)
+        except ValueError:
+            return
+        if not query.left and self.pending.pop(request, None) is not None:
+            self._end(query)
+
+    def final_came(self, link: Link, request: int) -> None:
+        """A link has nothing more to say to a query."""
+        self.last_word(link, request)
+
+    def reply_came(self, link: Link, request: int, where: tuple[int, bytes, int], answer: Answer) -> None:
+        """Hand a reply over."""
+        query = self.pending.get(request)
+        if query is None or link not in query.left:
+            return
+        if type(answer) is Sample:
+            scope, suffix, is_senders = where
+            key = link.key_of(scope, suffix, self.expressions.keys, is_senders)
+            if key is None:
+                return
+            answer = answer._replace(key=key)
+        self._call(query.reply, answer)
+
+    def query_came(
+        self, link: Link, request: int, where: tuple[int, bytes, int], qos: int, query: QueryMessage
+    ) -> None:
+        """Hand a link's query to the queryables that it is for; where there is none, say so."""
+        scope, suffix, is_senders = where
+        answerers = self._answerers.get((link, scope, suffix, is_senders))
+        if answerers is None:
+            answerers = self._find_answerers(link, scope, suffix, is_senders)
+        key, queryables = answerers
+        if not queryables:
+            link.send(2 * (qos & 7) + 1, response_final(request, qos))
+            return
+        others = [None] * len(queryables)
+        for queryable in queryables:
+            asked = RemoteQuery(link, request, key, qos, query, queryable.replier, others)
+            self._call(queryable.callback, asked)
+
+    def _find_answerers(self, link: Link, scope: int, suffix: bytes, is_senders: int) -> Answerers:
+        with self.lock:
+            key = link.key_of(scope, suffix, self.expressions.keys, is_senders)
+            if key is None:
+                return Answerers('', ())
+            answerers = Answerers(key, tuple(each for _, each in self.queryables.meeting(key)))
+            if len(self._answerers) >= ROUTES_LIMIT:
+                self._answerers.clear()
+            self._answerers[link, scope, suffix, is_senders] = answerers
+        return answerers
+
+    # ---- users' functions
+
+    def _call(self, function: Callable[[Answer], None] | Callable[[Query], None], argument: object) -> None:
+        try:
+            function(argument)  # type: ignore[arg-type]
+        except Exception as error:
+            self.callback_failed(error)
+
+    def _end(self, query: PendingQuery) -> None:
+        try:
+            query.end()
+        except Exception as error:
+            self.callback_failed(error)
+
+    def callback_failed(self, error: Exception) -> None:
+        """Report what a user's function raised: it takes nobody else down."""
+        report_failure(f'Zenoh session {self.id}', error)
