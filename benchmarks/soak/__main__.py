@@ -1,8 +1,9 @@
 """usage: python -m benchmarks.soak [--minutes 60] [--transport zenoh|dds|memory] [--kill-every 10]
 
-Six processes: servers and clients of both fronts. They call services, send goals, cancel, give up, publish;
-some are killed (kill -9) and restarted all the time. At the end sent must be answered + failed, every failure
-of a documented kind, nothing handled twice, and the survivors no larger than before. Exit code 0 if so, or 1.
+Eight processes: servers, clients and commanders of both fronts. They call services, send goals, cancel, give
+up, publish; some are killed (kill -9) and restarted all the time. Commanders get SIGTERM, and try to go on.
+At the end sent must be answered + failed, every failure of a documented kind, nothing handled twice, nothing
+heard that was sent after SIGTERM, the survivors no larger than before. Exit code 0 if so, or 1.
 """
 
 from __future__ import annotations
@@ -49,7 +50,8 @@ def print_sample(conductor: Conductor, seconds: float, held: dict[str, Health]) 
     ]
     print(
         f'{seconds / 60:6.1f} min  sent {sent}, answered {answered}, failed {failed}, under way '
-        f'{len(conductor.tally.open)}, kills {conductor.kills}  |  ' + '; '.join(parts),
+        f'{len(conductor.tally.open)}, kills {conductor.kills}, SIGTERMs {conductor.terminations}  |  '
+        + '; '.join(parts),
         flush=True,
     )
 
@@ -64,6 +66,10 @@ def print_books(conductor: Conductor) -> None:
     answered, failed = tally.ended
     print(f'{"all":28}{sum(tally.sent.values()):9}{answered:10}{failed:9}')
     print(f'kills: {conductor.kills}; at most {tally.late_ms} ms after a deadline')
+    heard = ', '.join(f'{n} {kind}s' for kind, n in sorted(tally.commanded.items()))
+    tried = ', '.join(f'{n} {kind}s' for kind, n in sorted(tally.tried.items()))
+    print(f'commanders: ended {conductor.terminations} times by SIGTERM; heard before: {heard}')
+    print(f'            tried after it, and refused: {tried}')
     print('messages: {} heard, {} missed, {} disordered'.format(*tally.heard))
     print('feedback of reached goals: {} in time, {} missed'.format(*tally.feedback))
 

@@ -11,6 +11,7 @@ from example_interfaces.msg import Int64
 from example_interfaces.srv import AddTwoInts
 
 import goalwire
+from benchmarks.soak.obedience import Obedience
 from benchmarks.soak.report import Call, Hearing, Report
 from benchmarks.soak.work import (
     ABORT,
@@ -50,15 +51,35 @@ async def serve(name: str, report: Report, stop: asyncio.Event) -> None:
             await asyncio.sleep(STEP_S)
         return Fibonacci.Result(sequence=sequence)
 
+    obedience = Obedience(report)
+
+    def step(request: AddTwoInts.Request) -> AddTwoInts.Response:
+        obedience.hear('call', request.a)
+        return AddTwoInts.Response()
+
+    async def walk(goal: goalwire.Goal[Fibonacci.Goal, Fibonacci.Feedback]) -> Fibonacci.Result:
+        obedience.hear('goal', goal.request.order)
+        return Fibonacci.Result()
+
     async with goalwire.Node(f'{name}_server') as node:
+        node.service(AddTwoInts, f'{name}/step', step)
+        node.action_server(Fibonacci, f'{name}/walk', walk)
         node.service(AddTwoInts, f'{name}/add', add)
         node.action_server(Fibonacci, f'{name}/count', count, accept=lambda goal: goal.order != REFUSE)
         tick = node.publisher(Int64, f'{name}/tick')
         timer = node.timer(0.1)
         telling = asyncio.ensure_future(_tick(timer, tick, report))
+        moves = node.subscription(Int64, f'{name}/move', qos=1000)
+        obeying = asyncio.ensure_future(_obey(moves, obedience))
         report.say('ready')
         await stop.wait()
         telling.cancel()
+        obeying.cancel()
+
+
+async def _obey(moves: goalwire.Subscription[Int64], obedience: Obedience) -> None:
+    async for message in moves:
+        obedience.hear('message', message.data)
 
 
 async def _tick(timer: goalwire.Timer, tick: goalwire.Publisher[Int64], report: Report) -> None:

@@ -13,7 +13,7 @@ from pathlib import Path
 from random import Random
 
 from benchmarks.soak.health import Health, health
-from benchmarks.soak.member import CLIENTS, KILLED, SERVERS, SURVIVORS, WORLD
+from benchmarks.soak.member import CLIENTS, COMMANDERS, KILLED, SERVERS, SURVIVORS, WORLD
 from benchmarks.soak.report import NUMBERS
 from benchmarks.soak.tally import Tally
 
@@ -66,6 +66,20 @@ class Member:
             return
         assert self.process.stdin is not None
         self.process.stdin.close()
+        await self._end_well()
+
+    async def terminate(self) -> bool:
+        """SIGTERM, after which a commander ends well; False where there was nothing to end."""
+        with suppress(TimeoutError):
+            async with asyncio.timeout(STOP_S):
+                await self.ready.wait()  # before that it has no handler
+        alive = self.process.returncode is None
+        if alive:
+            self.process.send_signal(signal.SIGTERM)
+        await self._end_well()
+        return alive
+
+    async def _end_well(self) -> None:
         try:
             async with asyncio.timeout(STOP_S):
                 code = await self.ended()
@@ -85,7 +99,7 @@ class Conductor:
     def __init__(self, environment: dict[str, str], *, one_process: bool, kill_every: float) -> None:
         self.tally = Tally(may_close=one_process)
         self.samples: dict[str, list[Health]] = {}
-        self.kills = 0
+        self.kills = self.terminations = 0
         self._environment = {**os.environ, **environment}
         self._one_process = one_process
         self._kill_every = kill_every
@@ -95,7 +109,7 @@ class Conductor:
 
     async def start(self) -> None:
         """Start every member, servers first."""
-        for name in (WORLD,) if self._one_process else (*SERVERS, *CLIENTS):
+        for name in (WORLD,) if self._one_process else (*SERVERS, *CLIENTS, *COMMANDERS):
             await self._start(name)
         for member in list(self._members.values()):
             async with asyncio.timeout(STOP_S):
@@ -112,7 +126,7 @@ class Conductor:
         self._members[name] = Member(name, incarnation, process, self.tally)
 
     async def kill_and_restart(self) -> list[str]:
-        """Kill one of the mortal members every now and then, and start it again a little later.
+        """Kill a mortal member, or end a commander, every now and then; start it again a little later.
 
         For ever, or until one is found dead already: returns what to say about that.
         """
@@ -120,10 +134,14 @@ class Conductor:
             await asyncio.Event().wait()  # there they leave by themselves
         while True:
             await asyncio.sleep(self._random.uniform(0.5, 1.5) * self._kill_every)
-            name = self._random.choice(KILLED)
-            if not await self._members[name].kill():
+            name = self._random.choice((*KILLED, *COMMANDERS))
+            member = self._members[name]
+            if not await (member.terminate() if name in COMMANDERS else member.kill()):
                 return [f'{name} has ended by itself']
-            self.kills += 1
+            if name in COMMANDERS:
+                self.terminations += 1
+            else:
+                self.kills += 1
             await asyncio.sleep(self._random.uniform(0.0, 1.5))
             await self._start(name)
 
@@ -141,6 +159,9 @@ class Conductor:
 
     async def stop(self) -> None:
         """End the load: the clients first, when their last calls have come to an end."""
+        if not self._one_process:
+            await asyncio.gather(*(self._members[name].terminate() for name in COMMANDERS))
+            self.terminations += len(COMMANDERS)
         for names in ((WORLD,),) if self._one_process else (CLIENTS, SERVERS):
             await asyncio.gather(*(self._members[name].stop() for name in names))
 

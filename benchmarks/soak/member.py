@@ -15,7 +15,7 @@ from itertools import count
 from random import Random
 from typing import Any
 
-from benchmarks.soak import asyncio_members
+from benchmarks.soak import asyncio_members, commanders
 from benchmarks.soak.report import Report
 from goalwire.logging import LoggingSeverity
 from goalwire.logging.levels import set_logger_level
@@ -31,6 +31,8 @@ SERVERS = ('steady server', 'left server', 'right server')
 CLIENTS = ('steady client', 'mortal client', 'rclpy client')
 KILLED = ('left server', 'right server', 'mortal client')
 SURVIVORS = ('steady server', 'steady client', 'rclpy client')
+COMMANDERS = ('asyncio commander', 'rclpy commander')
+"""Ended by SIGTERM, and started again."""
 WORLD = 'world'
 
 
@@ -88,8 +90,19 @@ async def _world(kill_every: float, stop: threading.Event) -> None:
             clients.create_task(
                 asyncio.to_thread(_run_rclpy, 'rclpy client', Report(next(incarnations)), stop)
             )
+            for name in COMMANDERS:
+                clients.create_task(asyncio.to_thread(_command, name, kill_every, incarnations, stop))
         servers_stop.set()
         rclpy_stop.set()
+
+
+def _command(name: str, every: float, incarnations: count[int], stop: threading.Event) -> None:
+    """Run a commander again and again; each time its context ends under it."""
+    random = Random()
+    while not stop.is_set():
+        report = Report(next(incarnations))
+        commanders.run_here(name, report, stop, random.uniform(0.5, 1.5) * every)
+        report.say('terminated')
 
 
 async def _often(name: str, every: float, incarnations: count[int], stop: asyncio.Event) -> None:
@@ -116,6 +129,8 @@ def main() -> None:
     set_logger_level('', LoggingSeverity.FATAL)  # failures are counted by those who meet them
     if name == WORLD:
         asyncio.run(_world(float(number), stop))
+    elif name in COMMANDERS:
+        commanders.run(name, Report(int(number)))
     elif name in RCLPY:
         _run_rclpy(name, Report(int(number)), stop)
     else:

@@ -23,6 +23,7 @@ from rclpy.executors import Executor, ExternalShutdownException, MultiThreadedEx
 from rclpy.node import Node
 from rclpy.task import Future
 
+from benchmarks.soak.obedience import Obedience
 from benchmarks.soak.report import Call, Report
 from benchmarks.soak.work import (
     ABORT,
@@ -89,6 +90,10 @@ def serve(name: str, report: Report, stop: threading.Event) -> None:
             cancel_callback=lambda _: CancelResponse.ACCEPT,
             callback_group=group,
         )
+        obedience = Obedience(report)
+        node.create_subscription(Int64, f'{name}/move', lambda it: obedience.hear('message', it.data), 1000)
+        node.create_service(AddTwoInts, f'{name}/step', partial(_step, obedience), callback_group=group)
+        ActionServer(node, Fibonacci, f'{name}/walk', partial(_walk, obedience), callback_group=group)
         tick = node.create_publisher(Int64, f'{name}/tick', 10)
         node.create_timer(0.1, lambda: tick.publish(Int64(data=report.new_tag())))
         report.say('ready')
@@ -101,6 +106,21 @@ def _add(report: Report, request: AddTwoInts.Request, response: AddTwoInts.Respo
         time.sleep(DAWDLE_S)
     response.sum = request.a + request.b
     return response
+
+
+def _step(
+    obedience: Obedience, request: AddTwoInts.Request, response: AddTwoInts.Response
+) -> AddTwoInts.Response:
+    obedience.hear('call', request.a)
+    return response
+
+
+def _walk(
+    obedience: Obedience, handle: ServerGoalHandle[Fibonacci.Goal, Fibonacci.Result, Fibonacci.Feedback]
+) -> Fibonacci.Result:
+    obedience.hear('goal', handle.request.order)
+    handle.succeed()
+    return Fibonacci.Result()
 
 
 def _count(

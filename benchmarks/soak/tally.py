@@ -29,6 +29,10 @@ class Tally:
     heard: list[int] = field(default_factory=lambda: [0, 0, 0])
     """Messages that came, that were missed, and that came in the wrong order."""
     feedback: list[int] = field(default_factory=lambda: [0, 0])
+    commanded: Counter[str] = field(default_factory=Counter)
+    """The commands that servers have heard, by kind."""
+    tried: Counter[str] = field(default_factory=Counter)
+    """The commands that were tried after the end of a commander's context."""
     problems: list[str] = field(default_factory=list)
 
     def take(self, line: str) -> None:
@@ -53,7 +57,16 @@ class Tally:
             name, *held = rest
             if set(held) != {'0'}:
                 self.problems.append(f'{name} ended with requests, goals, results under way: {held}')
-        elif what not in {'ready', 'left'}:
+        elif what == 'commanded':
+            self.commanded[rest[0]] += int(rest[1])
+        elif what == 'stopped':
+            kind, tried, through = rest
+            self.tried[kind] += int(tried)
+            if through != '0':
+                self.problems.append(f'{through} of {tried} commands ({kind}) went through after SIGTERM')
+        elif what == 'late':
+            self.problems.append('a server heard a {} ({}) that was sent after SIGTERM'.format(*rest))
+        elif what not in {'ready', 'left', 'terminated'}:
             self.problems.append(f'a line that means nothing: {line!r}')
 
     def _end(self, tag: int, late_ms: int, handled_as: str, outcome: str, told: str) -> None:
@@ -88,6 +101,8 @@ class Tally:
             self.problems.append(f'{len(missing)} answers to requests that no server has handled')
         if self.heard[2]:
             self.problems.append(f'{self.heard[2]} messages came twice or in the wrong order')
+        if not all(self.tried[kind] and self.commanded[kind] for kind in ('message', 'call', 'goal')):
+            self.problems.append(f'commands heard: {self.commanded}; tried after SIGTERM: {self.tried}')
         return self.problems
 
     def rows(self) -> list[tuple[str, int, int, dict[str, int]]]:
