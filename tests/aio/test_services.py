@@ -61,12 +61,26 @@ def test_a_call_waits_for_a_server_that_comes_later(play: Play) -> None:
     play(scenario)
 
 
+def test_a_server_in_another_namespace_is_named(play: Play) -> None:
+    async def scenario() -> None:
+        async with goalwire.Node('lamp') as lamp, goalwire.Node('hand', namespace='/left') as hand:
+            lamp.service(SetBool, 'switch', switch)
+            await hand.client(SetBool, '/switch').wait_for_server(timeout=5.0)
+            client = hand.client(SetBool, 'switch')
+            for ask in (client.call(timeout=0.03), client.wait_for_server(timeout=0.03)):
+                with pytest.raises(NoServerError, match=r"did you mean '/switch' \(node '/lamp'\)\?$"):
+                    await ask
+
+    play(scenario)
+
+
 def test_without_a_server_a_call_ends_at_its_deadline(play: Play) -> None:
     async def scenario() -> None:
         async with goalwire.Node('hand', namespace='/left') as hand:
             client = hand.client(SetBool, 'switch')
             with pytest.raises(
-                NoServerError, match=r"^service '/left/switch': no server came; waited \d\.\d{3} s$"
+                NoServerError,
+                match=r"^service '/left/switch': no server came in domain \d+ \(\w+\); waited \d\.\d{3} s$",
             ) as e:
                 await client.call(timeout=0.03)
             assert isinstance(e.value, TimeoutError)

@@ -63,9 +63,48 @@ def test_two_publishers_never_disturb_each_other() -> None:
     assert found_in(first, endpoint('second', PUBLISHER, '/pose', type_hash=NEW)) == []
 
 
-def test_other_types_under_one_name_are_no_question_of_definitions() -> None:
+def test_another_type_under_one_name_is_reported_naming_both_types_and_nodes() -> None:
     talker = endpoint('talker', PUBLISHER, '/pose', type_hash=OLD)
-    assert found_in(talker, endpoint('l', SUBSCRIPTION, '/pose', type_name='a/msg/B', type_hash=NEW)) == []
+    listener = endpoint('l', SUBSCRIPTION, '/pose', type_name='a/msg/B', type_hash=NEW)
+    (mismatch,) = found_in(talker, listener)
+    assert mismatch == Mismatch(Reason.TYPE, '/pose', talker, listener)
+    assert str(mismatch) == (
+        "Incompatible type on topic '/pose', no messages will be sent to it: publisher in node '/talker' has "
+        "the type geometry_msgs/msg/Pose and subscription in node '/l' has the type a/msg/B; give both the "
+        'same type, or one another name'
+    )
+
+
+def test_another_type_of_a_service_is_reported_and_of_an_action_once() -> None:
+    server, client = (
+        endpoint('server', SERVICE, '/add', type_name='a/srv/A'),
+        endpoint('client', CLIENT, '/add', type_name='a/srv/B'),
+    )
+    (mismatch,) = found_in(client, server)
+    assert str(mismatch).startswith(
+        "Incompatible types of '/add', no requests pass: client in node '/client' has the type a/srv/B and "
+        "service in node '/server' has the type a/srv/A; "
+    )
+    parts = [
+        endpoint(node, kind, f'/walk/_action/{part}', type_name=f'a/action/{name}_{type_}')
+        for node, kinds, name in (
+            ('server', (SERVICE, PUBLISHER), 'Walk'),
+            ('client', (CLIENT, SUBSCRIPTION), 'Run'),
+        )
+        for part, type_, kind in (
+            ('send_goal', 'SendGoal', kinds[0]),
+            ('get_result', 'GetResult', kinds[0]),
+            ('feedback', 'FeedbackMessage', kinds[1]),
+        )
+    ]
+    (told,) = found_in(*parts)
+    assert (told.reason, told.name) == (Reason.TYPE, '/walk')
+    assert "service in node '/server' has the type a/action/Walk and client" in str(told)
+
+
+def test_a_type_that_is_not_told_is_no_other() -> None:
+    talker = endpoint('talker', PUBLISHER, '/pose', type_name='')
+    assert found_in(talker, endpoint('listener', SUBSCRIPTION, '/pose')) == []
 
 
 def test_peers_that_agree_are_not_reported() -> None:

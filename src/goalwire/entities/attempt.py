@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from goalwire.entities.call_terms import CallTerms
 from goalwire.entities.graph_waiting import graph_shows
-from goalwire.errors import CallError, DeadlineError, NoServerError
+from goalwire.errors import DeadlineError
 from goalwire.execution.asyncio_waiting import settle
 
 if TYPE_CHECKING:
@@ -21,16 +21,16 @@ class Attempt(CallTerms):
 
     async def until(self, is_there: Callable[[], bool], served_as: str) -> None:
         """Wait for a server; see `see_servers`. Raises NoServerError at the deadline, ShutDownError."""
-        await self.shows(is_there, 'no server came', NoServerError)
+        if not await graph_shows(self.context, is_there, self.deadline):
+            self.check_alive()
+            raise self.no_server()
         self.see_servers(served_as)
 
-    async def shows(
-        self, predicate: Callable[[], bool], problem: str, kind: type[CallError] = DeadlineError
-    ) -> None:
-        """Wait until the graph looks as wanted. Raises `kind` at the deadline, ShutDownError."""
+    async def shows(self, predicate: Callable[[], bool], problem: str) -> None:
+        """Wait until the graph looks as wanted. Raises DeadlineError, ShutDownError."""
         if not await graph_shows(self.context, predicate, self.deadline):
             self.check_alive()
-            raise self.error(kind, problem)
+            raise self.error(DeadlineError, problem)
 
     async def settle(self, future: Awaitable) -> None:
         """Wait until `future` is no longer pending. Raises DeadlineError, ShutDownError."""

@@ -6,9 +6,10 @@ from math import inf
 from typing import TYPE_CHECKING, TypeVar
 
 from goalwire.entities.exceptions import ShutDownError
-from goalwire.errors import CallError
+from goalwire.errors import CallError, NoServerError
 from goalwire.execution.steady import timeout_ns
 from goalwire.transport.contract import EndpointKind
+from goalwire.transport.registry import selected_identifier
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -17,6 +18,11 @@ if TYPE_CHECKING:
     from goalwire.transport.contract import GraphEntity
 
 ErrorT = TypeVar('ErrorT', bound=CallError)
+
+
+def where(context: Context) -> str:
+    """Return where a context looks for servers: its domain and its wire."""
+    return f'in domain {context.get_domain_id()} ({selected_identifier()})'
 
 
 class CallTerms:
@@ -87,6 +93,20 @@ class CallTerms:
         often = f', {self.attempts} attempts' if self.attempts > 1 else ''
         text = f'{self.title}{served}: {problem}; waited {waited:.3f} s{often}'
         return kind(text, name=self.name, peers=peers, waited=waited)
+
+    def no_server(self) -> NoServerError:
+        """Make the error of a call to which no server came: where it was looked for, and what is near."""
+        error = self.error(NoServerError, f'no server came {where(self.context)}')
+        hint = self.hint()
+        if hint:
+            error.args = (f'{error}; {hint}',)
+        return error
+
+    def hint(self) -> str:
+        """What in the graph is near to what was not found; '' where nothing is."""
+        from goalwire.graph.near_misses import near_misses
+
+        return near_misses(self.context.graph, self.name, is_action=self.kind == 'action')
 
     def check_alive(self) -> None:
         """Raise ShutDownError where the context has ended."""

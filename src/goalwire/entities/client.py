@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from goalwire.entities.endpoint import describe_endpoint
 from goalwire.entities.exceptions import InvalidHandle, ShutDownError
-from goalwire.entities.graph_waiting import wait_for_graph
+from goalwire.entities.graph_waiting import tell_near_misses, wait_for_graph
 from goalwire.entities.node import NodeCore
 from goalwire.entities.service_introspection import Introspected, IntrospectedCall
 from goalwire.entities.timed_calls import TimedCalls
@@ -191,6 +191,8 @@ class ClientCore(TimedCalls, Introspected):
         self.unanswered = 0
         """How many requests no server answered: there was none, it went away, or it gave them up."""
         self._reported: set[str] = set()
+        self._told = ''
+        """What was said last of names and types that are near."""
         self.arrivals = Arrivals(node.home, self)
         self.full_name = node.resolve(name, is_service=True)
         self._request_class = support.request
@@ -340,7 +342,10 @@ class ClientCore(TimedCalls, Introspected):
 
         Raises as server_is_there does.
         """
-        return wait_for_graph(self.node.context, self.server_is_there, timeout_sec)
+        if wait_for_graph(self.node.context, self.server_is_there, timeout_sec):
+            return True
+        self._told = tell_near_misses(self.node, 'service', self.full_name, self._told)
+        return False
 
     def report_unanswered(self, reason: str) -> None:
         """Count a request that nobody will answer, and say so once for each of the first reasons.

@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from goalwire.entities.context import Context
 from goalwire.execution.steady import deadline_after
+from goalwire.logging import get_logger
+
+if TYPE_CHECKING:
+    from goalwire.entities.node import NodeCore
 
 
 def wait_for_graph(context: Context, predicate: Callable[[], bool], timeout_sec: float | None) -> bool:
@@ -29,6 +34,21 @@ def wait_for_graph(context: Context, predicate: Callable[[], bool], timeout_sec:
         return predicate()
     finally:
         changes.close()
+
+
+def tell_near_misses(node: NodeCore, kind: str, name: str, told: str) -> str:
+    """Warn of what in the graph is near to a service or action that was waited for in vain.
+
+    Returns that; where it was `told` before, or nothing is near, nothing is said.
+    """
+    if not node.context.ok():
+        return told
+    from goalwire.graph.near_misses import near_misses
+
+    hint = near_misses(node.context.graph, name, is_action=kind == 'action')
+    if hint and hint != told:
+        get_logger(node.logger_name).warning(f"{kind} '{name}': no server came; {hint}")
+    return hint
 
 
 async def graph_shows(context: Context, predicate: Callable[[], bool], deadline: int | None = None) -> bool:

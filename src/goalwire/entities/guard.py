@@ -10,7 +10,7 @@ from _thread import allocate_lock
 from typing import TYPE_CHECKING, Protocol
 
 from goalwire.entities.exceptions import ShutDownError
-from goalwire.errors import ClosedError, DeadlineError, NoServerError
+from goalwire.errors import ClosedError, DeadlineError
 from goalwire.execution.agenda import Alarm
 from goalwire.protocol import reasons
 
@@ -141,7 +141,7 @@ class Guard:
         if not terms.context.ok():
             self.end_with_context()
         elif self._lacks_server():
-            self.fail(terms.error(NoServerError, 'no server came'))
+            self.fail(terms.no_server())
         else:
             self.fail(terms.error(DeadlineError, 'no answer came in time'))
 

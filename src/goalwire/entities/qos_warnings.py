@@ -15,7 +15,6 @@ from goalwire.protocol.qos_events import (
     PublisherEvent,
     SubscriptionEvent,
     incompatible_qos_warning,
-    incompatible_type_warning,
 )
 from goalwire.transport.contract import EndpointKind
 
@@ -49,13 +48,13 @@ def _warn_of_qos(endpoint: TopicEndpoint, event: EventType, topic: str, status: 
     get_logger(endpoint.node.logger_name).warning(text)
 
 
-def _warn_of_type(endpoint: TopicEndpoint, _event: EventType, topic: str, _status: object) -> None:
-    get_logger(endpoint.node.logger_name).warning(incompatible_type_warning(topic))
+def _told_by_graph(*_: object) -> None:
+    """Of another type the graph warns, once for both sides, and of services and actions too."""
 
 
 _WARNINGS: dict[EventType, Callable[..., None]] = {
     PublisherEvent.RCL_PUBLISHER_OFFERED_INCOMPATIBLE_QOS: _warn_of_qos,
     SubscriptionEvent.RCL_SUBSCRIPTION_REQUESTED_INCOMPATIBLE_QOS: _warn_of_qos,
-    PublisherEvent.RCL_PUBLISHER_INCOMPATIBLE_TYPE: _warn_of_type,
-    SubscriptionEvent.RCL_SUBSCRIPTION_INCOMPATIBLE_TYPE: _warn_of_type,
+    PublisherEvent.RCL_PUBLISHER_INCOMPATIBLE_TYPE: _told_by_graph,
+    SubscriptionEvent.RCL_SUBSCRIPTION_INCOMPATIBLE_TYPE: _told_by_graph,
 }

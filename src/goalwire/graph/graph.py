@@ -47,7 +47,8 @@ class Graph(GraphListener):
         The others are the session's: `compares_definitions` decides what a mismatch of definitions means,
         `enforces_qos` whether QoS that do not go together keep endpoints apart.
         """
-        self._session = session
+        self.session = session
+        """Of which session this is the graph; None: of no one in particular."""
         self._compares_definitions = compares_definitions
         self._enforces_qos = enforces_qos
         self._lock = Lock()
@@ -153,6 +154,11 @@ class Graph(GraphListener):
         """Return how many endpoints of one kind and name there are, whatever their types and QoS."""
         with self._lock:
             return len(self._endpoints[kind].get(name, ()))
+
+    def names(self, kind: EndpointKind) -> list[str]:
+        """Return the names of the endpoints of one kind."""
+        with self._lock:
+            return list(self._endpoints[kind])
 
     def has_service(self, name: str, type_name: str) -> bool:
         """Return whether a server of that name and type is there; hash and QoS are not compared."""
@@ -290,7 +296,7 @@ class Graph(GraphListener):
         others = (fellow for gid, fellow in fellows.items() if gid != entity.gid)
         separates = self._compares_definitions
         for mismatch in find_mismatches(entity, counterparts.values(), others, separates=separates):
-            ours = self._session is None or mismatch.concerns(self._session)
+            ours = self.session is None or mismatch.concerns(self.session)
             if ours and mismatch.key not in self._mismatches:
                 self._mismatches[mismatch.key] = mismatch
                 found.append(mismatch)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from enum import Enum
 
-from goalwire.graph.names import SEND_GOAL, is_part_of_action
+from goalwire.graph.names import SEND_GOAL, is_part_of_action, shown
 from goalwire.records import record
 from goalwire.transport.contract import EndpointKind, GraphEntity
 
@@ -15,6 +15,8 @@ class Reason(Enum):
 
     DEFINITION = 'definition'
     """Same name, same type, another hash."""
+    TYPE = 'type'
+    """Same name, another type."""
     TWO_SERVERS = 'two servers'
     """Two servers of one name: each gets every request, the client takes the first reply."""
     TWO_NODES = 'two nodes'
@@ -40,7 +42,8 @@ class Mismatch:
         )
         if self.reason is Reason.TWO_NODES:
             return (self.reason, self.name)
-        return (self.reason, self.name, self.first.type_name, *sides)
+        types = sorted({self.first.type_name, self.second.type_name})
+        return (self.reason, self.name, *types, *sides)
 
     def concerns(self, session: str) -> bool:
         """Return whether one of the two belongs to that session."""
@@ -53,6 +56,8 @@ class Mismatch:
                 f"two nodes have the name '{self.name}': requests for their parameters and other services "
                 f'reach both and the first answer wins; rename one (-r __node:=another)'
             )
+        if self.reason is Reason.TYPE:
+            return self._about_types()
         if self.reason is Reason.TWO_SERVERS:
             return (
                 f"'{self.name}' is served twice, by node '{first.node.qualified}' and by node "
@@ -70,6 +75,18 @@ class Mismatch:
             f'not its definition ({first.type_hash} and {second.type_hash}): {consequence}; '
             f'give both the same version of the interface package'
         )
+
+    def _about_types(self) -> str:
+        """Topics in ROS 2's words, up to the colon."""
+        sides = ' and '.join(
+            f"{side.kind.value} in node '{side.node.qualified}' has the type {shown(side.type_name)}"
+            for side in (self.first, self.second)
+        )
+        if self.first.kind in {EndpointKind.PUBLISHER, EndpointKind.SUBSCRIPTION}:
+            opening = f"Incompatible type on topic '{self.name}', no messages will be sent to it"
+        else:
+            opening = f"Incompatible types of '{self.name}', no requests pass"
+        return f'{opening}: {sides}; give both the same type, or one another name'
 
 
 _OPPOSITES = {
@@ -97,10 +114,14 @@ def find_mismatches(
     `separates` says whether different definitions keep endpoints apart; a hash that is not told is no other.
     """
     for peer in counterparts:
+        if peer.type_name != newcomer.type_name and peer.type_name and newcomer.type_name:
+            if _is_told(newcomer.name):
+                yield Mismatch(Reason.TYPE, newcomer.name.removesuffix(SEND_GOAL), peer, newcomer)
+            continue
         hashes = {peer.type_hash, newcomer.type_hash} - {''}
-        if peer.type_name == newcomer.type_name and len(hashes) > 1:
+        if len(hashes) > 1:
             yield Mismatch(Reason.DEFINITION, newcomer.name, peer, newcomer, separates)
-    if newcomer.kind is EndpointKind.SERVICE and _counts_as_server(newcomer.name):
+    if newcomer.kind is EndpointKind.SERVICE and _is_told(newcomer.name):
         for peer in fellows:
             if _are_namesakes(peer, newcomer):
                 yield Mismatch(Reason.TWO_NODES, newcomer.node.qualified, peer, newcomer)
@@ -108,8 +129,8 @@ def find_mismatches(
                 yield Mismatch(Reason.TWO_SERVERS, newcomer.name.removesuffix(SEND_GOAL), peer, newcomer)
 
 
-def _counts_as_server(name: str) -> bool:
-    """Of an action's three services only one is counted, so that it is named once."""
+def _is_told(name: str) -> bool:
+    """Of an action's parts only one is looked at, so that it is named once."""
     return name.endswith(SEND_GOAL) or not is_part_of_action(name)
 
 

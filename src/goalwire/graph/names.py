@@ -13,6 +13,7 @@ NamesAndTypes: TypeAlias = list[tuple[str, list[str]]]
 _FEEDBACK = '/_action/feedback'
 _FEEDBACK_TYPE = '_FeedbackMessage'
 SEND_GOAL = '/_action/send_goal'
+_SEND_GOAL_TYPE = '_SendGoal'
 
 
 def without_hidden(names_and_types: NamesAndTypes) -> NamesAndTypes:
@@ -32,3 +33,8 @@ def actions_among(topics: Iterable[tuple[str, list[str]]]) -> NamesAndTypes:
 def is_part_of_action(name: str) -> bool:
     """Return whether a service or topic belongs to an action."""
     return '/_action/' in name
+
+
+def shown(type_name: str) -> str:
+    """Return a type as users know it: an action's, where it is that of its first service."""
+    return type_name.removesuffix(_SEND_GOAL_TYPE) if '/action/' in type_name else type_name

@@ -201,11 +201,6 @@ def incompatible_qos_warning(event: EventType, topic: str, policy: PolicyKind, *
     return f'{found}{consequence}{reason}{note}'
 
 
-def incompatible_type_warning(topic: str) -> str:
-    """Return ROS 2's words, the same on both sides, for an endpoint of another type."""
-    return f"Incompatible type on topic '{topic}', no messages will be sent to it."
-
-
 class SequenceGaps:
     """Counts the messages that are missing in what publishers number from 1 on without a gap.
 

@@ -11,13 +11,13 @@ from typing import Any
 
 import pytest
 from helpers.collector import Collector
-from helpers.spinning import PATIENCE, MakeNode, Spin, Spinner, result_of
+from helpers.spinning import PATIENCE, MakeNode, Spin, Spinner, result_of, wait_until
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.client import Client
 from rclpy.context import Context
 from rclpy.exceptions import InvalidHandle
 from rclpy.task import Future
-from std_srvs.srv import Trigger
+from std_srvs.srv import SetBool, Trigger
 
 from goalwire.entities.client import PENDING_LIMIT
 from goalwire.entities.exceptions import RCLError, ShutDownError
@@ -28,6 +28,7 @@ from goalwire.errors import (
     ServerLostError,
     TooManyCallsError,
 )
+from goalwire.logging import add_sink
 
 TriggerClient = Client[Trigger.Request, Trigger.Response]
 
@@ -148,12 +149,48 @@ def test_a_call_waits_for_a_server_that_comes_in_time(make_node: MakeNode, spin:
 def test_without_a_server_it_is_that_which_is_told(make_node: MakeNode) -> None:
     client = make_node().create_client(Trigger, 'nosuch')
     client.call_timeout = 0.03
-    with pytest.raises(NoServerError, match=r"^service '/nosuch': no server came; waited 0\.0\d\d s$"):
+    with pytest.raises(
+        NoServerError, match=r"^service '/nosuch': no server came in domain \d+ \(\w+\); waited 0\.0\d\d s$"
+    ):
         client.call(Trigger.Request())
     assert isinstance(error_of(client.call_async(Trigger.Request())), NoServerError)
     client.call_timeout = 0.0
     assert isinstance(error_of(client.call_async(Trigger.Request())), NoServerError)
     assert empty(client)
+
+
+def test_a_server_in_another_namespace_or_of_another_type_is_named(make_node: MakeNode) -> None:
+    node, server = make_node('asker'), make_node('server', namespace='robot')
+    server.create_service(Trigger, 'lamp', answer)
+    client = node.create_client(Trigger, 'lamp')
+    wait_until(node.context, lambda: node.count_services('/robot/lamp') == 1)
+    client.call_timeout = 0.03
+    with pytest.raises(NoServerError, match=r"did you mean '/robot/lamp' \(node '/robot/server'\)\?$"):
+        client.call(Trigger.Request())
+    other = node.create_client(SetBool, '/robot/lamp')
+    other.call_timeout = 0.03
+    with pytest.raises(
+        NoServerError,
+        match=r"; node '/robot/server' serves that name with the type std_srvs/srv/Trigger, "
+        r"node '/asker' asks for std_srvs/srv/SetBool$",
+    ):
+        other.call(SetBool.Request())
+
+
+def test_who_waits_for_a_service_in_vain_is_told_once_what_is_near(make_node: MakeNode) -> None:
+    lines = Collector[str]()
+    node, server = make_node('asker'), make_node('server', namespace='robot')
+    server.create_service(Trigger, 'lamp', answer)
+    client = node.create_client(Trigger, 'lamp')
+    wait_until(node.context, lambda: node.count_services('/robot/lamp') == 1)
+    with add_sink(lambda record: lines(record.message)):
+        for _ in range(3):
+            assert not client.wait_for_service(0.01)
+        assert lines.items == [
+            "service '/lamp': no server came; did you mean '/robot/lamp' (node '/robot/server')?"
+        ]
+        assert not node.create_client(Trigger, 'gripper').wait_for_service(0.01)
+        assert len(lines.items) == 1
 
 
 def test_a_server_that_goes_is_told_at_once(impatient: TriggerClient, hanging: Hanging) -> None:

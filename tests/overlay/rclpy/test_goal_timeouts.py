@@ -148,11 +148,23 @@ def test_a_goal_waits_for_a_server_that_comes_in_time(make_node: MakeNode, spin:
     assert arm.ended.expect(1) == ['reached']
 
 
+def test_a_server_in_another_namespace_is_named(make_node: MakeNode) -> None:
+    arm = Arm(make_node('arm', namespace='robot'))
+    node = make_node('asker')
+    client = ActionClient(node, Fibonacci, 'fib')
+    client.call_timeout = 0.03
+    wait_until(node.context, lambda: node.count_services('/robot/fib/_action/send_goal') == 1)
+    with pytest.raises(NoServerError, match=r"did you mean '/robot/fib' \(node '/robot/arm'\)\?$"):
+        client.send_goal(Goal())
+    assert not client.wait_for_server(0.0)
+    arm.stop()
+
+
 def test_without_a_server_it_is_that_which_is_told(make_node: MakeNode) -> None:
     client = ActionClient(make_node(), Fibonacci, 'nosuch')
     client.call_timeout = 0.03
     with pytest.raises(
-        NoServerError, match=r"^action '/nosuch': no server came; waited \d+\.\d{3} s$"
+        NoServerError, match=r"^action '/nosuch': no server came in domain \d+ \(\w+\); waited \d+\.\d{3} s$"
     ) as told:
         client.send_goal(Goal())
     assert told.value.waited >= client.call_timeout

@@ -8,7 +8,7 @@ from goalwire.entities.actions.endpoints import ActionQoS
 from goalwire.entities.client import NO_REASON, REASONS_LIMIT
 from goalwire.entities.endpoint import describe_endpoint
 from goalwire.entities.exceptions import InvalidHandle, ShutDownError
-from goalwire.entities.graph_waiting import wait_for_graph
+from goalwire.entities.graph_waiting import tell_near_misses, wait_for_graph
 from goalwire.entities.timed_calls import TimedCalls
 from goalwire.errors import ClosedError
 from goalwire.execution.inbox import Arrivals
@@ -39,6 +39,8 @@ class ActionCalls(TimedCalls):
         """Those to take or cancel goals that wait for their answers, or for a server."""
         self._logger = get_logger(node.logger_name).get_child('action_client')
         self._reported: set[tuple[str, str]] = set()
+        self._told = ''
+        """What was said last of names and types that are near."""
         self._line: ServerLine | None = None
         self._destroyed = False
         self._names = names = node.resolve_action(name)
@@ -121,7 +123,10 @@ class ActionCalls(TimedCalls):
 
     def wait_for_server(self, timeout_sec: float | None = None) -> bool:
         """Block until there is a server (True) or the time is over (False); None waits without limit."""
-        return wait_for_graph(self.node.context, self.server_is_there, timeout_sec)
+        if wait_for_graph(self.node.context, self.server_is_there, timeout_sec):
+            return True
+        self._told = tell_near_misses(self.node, 'action', self.full_name, self._told)
+        return False
 
     @property
     def full_name(self) -> str:

@@ -1,0 +1,66 @@
+"""Why nobody serves a name, as far as the graph tells: another type, or another name."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from goalwire.graph.names import SEND_GOAL, is_part_of_action, shown
+from goalwire.transport.contract import EndpointKind
+
+if TYPE_CHECKING:
+    from goalwire.graph.graph import Graph
+
+_MOST = 3
+"""Similar names that are shown."""
+_LIKENESS = 0.75
+"""Of two names, from 0 to 1, by difflib."""
+
+
+def near_misses(graph: Graph, name: str, *, is_action: bool) -> str:
+    """Return what to look at, in one sentence; '' where nothing in the graph is near.
+
+    The type that is asked for is that of this session's clients of the name.
+    """
+    ending = SEND_GOAL if is_action else ''
+    servers = graph.entities(EndpointKind.SERVICE, name + ending)
+    clients = [
+        client
+        for client in graph.entities(EndpointKind.CLIENT, name + ending)
+        if graph.session is None or client.session == graph.session
+    ]
+    asked = {client.type_name for client in clients}
+    for server in servers:
+        if asked and server.type_name not in asked:
+            return (
+                f"node '{server.node.qualified}' serves that name with the type {shown(server.type_name)}, "
+                f"node '{clients[0].node.qualified}' asks for {shown(clients[0].type_name)}"
+            )
+    if servers:
+        return ''
+    similar = similar_names(name, _served(graph, is_action=is_action))
+    if not similar:
+        return ''
+    told = []
+    for each in similar:
+        nodes = dict.fromkeys(
+            server.node.qualified for server in graph.entities(EndpointKind.SERVICE, each + ending)
+        )
+        told.append(f"'{each}' (node {' and '.join(map(repr, nodes))})" if nodes else f"'{each}'")
+    return f'did you mean {" or ".join(told)}?'
+
+
+def similar_names(name: str, names: list[str]) -> list[str]:
+    """Return those that are `name` in another namespace, then those that are written much like it."""
+    from difflib import get_close_matches
+
+    base = name.rpartition('/')[2]
+    elsewhere = [other for other in names if other != name and other.rpartition('/')[2] == base]
+    alike = get_close_matches(name, names, _MOST, _LIKENESS)
+    return list(dict.fromkeys(elsewhere + alike))[:_MOST]
+
+
+def _served(graph: Graph, *, is_action: bool) -> list[str]:
+    names = graph.names(EndpointKind.SERVICE)
+    if is_action:
+        return sorted(name.removesuffix(SEND_GOAL) for name in names if name.endswith(SEND_GOAL))
+    return sorted(name for name in names if not is_part_of_action(name))
