@@ -15,6 +15,7 @@ GoalwireError
 │   ├── EncodeError       a message's value does not fit its field
 │   │   ├── EncodeTypeError        … by its type (also a TypeError)
 │   │   └── EncodeValueError       … by its value (also a ValueError)
+│   ├── UnknownFieldError a message has no such field (also an AssertionError and a TypeError)
 │   ├── TooManyCallsError a client has too many calls that wait for their answers
 │   └── WouldDeadlockError  a blocking call that waits for its own thread or group
 ├── RemoteError           a peer sent something that breaks the rules
@@ -144,6 +145,10 @@ class EncodeTypeError(EncodeError, TypeError):
 
 class EncodeValueError(EncodeError, ValueError):
     """A value has the right type, but the field cannot hold it."""
+
+
+class UnknownFieldError(LocalError, AssertionError, TypeError):
+    """A message's constructor got a keyword that names no field: rosidl asserts, Python raises TypeError."""
 
 
 class WouldDeadlockError(LocalError, RuntimeError):

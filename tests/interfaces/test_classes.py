@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import builtins
 import copy
 import pickle
 import subprocess
@@ -9,6 +10,8 @@ import sys
 import threading
 import traceback
 from array import array
+from collections.abc import Callable
+from functools import partial
 from types import ModuleType
 from typing import Any
 
@@ -18,7 +21,7 @@ from helpers.names import fresh_package
 from helpers.vectors import constants, descriptions
 
 from goalwire.codec import cdr
-from goalwire.errors import InterfaceSyntaxError, UnknownInterfaceError
+from goalwire.errors import EncodeTypeError, InterfaceSyntaxError, UnknownFieldError, UnknownInterfaceError
 from goalwire.interfaces import classes, get_interface, register_definitions
 from goalwire.interfaces.classes import action_class, message_class, service_class
 
@@ -70,8 +73,134 @@ def test_keywords_fill_fields_and_nothing_goes_by_position() -> None:
         cls('a')
 
 
-def test_unknown_keywords_are_ignored_as_in_jazzy() -> None:
-    assert repr(make('int32 a')(foo=1, _a=2)).endswith('.msg.Demo(a=0)')
+def test_a_keyword_that_names_no_field_is_refused_with_the_near_one() -> None:
+    cls = make('int32 data\nint32 other')
+    for kind in (UnknownFieldError, AssertionError, TypeError):
+        with pytest.raises(
+            kind, match='Invalid arguments passed to constructor: dta; Demo has no such field, '
+        ):
+            cls(dta=1)
+    with pytest.raises(UnknownFieldError, match=r'did you mean data\?'):
+        cls(other=2, dta=1)
+    with pytest.raises(UnknownFieldError, match=r'constructor: _data, zzz; .*did you mean data'):
+        cls(zzz=1, _data=2)
+    with pytest.raises(UnknownFieldError, match='it has data, other'):
+        cls(zzz=1)
+    with pytest.raises(UnknownFieldError, match='it has no fields'):
+        make('')(zzz=1)
+
+
+@pytest.mark.parametrize(
+    ('text', 'value', 'kind', 'said'),
+    [
+        ('float64[] p', ['a'], TypeError, "must be real number, not str; p[0] is 'a'"),
+        ('float64[] p', [1.0, 2.0, None], TypeError, 'must be real number, not NoneType; p[2] is None'),
+        ('float64[] p', 5, TypeError, "'int' object is not iterable; p is 5"),
+        ('float64[] p', 'abc', TypeError, "p is 'abc'"),
+        ('float64[] p', (item for item in 'ab'), TypeError, 'must be real number, not str; p is <generator'),
+        ('uint8[] p', [1, 300], OverflowError, 'unsigned byte integer is greater than maximum; p[1] is 300'),
+        ('uint8[<=3] p', [1, -3], OverflowError, 'unsigned byte integer is less than minimum; p[1] is -3'),
+        ('float64[2] p', [1.0, 'b'], ValueError, "could not convert string to float: 'b'; p[1] is 'b'"),
+        ('int32[2] p', [1, None], TypeError, 'p[1] is None'),
+        ('float64[] p', ['x' * 9999], TypeError, "p[0] is 'xxxxxxxxxxxx...xxxxxxxxxxxxx'"),
+    ],
+)
+@pytest.mark.parametrize('way', ['keyword', 'attribute', 'checked'])
+def test_a_wrong_value_in_a_sequence_of_numbers_is_named_in_one_error(
+    text: str, value: object, kind: type[Exception], said: str, way: str
+) -> None:
+    cls = make(text)
+    kinds: tuple[type[Exception], ...] = (kind,)
+    if way == 'checked' and not isinstance(value, list):
+        pytest.skip('the setter has words of its own')
+    fill = (lambda: setattr(cls(), 'p', value)) if way == 'attribute' else partial(cls, p=value)
+    if way == 'checked':
+        fill, kinds = partial(cls, p=value, check_fields=True), (kind, AssertionError)
+    with pytest.raises(kinds) as caught:
+        fill()
+    if not isinstance(caught.value, AssertionError):
+        assert str(caught.value).startswith("The 'p' field: ")
+        assert said in str(caught.value)
+    assert 'During handling' not in ''.join(traceback.format_exception(caught.value))
+
+
+def test_a_wrong_value_deep_inside_is_one_error() -> None:
+    package = fresh_package()
+    register_definitions(
+        package, {'msg/Outer': 'Inner[] all', 'msg/Inner': 'Leaf leaf', 'msg/Leaf': 'string s'}
+    )
+    outer, inner, leaf = (get_interface(f'{package}/msg/{name}') for name in ('Outer', 'Inner', 'Leaf'))
+    for wrong in (5, [5], [inner(leaf=5)], [inner(leaf=inner())], [inner(leaf=leaf(s=b'x'))]):
+        with pytest.raises(EncodeTypeError) as caught:
+            cdr.encode(outer(all=wrong))
+        error: BaseException = caught.value
+        assert (error.__context__, error.__cause__) == (None, None)
+        assert 'During handling' not in ''.join(traceback.format_exception(error))
+
+
+# The names that a class of ours, or its metaclass, has for itself: without underscores around them.
+OWN_NAMES = sorted(
+    {
+        name.strip('_')
+        for cls in (type(make('int32[] a\nint32[2] b\nstring c "x"')), make('int32 a'))
+        for name in (*dir(cls), *vars(sys.modules['goalwire.interfaces.class_making']), *dir(builtins))
+        if name.strip('_').isidentifier()
+    }
+    | {
+        'unset',
+        'self',
+        'value',
+        'other',
+        'unknown',
+        'to_array',
+        'to_ndarray',
+        'dtype',
+        'default',
+        'new',
+        'check',
+    }
+)
+
+
+@pytest.mark.parametrize('change', [str.lower, str.upper], ids=['field', 'constant'])
+def test_a_name_that_the_class_uses_itself_works_or_is_refused(change: Callable[[str], str]) -> None:
+    refused = set()
+    for own in OWN_NAMES:
+        name = change(own)
+        as_field = f'int32[] {name}\nstring[2] {name}s'
+        try:
+            cls = make(as_field if change is str.lower else f'int32 {name}=7\nint32[] x [1]')
+        except InterfaceSyntaxError as error:
+            refused.add(name)
+            assert 'is taken by' in str(error) or '__' in name  # noqa: PT017
+            continue
+        message = cls(check_fields=True)
+        assert message == cls()
+        assert cdr.decode(cdr.encode(message), cls) == message
+        assert len(cls.SLOT_TYPES) == len(cls.get_fields_and_field_types())
+        if change is str.upper:
+            assert (getattr(cls, name), getattr(message, name)) == (7, 7)
+        else:
+            assert repr(message).endswith(f"Demo({name}=[], {name}s=['', ''])")
+    taken = {'check_fields', 'get_fields_and_field_types', 'fields_and_field_types'}
+    assert refused >= (taken if change is str.lower else {'SLOT_TYPES'})
+
+
+@pytest.mark.parametrize('name', ['None', 'True', 'False'])
+@pytest.mark.parametrize(('kind', 'text'), [('msg', ''), ('srv', '---'), ('action', '---\n---')])
+def test_a_type_cannot_have_a_name_of_python(name: str, kind: str, text: str) -> None:
+    with pytest.raises(
+        InterfaceSyntaxError, match=rf"{kind}/{name}\.{kind}:0:0: '{name}' is taken .* rename"
+    ):
+        register_definitions(fresh_package(), {f'{kind}/{name}': text})
+
+
+def test_infinities_and_nan_may_be_defaults() -> None:
+    cls = make('float64[] x [inf, nan]\nfloat32[2] y [-inf, nan]\nfloat64[<=2] z [Infinity]\nfloat32 w nan')
+    message = cls()
+    assert repr(message).endswith('Demo(x=[inf, nan], y=array([-inf,  nan], dtype=float32), z=[inf], w=nan)')
+    assert message.x is not cls().x
+    assert cdr.encode(cdr.decode(cdr.encode(message), cls)) == cdr.encode(message)
 
 
 def test_fields_may_have_the_names_of_builtins_and_of_self() -> None:
@@ -354,7 +483,7 @@ def test_tracebacks_show_the_generated_lines(everything: Any) -> None:
     try:
         everything(few=None)
     except TypeError:
-        assert "_to_array('B', few)" in traceback.format_exc()
+        assert "_to_array('B', few, 'few')" in traceback.format_exc()
 
 
 def test_a_class_without_fixed_arrays_needs_no_numpy() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+
 import pytest
 
 from goalwire.errors import InterfaceSyntaxError
@@ -174,7 +176,7 @@ def test_empty_parts_of_services_and_actions_are_fine() -> None:
         ('int32 b__ad', 1, 7, 'is no field name'),
         ('int32 2d', 1, 7, 'is no field name'),
         ('int32 class', 1, 7, "'class' is taken by Python"),
-        ('int32 check_fields', 1, 7, 'is taken by Python'),
+        ('int32 check_fields', 1, 7, 'is taken by the generated class'),
         ('  int32 a\n  int32 a', 2, 9, "'a' is already defined in line 1"),
         ('int32 low=1', 1, 7, "'low' is no constant name"),
         ('string a "\\0"', 1, 10, 'field a: a string cannot contain a NUL'),
@@ -251,3 +253,51 @@ def test_forbidden_names_are_refused(package: str, name: str) -> None:
 def test_a_misspelt_primitive_is_answered_with_the_nearest() -> None:
     with pytest.raises(InterfaceSyntaxError, match="'int33' is no type; did you mean int32"):
         parse_message('int33 count', 'p', 'X')
+
+
+@pytest.mark.parametrize(
+    'line',
+    [
+        'int32 x ' + '9' * 5000,
+        'int32 X=' + '9' * 5000,
+        'int64 x 0x' + 'f' * 50_000,
+        'int64 x -' + '1_' * 5000 + '1',
+        'int32[' + '9' * 5000 + '] x',
+        'int32[<=' + '9' * 5000 + '] x',
+        'string<=' + '9' * 5000 + ' x',
+        'float64 x ' + '9' * 5000,
+        'float64 x 1e999',
+        'float64[] x [0, -1e400]',
+        'int32 ' + 'x' * 100_000 + '-',
+        'x' * 500_000 + ' y',
+        'int32 x' + ' ' * 500_000 + 'y',
+        'string[] x [' + '"' * 100_001 + ']',
+        'int32 \x1b[31mred',
+    ],
+    ids=lambda line: line[:12],
+)
+def test_a_line_of_any_length_is_refused_soon_and_in_a_short_text(line: str) -> None:
+    started = time.process_time()
+    with pytest.raises(InterfaceSyntaxError, match=r'demo_msgs/msg/It\.msg:1:\d+: ') as caught:
+        parse_message(line, 'demo_msgs', 'It')
+    assert time.process_time() - started < 5  # s; quadratic ones take minutes
+    assert len(str(caught.value)) < 400
+    assert str(caught.value).isprintable()
+
+
+@pytest.mark.parametrize(
+    'line',
+    [
+        'int32[] x [' + ','.join('1' * 200_000) + ']',
+        'string[] x [' + ','.join(['"a,b"'] * 100_000) + ']',
+        'string x "' + '#"' * 200_000,
+        'int32' + ' ' * 500_000 + 'x',
+        'int32 x #' + '[' * 300_000,
+        'int32[007] x',
+    ],
+    ids=lambda line: line[:12],
+)
+def test_a_long_line_is_read_in_linear_time(line: str) -> None:
+    started = time.process_time()
+    assert parse_message(line, 'demo_msgs', 'It').fields[0].unit == ''
+    assert time.process_time() - started < 8  # s; quadratic ones take minutes

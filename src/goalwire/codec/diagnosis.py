@@ -41,7 +41,8 @@ def _encode_error(cls: type, message: object, error: Exception) -> EncodeError:
         for path, leaf, value in _values(cls, message, ''):
             _judge(type_name(cls), path, leaf, value)
     except EncodeError as found:
-        return found
+        found.__context__ = None  # it says all that the encoder's own error does
+        return found.with_traceback(None)
     except Exception as other:
         return EncodeValueError(type_name(cls), '', f'cannot be encoded: {other!r}')
     return EncodeValueError(type_name(cls), '', f'cannot be encoded: {error!r}')
@@ -194,7 +195,8 @@ def _decode_error(cls: type, data: reading.Buffer, error: Exception) -> DecodeEr
         walk.message(cls, '')
         at = walk.at
     except DecodeError as found:
-        return found
+        found.__context__ = None
+        return found.with_traceback(None)
     except Exception as other:
         error = other
     return DecodeError(type_name(cls), '', at, f'cannot be decoded: {error!r}')

@@ -12,10 +12,12 @@ from collections.abc import Callable, Sequence
 from collections.abc import Set as AbstractSet
 from typing import NoReturn
 
+from goalwire.errors import UnknownFieldError
 from goalwire.interfaces.model import FLOATS, FieldType, Shape, integer_range
-from goalwire.interfaces.runtime import DTYPES, TYPECODES, to_array, to_ndarray
+from goalwire.interfaces.runtime import DTYPES, TYPECODES, Message, to_array, to_ndarray
 
 _FLOAT_LIMITS = {'float32': ('float', 3.402823466e38), 'float64': ('double', 1.7976931348623157e308)}
+_SHOWN = 20  # fields that a message lists
 _PYTHON_TYPES: dict[str, type] = {'bool': bool, 'byte': bytes, 'string': str, 'wstring': str}
 
 
@@ -39,10 +41,17 @@ def checked(name: str, type_: FieldType, message: type | None, value: object) ->
     return value
 
 
-def reject_unknown(unknown: dict[str, object]) -> None:
-    """Raise AssertionError for keyword arguments that name no field."""
-    if unknown:
-        _fail(f'Invalid arguments passed to constructor: {", ".join(sorted(unknown))}')
+def reject_unknown(message: Message, unknown: dict[str, object]) -> None:
+    """Raise UnknownFieldError for keyword arguments that name no field; its text begins as rosidl's."""
+    from difflib import get_close_matches
+
+    fields = list(message.get_fields_and_field_types())
+    text = f'Invalid arguments passed to constructor: {", ".join(sorted(unknown))}'
+    close = [match for name in unknown for match in get_close_matches(name, fields, n=1, cutoff=0.5)]
+    has = f'has {", ".join(fields[:_SHOWN])}' if fields else 'has no fields'
+    more = ', …' if len(fields) > _SHOWN else ''
+    hint = f'did you mean {" and ".join(close)}?' if close else f'it {has}{more}'
+    raise UnknownFieldError(f'{text}; {type(message).__name__} has no such field, {hint}')
 
 
 def _fail(text: str) -> NoReturn:
@@ -86,7 +95,7 @@ def _checked_ndarray(name: str, type_: FieldType, value: object) -> object:
     dtype = DTYPES[TYPECODES[type_.base]]
     if not isinstance(value, np.ndarray):
         _check_collection(name, type_, python_type(type_, None), value)
-        return to_ndarray(dtype, value)
+        return to_ndarray(dtype, value, name)
     if value.dtype != dtype:
         _fail(f"The '{name}' numpy.ndarray() must have the dtype of 'numpy.{dtype}'")
     if value.size != type_.capacity:
@@ -98,7 +107,7 @@ def _checked_array(name: str, type_: FieldType, value: object) -> object:
     typecode = TYPECODES[type_.base]
     if not isinstance(value, array):
         _check_collection(name, type_, python_type(type_, None), value)
-        return to_array(typecode, value)  # type: ignore[arg-type]
+        return to_array(typecode, value, name)  # type: ignore[arg-type]
     if value.typecode != typecode:
         _fail(f"The '{name}' array.array() must have the type code of '{typecode}'")
     if type_.shape is Shape.BOUNDED and len(value) > type_.capacity:

@@ -89,12 +89,14 @@ def _slot(field: Field, names: dict[str, object]) -> _Slot:
         return _Slot(name, f'_default_{name}', '', '{}')
     if type_.is_number and type_.is_sequence:
         code = TYPECODES[type_.base]
-        initial = f', {default!r}' if default else ''
-        convert = f'_to_array({code!r}, {{}})'
+        initial = ''
+        if default:
+            names[f'_default_{name}'], initial = default, f', _default_{name}'
+        convert = f'_to_array({code!r}, {{}}, {name!r})'
         return _Slot(name, '_UNSET', f'_array({code!r}{initial})', convert, converts_first=True)
     if type_.is_number:
         names[f'_new_{name}'] = _array_default(field, default)
-        return _Slot(name, '_UNSET', f'_new_{name}()', f'_to_ndarray(_dtype_{name}, {{}})')
+        return _Slot(name, '_UNSET', f'_new_{name}()', f'_to_ndarray(_dtype_{name}, {{}}, {name!r})')
     if default is not None:
         names[f'_default_{name}'] = default
         return _Slot(name, '_UNSET', f'_list(_default_{name})', '{}')
@@ -109,8 +111,9 @@ def _constructor(slots: list[_Slot]) -> list[str]:
     return [
         f'    def __init__(_self, *, {keywords}check_fields=_CHECK_FIELDS, **_unknown):',
         '        _self._check_fields = check_fields',
+        '        if _unknown:',
+        '            _reject_unknown(_self, _unknown)',
         '        if check_fields:',
-        '            _reject_unknown(_unknown)',
         *(f'            _self.{slot.name} = {slot.checked()}' for slot in slots),
         '            return',
         *(f'        _self._{slot.name} = {slot.stored()}' for slot in slots),

@@ -10,7 +10,7 @@ from importlib import import_module
 from types import ModuleType
 
 from goalwire.errors import InterfaceSyntaxError, UnknownInterfaceError
-from goalwire.interfaces import registry
+from goalwire.interfaces import extent, registry
 from goalwire.interfaces.class_making import make_holder_class, make_message_class, module_of
 from goalwire.interfaces.implicit import CANCEL_SERVICE, STATUS_MESSAGE
 from goalwire.interfaces.model import ActionDefinition, Definition, MessageDefinition, ServiceDefinition
@@ -18,6 +18,7 @@ from goalwire.interfaces.naming import module_name
 
 _classes: dict[str, type] = {}
 _names: dict[type, str] = {}
+_extents: dict[type, extent.Extent] = {}
 
 
 class _Part:
@@ -102,7 +103,12 @@ def name_of(cls: type) -> str | None:
 
 
 def _build_message(message: MessageDefinition, inside: tuple[str, ...] = ()) -> type:
-    return _publish(message, make_message_class(message, _nested_classes(message, inside)))
+    nested = _nested_classes(message, inside)
+    sizes = {name: _extents[cls] for name, cls in nested.items() if cls in _extents}
+    size = extent.extent_of(message, sizes)
+    cls = make_message_class(message, nested)
+    _extents[cls] = size
+    return _publish(message, cls)
 
 
 def _nested_classes(message: MessageDefinition, inside: tuple[str, ...]) -> dict[str, type]:
@@ -112,7 +118,9 @@ def _nested_classes(message: MessageDefinition, inside: tuple[str, ...]) -> dict
         raise InterfaceSyntaxError(message.source, 0, 0, f'a message cannot contain itself: {circle}')
     found = {}
     for field in message.fields:
-        if field.type.is_message:
+        if field.type.is_message and field.type.base not in found:
+            if len(inside) >= 2 * extent.MAX_DEPTH:  # a definition's own levels are counted when it is built
+                raise extent.too_deep(message, field)
             try:
                 found[field.type.base] = find_class(field.type.base, (*inside, message.full_name))
             except UnknownInterfaceError as error:

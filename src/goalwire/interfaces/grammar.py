@@ -11,6 +11,7 @@ import re
 from keyword import iskeyword
 
 from goalwire.errors import InterfaceSyntaxError
+from goalwire.files import shown
 from goalwire.interfaces import implicit
 from goalwire.interfaces.literals import closing_quote, parse_default, parse_scalar
 from goalwire.interfaces.model import (
@@ -29,11 +30,15 @@ _PACKAGE = re.compile(r'(?!.*__)(?!.*_$)[a-z][a-z0-9_]*')
 _TYPE_NAME = re.compile(r'[A-Z][A-Za-z0-9]*')
 _FIELD_NAME = re.compile(r'(?!.*__)(?!.*_$)[a-z][a-z0-9_]*')
 _CONSTANT_NAME = re.compile(r'[A-Z](?:_?[A-Z0-9])*')
-_LINE = re.compile(r'(\S+)(?:\s+([^\s=]+)\s*(=?)\s*(.*))?', re.DOTALL)
+_LINE = re.compile(r'(\S++)(?:\s++([^\s=]++)\s*+(=?)\s*+(.*))?', re.DOTALL)
+_QUOTED = re.compile(r'\s*+\S++\s++[^\s=]++\s*+=?\s*+(?=["\'])')  # possessive: no line takes quadratic time
 _ARRAY = re.compile(r'(.*)\[([^\[\]]*)\]')
-_TAKEN = frozenset({'check_fields', 'get_fields_and_field_types'})
+# What the generated class itself has; the third would be a slot of the same name.
+_TAKEN = frozenset({'check_fields', 'get_fields_and_field_types', 'fields_and_field_types'})
+_TAKEN_CONSTANTS = frozenset({'SLOT_TYPES'})
 _SEPARATOR = '---'
 _MAX_CAPACITY = 2**32 - 1  # a length on the wire is an uint32
+_LONGEST_PROBLEM = 300  # characters of an error's text: lines are of any length
 _HINTS = {
     'Header': 'std_msgs/Header',
     'time': 'builtin_interfaces/Time',
@@ -54,7 +59,7 @@ class _Source:
     line: int = 1
 
     def error(self, column: int, problem: str) -> InterfaceSyntaxError:
-        return InterfaceSyntaxError(self.name, self.line, column, problem)
+        return InterfaceSyntaxError(self.name, self.line, column, shown(problem, _LONGEST_PROBLEM))
 
 
 def parse_message(text: str, package: str, name: str, *, source: str = '') -> MessageDefinition:
@@ -85,6 +90,8 @@ def _checked_names(package: str, name: str, kind: str, source: str) -> _Source:
         )
     if not _TYPE_NAME.fullmatch(name):
         raise where.error(0, f'{name!r} is no type name (letters and digits, starting with a capital)')
+    if iskeyword(name):
+        raise where.error(0, f'{name!r} is taken by Python: rename the file, no type can have this name')
     return where
 
 
@@ -190,6 +197,8 @@ class _Message:
             )
         if not _CONSTANT_NAME.fullmatch(name):
             raise where.error(columns[1], f'{name!r} is no constant name (A-Z, 0-9 and single _)')
+        if name in _TAKEN_CONSTANTS:
+            raise where.error(columns[1], f'{name!r} is taken by the generated class: rename the constant')
         if not value and not type_.is_string:
             raise where.error(columns[2], f'constant {name} has no value')
         try:
@@ -207,7 +216,8 @@ class _Message:
                 columns[0], f'{name!r} is no field name (a-z, 0-9 and single _, starting with a letter)'
             )
         if iskeyword(name) or name in _TAKEN:
-            raise where.error(columns[0], f'{name!r} is taken by Python, no field can have this name')
+            owner = 'the generated class' if name in _TAKEN else 'Python'
+            raise where.error(columns[0], f'{name!r} is taken by {owner}, no field can have this name')
         try:
             default = parse_default(value, type_) if value else None
         except ValueError as error:
@@ -219,7 +229,7 @@ class _Message:
 def _split_comment(line: str) -> tuple[str, str]:
     """Split at the `#` that starts the comment: one inside a quoted default or constant does not."""
     at = line.find('#')
-    value = re.match(r'\s*\S+\s+[^\s=]+\s*=?\s*(?=["\'])', line)
+    value = _QUOTED.match(line)
     if value and value.end() < at:
         end = closing_quote(line[value.end() :])
         if end > 0:
@@ -247,9 +257,10 @@ def _parse_type(text: str, package: str, where: _Source, column: int) -> FieldTy
 
 
 def _capacity(text: str, type_text: str, where: _Source, column: int) -> int:
-    if not (text.isascii() and text.isdigit() and 0 < int(text) <= _MAX_CAPACITY):
+    plain = text.isascii() and text.isdigit() and len(text.lstrip('0')) <= len(str(_MAX_CAPACITY))
+    if not (plain and 0 < int(text.lstrip('0') or '0') <= _MAX_CAPACITY):
         raise where.error(column, f'{type_text!r}: {text!r} is no size (a whole number from 1)')
-    return int(text)
+    return int(text.lstrip('0'))
 
 
 def _hint(base: str) -> str:
@@ -258,7 +269,7 @@ def _hint(base: str) -> str:
         return f' (write {_HINTS[base]})'
     from difflib import get_close_matches
 
-    close = get_close_matches(base, PRIMITIVES, n=1)
+    close = get_close_matches(base[:40], PRIMITIVES, n=1)
     return f'; did you mean {close[0]}?' if close else ''
 
 

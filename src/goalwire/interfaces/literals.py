@@ -12,6 +12,7 @@ from goalwire.interfaces.model import Default, FieldType, Scalar, Shape, integer
 
 _BOOLEANS = {'true': True, '1': True, 'false': False, '0': False}
 _FLOAT32_MAX = 3.4028235677973366e38  # the first magnitude that rounds to infinity
+_LONGEST_NUMBER = 200  # characters; 64 bits in binary have 67
 _ESCAPE = re.compile(r'\\(?:([0-7]{1,3})|x([0-9a-fA-F]{1,2})|u([0-9a-fA-F]{1,4})|(.))')
 _LETTER_ESCAPES = {'n': '\n', 't': '\t', 'v': '\v', 'b': '\b', 'r': '\r', 'f': '\f', 'a': '\a'}
 
@@ -46,6 +47,8 @@ def parse_scalar(text: str, base: str, string_capacity: int = 0) -> Scalar:
 
 
 def _parse_integer(text: str, base: str) -> int | bytes:
+    if len(text) > _LONGEST_NUMBER:  # Python itself refuses thousands of digits with an error of its own
+        raise ValueError(f'a number of {len(text)} characters is outside the range of {base}')
     try:
         value = int(text, 0)
     except ValueError:
@@ -64,8 +67,9 @@ def _parse_float(text: str, base: str) -> float:
         value = float(text)
     except ValueError:
         raise ValueError(f'{text!r} is no number ({base})') from None
-    if base == 'float32' and math.isfinite(value) and abs(value) >= _FLOAT32_MAX:
-        raise ValueError(f'{text} is outside the range of float32')
+    overflown = math.isinf(value) and any(map(str.isdigit, text))
+    if overflown or (base == 'float32' and math.isfinite(value) and abs(value) >= _FLOAT32_MAX):
+        raise ValueError(f'{text} is outside the range of {base}')
     return value
 
 
@@ -94,13 +98,13 @@ def _unescape(match: re.Match[str]) -> str:
     return _LETTER_ESCAPES.get(letter, letter if letter in '\\?\'"' else match[0])
 
 
-def closing_quote(text: str) -> int:
-    """Return the index of the quote that closes the one at text[0], or -1."""
-    at = 1
+def closing_quote(text: str, start: int = 0) -> int:
+    """Return the index of the quote that closes the one at text[start], or -1."""
+    at = start + 1
     while at < len(text):
         if text[at] == '\\':
             at += 1
-        elif text[at] == text[0]:
+        elif text[at] == text[start]:
             return at
         at += 1
     return -1
@@ -109,14 +113,22 @@ def closing_quote(text: str) -> int:
 def _split(text: str) -> list[str]:
     """Split at commas outside quotes."""
     items: list[str] = []
-    rest = text.strip()
-    while rest:
-        end = closing_quote(rest) if rest[0] in '"\'' else 0
-        if end < 0:
-            raise ValueError(f'the quotes of {rest} do not match')
-        item, comma, tail = rest[end:].partition(',')
-        items.append((rest[:end] + item).strip())
-        rest = tail.strip()
-        if comma and not rest:
+    at, end = 0, len(text)
+    while (at := _next_word(text, at)) < end:
+        quoted = closing_quote(text, at) if text[at] in '"\'' else at
+        if quoted < 0:
+            raise ValueError(f'the quotes of {text[at:]} do not match')
+        comma = text.find(',', quoted)
+        items.append(text[at : comma if comma >= 0 else end].strip())
+        if comma < 0:
+            break
+        at = comma + 1
+        if _next_word(text, at) == end:
             raise ValueError('a value is missing after the last comma')
     return items
+
+
+def _next_word(text: str, at: int) -> int:
+    while at < len(text) and text[at].isspace():
+        at += 1
+    return at

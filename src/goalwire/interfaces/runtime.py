@@ -6,9 +6,11 @@ first value needs it.
 
 from __future__ import annotations
 
+import reprlib
 import sys
 from array import array
-from typing import TYPE_CHECKING, Protocol
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, Protocol
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -58,15 +60,21 @@ class ArrayDefault:
         return self._template.copy()
 
 
-def to_ndarray(dtype: str, value: object) -> np.ndarray:
-    """Return a new numpy array; numpy raises what it raises."""
+def to_ndarray(dtype: str, value: object, field: str = '') -> np.ndarray:
+    """Return a new numpy array; what numpy raises names the `field`."""
     import numpy as np
 
-    return np.array(value, dtype=dtype)
+    try:
+        return np.array(value, dtype=dtype)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise _refusal(field, value, lambda item: np.array(item, dtype=dtype), error) from None
 
 
-def to_array(typecode: str, value: Iterable[float]) -> array[float]:
-    """Return a new array.array; one copy of the memory where the value is a buffer of the same items."""
+def to_array(typecode: str, value: Iterable[float], field: str = '') -> array[float]:
+    """Return a new array.array; one copy of the memory where the value is a buffer of the same items.
+
+    What array.array raises names the `field`, and the value in it that is wrong.
+    """
     if isinstance(value, memoryview):
         same = value.format == typecode and value.ndim == 1 and value.c_contiguous
     else:
@@ -79,10 +87,28 @@ def to_array(typecode: str, value: Iterable[float]) -> array[float]:
             and value.dtype == DTYPES[typecode]
         )
     if not same:
-        return array(typecode, value)
+        try:
+            return array(typecode, value)
+        except (TypeError, ValueError, OverflowError) as error:
+            raise _refusal(field, value, lambda item: array(typecode, (item,)), error) from None
     result: array[float] = array(typecode)
     result.frombytes(value.tobytes())  # type: ignore[attr-defined]
     return result
+
+
+def _refusal(field: str, value: object, convert: Callable[[Any], object], error: Exception) -> Exception:
+    """Return the error for a value that a field cannot hold, of the kind that was raised."""
+    kind = next(kind for kind in (OverflowError, TypeError, ValueError) if isinstance(error, kind))
+    place, wrong = field, value
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        for index, item in enumerate(value):
+            try:
+                convert(item)
+            except Exception:
+                place, wrong = f'{field}[{index}]', item
+                break
+    shown = reprlib.repr(wrong)
+    return kind(f"The '{field}' field: {error}; {place} is {shown}" if field else str(error))
 
 
 def message_repr(message: Message) -> str:
