@@ -5,20 +5,23 @@ from __future__ import annotations
 import json
 import signal
 import socket
+import sys
+import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import pytest
 import zenoh
 from helpers.collector import Collector
 from helpers.processes import Program
-from helpers.wire import SeenGraph, Side
+from helpers.wire import PATIENCE, SeenGraph, Side
 
 from goalwire.errors import TransportError
 from goalwire.logging import LogRecord
 from goalwire.transport.contract import EndpointKind, SessionOptions
-from goalwire.transport.zenoh import TRANSPORT, rendezvous
-from goalwire.transport.zenoh.rendezvous import PORT_IS_TAKEN, Offer, is_taken
+from goalwire.transport.zenoh import TRANSPORT, holder, rendezvous
+from goalwire.transport.zenoh.holder import Holder
+from goalwire.transport.zenoh.rendezvous import PORT_IS_TAKEN, RENDEZVOUS, Offer, is_taken
 
 from .conftest import OpenSide
 
@@ -216,18 +219,162 @@ def test_opening_costs_no_half_second_where_no_router_answers(
     assert time.monotonic() - start < 0.4
 
 
+@pytest.fixture
+def stranger(request: pytest.FixtureRequest, port: int) -> Iterator[None]:
+    """A program on the port that is no router: it says nothing, hangs up, or speaks HTTP."""
+    with Program(STRANGER, str(port), request.param) as program:
+        program.expect('ready')
+        yield
+
+
+HTTP = b'HTTP/1.1 400 Bad Request\r\n\r\n'
+STRANGER = f"""
+import socket, sys
+with socket.create_server(('127.0.0.1', int(sys.argv[1]))) as server:
+    print('ready', flush=True)
+    held = []
+    while True:
+        connection, _ = server.accept()
+        if sys.argv[2] == 'mute':
+            held.append(connection)
+        elif sys.argv[2] == 'http':
+            connection.sendall({HTTP!r})
+        else:
+            connection.close()
+"""
+
+
 @pytest.mark.slow
-def test_a_port_that_another_program_holds_is_named(world: dict[str, str], port: int) -> None:
-    """That program accepts and says nothing: zenoh needs 10 s to hang up, in a process of its own here."""
-    with socket.socket() as other:
-        other.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        other.bind(('127.0.0.1', port))
-        other.listen()
-        with Program(OPEN, 'alone', env=world) as alone:
-            alone.expect(f'may hold port {port}')
-            alone.expect('open')
-            alone.write_line('close')
-            alone.succeed()
+@pytest.mark.parametrize(
+    ('stranger', 'what'),
+    [
+        ('mute', 'accepts connections and says nothing'),
+        ('rude', 'does not speak Zenoh'),
+        ('http', 'does not speak Zenoh'),
+    ],
+    indirect=['stranger'],
+)
+@pytest.mark.parametrize('choice', ['auto', 'off'])
+def test_who_holds_the_port_and_is_no_router_is_named_and_costs_little(
+    world: dict[str, str], port: int, stranger: None, what: str, choice: str
+) -> None:
+    """Where it says nothing, zenoh itself needs 10 s to give its closing up, and says so."""
+    with Program(OPEN, 'alone', env=world | {'GOALWIRE_ROUTER': choice}) as alone:
+        alone.expect(f'port {port} is held by')
+        alone.expect('open')
+        alone.write_line('close')
+        output = alone.succeed()
+    assert 'cut short' not in output
+    (line,) = [line for line in output.splitlines() if 'WARN' in line]
+    assert what in line
+    assert 'GOALWIRE_ROUTER_PORT' in line
+    if sys.platform == 'linux':
+        assert ' (process ' in line
+
+
+def test_a_holder_is_told_by_its_answer(port: int, world: dict[str, str]) -> None:
+    assert holder.look(port) is Holder.NOBODY
+    with socket.create_server(('127.0.0.1', port)):
+        assert holder.look(port, 0.1) is Holder.MUTE
+    assert holder.look(port) is Holder.NOBODY
+
+
+def test_a_router_is_told_by_its_answer(port: int, plain_router: zenoh.Session) -> None:
+    assert holder.look(port) is Holder.ZENOH
+
+
+def test_a_rendezvous_answers_as_a_router(port: int, open_side: OpenSide) -> None:
+    open_side('one')
+    assert holder.look(port) is Holder.ZENOH
+
+
+ROUTER = """
+import json, sys, zenoh
+settings = {
+    'mode': 'router',
+    'listen': {'endpoints': ['tcp/0.0.0.0:' + sys.argv[1]]},
+    'scouting': {'delay': 0, 'multicast': {'enabled': False}},
+    'transport': {'shared_memory': {'enabled': False}},
+}
+with zenoh.open(zenoh.Config.from_json5(json.dumps(settings))):
+    print('routing', flush=True)
+    sys.stdin.readline()
+"""
+
+
+def waits_for_port() -> bool:
+    return any(thread.name.startswith('rendezvous') for thread in threading.enumerate())
+
+
+@pytest.mark.slow
+def test_a_real_router_that_dies_gets_its_port_back(
+    world: dict[str, str], port: int, open_side: OpenSide
+) -> None:
+    with Program(ROUTER, str(port)) as router, Program(OPEN, 'there', env=world) as there:
+        router.expect('routing')
+        ours = open_side('ours')
+        there.expect('open')
+        ours.graph.expect(EndpointKind.NODE, '/there')
+        router.kill()
+        router.wait()
+        wait_until(lambda: not waits_for_port())
+        time.sleep(5 * rendezvous.RETRY_S)  # what would take the port would do so now
+        assert not answers(port)
+        ours.graph.expect(EndpointKind.NODE, '/there')  # who had met stays together
+        with Program(ROUTER, str(port)) as again:
+            again.expect('routing')
+            later = open_side('later')
+            later.graph.expect(EndpointKind.NODE, '/there')
+            there.write_line('close')
+            there.succeed()
+
+
+def test_a_port_left_to_a_router_is_left_for_good(
+    port: int,
+    plain_router: zenoh.Session,
+    open_side: OpenSide,
+    records: list[LogRecord],
+) -> None:
+    open_side('one')
+    wait_until(lambda: RENDEZVOUS.is_left(port))
+    plain_router.close()  # type: ignore[no-untyped-call]
+    open_side('two')
+    assert not answers(port)
+    assert ['rmw_zenohd' in record.message for record in records] == [True]
+
+
+def test_a_rendezvous_of_another_process_is_replaced_as_ever(
+    world: dict[str, str], port: int, open_side: OpenSide
+) -> None:
+    with Program(OPEN, 'holder', env=world) as program:
+        program.expect('open')
+        ours = open_side('ours')
+        ours.graph.expect(EndpointKind.NODE, '/holder')
+        assert not RENDEZVOUS.is_left(port)
+        program.kill()
+        program.wait()
+        wait_until(lambda: RENDEZVOUS.holds(port))
+
+
+def test_a_rendezvous_that_is_asked_for_gives_way_to_nobody(
+    world: dict[str, str],
+    port: int,
+    plain_router: zenoh.Session,
+    open_side: OpenSide,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv('GOALWIRE_ROUTER', 'on')
+    open_side('one')
+    plain_router.close()  # type: ignore[no-untyped-call]
+    wait_until(lambda: RENDEZVOUS.holds(port))
+
+
+def wait_until(holds: Callable[[], bool]) -> None:
+    """Wait for what zenoh's threads bring about and tell nobody of."""
+    deadline = time.monotonic() + PATIENCE
+    while not holds():
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
 
 
 @pytest.mark.parametrize('choice', ['auto', 'off'])

@@ -26,6 +26,10 @@ class Plan(NamedTuple):
     session: zenoh.Config
     rendezvous: zenoh.Config | None
     port: int
+    local: int | None
+    """The TCP port of this machine that the session connects to; None: it connects elsewhere."""
+    gives_way: bool
+    """Whether the rendezvous leaves its port to a router that is no goalwire process's."""
 
 
 def plan() -> Plan:
@@ -35,9 +39,10 @@ def plan() -> Plan:
     choice = environment.rendezvous_choice()
     local = local_port(_value(session, 'connect/endpoints'), str(_value(session, 'mode')))
     if choice is RendezvousChoice.OFF or (choice is RendezvousChoice.AUTO and local is None):
-        return Plan(session, None, port)
+        return Plan(session, None, port, local, gives_way=True)
     port = local or port
-    return Plan(session, _rendezvous_config(port, accepted), port)
+    gives_way = choice is RendezvousChoice.AUTO
+    return Plan(session, _rendezvous_config(port, accepted), port, local, gives_way=gives_way)
 
 
 def _session_config(port: int) -> tuple[zenoh.Config, list[Override]]:
@@ -61,6 +66,8 @@ def _rendezvous_config(port: int, overrides: list[Override]) -> zenoh.Config:
     for pair in overrides:
         if pair.path.split('/')[0] not in _OF_THE_SESSION:
             _override(config, pair)
+    if _value(config, 'id') is None:
+        config.insert_json5('id', json.dumps(settings.rendezvous_id()))
     return config
 
 

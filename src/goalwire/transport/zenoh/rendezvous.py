@@ -68,6 +68,11 @@ class Offer:
             self._thread = Thread(target=self._retry, name=f'rendezvous {port}', daemon=True)
             self._thread.start()
 
+    @property
+    def is_open(self) -> bool:
+        """True once this process holds the port."""
+        return self._router is not None
+
     def _take_port(self) -> bool:
         try:
             self._router = zenoh.open(self._config)
@@ -91,6 +96,10 @@ class Offer:
 
             get_logger(LOGGER).warning(str(error))
 
+    def stand_back(self) -> None:
+        """Wait for the port no longer. Any thread, and no lock: also zenoh's."""
+        self._closed.set()
+
     def close(self) -> None:
         """Give the port up; another process takes over."""
         self._closed.set()
@@ -106,17 +115,43 @@ class Rendezvous:
     def __init__(self) -> None:
         self._lock = Lock()
         self._routers: dict[int, tuple[Offer, int]] = {}
+        self._left: set[int] = set()
         in_child(self._forget)
 
     def acquire(self, port: int, config: zenoh.Config) -> None:
-        """Offer the rendezvous until as many `release`; raises TransportError where zenoh refuses."""
+        """Offer the rendezvous until as many `release`; raises TransportError where zenoh refuses.
+
+        Where the port was left to somebody else's router, nothing is offered.
+        """
         with self._lock:
             if port in self._routers:
                 router, users = self._routers[port]
+            elif port in self._left:
+                return
             else:
                 router, users = Offer(port, config), 0
             self._routers[port] = router, users + 1
         closes_at_exit(self)
+
+    def leave_to_other(self, port: int) -> None:
+        """A router holds the port that is no goalwire process's: from now on this process never takes it.
+
+        Else that router could not come back once it has ended, and ours listens to this machine alone. Called
+        by zenoh's threads, so it takes no lock: one that opens a router holds it, and waits for them.
+        """
+        self._left.add(port)
+        offer = self._routers.get(port)
+        if offer is not None:
+            offer[0].stand_back()
+
+    def is_left(self, port: int) -> bool:
+        """Return whether a port was left to somebody else's router."""
+        return port in self._left
+
+    def holds(self, port: int) -> bool:
+        """Return whether this process is the rendezvous on a port."""
+        offer = self._routers.get(port)
+        return offer is not None and offer[0].is_open
 
     def release(self, port: int) -> None:
         """Stop offering it with the last user; another process takes over."""

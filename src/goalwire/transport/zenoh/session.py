@@ -13,13 +13,17 @@ from goalwire.transport.contract import GraphListener, NodeName, NodePort, Sessi
 from goalwire.transport.members import Members
 from goalwire.transport.place import Place
 from goalwire.transport.rejects import LOGGER
-from goalwire.transport.zenoh import config, discovery, environment, lifecycle
-from goalwire.transport.zenoh.core import Core, undeclare
+from goalwire.transport.zenoh import config, discovery, environment, holder, lifecycle, settings
+from goalwire.transport.zenoh.core import Core, Declared, undeclare
 from goalwire.transport.zenoh.node import ZenohNode
 from goalwire.transport.zenoh.rendezvous import RENDEZVOUS
+from goalwire.transport.zenoh.thread_state import pin
 
 CLOSING_S = 1.0
 """How long closing waits for callbacks under way; they only append to a queue."""
+
+GREETING_MS = 1000
+"""How long a session waits for an answer of what held the port and was no router when it opened."""
 
 TAKE_OVER_S = 1.0
 """How long the rendezvous may be without a holder: its port is bound, and found, again within this."""
@@ -32,12 +36,17 @@ def open_session(options: SessionOptions) -> Session:
     if plan.rendezvous is not None:
         RENDEZVOUS.acquire(plan.port, plan.rendezvous)
     try:
+        finds_router = _greet_holder(plan)
         session = _open(plan.session)
     except BaseException:
         _stop_offering(plan)
         raise
-    _look_for_router(session, plan)
-    return ZenohSession(Core(session, options.domain_id), lambda: _stop_offering(plan))
+    _look_for_router(session, plan, warns=finds_router)
+    core = Core(session, options.domain_id)
+    opened = ZenohSession(core, lambda: _stop_offering(plan))
+    if plan.rendezvous is not None and plan.gives_way:
+        opened.watchers.append(_watch_port(core, plan.port))
+    return opened
 
 
 def _open(session: zenoh.Config) -> zenoh.Session:
@@ -51,22 +60,58 @@ def _open(session: zenoh.Config) -> zenoh.Session:
         ) from None
 
 
+def _greet_holder(plan: config.Plan) -> bool:
+    """Return False where the port on which routers are met is held by what is none; that is logged.
+
+    Such a session goes on trying, but never waits long for one answer, so that it can be closed at any time.
+    """
+    if plan.local is None or RENDEZVOUS.holds(plan.local):
+        return True
+    found = holder.look(plan.local)
+    if found not in {holder.Holder.MUTE, holder.Holder.STRANGER}:
+        return True
+    plan.session.insert_json5('transport/unicast/open_timeout', str(GREETING_MS))
+    from goalwire.logging import get_logger  # needed only when something is broken
+
+    get_logger(LOGGER).warning(
+        f'port {plan.local} is held by {holder.name_of_holder(plan.local)}, which {found.value}: other '
+        f'processes are not found; end it, or set GOALWIRE_ROUTER_PORT to a free port for all programs'
+    )
+    return False
+
+
+def _watch_port(core: Core, port: int) -> Declared:
+    """Leave the port of the rendezvous to somebody else's router from the moment the session meets it."""
+
+    def on_link(event: zenoh.LinkEvent) -> None:
+        pin()
+        link = event.link
+        is_there = event.kind == zenoh.SampleKind.PUT and config.local_port([link.dst], '') == port
+        if is_there and not settings.is_rendezvous_id(str(link.zid)):
+            RENDEZVOUS.leave_to_other(port)
+
+    core.in_flight.enter(on_link)
+    handler = zenoh.handlers.Callback(on_link, drop=lambda: core.in_flight.leave(on_link), indirect=False)
+    return core.zenoh.info.declare_link_events_listener(handler, history=True)
+
+
 def _stop_offering(plan: config.Plan) -> None:
     if plan.rendezvous is not None:
         RENDEZVOUS.release(plan.port)
 
 
-def _look_for_router(session: zenoh.Session, plan: config.Plan) -> None:
+def _look_for_router(session: zenoh.Session, plan: config.Plan, *, warns: bool) -> None:
     """Warn where no router is met within ZENOH_ROUTER_CHECK_ATTEMPTS; sessions meet each other there."""
     seconds = environment.router_check_seconds()
     if seconds is None or session.info.routers_zid():
         return
-    patience = 0.0 if plan.rendezvous is None else TAKE_OVER_S
-    if _meets_router(session, max(seconds, patience)):
+    offers = plan.rendezvous is not None and not RENDEZVOUS.is_left(plan.port)
+    patience = TAKE_OVER_S if offers and warns else 0.0
+    if _meets_router(session, max(seconds, patience)) or not warns:
         return
     from goalwire.logging import get_logger  # needed only when something is broken
 
-    if plan.rendezvous is None:
+    if not offers:
         advice = (
             'start one (ros2 run rmw_zenoh_cpp rmw_zenohd), or set GOALWIRE_ROUTER=on to have it embedded'
         )
@@ -110,7 +155,8 @@ class ZenohSession(Session):
         self._place = Place(f'session of domain {core.domain_id}', core.guard, self._leave)
         self._lock = Lock()
         self._nodes = Members(self._place)
-        self._watchers: list[zenoh.Subscriber[None]] = []
+        self.watchers: list[Declared] = []
+        """What was declared beside the nodes."""
         lifecycle.closes_at_exit(self)
 
     def node(self, name: NodeName) -> NodePort:
@@ -130,7 +176,7 @@ class ZenohSession(Session):
         self._place.check()
         watcher = discovery.watch(self._core, listener)
         with self._lock:
-            self._watchers.append(watcher)
+            self.watchers.append(watcher)
 
     def statistics(self) -> dict[str, int]:
         """Return how many messages, requests, replies and tokens broke the rules and were ignored."""
@@ -146,7 +192,7 @@ class ZenohSession(Session):
 
     def _leave(self) -> None:
         with self._lock:
-            watchers = list(self._watchers)
+            watchers = list(self.watchers)
         try:
             for watcher in watchers:
                 undeclare(watcher)

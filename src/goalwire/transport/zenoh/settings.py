@@ -6,6 +6,7 @@ config/DEFAULT_RMW_ZENOH_{SESSION,ROUTER}_CONFIG.json5, the same from humble to 
 
 from __future__ import annotations
 
+import os
 from typing import TypeAlias
 
 Json: TypeAlias = 'dict[str, Json] | list[Json] | str | int | bool | None'
@@ -115,6 +116,19 @@ def rendezvous(port: int) -> Settings:
     }
     settings['routing'] = {'interests': {'timeout': 10_000}, 'router': {'peers_failover_brokering': False}}
     return settings
+
+
+_MARK = b'goalwire'.hex()
+
+
+def rendezvous_id() -> str:
+    """Return a session id for a rendezvous; half of it tells that goalwire offers it, half is drawn."""
+    return _MARK + os.urandom(8).hex()
+
+
+def is_rendezvous_id(session: str) -> bool:
+    """Return whether a session is a rendezvous of goalwire's, by its id."""
+    return session.startswith(_MARK)
 
 
 SINGLE_BIND: Settings = {'timeout_ms': 0, 'exit_on_failure': True}
