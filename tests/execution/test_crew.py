@@ -71,3 +71,36 @@ def test_a_thread_lent_and_given_back_leaves_one_that_works_on(context: SmallCon
             assert later.wait(STEADY.now() + int(PATIENCE * 1e9))
             assert later.result() == 'ran'
         assert len(executor._crew) == 1
+
+
+def test_a_shutdown_waits_for_the_threads_where_it_is_asked_to(context: SmallContext) -> None:
+    executor = MultiThreadedExecutor(4, context=context)
+    begun, hold, ended = threading.Event(), threading.Event(), threading.Event()
+
+    def slow() -> None:
+        begun.set()
+        assert soon(hold)
+        ended.set()
+
+    task = executor.create_task(slow)
+    with Spinning(executor):
+        assert soon(begun)
+        assert executor.shutdown(0, wait_for_threads=True) is False
+        assert executor.shutdown(0.01, wait_for_threads=True) is False
+        assert executor.shutdown() is True
+        assert not ended.is_set()
+        release = threading.Timer(0.01, hold.set)
+        release.start()
+        assert executor.shutdown(wait_for_threads=True) is True
+        assert ended.is_set()
+        assert task.done()
+        release.join()
+
+
+def test_a_callback_that_shuts_its_executor_down_does_not_wait_for_itself(context: SmallContext) -> None:
+    executor = MultiThreadedExecutor(4, context=context)
+    done: Collector[bool] = Collector()
+    task = executor.create_task(lambda: done(executor.shutdown(wait_for_threads=True)))
+    with Spinning(executor):
+        assert done.expect(1, PATIENCE) == [True]
+    assert task.exception() is None

@@ -12,7 +12,7 @@ from goalwire.entities.node import NodeCore
 from goalwire.entities.service_introspection import Introspected, IntrospectedCall
 from goalwire.entities.timed_calls import TimedCalls
 from goalwire.entities.type_support import ServiceSupport
-from goalwire.errors import CallError, ClosedError, TooManyCallsError
+from goalwire.errors import CallError, ClosedError, DeadlineError, NoServerError, TooManyCallsError
 from goalwire.execution.blocking import abandon, block_on
 from goalwire.execution.callback_groups import CallbackGroup
 from goalwire.execution.future import FINISHED, PENDING, Future
@@ -300,8 +300,9 @@ class ClientCore(TimedCalls, Introspected):
             port.forget(sequence)
 
     def call(self, request: Any, timeout_sec: float | None = None) -> Any:
-        """Send a request and wait for its response; None where it did not come in time.
+        """Send a request and wait for its response.
 
+        Raises DeadlineError or NoServerError, both TimeoutErrors, after `timeout_sec`, as newer rclpy does.
         Works inside callbacks: the thread that brings the reply wakes this one. Raises as call_async does,
         and at once where the server's callback would need the very thread or group that waits here. Without
         `timeout_sec` the `default_timeout` counts, if there is one, and a call that ends badly raises.
@@ -321,10 +322,18 @@ class ClientCore(TimedCalls, Introspected):
             future.forget()
             if future.guard is not None and future.pending():
                 raise ShutDownError(f"cannot call '{self.full_name}'")
+            if timeout_sec is not None and lifeline.alive and future.pending():
+                raise self._late(timeout_sec)
         try:
             return future.result()
         finally:
             del future  # its exception's traceback holds this frame
+
+    def _late(self, timeout_sec: float) -> CallError:
+        served = self._port is not None and self.server_is_there()
+        what = 'no response came' if served else 'no server came'
+        text = f"service '{self.full_name}': {what} within {timeout_sec:g} s"
+        return (DeadlineError if served else NoServerError)(text, name=self.full_name, waited=timeout_sec)
 
     def server_is_there(self) -> bool:
         """True while there is a server of this name and type that can be called.

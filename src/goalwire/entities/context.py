@@ -169,7 +169,9 @@ class Context:
         self.try_shutdown()
 
     def __enter__(self) -> Self:
-        self.init()
+        """Open it, unless that was done before."""
+        if self._domain_id is None:
+            self.init()
         return self
 
     def __exit__(

@@ -7,6 +7,8 @@ import threading
 from typing import TYPE_CHECKING
 from weakref import WeakSet
 
+from goalwire.execution.steady import STEADY
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
@@ -80,6 +82,15 @@ class Crew:
             self.dismissed = True
         self._rouse()
         self._join(idle_only=True)
+
+    def await_end(self, deadline: int | None) -> bool:
+        """Wait until all threads but the calling one have ended; False at `deadline` (steady ns)."""
+        for thread in tuple(self._threads):
+            if thread is not threading.current_thread() and thread.is_alive():
+                thread.join(None if deadline is None else max(deadline - STEADY.now(), 0) / 1e9)
+                if thread.is_alive():
+                    return False
+        return True
 
     def _join(self, *, idle_only: bool) -> None:
         for thread in tuple(self._threads):

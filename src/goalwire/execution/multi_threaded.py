@@ -14,6 +14,7 @@ from goalwire.execution.outcomes import ExternalShutdownException
 from goalwire.execution.ready import ReadyQueue
 from goalwire.execution.remainder import Remainder
 from goalwire.execution.spinning import Ending, EndingWhen, Stay, ending_of
+from goalwire.execution.steady import STEADY, deadline_after
 from goalwire.execution.waiting import Waiter
 
 if TYPE_CHECKING:
@@ -66,6 +67,19 @@ class MultiThreadedExecutor(Executor):
 
     def spin_until_future_complete(self, future: Future[Any], timeout_sec: Timeout = None) -> None:
         self._run(future, self._deadline(timeout_sec), once=False)
+
+    def shutdown(self, timeout_sec: float | None = None, *, wait_for_threads: bool = False) -> bool:
+        """End every spin and forget the nodes.
+
+        With `wait_for_threads` wait until the callbacks that run have ended, and with them all threads but
+        the calling one: False where `timeout_sec` is over before that; None and negative wait without limit.
+        """
+        super().shutdown(timeout_sec)
+        if not wait_for_threads:
+            return True
+        if timeout_sec is None or timeout_sec < 0:
+            return self._crew.await_end(None)
+        return self._crew.await_end(deadline_after(STEADY, timeout_sec))
 
     def is_driven(self) -> bool:
         """Whether a thread spins this, or a callback still runs."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from threading import Lock
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 from goalwire.errors import InvalidHandle
 from goalwire.execution.clock import ClockChange, ROSClock
@@ -18,6 +18,7 @@ from goalwire.protocol.time import S_TO_NS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
+    from types import TracebackType
 
     from goalwire.execution.callback_groups import CallbackGroup
     from goalwire.execution.clock import Clock
@@ -172,6 +173,17 @@ class Timer(Work):
         """End it. Idempotent."""
         self._destroyed = self._canceled = True
         self._alarm.drop()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        exc_type: type[BaseException] | None,
+        exc_val: BaseException | None,
+        exc_tb: TracebackType | None,
+    ) -> None:
+        self.destroy()
 
     # -- what the library builds on
 

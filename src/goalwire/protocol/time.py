@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from enum import IntEnum
 from functools import total_ordering
+from math import inf, isfinite
 from typing import TYPE_CHECKING, Protocol, Self, overload
 
 if TYPE_CHECKING:
@@ -77,6 +78,28 @@ class Duration:
         if isinstance(other, Duration):
             return self._nanoseconds < other._nanoseconds
         return NotImplemented
+
+    def __add__(self, other: Duration) -> Duration:
+        if not isinstance(other, Duration):
+            return NotImplemented
+        return Duration(nanoseconds=self._nanoseconds + other._nanoseconds)
+
+    def __sub__(self, other: Duration) -> Duration:
+        if not isinstance(other, Duration):
+            return NotImplemented
+        return Duration(nanoseconds=self._nanoseconds - other._nanoseconds)
+
+    def __mul__(self, factor: float) -> Duration:
+        """Times infinity it is Infinite. Raises ValueError for nan, OverflowError past an int64."""
+        if isinstance(factor, int):
+            return Duration(nanoseconds=self._nanoseconds * factor)
+        if not isinstance(factor, float):
+            return NotImplemented
+        if factor == inf:
+            return Infinite
+        if not isfinite(factor):
+            raise ValueError(f"Can't multiply duration with {factor}")
+        return Duration(nanoseconds=int(self._nanoseconds * factor))
 
     def to_msg(self) -> DurationMessage:
         """Return a builtin_interfaces/Duration; `sec` is rounded down, so `nanosec` is never negative."""

@@ -248,8 +248,9 @@ def test_the_nearest_time_counts(context: Context, make_node: MakeNode) -> None:
     assert empty(client)
 
 
-def test_a_call_with_a_time_of_its_own_means_what_it_means_in_rclpy(impatient: TriggerClient) -> None:
-    assert impatient.call(Trigger.Request(), timeout_sec=0.01) is None
+def test_a_call_with_a_time_of_its_own_ends_by_that_one(impatient: TriggerClient) -> None:
+    with pytest.raises(TimeoutError, match=r'within 0\.01 s'):
+        impatient.call(Trigger.Request(), timeout_sec=0.01)
     assert empty(impatient)
 
 

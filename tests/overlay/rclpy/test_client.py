@@ -20,7 +20,7 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from goalwire.entities.exceptions import RCLError
-from goalwire.errors import EncodeError, WouldDeadlockError
+from goalwire.errors import DeadlineError, EncodeError, NoServerError, WouldDeadlockError
 
 Request, Response = AddTwoInts.Request, AddTwoInts.Response
 AddClient: TypeAlias = Client[AddTwoInts.Request, AddTwoInts.Response]
@@ -209,13 +209,16 @@ def test_calls_of_many_threads_get_their_own_answers(
     assert pair.pending == {}
 
 
-def test_a_call_that_nobody_answers_returns_none_and_leaves_nothing(
+def test_a_call_that_nobody_answers_ends_with_an_error_and_leaves_nothing(
     make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     client = make_node().create_client(AddTwoInts, 'nosuch')
     heard = unanswered_of(client, monkeypatch)
-    assert client.call(Request(), timeout_sec=0.05) is None
-    assert client.call(Request(), 0) is None
+    with pytest.raises(TimeoutError, match=r"service '/nosuch': no server came within 0\.05 s") as late:
+        client.call(Request(), timeout_sec=0.05)
+    assert isinstance(late.value, NoServerError)
+    with pytest.raises(TimeoutError):
+        client.call(Request(), 0)
     future = client.call_async(Request())
     heard.expect(1)
     assert not future.done()
@@ -256,6 +259,25 @@ def test_a_server_of_another_type_does_not_count(make_node: MakeNode) -> None:
     node.create_service(Trigger, 'add', lambda request, response: response)
     client = make_node('other').create_client(AddTwoInts, 'add')
     assert client.wait_for_service(0.1) is False
+
+
+def test_a_call_that_takes_too_long_ends_with_an_error(make_node: MakeNode, spin: Spin) -> None:
+    node = make_node()
+    hold = threading.Event()
+
+    def answer(request: AddTwoInts.Request, response: AddTwoInts.Response) -> AddTwoInts.Response:
+        hold.wait(PATIENCE)
+        return response
+
+    node.create_service(AddTwoInts, 'slow', answer)
+    spin(node)
+    client = make_node('other').create_client(AddTwoInts, 'slow')
+    assert client.wait_for_service(PATIENCE)
+    with pytest.raises(DeadlineError, match=r"service '/slow': no response came within 0\.05 s"):
+        client.call(Request(), timeout_sec=0.05)
+    hold.set()
+    assert client.pending == {}
+    assert client.call(Request(), timeout_sec=PATIENCE) == Response()
 
 
 def test_a_destroyed_client_refuses_to_work(make_node: MakeNode) -> None:

@@ -110,6 +110,14 @@ def test_a_context_is_a_block(isolated: dict[str, str], monkeypatch: pytest.Monk
     assert not context.ok()
 
 
+def test_an_open_context_is_a_block_too_as_in_newer_rclpy(fresh: Context) -> None:
+    fresh.init(args=[])
+    with fresh as context:
+        assert context is fresh
+        assert context.ok()
+    assert not fresh.ok()
+
+
 def test_the_domain_is_the_environment_s_or_the_given_one(isolated: dict[str, str], fresh: Context) -> None:
     other, domain = Context(), fresh_domain()
     fresh.init(args=[])
