@@ -484,6 +484,47 @@ def test_a_rate_goes_on_when_its_clock_is_switched_and_jumps_back(context: Small
     thread.join()
 
 
+def test_a_loop_around_spin_once_goes_on_while_another_thread_sleeps_in_a_rate(
+    executor: Executor, context: SmallContext, node: SmallNode
+) -> None:
+    executor.add_node(node)
+    ticks = Rate(Timer(None, None, 10 * MS, ROSClock(), home=node.home), context=context)
+    done = threading.Event()
+
+    def work() -> None:
+        for _ in range(3):
+            ticks.sleep()
+        done.set()
+
+    def loop() -> None:
+        while not done.is_set():
+            executor.spin_once()
+
+    threads = [threading.Thread(target=target) for target in (work, loop)]
+    for thread in threads:
+        thread.start()
+    try:
+        for thread in threads:
+            thread.join(PATIENCE)
+            assert not thread.is_alive()
+    finally:
+        context.shutdown()
+        for thread in threads:
+            thread.join()
+
+
+@pytest.mark.parametrize('late_ms', [-3, 0, 4, 10, 25])
+def test_a_rate_has_a_turn_of_the_executor_in_each_period(late_ms: int) -> None:
+    world = World()
+    timer = world.timer(10)
+    due = timer.next_call_ns
+    timer.take_over()
+    world.time.time += (10 + late_ms) * MS
+    assert timer._next_turn() - due == max(0, late_ms // 10 + 1) * 10 * MS
+    assert world.at(10.0 + late_ms) == []
+    assert timer.next_call_ns == due  # whoever sleeps at this rhythm calls it
+
+
 def test_what_is_no_clock_is_refused() -> None:
     with pytest.raises(AttributeError, match="'int' object has no attribute 'handle'"):
         Timer(None, None, 10**9, 1)  # type: ignore[arg-type]

@@ -13,7 +13,10 @@ if TYPE_CHECKING:
 
 
 class Rate:
-    """Sleeps until its timer is due. Unlike rclpy's it needs no executor that spins meanwhile."""
+    """Sleeps until its timer is due. Unlike rclpy's it needs no executor that spins meanwhile.
+
+    One that does has a turn with each tick, whether somebody sleeps or not.
+    """
 
     def __init__(self, timer: Timer, *, context: ContextLike) -> None:
         timer.take_over()

@@ -204,9 +204,13 @@ class Timer(Work):
         self._schedule()
 
     def take_over(self) -> None:
-        """Leave calling to somebody else, a Rate: no executor calls it from now on."""
+        """Leave calling to somebody else, a Rate: no executor calls it from now on.
+
+        It has a turn of its executor with each period all the same, as in rclpy: a program may go round a
+        loop with `spin_once` until something has changed that another thread does at this rhythm.
+        """
         self._taken = True
-        self._alarm.drop()
+        self._schedule()
 
     def advance(self) -> tuple[int, int] | None:
         """Note a call and find the next due time, in phase and in the future; None where none is due yet.
@@ -235,7 +239,10 @@ class Timer(Work):
 
     def run(self) -> object:
         self._posted = False
-        if self._canceled or self._taken:
+        if self._canceled:
+            return None
+        if self._taken:
+            self._schedule()
             return None
         times = self.advance()
         self._schedule()  # before the callback: in a reentrant group it may overlap itself
@@ -271,12 +278,17 @@ class Timer(Work):
         self._schedule()
 
     def _schedule(self) -> None:
-        if not (self._canceled or self._taken):
-            self._alarm.set(self._next_call)
+        if not self._canceled:
+            self._alarm.set(self._next_turn() if self._taken else self._next_call)
             if self._destroyed:  # by another thread, which found nothing to drop
                 self._alarm.drop()
         for wake in self.watchers:
             wake()
+
+    def _next_turn(self) -> int:
+        """When the next period begins: who calls it may be late."""
+        due, late = self._next_call, self._clock.now_ns() - self._next_call
+        return due if late < 0 else due + (late // max(self._period, 1) + 1) * max(self._period, 1)
 
     def _post(self) -> None:
         if not self._posted:
