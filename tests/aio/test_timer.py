@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import asyncio
+import time
 
 import pytest
 from helpers.loops import Play
 from rosgraph_msgs.msg import Clock
 
 import goalwire
+from goalwire.execution.steady import SteadyClock
 
 
 def test_a_timer_ticks_in_phase_and_what_was_missed_is_one_tick(play: Play) -> None:
@@ -53,5 +55,23 @@ def test_timers_and_sleeps_follow_simulated_time(play: Play) -> None:
             clock.publish(message)
             assert (await ticking).nanoseconds >= 100 * 10**9
             await sleeping
+
+    play(scenario)
+
+
+def test_a_timer_goes_on_when_the_machines_clock_is_set_back(
+    play: Play, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def scenario() -> None:
+        async with goalwire.Node('ticking') as node:
+            timer = node.timer(0.05)
+            await anext(timer)
+            monkeypatch.setattr(
+                SteadyClock, 'system_now', staticmethod(lambda: time.time_ns() - 3600 * 10**9)
+            )
+            async with asyncio.timeout(10.0):
+                for _ in range(3):
+                    await anext(timer)
+                await node.clock.sleep(0.05)
 
     play(scenario)

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import asyncio
 import threading
+from collections.abc import Callable
 from contextlib import suppress
 from typing import cast
 
@@ -18,7 +19,7 @@ from goalwire.execution.single_threaded import SingleThreadedExecutor
 from goalwire.execution.steady import STEADY
 from goalwire.execution.timer import Timer
 from goalwire.execution.waiting import Waiter
-from goalwire.protocol.time import ClockType, Time
+from goalwire.protocol.time import ClockType, Duration, Time
 
 MS = 1_000_000
 
@@ -26,16 +27,17 @@ MS = 1_000_000
 class HandSet(SteadyClock):
     """Time that a test moves; nobody sleeps in it."""
 
-    __slots__ = ('time',)
+    __slots__ = ('offset', 'time')
 
     def __init__(self) -> None:
         self.time = 10**12
+        self.offset = 10**18
 
     def now(self) -> int:
         return self.time
 
     def system_now(self) -> int:
-        return self.time + 10**18
+        return self.time + self.offset
 
     def wait(self, waiter: Waiter, deadline_ns: int | None) -> bool:
         raise AssertionError('a test with time set by hand must not sleep')
@@ -387,7 +389,90 @@ def test_the_setter_of_sim_time_wakes_a_sleeping_executor(executor: Executor, no
     timer.destroy()
 
 
+@pytest.mark.parametrize('clock_type', [ClockType.ROS_TIME, ClockType.SYSTEM_TIME, ClockType.STEADY_TIME])
+@pytest.mark.parametrize('seconds', [-3600, -0.15, 3600])
+def test_a_timer_goes_on_when_the_machines_clock_is_set(clock_type: ClockType, seconds: float) -> None:
+    world = World()
+    timer = world.timer(100, clock_type)
+    assert world.at(100) == [100]
+    world.at(140)
+    world.time.offset += int(seconds * 1e9)
+    before = timer.time_until_next_call()
+    assert before is not None
+    if seconds < 0:
+        assert before == 60 * MS  # the running period ends in its time
+        assert not timer.is_ready()
+    for ms in range(141, 500):
+        world.at(ms)
+    assert len(world.calls) == 4
+    assert all(100 * number <= at < 100 * number + 100 for number, at in enumerate(world.calls, 1))
+    assert 0 <= timer.time_since_last_call() < 100 * MS
+    following = timer.time_until_next_call()
+    assert following is not None
+    assert 0 < following <= 100 * MS
+
+
+def test_a_timer_whose_clock_is_set_back_within_a_period_waits_that_much_longer() -> None:
+    world = World()
+    world.timer(100)
+    world.at(100)
+    world.at(180)
+    world.time.offset -= 50 * MS
+    for ms in range(181, 700):
+        world.at(ms)
+    assert world.calls == [100, 250, 350, 450, 550, 650]
+
+
+def test_a_timer_that_is_reset_after_its_clock_was_set_back_begins_a_new_period() -> None:
+    world = World()
+    timer = world.timer(100)
+    world.at(100)
+    world.time.offset -= 3600 * 1000 * MS
+    world.at(130)
+    timer.reset()
+    assert timer.time_until_next_call() == 100 * MS
+    assert world.at(229) == [100]
+    assert world.at(230) == [100, 230]
+
+
 # -- Rate
+
+
+class Adjustable(SteadyClock):
+    """The machine's time, with a system clock that a test sets."""
+
+    __slots__ = ('shift',)
+
+    def __init__(self) -> None:
+        self.shift = 0
+
+    def system_now(self) -> int:
+        return STEADY.system_now() + self.shift
+
+
+def test_a_rate_and_a_sleep_end_in_time_when_the_machines_clock_is_set_back(context: SmallContext) -> None:
+    time = Adjustable()
+    context.lifeline.clock = time
+    clock = ROSClock(source=time)
+    ticks = rate(context, 10, clock)
+    ended = threading.Semaphore(0)
+
+    def sleep(how: Callable[[], object]) -> None:
+        for _ in range(3):
+            how()
+            ended.release()
+
+    threads = [
+        threading.Thread(target=sleep, args=(how,))
+        for how in (ticks.sleep, lambda: clock.sleep_for(Duration(nanoseconds=100 * MS), context))
+    ]
+    for thread in threads:
+        thread.start()
+    assert ended.acquire(timeout=PATIENCE)
+    time.shift = -3600 * 1000 * MS
+    for thread in threads:
+        thread.join(PATIENCE)
+        assert not thread.is_alive()
 
 
 def rate(context: SmallContext, hertz: float, clock: Clock | None = None) -> Rate:

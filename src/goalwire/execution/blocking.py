@@ -55,10 +55,11 @@ def block_on_clock(future: Future[Any], clock: Clock, until_ns: int, lifeline: L
     A switch between system and simulated time ends it, too: `until_ns` means nothing then.
     """
     waiter = lifeline.new_waiter()
+    is_over = clock.has_passed(until_ns - clock.now_ns())
     future.add_waker(waiter.wake)
     try:
         with thread_lent():
-            clock.wait_until(until_ns, waiter, lifeline, future.settled)
+            clock.wait_until(until_ns, waiter, lifeline, lambda: future.settled() or is_over())
         return future.settled()
     finally:
         future.remove_waker(waiter.wake)

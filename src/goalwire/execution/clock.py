@@ -116,16 +116,30 @@ class Clock:
 
         Raises NotInitializedException where the context is not up, ValueError for another clock's time.
         """
+        return self._sleep(until, context, bool)
+
+    def _sleep(self, until: Time, context: ContextLike | None, is_over: Callable[[], bool]) -> bool:
+        """The same, or until `is_over()`."""
         context = default_context() if context is None else context
         if not context.ok():
             raise NotInitializedException
         if until.clock_type is not self._clock_type:
             raise ValueError("until's clock type does not match this clock's type")
-        return self.wait_until(until.nanoseconds, context.lifeline.new_waiter(), context.lifeline)
+        lifeline = context.lifeline
+        reached = self.wait_until(until.nanoseconds, lifeline.new_waiter(), lifeline, is_over)
+        return reached or (lifeline.alive and is_over())
 
     def sleep_for(self, rel_time: Duration, context: ContextLike | None = None) -> bool:
-        """Block for `rel_time` on this clock; see `sleep_until`."""
-        return self.sleep_until(self.now() + rel_time, context)
+        """Block for `rel_time` on this clock, however the machine's is set; see `sleep_until`."""
+        return self._sleep(self.now() + rel_time, context, self.has_passed(rel_time.nanoseconds))
+
+    def has_passed(self, duration_ns: int) -> Callable[[], bool]:
+        """Make what tells whether so much of the machine's time has passed, where nobody sets this clock."""
+        if self.overridden:
+            return bool
+        source = self.source
+        end = source.now() + duration_ns
+        return lambda: not self.overridden and source.now() >= end
 
     def wait_until(
         self, target_ns: int, waiter: Waiter, lifeline: Lifeline, give_up: Callable[[], bool] = bool

@@ -36,6 +36,8 @@ class Timer(Work):
     Periods that were missed are made up for by one call, and the phase is kept, as in rcl. It is
     an alarm in its node's executor; on an overridden ROS clock the setter of the time posts it. That may be
     another thread than the one that calls: `_lock` keeps the two times together, over no foreign code.
+    Where the machine's clock is set back to before the last call, the running period ends in its time all the
+    same: `_steady_due` says when.
     """
 
     __slots__ = (
@@ -52,6 +54,7 @@ class Timer(Work):
         '_next_call',
         '_period',
         '_posted',
+        '_steady_due',
         '_taken',
         '_with_info',
         'watchers',
@@ -88,6 +91,7 @@ class Timer(Work):
         self.watchers: Sequence[Callable[[], None]] = ()
         self._last_call = clock.now_ns()
         self._next_call = self._last_call + self._period
+        self._steady_due = self._clock.source.now() + self._period
         self._canceled = not autostart
         self._destroyed = self._posted = self._taken = False
         self._alarm = ClockAlarm(self.home, clock, self._post)
@@ -138,7 +142,7 @@ class Timer(Work):
     def is_ready(self) -> bool:
         """Whether a call is due."""
         self._check()
-        return not self._canceled and self._clock.now_ns() >= self._next_call
+        return not self._canceled and self._now() >= self._next_call
 
     def is_canceled(self) -> bool:
         """Whether it is off."""
@@ -156,18 +160,22 @@ class Timer(Work):
         self._check()
         with self._lock:
             self._next_call = self._clock.now_ns() + self._period
+            self._steady_due = self._clock.source.now() + self._period
             self._canceled = False
         self._schedule()
 
     def time_since_last_call(self) -> int:
         """Ns since the last call, or since it was made."""
         self._check()
-        return self._clock.now_ns() - self._last_call
+        return self._now() - self._last_call
 
     def time_until_next_call(self) -> int | None:
         """Ns until the next call, negative where it is late; None while canceled."""
         self._check()
-        return None if self._canceled else self._next_call - self._clock.now_ns()
+        if self._canceled:
+            return None
+        now = self._now()
+        return self._next_call - now
 
     def destroy(self) -> None:
         """End it. Idempotent."""
@@ -190,6 +198,7 @@ class Timer(Work):
     @property
     def next_call_ns(self) -> int:
         """When the next call is due, on its clock."""
+        self._now()
         return self._next_call
 
     @property
@@ -220,15 +229,37 @@ class Timer(Work):
         with self._lock:
             now, due = self._clock.now_ns(), self._next_call
             if now < due:
-                return None
+                due = self._due_after_set_back(now)
+                if now < due:
+                    return None
             period = max(self._period, 0)
             following = due + period
             if following <= now:
                 self._missed += (now - following) // period + 1 if period else 0
                 following = now if period == 0 else now + period - (now - following) % period
             self._last_call, self._next_call = now, following
+            self._steady_due = self._clock.source.now() + following - now
         self._lateness.counts[(now - due).bit_length()] += 1
         return due, now
+
+    def _now(self) -> int:
+        """The time of the clock, to which the next call is fitted where it was set back."""
+        now = self._clock.now_ns()
+        if now < self._last_call:
+            with self._lock:
+                self._due_after_set_back(now)
+        return now
+
+    def _due_after_set_back(self, now: int) -> int:
+        """When the next call is due, now that the clock shows `now`.
+
+        A jump to before the last call would stop the timer until the old time is there again. Who sets a
+        clock by hand says so (`clock_jumped`); nobody tells of the machine's.
+        """
+        if now < self._last_call and not self._clock.overridden:
+            self._next_call = now + max(self._steady_due - self._clock.source.now(), 0)
+            self._last_call = min(self._next_call - self._period, now)
+        return self._next_call
 
     def statistics(self) -> TimerStatistics:
         """Count its calls, and how late they came."""
@@ -275,6 +306,7 @@ class Timer(Work):
             elif now < self._last_call:
                 self._next_call = now + self._period
                 self._last_call = now
+            self._steady_due = self._clock.source.now() + self._next_call - now
         self._schedule()
 
     def _schedule(self) -> None:
@@ -287,7 +319,8 @@ class Timer(Work):
 
     def _next_turn(self) -> int:
         """When the next period begins: who calls it may be late."""
-        due, late = self._next_call, self._clock.now_ns() - self._next_call
+        due = self.next_call_ns
+        late = self._clock.now_ns() - due
         return due if late < 0 else due + (late // max(self._period, 1) + 1) * max(self._period, 1)
 
     def _post(self) -> None:
