@@ -78,9 +78,14 @@ def test_times_without_end_are_times(play: Play) -> None:
     [
         ({'policy': goalwire.preempt}, 'policy is what goalwire.single'),
         ({'policy': 'single'}, "not 'single'"),
-        ({'handler': None}, "action 'move': handler is a function, not None"),
-        ({'accept': 3}, "action 'move': accept is a function, not 3"),
-        ({'on_failure': 3}, "action 'move': on_failure is a function, not 3"),
+        (
+            {'handler': None},
+            "the handler of the action 'move' must be a function: got None; give the function itself",
+        ),
+        ({'accept': 3}, "accept of the action 'move' must be a function: got 3"),
+        ({'on_failure': 3}, "on_failure of the action 'move' must be a function: got 3"),
+        ({'handler': lambda: None}, r"the handler of the action 'move' is called as .*<lambda>\(goal\), and"),
+        ({'on_failure': lambda goal: None}, r'on_failure .* called as .*<lambda>\(goal, error\), and'),
     ],
 )
 def test_what_a_server_cannot_use_is_refused_when_it_is_made(
@@ -122,5 +127,21 @@ def test_a_time_that_is_none_names_the_service(play: Play) -> None:
                 await node.client(Trigger, 'pull').call(timeout='1')  # type: ignore[arg-type]
         with pytest.raises(ValueError, match='call_timeout is a number of seconds, not nan'):
             goalwire.Node('robot', call_timeout=nan)
+
+    play(scenario)
+
+
+def test_a_handler_that_cannot_be_called_is_told_where_it_is_given(play: Play) -> None:
+    wrong: Any = lambda: None  # noqa: E731
+    called: Any = move(goalwire.Goal.__new__(goalwire.Goal))
+
+    async def scenario() -> None:
+        async with goalwire.Node('robot') as node:
+            with pytest.raises(
+                TypeError, match=r"the service 'switch' is called as .*<lambda>\(request\), and"
+            ):
+                node.service(SetBool, 'switch', wrong)
+            with pytest.raises(TypeError, match=r'a coroutine of move\(\); give the function itself'):
+                node.service(SetBool, 'switch', called)
 
     play(scenario)

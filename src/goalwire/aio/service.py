@@ -6,6 +6,7 @@ from collections.abc import Awaitable, Callable
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from goalwire.aio.entity import Entity
+from goalwire.entities.callbacks import check_callback
 from goalwire.entities.service import ServiceCore
 from goalwire.execution.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
 from goalwire.logging import get_logger
@@ -63,6 +64,8 @@ class Service(Entity, Generic[RequestT, ResponseT]):
         *,
         concurrent: bool,
     ) -> None:
+        check_callback(handler, ('request',), f"the handler of the service '{name}'")
+
         def answer(request: Any, _response: object) -> object:
             return handler(request)
 

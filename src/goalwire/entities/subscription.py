@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from sys import maxsize
-from types import FunctionType, MethodType
 from typing import TYPE_CHECKING, Any, Generic, TypedDict, TypeVar
 
+from goalwire.entities.callbacks import accepts, what_was_given
 from goalwire.entities.endpoint import describe_endpoint
 from goalwire.entities.exceptions import InvalidHandle
 from goalwire.entities.node import NodeCore
@@ -26,9 +25,6 @@ MsgT = TypeVar('MsgT')
 
 _DEFAULT_DEPTH = 42
 """What rmw_zenoh takes for a depth of 0 (zenoh-wire A.2)."""
-
-_VARIADIC = 0x04
-"""inspect.CO_VARARGS: the function has *args."""
 
 
 class MessageInfo(TypedDict):
@@ -197,45 +193,14 @@ def _info(sample: Sample, taken: int) -> MessageInfo:
     }
 
 
-def _takes_info(callback: Callable[..., object]) -> bool:
+def _takes_info(callback: object) -> bool:
     for count in (1, 2):
-        if _accepts(callback, count):
+        if callable(callback) and accepts(callback, count):
             return count == 2
-    raise RuntimeError(
+    error = RuntimeError(
         'Subscription.__init__(): callback should be either be callable with one argument'
         '(to get only the message) or two (to get message and message info)'
     )
-
-
-def _accepts(callback: object, count: int) -> bool:
     if not callable(callback):
-        return False
-    arguments = _plain_arguments(callback)
-    if arguments is not None:
-        return count in arguments
-    from inspect import signature
-
-    try:
-        signature(callback).bind(*range(count))
-    except TypeError:
-        return False
-    except ValueError:  # a builtin that does not tell
-        return count == 1
-    return True
-
-
-def _plain_arguments(callback: object) -> range | None:
-    """Return how many positional arguments a function or method takes; None where only inspect can tell.
-
-    Most callbacks are one or the other, and to import inspect takes 5 ms.
-    """
-    bound = isinstance(callback, MethodType)
-    function = callback.__func__ if isinstance(callback, MethodType) else callback
-    if not isinstance(function, FunctionType) or function.__dict__:  # a decorator may have left a signature
-        return None
-    code = function.__code__
-    most = code.co_argcount - bound
-    if code.co_kwonlyargcount or most < 0:
-        return None
-    least = max(most - len(function.__defaults__ or ()), 0)
-    return range(least, maxsize if code.co_flags & _VARIADIC else most + 1)
+        error.add_note(what_was_given(callback))
+    raise error

@@ -92,6 +92,15 @@ async def await_or_execute(
     return value
 
 
+def _no_node(given: object, error: AttributeError) -> AttributeError:
+    """Say what was given in place of a node; a node that lacks something says so itself."""
+    if isinstance(given, type):
+        return AttributeError(f'a node is needed, not its class: make one, {given.__name__}(), and give that')
+    if hasattr(type(given), 'handle'):
+        return error
+    return AttributeError(f'a node is needed, not {given!r}')
+
+
 class Executor(Engine):
     """Runs the callbacks of its nodes on the threads that spin it.
 
@@ -119,7 +128,11 @@ class Executor(Engine):
         """
         if self._is_shutdown:
             self._refuse('add a node')
-        home, ready = node.handle.home, self._ready
+        try:
+            home = node.handle.home
+        except AttributeError as error:
+            raise _no_node(node, error) from None
+        ready = self._ready
         if home.queue is ready:
             return False
         previous = node.executor

@@ -189,6 +189,10 @@ class Future(Generic[T]):
 
     def add_done_callback(self, callback: Callable[[Future[T]], object]) -> None:
         """Call `callback(self)` when this is done or cancelled; soon or at once if it is already."""
+        if not callable(callback):
+            raise TypeError(
+                f'{type(callback).__name__!r} object is not callable: give the function itself, f not f()'
+            )
         if self._state == PENDING:
             self._callbacks.append(callback)
             if self._state != PENDING:

@@ -74,12 +74,9 @@ async def coroutine_of_none(request: Any, response: Any) -> None:
         lambda request, response: Response,
         coroutine_of_none,
         generator,
-        lambda request: None,
-        None,
     ],
     ids=[
         'None', 'another type', 'the request', 'True', 'the class', 'coroutine of None', 'generator',
-        'one argument', 'no callback',
     ],
 )  # fmt: skip
 def test_what_is_no_response_raises_type_error_out_of_spin_and_gives_the_request_up(

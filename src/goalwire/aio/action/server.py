@@ -11,6 +11,7 @@ from goalwire.aio.entity import Entity, message_of
 from goalwire.entities.actions.decisions import ActionCallbacks, CancelResponse, GoalResponse
 from goalwire.entities.actions.execution import Failure
 from goalwire.entities.actions.server import ActionServerCore
+from goalwire.entities.callbacks import check_callback
 from goalwire.errors import GoalAborted
 from goalwire.execution.callback_groups import ReentrantCallbackGroup
 
@@ -67,7 +68,13 @@ class ActionServer(Entity, Generic[GoalT, ResultT, FeedbackT]):
         on_failure: Callable[[Goal[GoalT, FeedbackT], Exception], ResultT | None] | None,
         reactor: GoalServer[Request, bytes],
     ) -> None:
-        _check_functions(name, handler=handler, accept=accept or bool, on_failure=on_failure or bool)
+        for given, arguments, what in (
+            (handler, ('goal',), 'the handler'),
+            (accept, ('request',), 'accept'),
+            (on_failure, ('goal', 'error'), 'on_failure'),
+        ):
+            if given is not None or given is handler:
+                check_callback(given, arguments, f"{what} of the action '{name}'")
         self._handler = handler
         self._accept = accept
         self._on_failure = on_failure
@@ -179,9 +186,3 @@ class ActionServer(Entity, Generic[GoalT, ResultT, FeedbackT]):
         for task in list(self._running.values()):
             if task is not calling:
                 task.cancel()
-
-
-def _check_functions(action: str, **functions: object) -> None:
-    for what, given in functions.items():
-        if not callable(given):
-            raise TypeError(f"action '{action}': {what} is a function, not {given!r}")

@@ -19,6 +19,7 @@ from goalwire.entities.actions.endpoints import ActionQoS
 from goalwire.entities.actions.goal_feedback import GoalFeedback
 from goalwire.entities.actions.goal_ids import goal_id_bytes
 from goalwire.entities.actions.requests import GoalRequest, RawFuture
+from goalwire.entities.callbacks import check_callback
 from goalwire.entities.client import PENDING_LIMIT, unanswered
 from goalwire.entities.endpoint import describe_endpoint
 from goalwire.entities.exceptions import InvalidHandle
@@ -97,8 +98,9 @@ class ActionClientCore(Cancelling):
     ) -> Future[ClientGoalHandle[Any, Any, Any]]:
         """Send a goal; the future gives its ClientGoalHandle, accepted or not.
 
-        Raises TypeError for another type than the action's Goal, EncodeError where a field cannot go on the
-        wire, GoalIdTaken for an id that is under way, TooManyCallsError, InvalidHandle once destroyed.
+        Raises TypeError for another type than the action's Goal or a callback that cannot be called,
+        EncodeError where a field cannot go on the wire, GoalIdTaken for an id that is under way,
+        TooManyCallsError, InvalidHandle once destroyed.
         """
         goal_id = new_goal_id() if goal_uuid is None else goal_id_bytes(goal_uuid)
         feedback = None if feedback_callback is None else self._feedback_inbox(feedback_callback)
@@ -145,6 +147,7 @@ class ActionClientCore(Cancelling):
             )
 
     def _feedback_inbox(self, callback: Callable[[Any], object]) -> GoalFeedback:
+        check_callback(callback, ('feedback_message',), f"the feedback callback of the action '{self.name}'")
         decode = self.support.feedback.decode
 
         def handle(sample: Sample) -> object:

@@ -200,6 +200,10 @@ def spin_until_future_complete(
     node: Node, future: Future[Any], executor: Executor | None = None, timeout_sec: float | None = None
 ) -> None:
     """Run the callbacks of `node` until `future` is done, the time is over or the context ends."""
+    if not hasattr(future, 'add_done_callback'):
+        raise AttributeError(
+            f'spin_until_future_complete(node, future) waits for a future, not for {future!r}'
+        )
     chosen = (_global_executor or get_global_executor()) if executor is None else executor
     added = chosen.add_node(node)
     try:

@@ -7,6 +7,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self, TypeVar
 from weakref import ReferenceType, ref
 
+from goalwire.entities.callbacks import check_callback, what_was_given
 from goalwire.entities.exceptions import NodeNameNonExistentError
 from goalwire.entities.type_support import ServiceSupport, ServiceType, service_support
 from goalwire.execution.callback_groups import checked_group
@@ -184,9 +185,11 @@ class Node(BaseNode):
     ) -> Service[RequestT, ResponseT]:
         """Create a service; `callback(request, response)` returns the response, plain or `async def`.
 
-        Raises InvalidServiceNameException, RuntimeError for a bad type.
+        Raises InvalidServiceNameException, RuntimeError for a bad type, TypeError for a callback that does
+        not take two arguments.
         """
         self.handle.check_open()
+        check_callback(callback, ('request', 'response'), f"the callback of the service '{srv_name}'")
         return self._ros_offer(service_support(srv_type), srv_name, callback, qos_profile, callback_group)
 
     def _ros_offer(
@@ -210,17 +213,30 @@ class Node(BaseNode):
     def create_timer(
         self,
         timer_period_sec: float,
-        callback: Callable[..., object] | None,
+        callback: Callable[..., object],
         callback_group: CallbackGroup | None = None,
         clock: Clock | None = None,
         autostart: bool = True,
     ) -> Timer:
         """Create a timer of a period in seconds, on the node's clock unless another is given.
 
-        Raises RCLError below 0, TypeError or ValueError for what is no number.
+        Raises RCLError below 0, TypeError or ValueError for what is no number, TypeError for no function.
         """
         self.handle.check_open()
         period_ns = timer_period_ns(timer_period_sec)
+        if not callable(callback):
+            raise TypeError(f'the callback of a timer must be a function: {what_was_given(callback)}')
+        return self._ros_timer(period_ns, callback, callback_group, clock, autostart=autostart)
+
+    def _ros_timer(
+        self,
+        period_ns: int,
+        callback: Callable[..., object] | None,
+        callback_group: CallbackGroup | None,
+        clock: Clock | None,
+        *,
+        autostart: bool = True,
+    ) -> Timer:
         group = self._ros_group(callback_group)
         timer = Timer(
             callback,
@@ -252,7 +268,9 @@ class Node(BaseNode):
         """Create a rate of `frequency` Hz, to sleep by; raises ValueError unless it is above 0."""
         if frequency <= 0:
             raise ValueError('frequency must be > 0')
-        timer = self.create_timer(1.0 / frequency, None, MutuallyExclusiveCallbackGroup(), clock)
+        self.handle.check_open()
+        period_ns = timer_period_ns(1.0 / frequency)
+        timer = self._ros_timer(period_ns, None, MutuallyExclusiveCallbackGroup(), clock)
         rate = Rate(timer, context=self._context)
         self._ros_rates[rate] = timer
         return rate

@@ -9,6 +9,7 @@ from goalwire.entities.actions.decisions import ActionCallbacks, CancelResponse,
 from goalwire.entities.actions.goal_handle import ServerGoalHandle
 from goalwire.entities.actions.server import ActionServerCore
 from goalwire.entities.actions.types import ActionType, FeedbackT, GoalT, ResultT
+from goalwire.entities.callbacks import check_callback, what_was_given
 from goalwire.entities.exceptions import RCLError
 from goalwire.entities.type_support import action_support
 from goalwire.execution.callback_groups import checked_group
@@ -98,10 +99,18 @@ class ActionServer(ActionServerCore, InboxWaitable, Generic[GoalT, ResultT, Feed
         goals run at a time, what becomes of the goals of a client that has gone, and who is told of an
         execute callback that raised (it may return a result to send along).
 
-        Raises TypeError for an execute callback that cannot be called or a timeout that is no number,
+        Raises TypeError for a callback that cannot be called so or a timeout that is no number,
         ValueError for a bad name or an `on_client_lost` that is none.
         """
-        _check_callable(execute_callback)
+        _check_callable(execute_callback, action_name)
+        decisions = (
+            (goal_callback, 'goal_request'),
+            (handle_accepted_callback, 'goal_handle'),
+            (cancel_callback, 'goal_handle'),
+        )
+        for callback, argument in decisions:
+            if callback is not None:
+                check_callback(callback, (argument,), f"a callback of the action '{action_name}'")
         callbacks = ActionCallbacks(
             execute_callback,
             goal_callback or default_goal_callback,
@@ -156,7 +165,7 @@ class ActionServer(ActionServerCore, InboxWaitable, Generic[GoalT, ResultT, Feed
 
     def register_execute_callback(self, execute_callback: _Execute[GoalT, ResultT, FeedbackT]) -> None:
         """Let this execute goals; raises TypeError where it cannot be called."""
-        _check_callable(execute_callback)
+        _check_callable(execute_callback, self.name)
         self.callbacks.execute = execute_callback
 
     def notify_execute(
@@ -183,9 +192,12 @@ def _nanoseconds(result_timeout: object) -> int:
     return int(result_timeout * S_TO_NS)
 
 
-def _check_callable(execute_callback: object) -> None:
+def _check_callable(execute_callback: object, action_name: str) -> None:
     if not callable(execute_callback):
-        raise TypeError('Failed to register goal execution callback: not callable')
+        error = TypeError('Failed to register goal execution callback: not callable')
+        error.add_note(what_was_given(execute_callback))
+        raise error
+    check_callback(execute_callback, ('goal_handle',), f"the execute callback of the action '{action_name}'")
 
 
 borrow(__name__)

@@ -113,6 +113,14 @@ class BaseNode(NodeGraph, NodeParameters):
     if not TYPE_CHECKING:  # the bases tell its type; read without a call of Python's: each spin asks twice
         handle = property(attrgetter('_ros_core'), doc='What stands behind the node: there is no C handle.')
 
+        def __getattr__(self, name: str) -> Any:
+            """Called for what is not there; what of ours is not, waits for our __init__."""
+            kind = type(self).__name__
+            text = f'{kind!r} object has no attribute {name!r}'
+            if '_ros_core' not in self.__dict__ and (name[0] == '_' or hasattr(BaseNode, name)):
+                text = f"{kind} is no node yet: {kind}.__init__() must call super().__init__('name') first"
+            raise AttributeError(text, name=name, obj=self)
+
     @property
     def context(self) -> Context:
         """The context that the node lives in."""

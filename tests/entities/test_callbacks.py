@@ -1,4 +1,4 @@
-"""Which callbacks a subscription takes, and what they want to be told."""
+"""How many arguments a callback takes."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 import pytest
 
-from goalwire.entities.subscription import _accepts, _plain_arguments
+from goalwire.entities.callbacks import _plain_arguments, accepts
 
 
 class Robot:
@@ -71,15 +71,11 @@ def test_a_callback_takes_what_inspect_says_it_does(callback: Callable[..., obje
     try:
         inspect.signature(callback).bind(*range(count))
     except TypeError:
-        assert not _accepts(callback, count)
+        assert not accepts(callback, count)
     else:
-        assert _accepts(callback, count)
+        assert accepts(callback, count)
 
 
 @pytest.mark.parametrize('callback', [decorated, lambda message, info: None, Robot().one, Robot.of_class])
 def test_functions_and_methods_are_judged_without_inspect(callback: Callable[..., object]) -> None:
     assert _plain_arguments(callback) is not None
-
-
-def test_what_is_not_callable_takes_nothing() -> None:
-    assert not _accepts(None, 1)

@@ -1,0 +1,68 @@
+"""Whether what a program hands over as a callback can be called as it will be: found where it is given."""
+
+from __future__ import annotations
+
+from sys import maxsize
+from types import CoroutineType, FunctionType, MethodType
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+_VARIADIC = 0x04
+"""inspect.CO_VARARGS: the function has *args."""
+
+
+def check_callback(callback: object, arguments: tuple[str, ...], what: str) -> None:
+    """Raise TypeError, as a call would, where `callback` cannot be called with so many arguments.
+
+    `what` says whose callback it is; `arguments` what it gets.
+    """
+    if not callable(callback):
+        raise TypeError(f'{what} must be a function: {what_was_given(callback)}')
+    if not accepts(callback, len(arguments)):
+        name = getattr(callback, '__qualname__', None) or repr(callback)
+        raise TypeError(f'{what} is called as {name}({", ".join(arguments)}), and does not take that')
+
+
+def what_was_given(callback: object) -> str:
+    """Say what was given in place of a function, and the usual reason."""
+    if isinstance(callback, CoroutineType):
+        callback.close()  # it will never be awaited
+        given = f'a coroutine of {callback.__qualname__}()'
+    else:
+        given = repr(callback)
+    return f'got {given}; give the function itself, f and not f()'
+
+
+def accepts(callback: Callable[..., object], count: int) -> bool:
+    """Whether `callback` takes that many positional arguments; one that does not tell takes one."""
+    arguments = _plain_arguments(callback)
+    if arguments is not None:
+        return count in arguments
+    from inspect import signature
+
+    try:
+        signature(callback).bind(*range(count))
+    except TypeError:
+        return False
+    except ValueError:  # a builtin that does not tell
+        return count == 1
+    return True
+
+
+def _plain_arguments(callback: object) -> range | None:
+    """Return how many positional arguments a function or method takes; None where only inspect can tell.
+
+    Most callbacks are one or the other, and to import inspect takes 5 ms.
+    """
+    bound = isinstance(callback, MethodType)
+    function = callback.__func__ if isinstance(callback, MethodType) else callback
+    if not isinstance(function, FunctionType) or function.__dict__:  # a decorator may have left a signature
+        return None
+    code = function.__code__
+    most = code.co_argcount - bound
+    if code.co_kwonlyargcount or most < 0:
+        return None
+    least = max(most - len(function.__defaults__ or ()), 0)
+    return range(least, maxsize if code.co_flags & _VARIADIC else most + 1)

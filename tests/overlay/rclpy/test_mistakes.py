@@ -1,0 +1,164 @@
+"""What a beginner gets wrong is told where it is done, with what to do."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+import rclpy
+from example_interfaces.action import Fibonacci
+from helpers.spinning import MakeNode
+from rclpy.action import ActionClient, ActionServer
+from rclpy.context import Context
+from rclpy.executors import Executor
+from rclpy.node import Node
+from rclpy.task import Future
+from std_msgs.msg import String
+from std_srvs.srv import SetBool
+
+THE_FUNCTION_ITSELF = 'give the function itself'
+
+
+@pytest.fixture
+def transport_name() -> str:
+    """The same before any wire."""
+    return 'goalwire_memory'
+
+
+@pytest.fixture
+def node(make_node: MakeNode) -> Node:
+    return make_node()
+
+
+def none() -> None: ...
+
+
+def three(one: object, two: object, three: object) -> None: ...
+
+
+async def reach(_: object) -> Fibonacci.Result:
+    return Fibonacci.Result()
+
+
+class Forgetful(Node):
+    """Its __init__ does not call super().__init__()."""
+
+    def __init__(self, act: str) -> None:
+        if act:
+            getattr(self, act)(String, 'topic', 10)
+
+
+FORGOTTEN = r"^Forgetful is no node yet: Forgetful.__init__\(\) must call super\(\).__init__\('name'\) first$"
+
+
+def test_a_node_without_super_init_says_so_where_it_is_used_first(executor: Executor) -> None:
+    with pytest.raises(AttributeError, match=FORGOTTEN):
+        Forgetful('create_publisher')
+    forgetful = Forgetful('')
+    with pytest.raises(AttributeError, match=FORGOTTEN):
+        executor.add_node(forgetful)
+    for use in (forgetful.get_logger, forgetful.get_name, forgetful.get_clock, forgetful.destroy_node):
+        with pytest.raises(AttributeError, match=FORGOTTEN):
+            use()
+    with pytest.raises(AttributeError, match=r"^'Forgetful' object has no attribute 'speed'$"):
+        forgetful.speed  # type: ignore[attr-defined]  # noqa: B018
+
+
+def test_a_node_lacks_an_attribute_as_any_object_does(node: Node) -> None:
+    with pytest.raises(
+        AttributeError, match=r"^'Node' object has no attribute 'create_publisherr'$"
+    ) as raised:
+        node.create_publisherr  # type: ignore[attr-defined]  # noqa: B018
+    assert (raised.value.name, raised.value.obj) == ('create_publisherr', node)  # for Python's "did you mean"
+    assert not hasattr(node, '_speed')
+
+
+def test_what_is_no_node_is_not_spun(executor: Executor) -> None:
+    other: Any
+    for other, text in (
+        (Node, r'^a node is needed, not its class: make one, Node\(\), and give that$'),
+        (None, '^a node is needed, not None$'),
+        ('arm', "^a node is needed, not 'arm'$"),
+    ):
+        with pytest.raises(AttributeError, match=text):
+            executor.add_node(other)
+        with pytest.raises(AttributeError, match=text):
+            rclpy.spin_once(other, executor=executor)
+        with pytest.raises(AttributeError, match=text):
+            rclpy.spin(other, executor=executor)
+
+
+def test_only_a_future_is_spun_for(node: Node, executor: Executor) -> None:
+    other: Any
+    for other in (None, SetBool.Response()):
+        with pytest.raises(AttributeError, match='waits for a future, not for'):
+            rclpy.spin_until_future_complete(node, other, executor)
+
+
+@pytest.mark.parametrize('given', [None, 5, 'f'])
+def test_what_is_no_function_is_refused_where_it_is_given(node: Node, given: Any) -> None:
+    client = ActionClient(node, Fibonacci, 'fib')
+    attempts: list[Callable[[], object]] = [
+        lambda: node.create_timer(1.0, given),
+        lambda: node.create_service(SetBool, 'switch', given),
+        lambda: ActionServer(node, Fibonacci, 'fib', given),
+        lambda: Future[None]().add_done_callback(given),
+    ]
+    if given is not None:
+        attempts.append(lambda: client.send_goal_async(Fibonacci.Goal(), given))
+        attempts.append(lambda: ActionServer(node, Fibonacci, 'fib', reach, goal_callback=given))
+    for attempt in attempts:
+        with pytest.raises(TypeError) as raised:
+            attempt()
+        said = '\n'.join((str(raised.value), *getattr(raised.value, '__notes__', ())))
+        assert THE_FUNCTION_ITSELF in said
+    with pytest.raises(RuntimeError) as refused:
+        node.create_subscription(String, 'topic', given, 10)
+    assert THE_FUNCTION_ITSELF in refused.value.__notes__[0]
+
+
+def test_a_coroutine_in_place_of_its_function_is_named(node: Node) -> None:
+    called: Any = reach(None)
+    with pytest.raises(
+        TypeError, match=r'got a coroutine of reach\(\); give the function itself, f and not f\(\)$'
+    ):
+        node.create_timer(1.0, called)
+
+
+@pytest.mark.parametrize('callback', [none, three], ids=['too few', 'too many'])
+def test_a_function_with_other_parameters_is_refused_where_it_is_given(node: Node, callback: Any) -> None:
+    client, name = ActionClient(node, Fibonacci, 'fib'), callback.__name__
+    for attempt, arguments in (
+        (lambda: node.create_service(SetBool, 'switch', callback), 'request, response'),
+        (lambda: ActionServer(node, Fibonacci, 'fib', callback), 'goal_handle'),
+        (lambda: ActionServer(node, Fibonacci, 'fib', reach, goal_callback=callback), 'goal_request'),
+        (lambda: ActionServer(node, Fibonacci, 'fib', reach, cancel_callback=callback), 'goal_handle'),
+        (lambda: client.send_goal_async(Fibonacci.Goal(), callback), 'feedback_message'),
+    ):
+        with pytest.raises(TypeError, match=rf'is called as {name}\({arguments}\), and does not take that$'):
+            attempt()
+    with pytest.raises(RuntimeError, match='callable with one argument'):
+        node.create_subscription(String, 'topic', callback, 10)
+    assert client.statistics().goals.sent == 0
+    assert {'/switch', '/fib'}.isdisjoint(service.srv_name for service in node.services)
+
+
+@pytest.mark.parametrize('answer', [None, True, SetBool.Request()], ids=repr)
+def test_a_service_that_returns_no_response_says_what_to_return(
+    node: Node, executor: Executor, answer: Any
+) -> None:
+    node.create_service(SetBool, 'switch', lambda _request, _response: answer)
+    client = node.create_client(SetBool, 'switch')
+    executor.add_node(node)
+    future = client.call_async(SetBool.Request())
+    text = f"^Service '/switch': the callback returned {type(answer).__name__}; return the SetBool_Response"
+    with pytest.raises(TypeError, match=text):
+        executor.spin_until_future_complete(future, 5.0)
+
+
+def test_before_init_that_is_what_is_told() -> None:
+    with pytest.raises(
+        rclpy.exceptions.NotInitializedException, match=r'^rclpy.init\(\) has not been called'
+    ):
+        Node('early', context=Context())
