@@ -209,6 +209,10 @@ class Link:
         self._has_priorities = True
         self._retired: list[bytes] = []
         # receiving
+        self.reads = 0
+        """Counts what `receive` has taken."""
+        self.is_lost = False
+        """Whether the session has let go of it."""
         self._largest_batch = MAX_BATCH
         self._tail = b''
         self._numbers = ReceivedNumbers(0)
@@ -417,7 +421,10 @@ class Link:
             raise ZenohProtocolError('a message is cut off') from None
         except UnicodeDecodeError as error:
             raise ZenohProtocolError(f'a text is no UTF-8: {error}') from None
-        self._tail = data[start:] if start < end else b''
+        finally:
+            # Also where a signal's handler raises in the midst of it: then only the rest of a batch is lost.
+            self._tail = data[start:] if start < end else b''
+            self.reads += 1
 
     def _take_transport(self, data: bytes, at: int, end: int) -> int:
         """Take a message of the link itself; return where it ends."""

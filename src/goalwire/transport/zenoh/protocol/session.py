@@ -104,7 +104,7 @@ class SessionProtocol:
     ) -> None:
         """`clock` tells s for timeouts. `when_told` gets nodes to connect to, `when_changed` is called when a
         link has come, gone or told all, `when_sooner` when `next_timeout` is nearer than it was, `drop_link`
-        with a link that a better one replaces. None of them may block."""
+        with a link that a better one replaces, and that is to be closed soon. None of them may block."""
         self.identity = identity
         self.zid = identity.zid
         self.id = show_id(identity.zid)
@@ -317,8 +317,8 @@ class SessionProtocol:
                 before = self.zid if other.handshake.connects else other.zid
                 if connector <= before:
                     raise ZenohProtocolError('there is a link to this session already', MAX_LINKS)
+                self.links = tuple(each for each in self.links if each is not other)
                 self._drop_link(other, 'another link to this session replaces it', MAX_LINKS)
-                self.link_lost(other)
 
     def _tell_all(self, link: Link, out: list[bytes]) -> None:
         for number, key, _ in self.subscribers.all():
@@ -332,8 +332,9 @@ class SessionProtocol:
         """A link has ended: what it had declared has gone, and it answers no query any more. Idempotent."""
         ended = []
         with self.lock:
-            if link not in self.links:
+            if link.is_lost:
                 return
+            link.is_lost = True
             self.links = tuple(each for each in self.links if each is not link)
             for key in link.tokens.values():
                 self.liveliness.vanished(key)

@@ -1,0 +1,11 @@
+"""Sessions of goalwire's own: sockets for Zenoh's protocol.
+
+    endpoints   addresses such as tcp/localhost:7447
+    poller      waits until sockets are ready, or timers due, or somebody calls
+    socket_link one connection: reads, writes, ends
+    dialler     connects, again and again where that is asked for
+    session     a session: opens, listens, waits, closes
+
+No thread is needed as long as somebody waits in the session's `vigil`, an executor for one; else the
+session's one thread does.
+"""

@@ -1,0 +1,204 @@
+"""Connecting, without waiting: to configured addresses for ever, to nodes of gossip for a while.
+
+A connection is begun and looked at again when its socket can be written. Names that must be asked for are
+looked up on a thread of their own, which ends with the answer. After a failure the next address has its turn,
+and after the last one a pause, which doubles from one round to the next.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import socket
+from collections.abc import Callable
+from threading import Thread
+from typing import Any
+
+from goalwire.errors import TransportError
+from goalwire.records import record
+from goalwire.transport.zenoh.native.endpoints import Endpoint, is_quickly_resolved, parse, resolve
+from goalwire.transport.zenoh.native.poller import IN, OUT, Poller, Timer
+
+CONNECT_S = 10.0
+"""How long one address may leave a connection unanswered."""
+_UNDER_WAY = {errno.EINPROGRESS, errno.EWOULDBLOCK, getattr(errno, 'WSAEWOULDBLOCK', errno.EWOULDBLOCK)}
+
+
+@record
+class Retry:
+    """Pauses between rounds, in s; `rounds` None: for ever."""
+
+    first_s: float = 1.0
+    most_s: float = 4.0
+    factor: float = 2.0
+    rounds: int | None = None
+
+
+class Dial:
+    """One node that is to be reached at one of its addresses."""
+
+    def __init__(
+        self,
+        locators: tuple[str, ...],
+        poller: Poller,
+        retry: Retry,
+        *,
+        when_connected: Callable[[Dial, socket.socket], None],
+        when_failed: Callable[[Dial], None],
+        expected: bytes | None = None,
+    ) -> None:
+        """`when_failed` is called after each round in vain; `expected` is who must answer, if known."""
+        self.expected = expected
+        self.locators = locators
+        self.failed_rounds = 0
+        self.is_connected = False
+        self.is_over = False
+        self.error = ''
+        self._poller = poller
+        self._retry = retry
+        self._when_connected = when_connected
+        self._when_failed = when_failed
+        self._pause = retry.first_s
+        self._endpoints: list[Endpoint] = []
+        self._addresses: list[tuple[socket.AddressFamily, Any]] = []
+        self._socket: socket.socket | None = None
+        self._timer: Timer | None = None
+
+    def start(self) -> None:
+        """Begin a round."""
+        if self.is_over:
+            return
+        self._endpoints, self._addresses = [], []
+        for locator in self.locators:
+            try:
+                self._endpoints.append(parse(locator))
+            except TransportError as error:
+                self.error = str(error)
+        self._next()
+
+    def _next(self) -> None:
+        """Try the next address."""
+        while not self.is_over:
+            if self._addresses:
+                if self._connect(*self._addresses.pop(0)):
+                    return
+            elif self._endpoints:
+                endpoint = self._endpoints.pop(0)
+                if not is_quickly_resolved(endpoint.host):
+                    self._look_up(endpoint)
+                    return
+                try:
+                    self._addresses = resolve(endpoint)
+                except OSError as error:
+                    self.error = str(error)
+            else:
+                self._pause_after_round()
+                return
+
+    def _look_up(self, endpoint: Endpoint) -> None:
+        def ask() -> None:
+            try:
+                found = resolve(endpoint)
+            except OSError as error:
+                self.error = str(error)
+                found = []
+            self._poller.call(lambda: self._found(found))
+
+        Thread(target=ask, name=f'look up {endpoint.host}', daemon=True).start()
+
+    def _found(self, addresses: list[tuple[socket.AddressFamily, Any]]) -> None:
+        self._addresses = addresses
+        self._next()
+
+    def _connect(self, family: socket.AddressFamily, address: Any) -> bool:
+        """Begin to connect; False where that has failed at once."""
+        try:
+            sock = socket.socket(family, socket.SOCK_STREAM)
+        except OSError as error:
+            self.error = str(error)
+            return False
+        sock.setblocking(False)
+        code = sock.connect_ex(address)
+        if code and code not in _UNDER_WAY:
+            self.error = os.strerror(code)
+            sock.close()
+            return False
+        self._socket = sock
+        self._timer = self._poller.call_later(CONNECT_S, self._took_too_long)
+        self._poller.register(sock.fileno(), IN | OUT, self._on_ready)
+        return True
+
+    def _took_too_long(self) -> None:
+        self._give_up_socket()
+        self.error = f'no answer within {CONNECT_S:g} s'
+        self._next()
+
+    def _on_ready(self, _events: int) -> None:
+        sock = self._socket
+        if sock is None:
+            return
+        code = sock.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR)
+        if code or _is_own_end(sock):
+            self.error = os.strerror(code or errno.ECONNREFUSED)
+            self._give_up_socket()
+            self._next()
+            return
+        self._let_go(sock)
+        self.is_connected = True
+        self._when_connected(self, sock)
+
+    def _let_go(self, sock: socket.socket) -> None:
+        self._socket = None
+        if self._timer is not None:
+            self._timer.cancel()
+        self._poller.unregister(sock.fileno())
+
+    def _give_up_socket(self) -> None:
+        sock = self._socket
+        if sock is not None:
+            self._let_go(sock)
+            sock.close()
+
+    def _pause_after_round(self) -> None:
+        self.failed_rounds += 1
+        retry = self._retry
+        if retry.rounds is not None and self.failed_rounds >= retry.rounds:
+            self.is_over = True
+        else:
+            self._timer = self._poller.call_later(self._pause, self.start)
+            self._pause = min(self._pause * retry.factor, retry.most_s)
+        self._when_failed(self)
+
+    def try_again(self) -> None:
+        """The link that came of it has ended: begin anew, after a pause."""
+        self.is_connected = False
+        if not self.is_over:
+            self._pause = self._retry.first_s
+            self.failed_rounds = 0
+            self._timer = self._poller.call_later(self._pause, self.start)
+
+    def refused(self) -> None:
+        """What answered did not take us: that was one round in vain."""
+        self.is_connected = False
+        if not self.is_over:
+            self._pause_after_round()
+
+    def worked(self) -> None:
+        """The link is up: the next failure counts from the beginning."""
+        self.failed_rounds = 0
+        self._pause = self._retry.first_s
+
+    def close(self) -> None:
+        """Try no more."""
+        self.is_over = True
+        self._give_up_socket()
+        if self._timer is not None:
+            self._timer.cancel()
+
+
+def _is_own_end(sock: socket.socket) -> bool:
+    """Whether a connection to a free port of this machine has met itself, as TCP allows it."""
+    try:
+        return bool(sock.getsockname() == sock.getpeername())
+    except OSError:
+        return True

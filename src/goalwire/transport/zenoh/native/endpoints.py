@@ -1,0 +1,74 @@
+"""Addresses of sessions, as Zenoh writes them: tcp/localhost:7447, tls/[::1]:7447."""
+
+from __future__ import annotations
+
+import socket
+from typing import Any, NamedTuple
+
+from goalwire.errors import TransportError
+
+PROTOCOLS = ('tcp',)
+"""What is spoken here."""
+
+
+class Endpoint(NamedTuple):
+    """Where to listen, or to connect to."""
+
+    protocol: str
+    host: str
+    port: int
+
+
+def parse(text: str) -> Endpoint:
+    """Read an address; what stands behind '?' or '#' is left out. Raises TransportError."""
+    protocol, found, address = text.partition('/')
+    host, colon, port = address.partition('#')[0].partition('?')[0].rpartition(':')
+    if not (found and colon and host and port.isascii() and port.isdigit() and int(port) < 65536):
+        raise TransportError(f"'{text}' is no address; write it as tcp/HOST:PORT")
+    if protocol not in PROTOCOLS:
+        raise TransportError(f"'{text}': {protocol} is not spoken here, but {', '.join(PROTOCOLS)}")
+    return Endpoint(protocol, host.strip('[]'), int(port))
+
+
+def is_quickly_resolved(host: str) -> bool:
+    """Whether a host's addresses are known without asking the network."""
+    if host == 'localhost':
+        return True
+    try:
+        socket.getaddrinfo(host, 0, type=socket.SOCK_STREAM, flags=socket.AI_NUMERICHOST)
+    except OSError:
+        return False
+    return True
+
+
+def resolve(endpoint: Endpoint, *, passive: bool = False) -> list[tuple[socket.AddressFamily, Any]]:
+    """Return families and socket addresses; raises OSError. Names that are not local may take seconds."""
+    flags = socket.AI_PASSIVE if passive else 0
+    found = socket.getaddrinfo(endpoint.host, endpoint.port, type=socket.SOCK_STREAM, flags=flags)
+    # 127.0.0.1 first for localhost, where the rendezvous listens: else each connection is refused once.
+    return sorted(
+        ((family, address) for family, _, _, _, address in found),
+        key=lambda each: endpoint.host == 'localhost' and each[0] != socket.AF_INET,
+    )
+
+
+def locators_of(listener: socket.socket) -> list[str]:
+    """Return where others reach a listening socket; all of the machine's addresses where it takes any."""
+    host, port = listener.getsockname()[:2]
+    hosts = _own_addresses(listener.family) if host in {'0.0.0.0', '::'} else [host]  # noqa: S104
+    return [f'tcp/{f"[{each}]" if ":" in each else each}:{port}' for each in hosts]
+
+
+def _own_addresses(family: int) -> list[str]:
+    """Return this machine's addresses, as far as its routes and its name tell."""
+    found: dict[str, None] = {}
+    for target in ('192.0.2.1', '10.255.255.255') if family == socket.AF_INET else ('2001:db8::1',):
+        with socket.socket(family, socket.SOCK_DGRAM) as probe:
+            try:
+                probe.connect((target, 9))  # sends nothing
+                found[probe.getsockname()[0]] = None
+            except OSError:
+                continue
+    if family == socket.AF_INET6:  # a socket for IPv6 mostly takes IPv4 as well
+        found |= dict.fromkeys(_own_addresses(socket.AF_INET))
+    return list(found) or (['127.0.0.1'] if family == socket.AF_INET else ['::1'])

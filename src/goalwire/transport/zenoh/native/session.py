@@ -1,0 +1,412 @@
+"""A session: links to others, who waits on them, and how all of it ends."""
+
+from __future__ import annotations
+
+import os
+import socket
+from _thread import allocate_lock
+from collections.abc import Callable
+from functools import partial
+from threading import Lock
+from time import monotonic, time_ns
+
+from goalwire.errors import TransportError
+from goalwire.records import record
+from goalwire.transport.fork import ForkGuard
+from goalwire.transport.rejects import LOGGER
+from goalwire.transport.vigil import LeaderFollowers
+from goalwire.transport.zenoh.native.dialler import Dial, Retry
+from goalwire.transport.zenoh.native.endpoints import locators_of, parse, resolve
+from goalwire.transport.zenoh.native.poller import IN, Poller
+from goalwire.transport.zenoh.native.socket_link import SocketLink
+from goalwire.transport.zenoh.protocol.handshake import Handshake, Identity
+from goalwire.transport.zenoh.protocol.link import QUEUE_LIMIT, Link
+from goalwire.transport.zenoh.protocol.link_state import Node, connects_to
+from goalwire.transport.zenoh.protocol.primitives import GENERIC, UNRESPONSIVE, show_id
+from goalwire.transport.zenoh.protocol.session import SessionProtocol
+from goalwire.transport.zenoh.protocol.transport import Role
+
+CONNECTING_S = 1.0
+"""How long opening waits for an address that neither answers nor refuses."""
+OTHERS_S = 0.1
+"""How long opening waits for nodes that are to connect to this one."""
+CLOSING_S = 1.0
+"""How long closing waits for the others to take what was sent."""
+ROOM_S = 60.0
+"""How long a message waits for room, before its link is given up."""
+MOST_LINKS = 10_000
+"""Links of one session, those in the handshake included."""
+_TO_NODES = Retry(first_s=0.1, most_s=4.0, rounds=10)
+
+
+@record
+class Settings:
+    """What a session is opened with."""
+
+    role: Role = Role.PEER
+    connect: tuple[str, ...] = ()
+    listen: tuple[str, ...] = ('tcp/localhost:0',)
+    zid: bytes = b''
+    """Empty: by chance."""
+    lease_ms: int = 60_000
+    retry: Retry = Retry()
+    meets_peers: bool = True
+    """Whether it connects to peers that routers tell of."""
+    portable: bool = False
+    """Whether to do without what only Linux has."""
+
+
+class _Sleeper:
+    """A thread that blocks in a call of this session's."""
+
+    __slots__ = ('_gate', 'interrupt')
+
+    def __init__(self) -> None:
+        self.interrupt: Callable[[], None] | None = None
+        self._gate = allocate_lock()
+        self._gate.acquire()
+
+    def doze(self, timeout_ns: int | None = None) -> bool:
+        """Sleep on the lock."""
+        if timeout_ns is None:
+            return self._gate.acquire()
+        if timeout_ns <= 0:
+            return self._gate.acquire(blocking=False)
+        return self._gate.acquire(timeout=timeout_ns / 1e9)
+
+    def wake(self) -> None:
+        """End its sleep."""
+        try:
+            self._gate.release()
+        except RuntimeError:
+            return
+        interrupt = self.interrupt
+        if interrupt is not None:
+            interrupt()
+
+
+class _Protocol(SessionProtocol):
+    """Tells the owner of the sockets when a link is up."""
+
+    def __init__(self, session: NativeSession, identity: Identity) -> None:
+        self._session = session
+        super().__init__(
+            identity,
+            clock=monotonic,
+            wall_clock_ns=time_ns,
+            when_told=session.meet,
+            when_changed=session.wake_all,
+            when_sooner=session.expire_sooner,
+            drop_link=session.drop_link,
+        )
+
+    def link_is_up(self, link: Link) -> None:
+        super().link_is_up(link)
+        self._session.came_up(link)
+
+
+class NativeSession:
+    """One open session. `protocol` declares, puts and asks; in `vigil` idle threads may wait."""
+
+    def __init__(self, settings: Settings) -> None:
+        """Open it, and wait until it knows what those know whom it meets. Raises TransportError."""
+        zid = settings.zid or os.urandom(15) + bytes((1 + os.urandom(1)[0] % 255,))
+        self.guard = ForkGuard()
+        self.protocol = _Protocol(self, Identity(zid, settings.role, settings.lease_ms))
+        self.id = self.protocol.id
+        name = f'goalwire-zenoh {self.id[:8]}'
+        self._settings = settings
+        self._poller = Poller(f'Zenoh session {self.id}', portable=settings.portable)
+        self.vigil = LeaderFollowers(self._poller, name)
+        self._lock = Lock()
+        self._links: dict[Link, SocketLink] = {}
+        self._dials: dict[object, Dial] = {}
+        self._dialled: dict[Link, Dial] = {}
+        self._sleepers: set[_Sleeper] = set()
+        self._listeners: list[socket.socket] = []
+        self._is_closing = False
+        self._is_closed = False
+        self._expiry: float = float('inf')
+        self._told_of_limit = False
+        try:
+            for each in settings.listen:
+                self._listen(each)
+            self.vigil.start()
+            self._dial_configured()
+            self._wait_until_settled()
+        except BaseException:
+            self.close()
+            raise
+
+    # ---- listening
+
+    def _listen(self, text: str) -> None:
+        endpoint = parse(text)
+        try:
+            family, address = resolve(endpoint, passive=True)[0]
+            listener = socket.create_server(address[:2], family=family, backlog=128)
+        except OSError as error:
+            raise TransportError(f"cannot listen on '{text}': {error.strerror or error}") from None
+        listener.setblocking(False)
+        self._listeners.append(listener)
+        self.protocol.locators += tuple(locators_of(listener))
+        self._poller.register(listener.fileno(), IN, lambda _: self._accept(listener))
+
+    def _accept(self, listener: socket.socket) -> None:
+        while not self._is_closing:
+            try:
+                sock, _ = listener.accept()
+            except (BlockingIOError, InterruptedError, ConnectionAbortedError):
+                return
+            except OSError as error:  # too many open files: others may end soon
+                self._warn(f'no connection can be taken: {error.strerror}; tried again each second')
+                self._poller.unregister(listener.fileno())
+                self._poller.call_later(1.0, lambda: self._accept_again(listener))
+                return
+            if len(self._links) >= MOST_LINKS:
+                if not self._told_of_limit:
+                    self._told_of_limit = True
+                    self._warn(f'there are {MOST_LINKS} links; no more are taken')
+                sock.close()
+                continue
+            self._add(sock, connects=False)
+
+    def _accept_again(self, listener: socket.socket) -> None:
+        if not self._is_closing:
+            self._poller.register(listener.fileno(), IN, lambda _: self._accept(listener))
+
+    # ---- connecting
+
+    def _dial_configured(self) -> None:
+        connect = self._settings.connect
+        groups = (
+            [connect] if self._settings.role is Role.CLIENT and connect else [(each,) for each in connect]
+        )
+        for group in groups:
+            for each in group:
+                parse(each)
+            self._dial(group, group, self._settings.retry)
+        for dial in list(self._dials.values()):
+            self._poller.call(dial.start)
+
+    def _dial(
+        self, name: object, locators: tuple[str, ...], retry: Retry, expected: bytes | None = None
+    ) -> Dial:
+        dial = Dial(
+            locators,
+            self._poller,
+            retry,
+            when_connected=self._connected,
+            when_failed=self._failed,
+            expected=expected,
+        )
+        self._dials[name] = dial
+        return dial
+
+    def meet(self, node: Node) -> None:
+        """Connect to a node that a router told of. On the thread that reads."""
+        if self._settings.meets_peers and not self._is_closing and node.zid not in self._dials:
+            self._dial(node.zid, node.locators, _TO_NODES, node.zid).start()
+
+    def _connected(self, dial: Dial, sock: socket.socket) -> None:
+        if self._is_closing:
+            sock.close()
+        else:
+            self._add(sock, connects=True, dial=dial)
+
+    def _failed(self, dial: Dial) -> None:
+        if dial.is_over and dial.expected is not None:
+            self._dials.pop(dial.expected, None)
+            self.protocol.nodes.pop(dial.expected, None)
+        self.wake_all()
+
+    # ---- links
+
+    def _add(self, sock: socket.socket, *, connects: bool, dial: Dial | None = None) -> None:
+        handshake = Handshake(
+            self.protocol.identity,
+            connects=connects,
+            random=os.urandom,
+            expected=None if dial is None else dial.expected,
+            is_linked=self.protocol.is_linked,
+        )
+        new = SocketLink(
+            self.protocol,
+            sock,
+            handshake,
+            self._poller,
+            clock=monotonic,
+            lease_ms=self._settings.lease_ms,
+            when_ended=self._ended,
+            wait_for_room=self._wait_for_room,
+        )
+        self._links[new.link] = new
+        if dial is not None:
+            self._dialled[new.link] = dial
+        new.start()
+
+    def came_up(self, link: Link) -> None:
+        """The handshake of a link is done."""
+        dial = self._dialled.get(link)
+        if dial is not None:
+            dial.worked()
+        other = self._dials.get(link.zid)
+        if other is not None and other is not dial:
+            other.close()
+            del self._dials[link.zid]
+        self._links[link].came_up()
+
+    def drop_link(self, link: Link, why: str, reason: int) -> None:
+        """Close a link soon."""
+        self._poller.call(lambda: self._links[link].end(why, reason) if link in self._links else None)
+
+    def _ended(self, socket_link: SocketLink, why: str, is_fault: bool) -> None:
+        link = socket_link.link
+        self._links.pop(link, None)
+        was_up = link.terms is not None
+        if is_fault and not self._is_closing:
+            who = self._name_of(link)
+            self._warn(f'the link to {who} was closed: {why}')
+        self.protocol.link_lost(link)
+        socket_link.wake_waiting()
+        self.wake_all()
+        dial = self._dialled.pop(link, None)
+        if self._is_closing:
+            return
+        if dial is not None:
+            dial.error = why
+            if was_up:
+                dial.try_again()
+            else:
+                dial.refused()
+        elif was_up and (node := self.protocol.nodes.get(link.zid)) is not None:
+            if connects_to(self.protocol.zid, node):
+                self.meet(node)
+            else:
+                self.protocol.nodes.pop(link.zid, None)
+
+    def _name_of(self, link: Link) -> str:
+        return f'session {show_id(link.zid)}' if link.zid else 'an unknown session'
+
+    def _warn(self, text: str) -> None:
+        from goalwire.logging import get_logger  # needed only when something is broken
+
+        get_logger(LOGGER).warning(f'Zenoh session {self.id}: {text}')
+
+    # ---- times
+
+    def expire_sooner(self) -> None:
+        """A query's time is over earlier than any other's."""
+        when = self.protocol.next_timeout
+        with self._lock:
+            if when >= self._expiry:
+                return
+            self._expiry = when
+        self._poller.call_later(when - monotonic(), self._expire)
+
+    def _expire(self) -> None:
+        with self._lock:
+            self._expiry = float('inf')
+        self.protocol.expire()
+        if self.protocol.next_timeout != float('inf'):
+            self.expire_sooner()
+
+    # ---- blocking
+
+    def wake_all(self) -> None:
+        """Have whoever waits for a change look again."""
+        for sleeper in list(self._sleepers):
+            sleeper.wake()
+
+    def wait_until(self, condition: Callable[[], bool], timeout_s: float) -> bool:
+        """Wait until links have come, gone or told all so that `condition` holds; False where not."""
+        deadline = monotonic() + timeout_s
+        sleeper = _Sleeper()
+        self._sleepers.add(sleeper)
+        try:
+            while not condition():
+                left = deadline - monotonic()
+                if left <= 0:
+                    return False
+                self.vigil.wait(sleeper, int(min(left, 1e6) * 1e9))
+            return True
+        finally:
+            self._sleepers.discard(sleeper)
+
+    def _wait_until_settled(self) -> None:
+        """Wait until those that are to be met were met, and have told what they have."""
+        self.wait_until(self._has_settled, CONNECTING_S)
+        is_linked = self.protocol.is_linked
+        others = [zid for zid, node in list(self.protocol.nodes.items()) if node.role is not Role.CLIENT]
+        if others and self._settings.meets_peers:
+            self.wait_until(lambda: all(map(is_linked, others)) and self._has_settled(), OTHERS_S)
+        if self._settings.role is Role.CLIENT and not self.protocol.links:
+            errors = ', '.join(dial.error for dial in self._dials.values() if dial.error)
+            raise TransportError(f'no router answers at {", ".join(self._settings.connect)}: {errors}')
+
+    def _has_settled(self) -> bool:
+        tried = all(dial.is_connected or dial.failed_rounds for dial in list(self._dials.values()))
+        return tried and all(link.is_up and link.knows_all for link in list(self._links))
+
+    def _wait_for_room(self, socket_link: SocketLink) -> None:
+        """Wait until a link has room; whoever reads does not wait, for reading is what makes room."""
+        if self.vigil.leads():
+            return
+        link = socket_link.link
+        deadline = monotonic() + ROOM_S
+        sleeper = _Sleeper()
+        socket_link.waiting.add(sleeper)
+        try:
+            while link.is_open and link.queue.size > QUEUE_LIMIT:
+                left = deadline - monotonic()
+                if left <= 0:
+                    self._poller.call(partial(self._give_up, socket_link))
+                    return
+                self.vigil.wait(sleeper, int(left * 1e9))
+        finally:
+            socket_link.waiting.discard(sleeper)
+
+    def _give_up(self, socket_link: SocketLink) -> None:
+        socket_link.end(f'nothing was taken for {ROOM_S:g} s', UNRESPONSIVE, is_fault=True)
+
+    # ---- the end
+
+    def statistics(self) -> dict[str, int]:
+        """Return how many messages found no room on the links there are."""
+        return {'dropped': sum(link.dropped for link in list(self._links))}
+
+    def close(self) -> None:
+        """Send what waits, tell the others, and let go of everything. Idempotent."""
+        with self._lock:
+            if self._is_closing:
+                return
+            self._is_closing = True
+        if self.guard.is_forked:
+            return
+        for dial in list(self._dials.values()):
+            dial.close()
+        links = list(self._links.values())
+        if any(each.link.queue.size for each in links):
+            self._flush(links)
+        for each in links:
+            each.end('the session is closed', GENERIC)
+        self.vigil.close()
+        self._is_closed = True
+        for listener in self._listeners:
+            self._poller.unregister(listener.fileno())
+            listener.close()
+        for each in list(self._links.values()):  # one that was taken at the last moment
+            each.end('the session is closed', GENERIC)
+        self._poller.close()
+
+    def _flush(self, links: list[SocketLink]) -> None:
+        """Wait until the others have taken what was sent, or for a while."""
+        deadline = monotonic() + CLOSING_S
+        sleeper = _Sleeper()
+        for each in links:
+            each.waiting.add(sleeper)
+        while any(each.link.is_open and each.link.queue.size for each in links):
+            left = deadline - monotonic()
+            if left <= 0:
+                return
+            self.vigil.wait(sleeper, int(left * 1e9))

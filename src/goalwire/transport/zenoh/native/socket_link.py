@@ -1,0 +1,202 @@
+"""One connection: reads what comes, writes what its link says, and ends both."""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Callable
+from contextlib import suppress
+from typing import TYPE_CHECKING
+
+from goalwire.transport.contract import Sleeper
+from goalwire.transport.zenoh.native.poller import IN, OUT, Poller
+from goalwire.transport.zenoh.protocol.handshake import Handshake
+from goalwire.transport.zenoh.protocol.link import (
+    KEEP_ALIVES,
+    QUEUE_LIMIT,
+    ClosedByPeerError,
+    Link,
+    LinkOwner,
+)
+from goalwire.transport.zenoh.protocol.primitives import ZenohProtocolError
+
+if TYPE_CHECKING:
+    from goalwire.transport.zenoh.protocol.channels import Buffer
+
+READ_SIZE = 65536
+_READS_AT_ONCE = 16
+"""How often a connection that has more to say is read before the others have their turn."""
+
+ENOUGH_ROOM = QUEUE_LIMIT // 2
+"""Bytes that may wait still when those who wait for room go on."""
+
+HANDSHAKE_S = 10.0
+"""How long a handshake may take, as Zenoh's own default."""
+
+
+class SocketLink:
+    """A connected socket and its link."""
+
+    def __init__(
+        self,
+        owner: LinkOwner,
+        sock: socket.socket,
+        handshake: Handshake,
+        poller: Poller,
+        *,
+        clock: Callable[[], float],
+        lease_ms: int,
+        when_ended: Callable[[SocketLink, str, bool], None],
+        wait_for_room: Callable[[SocketLink], None],
+    ) -> None:
+        """`when_ended` is told why, and whether the other side broke the rules."""
+        self._socket = sock
+        self._fd = sock.fileno()
+        self._poller = poller
+        self._clock = clock
+        self._when_ended = when_ended
+        self.waiting: set[Sleeper] = set()
+        """Threads that wait for room."""
+        self._wants_room = False
+        self._has_ended = False
+        self.link = Link(
+            owner,
+            handshake,
+            write=self._write,
+            write_many=self._write_many,
+            when_full=self._when_full,
+            wait_for_room=lambda: wait_for_room(self),
+            lease_ms=lease_ms,
+        )
+        self.connects = handshake.connects
+        self._receive = self.link.receive
+        self._recv = sock.recv
+        self._send = sock.send
+        sock.setblocking(False)
+        sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._timer = poller.call_later(HANDSHAKE_S, self._check_handshake)
+
+    def start(self) -> None:
+        """Begin to talk and to listen."""
+        self._poller.register(self._fd, IN, self.on_ready)
+        self.link.start()
+
+    # ---- writing: under the link's lock
+
+    def _write(self, data: Buffer) -> int:
+        try:
+            return self._send(data)
+        except (BlockingIOError, InterruptedError):
+            return 0
+        except OSError as error:
+            self._fail(error)
+            return len(data)
+
+    def _write_many(self, buffers: list[Buffer]) -> int:
+        try:
+            return self._socket.sendmsg(buffers)
+        except (BlockingIOError, InterruptedError):
+            return 0
+        except OSError as error:
+            self._fail(error)
+            return sum(map(len, buffers))
+
+    def _fail(self, error: OSError) -> None:
+        """The connection is broken: end it on the thread that waits, which holds no lock of the writer's."""
+        reason = error.strerror or str(error)
+        self._poller.call(lambda: self.end(f'the connection broke: {reason}'))
+
+    def _when_full(self) -> None:
+        if not self._wants_room:
+            self._wants_room = True
+            self._poller.modify(self._fd, IN | OUT)
+        if self.link.overflowed:
+            self._poller.call(self._check)
+
+    # ---- what the poller says
+
+    def on_ready(self, events: int) -> None:
+        """Read what is there; write what waits."""
+        if events & OUT and self._wants_room:
+            link = self.link
+            if link.flush():
+                with link.lock:
+                    if not link.queue.size:
+                        self._wants_room = False
+                        self._poller.modify(self._fd, IN)
+            if self.waiting and link.queue.size <= ENOUGH_ROOM:
+                self.wake_waiting()
+        if events & ~OUT:
+            self._read()
+
+    def _read(self) -> None:
+        link = self.link
+        reads = link.reads
+        try:
+            for _ in range(_READS_AT_ONCE):
+                data = self._recv(READ_SIZE)
+                reads += 1
+                if not data:
+                    self.end('the other side has hung up')
+                    return
+                self._receive(data)
+                if len(data) < READ_SIZE or self._has_ended:
+                    return
+        except (BlockingIOError, InterruptedError):
+            return
+        except OSError as error:
+            self.end(f'the connection broke: {error.strerror or error}')
+        except ClosedByPeerError as error:
+            self.end(str(error))
+        except ZenohProtocolError as error:
+            self.end(str(error), error.reason, is_fault=True)
+        except BaseException:
+            if link.reads != reads:  # a signal's handler raised between the two: bytes are lost
+                self.end('its reader was interrupted')
+            raise
+
+    def wake_waiting(self) -> None:
+        """Have those that wait for room look again."""
+        for sleeper in list(self.waiting):
+            sleeper.wake()
+
+    # ---- time
+
+    def _check_handshake(self) -> None:
+        if not self.link.is_up:
+            self.end('the handshake took too long', is_fault=True)
+
+    def came_up(self) -> None:
+        """The handshake is done: from now on leases count."""
+        self._timer.cancel()
+        terms = self.link.terms
+        assert terms is not None
+        self._period = min(self.link.keep_alive_s, terms.lease_ms / 1000 / KEEP_ALIVES)
+        self._timer = self._poller.call_later(self._period, self._check)
+
+    def _check(self) -> None:
+        if self._has_ended:
+            return
+        self.link.tick()
+        try:
+            self.link.check_lease(self._clock())
+        except ZenohProtocolError as error:
+            self.end(str(error), error.reason)
+            return
+        self._timer.cancel()
+        self._timer = self._poller.call_later(self._period, self._check)
+
+    # ---- ending
+
+    def end(self, why: str, reason: int | None = None, *, is_fault: bool = False) -> None:
+        """Close the connection, with a word to the other side where there is a reason. Idempotent."""
+        with self.link.lock:
+            if self._has_ended:
+                return
+            self._has_ended = True
+        self._timer.cancel()
+        self.link.close(reason)
+        self._poller.unregister(self._fd)
+        with suppress(OSError):  # it broke before
+            self._socket.shutdown(socket.SHUT_RDWR if reason is None else socket.SHUT_WR)
+        self._socket.close()
+        self._when_ended(self, why, is_fault)

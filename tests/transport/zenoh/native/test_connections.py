@@ -1,0 +1,282 @@
+"""What may happen to a connection: strangers, silence, floods, deaths; and what stays behind."""
+
+from __future__ import annotations
+
+import gc
+import os
+import socket
+import threading
+import tracemalloc
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from time import monotonic
+
+import pytest
+from helpers.zenoh_captured import conversation
+from helpers.zenoh_sides import Ours, address, wait_for
+
+from goalwire.errors import TransportError
+from goalwire.transport.zenoh.native import session as native_session
+from goalwire.transport.zenoh.native import socket_link
+from goalwire.transport.zenoh.native.endpoints import parse
+from goalwire.transport.zenoh.native.poller import IN, Poller
+from goalwire.transport.zenoh.protocol.link import QUEUE_LIMIT
+
+B_SAYS = [batch for batch in conversation() if batch.sender == 'B']
+
+
+@pytest.fixture
+def warnings(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """What sessions warn of."""
+    told: list[str] = []
+    monkeypatch.setattr(native_session.NativeSession, '_warn', lambda _, text: told.append(text))
+    return told
+
+
+@pytest.fixture
+def listener(warnings: list[str]) -> Iterator[Ours]:
+    side = Ours('peer', listen=(address(),))
+    yield side
+    side.close()
+
+
+class Stranger:
+    """A bare connection to a session."""
+
+    def __init__(self, side: Ours) -> None:
+        where = parse(side.protocol.locators[0])
+        self.socket = socket.create_connection((where.host, where.port), timeout=10)
+
+    def says(self, data: bytes) -> None:
+        self.socket.sendall(len(data).to_bytes(2, 'little') + data)
+
+    def hears(self) -> bytes:
+        size = int.from_bytes(self.socket.recv(2, socket.MSG_WAITALL), 'little')
+        return self.socket.recv(size, socket.MSG_WAITALL) if size else b''
+
+    def shake_hands(self, opening: bytes | None = None) -> None:
+        self.says(B_SAYS[0].data)
+        cookie = self.hears()[-19:-3]
+        self.says(opening or b'\x42\x3c\x05\x10' + cookie)
+        assert self.hears()[0] & 0x1F == 2
+
+    def is_hung_up(self) -> bool:
+        with suppress(ConnectionResetError):
+            while self.socket.recv(65536):
+                pass
+        self.socket.close()
+        return True
+
+
+def test_a_malformed_frame_closes_its_link_with_one_line_and_no_other(
+    listener: Ours, warnings: list[str]
+) -> None:
+    good, bad = Ours('peer', connect=(listener.protocol.locators[0],)), Stranger(listener)
+    bad.shake_hands()
+    wait_for(lambda: len(listener.protocol.links) == 2, 'both links')
+    bad.says(b'\x25\x05\x3d\x00\x7f')
+    assert bad.is_hung_up()
+    wait_for(lambda: len(listener.protocol.links) == 1, 'the end')
+    assert len(warnings) == 1
+    assert 'session b4b3b2b1 was closed: a PUT or DEL' in warnings[0] or 'cut off' in warnings[0]
+    heard = listener.subscribe('a')
+    wait_for(lambda: (good.put('a', b'x'), heard.samples)[1], 'the other link')  # type: ignore[func-returns-value]
+    good.close()
+
+
+@pytest.mark.parametrize('first', [b'', b'\x19', B_SAYS[0].sent, B_SAYS[0].sent[:7]])
+def test_a_connection_that_says_too_little_is_closed(
+    first: bytes, monkeypatch: pytest.MonkeyPatch, warnings: list[str]
+) -> None:
+    monkeypatch.setattr(socket_link, 'HANDSHAKE_S', 0.2)
+    side = Ours('peer', listen=(address(),))
+    stranger = Stranger(side)
+    stranger.socket.sendall(first)
+    assert stranger.is_hung_up()
+    wait_for(lambda: [each for each in warnings if 'took too long' in each], 'a warning')
+    side.close()
+
+
+def test_something_else_than_zenoh_is_hung_up_on(listener: Ours, warnings: list[str]) -> None:
+    stranger = Stranger(listener)
+    stranger.socket.sendall(b'GET / HTTP/1.1\r\nHost: robot\r\n\r\n' * 2000)
+    assert stranger.is_hung_up()
+    wait_for(lambda: warnings, 'a warning')
+    assert listener.protocol.links == ()
+
+
+def test_a_link_that_dies_in_the_midst_of_a_message_leaves_nothing(listener: Ours) -> None:
+    heard = listener.subscribe('**')
+    stranger = Stranger(listener)
+    stranger.shake_hands()
+    piece = bytes(40_000)
+    stranger.says(b'\xe6\x05\x02\x3d\x00\x01a\x01\x80\x80\x08' + piece)
+    stranger.says(b'\x66\x06' + piece)
+    stranger.socket.close()
+    wait_for(lambda: not listener.protocol.links, 'the end')
+    assert heard.samples == []
+
+
+def test_a_silent_link_is_given_up_after_its_lease(listener: Ours) -> None:
+    tokens = listener.watch('t')
+    stranger = Stranger(listener)
+    stranger.says(B_SAYS[0].data)
+    cookie = stranger.hears()[-19:-3]
+    stranger.says(b'\x02\xac\x02\x05\x10' + cookie)  # a lease of 300 ms
+    assert stranger.hears()[0] & 0x1F == 2
+    stranger.says(b'\xa5\x05\x31\x00\x9e\x21\x08\x26\x01\x00\x01t')
+    tokens.wait(1)
+    began = monotonic()
+    assert stranger.is_hung_up()
+    assert tokens.wait(2)[1] == ('t', None)
+    assert monotonic() - began < 5
+
+
+def test_one_that_does_not_read_stops_its_sender_until_the_link_is_given_up(
+    listener: Ours, warnings: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(native_session, 'ROOM_S', 0.3)
+    stranger = Stranger(listener)
+    stranger.shake_hands()
+    wait_for(lambda: listener.protocol.links, 'the link')
+    link = listener.protocol.links[0]
+    most = 0
+    for _ in range(100):
+        listener.put('a', bytes(QUEUE_LIMIT // 2))  # not final yet, so it gets everything
+        most = max(most, link.queue.size)
+        if not link.is_open:
+            break
+    wait_for(lambda: not listener.protocol.links, 'the end')
+    assert most < 2 * QUEUE_LIMIT
+    assert 'nothing was taken' in warnings[0]
+    stranger.socket.close()
+
+
+def test_one_that_does_not_read_makes_others_lose_nothing(listener: Ours) -> None:
+    stranger = Stranger(listener)
+    stranger.shake_hands()
+    wait_for(lambda: listener.protocol.links, 'the link')
+    good = Ours('peer', connect=(listener.protocol.locators[0],))
+    heard = good.subscribe('a')
+    watch = listener.watch('up')
+    good.token('up')
+    watch.wait(1)
+    for _ in range(100):
+        listener.put('a', bytes(100_000), droppable=True)
+        if len(heard.samples) < 3:
+            wait_for(lambda: heard.samples, 'the first')
+    wait_for(lambda: len(heard.samples) == 100 or listener.session.statistics()['dropped'], 'the rest')
+    assert listener.session.statistics()['dropped'] > 0
+    stranger.socket.close()
+    good.close()
+
+
+def test_a_reader_that_is_interrupted_by_a_signal_loses_no_byte(listener: Ours) -> None:
+    """What a signal's handler raises, in the midst of a batch, loses that batch alone."""
+    other = Ours('peer', connect=(listener.protocol.locators[0],))
+    heard = listener.subscribe('a')
+    watch = other.watch('up')
+    listener.token('up')
+    watch.wait(1)
+    real = listener.protocol.receivers
+    raised: list[bool] = []
+
+    def raise_once(*arguments: object) -> object:
+        if not raised:
+            raised.append(True)
+            raise KeyboardInterrupt
+        return real(*arguments)  # type: ignore[arg-type]
+
+    listener.protocol.receivers = raise_once  # type: ignore[method-assign, assignment]
+    link = listener.protocol.links[0]
+    with pytest.raises(KeyboardInterrupt):
+        _lead_until_interrupted(listener, lambda: other.put('a', b'lost'))
+    other.put('a', b'kept')
+    assert heard.wait(1) == [('a', b'kept')]
+    assert listener.protocol.links == (link,)
+    other.close()
+
+
+def _lead_until_interrupted(side: Ours, then: Callable[[], None]) -> None:
+    timer = threading.Timer(0.2, then)
+    timer.start()
+    try:
+        side.session.wait_until(lambda: False, 5.0)
+    finally:
+        timer.join()
+
+
+def descriptors() -> int:
+    return len(os.listdir('/proc/self/fd'))  # noqa: PTH208
+
+
+@pytest.mark.skipif(not os.path.isdir('/proc/self/fd'), reason='there is no /proc')  # noqa: PTH112
+def test_a_thousand_links_leave_nothing_behind(listener: Ours) -> None:
+    def open_and_lose(count: int) -> None:
+        for _ in range(count):
+            stranger = Stranger(listener)
+            stranger.shake_hands()
+            stranger.says(b'\xa5\x05\x31\x00\x9e\x21\x08\x26\x01\x00\x01t')
+            stranger.socket.close()
+            wait_for(lambda: not listener.protocol.links, 'the end')
+
+    open_and_lose(50)
+    threads, files = threading.active_count(), descriptors()
+    tracemalloc.start()
+    before, _ = tracemalloc.get_traced_memory()
+    open_and_lose(300)
+    gc.collect()
+    after, _ = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert (threading.active_count(), descriptors()) == (threads, files)
+    assert after - before < 100_000
+    assert listener.protocol.tokens('**') == []
+
+
+def test_addresses() -> None:
+    assert parse('tcp/localhost:7447') == ('tcp', 'localhost', 7447)
+    assert parse('tcp/[::1]:7447?prio=1#iface=lo') == ('tcp', '::1', 7447)
+    for text in ('', 'tcp', 'tcp/x', 'tcp/:1', 'tcp/h:70000', 'quic/h:1', 'udp/h:1'):
+        with pytest.raises(TransportError):
+            parse(text)
+
+
+def test_a_port_that_is_taken_is_said(listener: Ours) -> None:
+    where = listener.protocol.locators[0]
+    with pytest.raises(TransportError, match=f"cannot listen on '{where}'"):
+        Ours('peer', listen=(where,))
+
+
+def test_a_client_without_router_does_not_open() -> None:
+    with pytest.raises(TransportError, match='no router answers'):
+        Ours('client', connect=(address(),))
+
+
+@pytest.mark.parametrize('portable', [False, True])
+def test_a_poller_waits_for_descriptors_timers_and_calls(portable: bool) -> None:
+    poller = Poller('test', portable=portable)
+    done: list[str] = []
+    one, other = socket.socketpair()
+    poller.register(one.fileno(), IN, lambda _: done.append(one.recv(9).decode()))
+    poller.serve(poller.wait(1000))
+    assert poller.wait(1000) == 0
+    other.send(b'data')
+    assert poller.wait(10**9) == 1
+    poller.serve()
+    poller.call(lambda: done.append('call'))
+    poller.serve(poller.wait(10**9))
+    later, cancelled = (
+        poller.call_later(0.02, lambda: done.append('timer')),
+        poller.call_later(0.01, done.clear),
+    )
+    cancelled.cancel()
+    began = monotonic()
+    while 'timer' not in done:
+        poller.serve(poller.wait(10**10))
+    assert monotonic() >= later.when
+    assert monotonic() - began < 5
+    assert done == ['data', 'call', 'timer']
+    poller.close()
+    assert poller.wait(0) == -1
+    one.close()
+    other.close()
