@@ -221,6 +221,7 @@ def test_a_thousand_links_leave_nothing_behind(listener: Ours) -> None:
             wait_for(lambda: not listener.protocol.links, 'the end')
 
     open_and_lose(50)
+    gc.collect()
     threads, files = threading.active_count(), descriptors()
     tracemalloc.start()
     before, _ = tracemalloc.get_traced_memory()
@@ -228,7 +229,8 @@ def test_a_thousand_links_leave_nothing_behind(listener: Ours) -> None:
     gc.collect()
     after, _ = tracemalloc.get_traced_memory()
     tracemalloc.stop()
-    assert (threading.active_count(), descriptors()) == (threads, files)
+    assert threading.active_count() <= threads
+    assert descriptors() <= files
     assert after - before < 100_000
     assert listener.protocol.tokens('**') == []
 
