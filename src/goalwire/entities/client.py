@@ -333,6 +333,11 @@ class ClientCore(TimedCalls, Introspected):
         served = self._port is not None and self.server_is_there()
         what = 'no response came' if served else 'no server came'
         text = f"service '{self.full_name}': {what} within {timeout_sec:g} s"
+        if not served:
+            from goalwire.graph.near_misses import near_misses
+
+            hint = near_misses(self.node.graph, self.full_name, is_action=False)
+            text += f'; {hint}' if hint else ''
         return (DeadlineError if served else NoServerError)(text, name=self.full_name, waited=timeout_sec)
 
     def server_is_there(self) -> bool:

@@ -167,6 +167,8 @@ def test_a_server_in_another_namespace_or_of_another_type_is_named(make_node: Ma
     client.call_timeout = 0.03
     with pytest.raises(NoServerError, match=r"did you mean '/robot/lamp' \(node '/robot/server'\)\?$"):
         client.call(Trigger.Request())
+    with pytest.raises(NoServerError, match=r"no server came within 0.01 s; did you mean '/robot/lamp'"):
+        client.call(Trigger.Request(), timeout_sec=0.01)
     other = node.create_client(SetBool, '/robot/lamp')
     other.call_timeout = 0.03
     with pytest.raises(

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from builtin_interfaces.msg import Time as StampMessage
 from example_interfaces.action import Fibonacci
-from helpers.actions import NAMES, Arena, Gate, Goal, Patient, Result, accept_cancel, succeed
+from helpers.actions import NAMES, Arena, Gate, Goal, Patient, Result, accept_cancel, id_of, succeed
 from helpers.collector import Collector
 from helpers.spinning import MakeNode, Spin, result_of
 from rclpy.action import ActionClient, ActionServer, GoalResponse
@@ -15,6 +15,7 @@ from rclpy.action.client import ClientGoalHandle
 from rclpy.action.server import ServerGoalHandle
 
 import goalwire
+from goalwire.logging import add_sink
 from goalwire.protocol.goals.policy import GoalPolicy, OnClientLost
 
 
@@ -102,18 +103,26 @@ def test_why_execution_failed_reaches_the_client_and_the_hook(make_node: MakeNod
         return Result(sequence=[7])
 
     arena = Arena(make_node, spin, execute, on_failure=note)
+    lines = Collector[str]()
     handle = arena.accept(3)
     assert handle.reason == ''
-    assert arena.result(handle) == ('ABORTED', [7])
+    with add_sink(lambda record: lines(f'{record.severity.name} {record.name}: {record.message}')):
+        for _ in range(2):
+            assert arena.result(handle) == ('ABORTED', [7])
     assert handle.reason == 'OSError: [Errno 5] no such joint'
+    told = f"Action 'fib': goal {id_of(handle).hex()} was aborted: {handle.reason}"
+    assert [line for line in lines.items if 'was aborted' in line] == [f'WARN client.action_client: {told}']
     assert failures == ["3: OSError(5, 'no such joint')"]
 
 
 def test_a_goal_that_was_reached_has_no_reason(make_node: MakeNode, spin: Spin) -> None:
     arena = Arena(make_node, spin, succeed)
     handle = arena.accept(3)
-    assert arena.result(handle) == ('SUCCEEDED', [3])
+    lines = Collector[str]()
+    with add_sink(lambda record: lines(record.message)):
+        assert arena.result(handle) == ('SUCCEEDED', [3])
     assert handle.reason == ''
+    assert lines.items == []
 
 
 # -- cancelling many ---------------------------------------------------------------------------------------

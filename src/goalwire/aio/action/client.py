@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from goalwire.entities.node import NodeCore
     from goalwire.entities.type_support import ActionSupport
     from goalwire.execution.future import Future
+    from goalwire.protocol.goals.ids import GoalId
     from goalwire.protocol.statistics import ActionClientStatistics
     from goalwire.protocol.time import Time
 
@@ -48,6 +49,9 @@ class _Core(ActionClientCore):
     def default_timeout(self) -> float:
         limit = super().default_timeout
         return inf if limit is None else limit
+
+    def note_failure(self, goal_id: GoalId, reason: str) -> None:
+        """GoalAborted says it."""
 
     def server_is_there(self) -> bool:
         if self.destroyed:

@@ -191,6 +191,10 @@ class ActionClientCore(Cancelling):
         else:
             self.complete(future, sample.payload)
 
+    def note_failure(self, goal_id: GoalId, reason: str) -> None:
+        """Log why a goal was aborted: programs written for rclpy know of no reason, and show none."""
+        self._logger.warning(f"Action '{self.name}': goal {goal_id.hex()} was aborted: {reason}")
+
     def hear_feedback(self) -> None:
         """Take what feedback has come by now, where the wire keeps it until somebody does."""
         self._feedback_port.catch_up()

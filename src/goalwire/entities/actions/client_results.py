@@ -180,7 +180,9 @@ class ClientResults:
         payload, reason = wire.split_reason(sample.payload)
         status = wire.status_of(payload)
         goal = self._goals.known(goal_id)
-        goal.reason = peer_text(reason)
+        if reason and not goal.reason:
+            goal.reason = peer_text(reason)
+            self.client.note_failure(goal_id, goal.reason)
         if goal.sent_at:
             self.durations.add(sample.received_timestamp - goal.sent_at)
         if goal.feedback is not None:
