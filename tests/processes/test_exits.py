@@ -28,21 +28,15 @@ def test_a_program_that_guards_its_spin_ends_with_code_0(
     assert output == 'ready\nstopped'
 
 
-@pytest.mark.parametrize(
-    ('number', 'code', 'last_words'),
-    [
-        (signal.SIGINT, -signal.SIGINT, 'KeyboardInterrupt'),
-        (signal.SIGTERM, 1, 'ExternalShutdownException'),
-    ],
-)
-def test_a_program_that_guards_nothing_ends_as_under_rclpy(
-    start: Start, number: signal.Signals, code: int, last_words: str
+@pytest.mark.parametrize(('number', 'code'), [(signal.SIGINT, -signal.SIGINT), (signal.SIGTERM, 1)])
+def test_a_program_that_guards_nothing_ends_as_under_rclpy_but_quietly(
+    start: Start, number: signal.Signals, code: int
 ) -> None:
     running = start('bare_spin')
     running.expect('ready')
     running.send_signal(number)
     assert running.wait(timeout=5.0) == code
-    assert running.output.splitlines()[-1].endswith(last_words)
+    assert running.output == 'ready'
 
 
 @pytest.mark.slow

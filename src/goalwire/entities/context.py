@@ -18,7 +18,7 @@ from goalwire.entities.arguments import process_arguments
 from goalwire.entities.exceptions import NotInitializedException, RCLError
 from goalwire.entities.local_servers import LocalServers
 from goalwire.entities.rosout import Rosout
-from goalwire.execution import signals
+from goalwire.execution import excepthook, signals
 from goalwire.execution.alarms import Alarms
 from goalwire.execution.handle import handle_of
 from goalwire.execution.lifeline import Lifeline
@@ -79,6 +79,7 @@ class Context:
             self.call_timeout = call_timeout_from_environment()
         if initialize_logging:
             self._configure_logging()
+        excepthook.install()
         signals.register(self.lifeline)
         _contexts.add(self)
 

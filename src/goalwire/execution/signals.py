@@ -49,6 +49,7 @@ _guards: dict[int, ref[GuardCondition]] = {}
 """By id. Copied in one step where they are gone through, since another thread may change them."""
 _previous: dict[signal.Signals, Any] = {}
 _listeners: list[SignalListener] = []
+_came: set[int] = set()
 
 
 def register(lifeline: Lifeline) -> None:
@@ -96,6 +97,11 @@ def get_current_signal_handlers_options() -> SignalHandlerOptions:
     return next(options for options, wanted in _WANTED.items() if set(wanted) == handled)
 
 
+def has_come() -> bool:
+    """Whether a signal that is handled has come: it ends the program, unless the program has other plans."""
+    return bool(_came)
+
+
 class SignalHandlerGuardCondition(GuardCondition):
     """A guard condition that every handled signal triggers."""
 
@@ -115,6 +121,7 @@ def _end_contexts(number: int) -> None:
     """What every handled signal does; on the listener's thread and in the main one."""
     if number not in _previous:
         return
+    _came.add(number)
     name = signal.Signals(number).name
     for lifeline in [reference() for reference in tuple(_lifelines.values())]:
         if lifeline is not None:
