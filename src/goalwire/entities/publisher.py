@@ -39,6 +39,8 @@ class PublisherCore(Generic[MsgT]):
         self._endpoint = endpoint
         self._published = [0]
         """How many messages were handed to the wire. Half as dear as an attribute to count up."""
+        self._dropped = 0
+        """What the port had dropped when it was closed."""
         self._events: EndpointEvents | None = None
         self._port: PublisherPort | None = node.port.publisher(endpoint)
         self._send: Callable[[bytes], None] = self._port.publish
@@ -118,7 +120,9 @@ class PublisherCore(Generic[MsgT]):
         """Count what was published."""
         from goalwire.protocol.statistics import PublisherStatistics
 
-        return PublisherStatistics(self.full_name, self._published[0])
+        port = self._port
+        dropped = self._dropped if port is None else port.dropped
+        return PublisherStatistics(self.full_name, self._published[0], dropped)
 
     @property
     def destroyed(self) -> bool:
@@ -134,6 +138,7 @@ class PublisherCore(Generic[MsgT]):
             if self._events is not None:
                 self._events.close()
             port.close()
+            self._dropped = port.dropped
 
 
 def _refuse(_payload: bytes) -> None:

@@ -60,6 +60,8 @@ class PublisherStatistics:
 
     name: str
     published: int
+    dropped: int = 0
+    """Of these, how many this end dropped, as far as the wire tells."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -169,6 +169,11 @@ class Port(ABC):
 class PublisherPort(Port):
     """A declared publisher."""
 
+    @property
+    def dropped(self) -> int:
+        """How many messages this end dropped after `publish` had returned, as far as the wire tells."""
+        return 0
+
     @abstractmethod
     def publish(self, payload: bytes) -> None:
         """Hand one message to the wire. Raises ClosedError, ForkedError or TransportError."""

@@ -19,7 +19,7 @@ from zenoh import ext
 from goalwire.protocol.qos import DurabilityPolicy, HistoryPolicy, QoS, ReliabilityPolicy
 from goalwire.records import replace
 from goalwire.transport.contract import EndpointKind, PublisherPort
-from goalwire.transport.zenoh.core import Turns
+from goalwire.transport.zenoh.turn import Turns
 
 KEY = f'/chatter/std_msgs::msg::dds_::String_/{HASH}'
 THREADS, EACH = 4, 1000

@@ -24,6 +24,11 @@ class FaultyPublisher(PublisherPort):
         self._node = node
         self._faults = faults
 
+    @property
+    def dropped(self) -> int:
+        """What the wire itself dropped here."""
+        return self._inner.dropped
+
     def publish(self, payload: bytes) -> None:
         """Send one message; that of a dead node goes nowhere."""
         self._faults.call('publisher.publish')

@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import AbstractContextManager, suppress
+from contextlib import suppress
 from itertools import count
-from threading import Event, Lock, RLock
-from typing import Never, Protocol, TypeAlias
-from weakref import WeakValueDictionary
+from threading import Event
+from typing import Never, Protocol
 
 import zenoh
 
 from goalwire.transport.contract import GraphEntity
 from goalwire.transport.fork import ForkGuard
 from goalwire.transport.rejects import Rejects
-
-Turn: TypeAlias = AbstractContextManager[bool]
-"""Held while one message is stamped and sent."""
+from goalwire.transport.zenoh.turn import Turns
 
 
 class Declared(Protocol):
@@ -60,22 +57,6 @@ class InFlight:
         """Wait until zenoh holds none; False if it still does after `timeout` seconds."""
         self._nobody_left = Event()
         return not self._held or self._nobody_left.wait(timeout)
-
-
-class Turns:
-    """Whose turn it is to publish, by key; forgotten with the last publisher that holds it."""
-
-    def __init__(self) -> None:
-        self._lock = Lock()
-        self._of: WeakValueDictionary[str, Turn] = WeakValueDictionary()
-
-    def of(self, key: str) -> Turn:
-        """Return the turn that all publishers of a key share; re-entrant: a signal's handler may publish."""
-        with self._lock:
-            turn = self._of.get(key)
-            if turn is None:
-                turn = self._of[key] = RLock()
-            return turn
 
 
 class Core:

@@ -87,8 +87,13 @@ class ZenohNode(NodePort):
             token = self._show(new)
             new.way_out = [token]
             declared = publisher.declare(self._core.zenoh, new.key, endpoint)
-            turn = self._core.turns.of(new.key)
-            port = publisher.ZenohPublisher(new.place, new.gid, declared, turn)
+            port = publisher.ZenohPublisher(
+                new.place,
+                new.gid,
+                declared,
+                self._core.turns.of(new.key),
+                publisher.large(self._core.zenoh, new.key, endpoint),
+            )
             new.way_out = [port.release, partial(undeclare, declared), token]
             return self._ports.keep(port)
 

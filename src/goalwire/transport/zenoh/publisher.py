@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from functools import partial
 from itertools import count
 from time import time_ns
+from typing import NamedTuple
 
 import zenoh
 from zenoh import ext
@@ -12,10 +14,26 @@ from zenoh import ext
 from goalwire.errors import TransportError
 from goalwire.transport.contract import Endpoint, PublisherPort
 from goalwire.transport.place import Place
+from goalwire.transport.rejects import LOGGER
 from goalwire.transport.zenoh.attachment import GID_SIZE, encode
 from goalwire.transport.zenoh.config import reason
-from goalwire.transport.zenoh.core import Turn, taken_back
+from goalwire.transport.zenoh.core import taken_back
 from goalwire.transport.zenoh.qos_text import actual_depth
+from goalwire.transport.zenoh.turn import LARGE, Turn, Waiting
+
+LARGEST = 1 << 30
+"""Bytes of a message that a Zenoh session receives, by default and in rmw_zenoh's settings."""
+
+LEAVING_S = 5.0
+"""How long large messages that wait hold up the closing of their publisher."""
+
+
+def may_block(endpoint: Endpoint) -> bool:
+    """Return whether whoever publishes waits for room on the wire."""
+    waits = endpoint.waits_for_room
+    if waits is None:
+        waits = endpoint.qos.keeps_all or endpoint.qos.is_transient_local
+    return endpoint.qos.is_reliable and waits
 
 
 def declare(session: zenoh.Session, key: str, endpoint: Endpoint) -> zenoh.Publisher | ext.AdvancedPublisher:
@@ -28,11 +46,7 @@ def declare(session: zenoh.Session, key: str, endpoint: Endpoint) -> zenoh.Publi
     thousand goals at once).
     """
     qos = endpoint.qos
-    waits = endpoint.waits_for_room
-    if waits is None:
-        waits = qos.keeps_all or qos.is_transient_local
-    may_block = qos.is_reliable and waits
-    congestion = zenoh.CongestionControl.BLOCK if may_block else zenoh.CongestionControl.DROP
+    congestion = zenoh.CongestionControl.BLOCK if may_block(endpoint) else zenoh.CongestionControl.DROP
     reliability = zenoh.Reliability.RELIABLE if qos.is_reliable else zenoh.Reliability.BEST_EFFORT
     if not qos.is_transient_local:  # on the wire the same as an advanced publisher without its features
         return session.declare_publisher(key, congestion_control=congestion, reliability=reliability)
@@ -46,6 +60,26 @@ def declare(session: zenoh.Session, key: str, endpoint: Endpoint) -> zenoh.Publi
         sample_miss_detection=detection if qos.is_reliable else None,
         publisher_detection=True,
     )
+
+
+class Large(NamedTuple):
+    """How a publisher sends messages that are too large for a link's queue."""
+
+    blocks: bool
+    """Whoever publishes waits for room, as with any message."""
+    put: Callable[..., None] | None
+    """What waits for room, on a thread; None: they may be dropped, as any message of a best-effort one."""
+    depth: int
+    """How many may wait for that thread."""
+
+
+def large(session: zenoh.Session, key: str, endpoint: Endpoint) -> Large:
+    """Return how an endpoint's large messages are sent."""
+    qos = endpoint.qos
+    put = None
+    if qos.is_reliable and endpoint.waits_for_room is not False:
+        put = partial(session.put, key, congestion_control=zenoh.CongestionControl.BLOCK)
+    return Large(may_block(endpoint), put, actual_depth(qos))
 
 
 class ZenohPublisher(PublisherPort):
@@ -62,12 +96,21 @@ class ZenohPublisher(PublisherPort):
         gid: bytes,
         publisher: zenoh.Publisher | ext.AdvancedPublisher,
         turn: Turn,
+        large: Large,
     ) -> None:
         self.gid = gid
         self._place = place
         self._put: Callable[..., None] = publisher.put
         self._next_sequence = count(1).__next__
         self._turn = turn
+        self._lock = turn.lock
+        self._large = large
+        self._dropped = 0
+
+    @property
+    def dropped(self) -> int:
+        """How many large messages were dropped here; of others zenoh does not tell."""
+        return self._dropped
 
     def publish(self, payload: bytes) -> None:
         """Put one message; all subscriptions get those of several threads in the same order."""
@@ -75,17 +118,60 @@ class ZenohPublisher(PublisherPort):
         if place.closed or place.guard.is_silent:  # in a forked child the turn may be another thread's
             place.check_sending()
         try:
-            with self._turn:
+            with self._lock:
                 if place.guard.is_silent:  # since then: the turn may have been long in coming
                     place.check_sending()
+                if len(payload) >= LARGE or self._turn.is_busy:
+                    self._publish_large(payload)
+                    return
                 self._put(payload, attachment=encode(self._next_sequence(), time_ns(), GID_SIZE, self.gid))
         except (zenoh.ZError, RuntimeError) as error:
             place.check()  # closed by another thread in the meantime
             raise TransportError(f'{place.title}: zenoh refused a message: {reason(error)}') from None
 
+    def _publish_large(self, payload: bytes) -> None:
+        """Publish a large message, or one behind such; the turn is held."""
+        if len(payload) > LARGEST:
+            raise TransportError(
+                f'{self._place.title}: a message of {len(payload)} bytes cannot be sent, for peers take '
+                f'{LARGEST} bytes at most; publish it in parts'
+            )
+        large, turn = self._large, self._turn
+        if large.blocks:
+            turn.wait()
+        attachment = encode(self._next_sequence(), time_ns(), GID_SIZE, self.gid)
+        if large.blocks or not (large.put or turn.is_busy):
+            self._put(payload, attachment=attachment)
+            return
+        put = partial(large.put or self._put, payload, attachment=attachment)
+        dropped = turn.post(Waiting(self, len(payload), partial(self._send, put, len(payload))), large.depth)
+        if dropped is not None:
+            self._note_drop([dropped.size], f'{large.depth} newer ones wait already (the history depth)')
+
+    def _send(self, put: Callable[[], None], size: int) -> None:
+        try:
+            put()
+        except (zenoh.ZError, RuntimeError) as error:
+            self._note_drop([size], f'zenoh refused it: {reason(error)}')
+
+    def _note_drop(self, sizes: Sequence[int], why: str) -> None:
+        """Count messages that were dropped; the first is logged."""
+        first = not self._dropped
+        self._dropped += len(sizes)
+        if first:
+            from goalwire.logging import get_logger
+
+            get_logger(LOGGER).warning(
+                f'{self._place.title}: a message of {sizes[0]} bytes was dropped, since the network or a '
+                f'subscription is slower than the publisher: {why}; further ones are counted only'
+            )
+
     def release(self) -> None:
         """Let go of the publisher; if another thread is just publishing, it is undeclared when that ends."""
+        given_up = self._turn.finish(self, LEAVING_S)
         self._put = taken_back
+        if given_up:
+            self._note_drop(given_up, f'it had not gone {LEAVING_S} s after the publisher was closed')
 
     def close(self) -> None:
         """Undeclare."""
