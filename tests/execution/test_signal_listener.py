@@ -256,3 +256,60 @@ print('fifty')
     code, output = run(env, body, None)
     assert code == 0, output
     assert 'fifty' in output
+
+
+ELSEWHERE = """
+def elsewhere(number):
+    '''Another thread takes the signal: so the system's call that the main thread is in goes on.'''
+    threading.Timer(0.2, lambda: signal.pthread_kill(threading.get_ident(), number)).start()
+"""
+
+
+def test_ctrl_c_that_the_main_thread_does_not_feel_ends_its_sleep(env: dict[str, str]) -> None:
+    body = """
+node = begin()
+elsewhere(signal.SIGINT)
+begun = time.monotonic()
+try:
+    time.sleep(30)
+except KeyboardInterrupt:
+    print('interrupted', time.monotonic() - begun < 5)
+rclpy.try_shutdown()
+rclpy.uninstall_signal_handlers()
+print('SIGURG as before:', signal.getsignal(signal.SIGURG) is signal.SIG_DFL)
+"""
+    code, output = run(env, ELSEWHERE + body, None)
+    assert code == 0, output
+    assert 'interrupted True' in output
+    assert 'SIGURG as before: True' in output
+
+
+def test_sigterm_that_the_main_thread_does_not_feel_lets_it_sleep_on(env: dict[str, str]) -> None:
+    body = """
+node = begin()
+elsewhere(signal.SIGTERM)
+begun = time.monotonic()
+time.sleep(1)
+print('slept', time.monotonic() - begun >= 1, 'ok', rclpy.ok())
+"""
+    code, output = run(env, ELSEWHERE + body, None)
+    assert code == 0, output
+    assert 'slept True ok False' in output
+
+
+def test_a_programs_own_handler_of_sigurg_stays(env: dict[str, str]) -> None:
+    body = """
+own = lambda *_: print('urgent')
+signal.signal(signal.SIGURG, own)
+node = begin()
+elsewhere(signal.SIGINT)
+try:
+    time.sleep(1)
+except KeyboardInterrupt:
+    print('interrupted')
+rclpy.uninstall_signal_handlers()
+print(signal.getsignal(signal.SIGURG) is own)
+"""
+    code, output = run(env, ELSEWHERE + body, None)
+    assert code == 0, output
+    assert output.splitlines()[-2:] == ['interrupted', 'True']

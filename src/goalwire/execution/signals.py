@@ -117,10 +117,10 @@ class SignalHandlerGuardCondition(GuardCondition):
         super().destroy()
 
 
-def _end_contexts(number: int) -> None:
-    """What every handled signal does; on the listener's thread and in the main one."""
+def _end_contexts(number: int) -> bool:
+    """What every handled signal does; on the listener's thread and in the main one. False for others."""
     if number not in _previous:
-        return
+        return False
     _came.add(number)
     name = signal.Signals(number).name
     for lifeline in [reference() for reference in tuple(_lifelines.values())]:
@@ -130,9 +130,12 @@ def _end_contexts(number: int) -> None:
         if guard is not None:
             with suppress(InvalidHandle):
                 guard.trigger()
+    return True
 
 
 def _handle(number: int, frame: FrameType | None) -> None:
+    for listener in _listeners:
+        listener.noticed()
     _end_contexts(number)
     previous = _previous.get(signal.Signals(number))
     if callable(previous):
