@@ -17,12 +17,20 @@ from helpers.zenoh_protocol import Session as ZenohSession
 from goalwire.codec import cdr
 from goalwire.entities.type_support import action_support, service_support
 from goalwire.errors import EncodeValueError, InterfaceError, RemoteError
-from goalwire.interfaces import get_action, get_interface, get_message, get_service, register_definitions
+from goalwire.interfaces import (
+    get_action,
+    get_interface,
+    get_message,
+    get_service,
+    register_definitions,
+    registered,
+)
 from goalwire.interfaces.grammar import parse_action, parse_message, parse_service
 from goalwire.protocol.arguments import ArgumentError, UnknownArguments, parse_arguments
 from goalwire.protocol.goals import decode_status_array, wire
 from goalwire.protocol.names.lexer import RuleSyntaxError
-from goalwire.protocol.parameters.files import parse_parameter_file
+from goalwire.protocol.parameters.files import matches, parse_parameter_file
+from goalwire.protocol.parameters.plain_yaml import typed_text
 from goalwire.transport.dds import participant_info, service_header, user_data
 from goalwire.transport.zenoh import attachment, keyexpr, qos_text, tokens
 from goalwire.transport.zenoh.protocol import key_expressions
@@ -172,6 +180,23 @@ def read_goals(data: bytes) -> None:
 # ---- what users write ----
 
 
+def match_nodes(data: bytes) -> None:
+    """A node's name as parameter files write it, and the names of nodes."""
+    pattern, *nodes = text_of(data).split('\n')
+    for node in nodes:
+        matches(pattern, node)
+
+
+def read_yaml_value(data: bytes) -> None:
+    """A value as `ros2 param set` gives it: whatever is no other is a string."""
+    typed_text(text_of(data))
+
+
+def read_entry_points(data: bytes) -> None:
+    """What an installed package registers."""
+    registered._entries(text_of(data))
+
+
 def read_command_line(data: bytes) -> None:
     """Arguments, one a line."""
     parse_arguments(['--ros-args', *text_of(data).split('\n')])
@@ -186,6 +211,7 @@ std_msgs/Header header
 string<=20 name "what \\"is\\" it" # [m]
 int32[<=3] few [1, -2, 3]
 float64[4] all
+float64[] some [inf, nan, -1e300]
 uint8 KIND=0x1F
 string WORD = a word
 """
@@ -291,6 +317,9 @@ TARGETS = (
     ),
     Target('goals', read_goals, RemoteError, (b'\x00\x01\x00\x00' + bytes(24),)),
     Target('statuses', decode_status_array, RemoteError, (b'\x00\x01\x00\x00\x01\x00\x00\x00' + bytes(25),)),
+    Target('nodes', match_nodes, (), (b'/**/a/*/**\n/b/a/c\n/x',)),
+    Target('yaml_value', read_yaml_value, (), (b'[1, 2]', b'2020-01-01', b'{a: 1}', b'!!int "3"')),
+    Target('entry_points', read_entry_points, (), (b'[goalwire.interfaces]\na_msgs = a.b\n',)),
     Target('parameters', parse_parameter_file, RuleSyntaxError, (_PARAMETERS,)),
     Target(
         'command_line',

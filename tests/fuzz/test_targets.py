@@ -20,7 +20,22 @@ def damaged(draw: st.DrawFn, seeds: tuple[bytes, ...]) -> bytes:
             st.one_of(
                 st.just(b''),
                 st.binary(max_size=8),
-                st.sampled_from([b'\xff\xff\xff\xff', b'\xff', b'\0', b'/', b'..', b'[', b'<=', b'9' * 30]),
+                st.sampled_from(
+                    [
+                        b'SLOT_TYPES',
+                        b' nan',
+                        b'\xff\xff\xff\xff',
+                        b'\xff',
+                        b'\0',
+                        b'/',
+                        b'..',
+                        b'[',
+                        b'<=',
+                        b'9' * 30,
+                        b'9' * 5000,
+                        b'**/',
+                    ]
+                ),
                 st.just(data[start:end] * 2),
             )
         )

@@ -12,6 +12,8 @@ from goalwire.errors import (
     NotInitializedException,
     ROSInterruptException,
 )
+from goalwire.files import shown
+from goalwire.protocol.names.validation import LONGEST_SHOWN, pointed
 from goalwire.protocol.parameters import Parameter
 
 __all__ = [
@@ -101,7 +103,8 @@ class TopicExpansionError(LocalError, ValueError):
     """A topic name, node name or namespace from which no full name can be made."""
 
     def __init__(self, kind: str, name: str, reason: str) -> None:
-        super().__init__(f"{'node namespace' if kind == 'namespace' else kind} '{name}' is invalid: {reason}")
+        what = 'node namespace' if kind == 'namespace' else kind
+        super().__init__(f"{what} '{shown(name, LONGEST_SHOWN)}' is invalid: {shown(reason, LONGEST_SHOWN)}")
         self.reason = reason
 
 
@@ -110,8 +113,7 @@ class NameValidationException(LocalError):
 
     def __init__(self, name_type: str, name: str, error_msg: str, invalid_index: int) -> None:
         self.reason = error_msg
-        pointer = ' ' * invalid_index
-        super().__init__(f"Invalid {name_type}: {error_msg}:\n  '{name}'\n   {pointer}^")
+        super().__init__(pointed(name_type, name, error_msg, invalid_index))
 
 
 class InvalidNodeNameException(NameValidationException):

@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from goalwire.errors import LocalError
+from goalwire.files import shown
 from goalwire.logging.severity import LoggingSeverity
 from goalwire.protocol.names.lexer import Lexeme, Lexer, RuleSyntaxError, node_prefix, refuse_wildcard
 from goalwire.protocol.names.remapping import RemapRule, parse_remap_rule
@@ -18,6 +19,9 @@ if TYPE_CHECKING:
     from goalwire.protocol.parameters.files import NodeValues
 
 
+_LONGEST_SHOWN = 500  # characters of an argument that an error shows
+
+
 class ArgumentError(LocalError, ValueError):
     """ROS arguments that cannot be read; the text is ROS 2's own."""
 
@@ -27,7 +31,7 @@ class UnknownArguments(ArgumentError):
 
     def __init__(self, arguments: Sequence[str]) -> None:
         self.arguments = tuple(arguments)
-        super().__init__(str(list(arguments)))
+        super().__init__(str([shown(argument, _LONGEST_SHOWN) for argument in arguments]))
 
 
 @record
@@ -286,4 +290,5 @@ def _saying(what: str) -> Iterator[None]:
     try:
         yield
     except RuleSyntaxError as error:
-        raise ArgumentError(f"Couldn't parse {what}. Error: {error}") from error
+        text = f"Couldn't parse {shown(what, _LONGEST_SHOWN)}. Error: {shown(str(error), _LONGEST_SHOWN)}"
+        raise ArgumentError(text) from error

@@ -16,6 +16,7 @@ from goalwire.protocol.names import (
     validate_node_name,
     validate_topic_name,
 )
+from goalwire.protocol.names.validation import LONGEST_SHOWN, pointed
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -185,3 +186,23 @@ def index_of_fault(validate: Callable[[str], None], name: str) -> int | None:
 def test_any_text_is_allowed_or_refused_with_a_place_inside_it(name: str) -> None:
     for validate in (validate_node_name, validate_namespace, validate_topic_name, validate_full_topic_name):
         assert index_of_fault(validate, name) in {None, 0, *range(len(name))}
+
+
+@pytest.mark.parametrize(
+    ('name', 'index'),
+    [
+        ('/' + 'x' * 9999, 246),
+        (f'/{"x" * 500}-{"y" * 500}', 501),
+        ('-' + 'x' * 500, 0),
+        ('x' * 500 + '-', 500),
+    ],
+)
+def test_of_a_long_name_the_part_around_the_fault_is_shown(name: str, index: int) -> None:
+    text = pointed('topic name', name, 'what is wrong', index)
+    said, shown, pointer = text.splitlines()
+    assert said == f'Invalid topic name: what is wrong (it has {len(name):,} characters):'
+    assert len(shown) <= LONGEST_SHOWN + 6
+    assert shown[pointer.index('^')] == name[index]
+    with pytest.raises(InvalidName) as caught:
+        validate_full_topic_name('/' + 'x' * 100_000)
+    assert len(str(caught.value)) < 800

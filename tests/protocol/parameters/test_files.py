@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import re
+import time
+
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from goalwire.protocol.names import RuleSyntaxError
 from goalwire.protocol.parameters.files import matches, parse_parameter_file
@@ -174,3 +179,23 @@ def test_what_is_no_yaml_is_told_with_its_line(data: bytes, line: int) -> None:
 def test_a_file_nested_without_end_is_refused() -> None:
     with pytest.raises(RuleSyntaxError, match=r'nested too deeply|^Error parsing a event'):
         parse_parameter_file(b'{a: ' * 20_000)
+
+
+@pytest.mark.parametrize(
+    'pattern', ['/**' * 60 + '/z', '/**/*' * 60 + '/z', '/**/a' * 40 + '/z', '/*' * 200, '/**' * 9000 + '/z']
+)
+def test_matching_takes_no_longer_for_many_stars(pattern: str) -> None:
+    started = time.process_time()
+    assert not matches(pattern, '/a' * 122)
+    assert time.process_time() - started < 2  # s; going back through all of them would take ages
+
+
+@given(
+    st.lists(st.sampled_from(['**', '*', 'a', 'b']), min_size=1, max_size=7),
+    st.lists(st.sampled_from(['a', 'b', 'c']), min_size=1, max_size=7),
+)
+def test_matching_is_that_of_the_obvious_expression(pattern: list[str], name: list[str]) -> None:
+    parts = {'**': r'(/\w+)*', '*': r'/\w+'}
+    expression = ''.join(parts.get(part, f'/{part}') for part in pattern)
+    written, full = '/' + '/'.join(pattern), '/' + '/'.join(name)
+    assert matches(written, full) == (re.fullmatch(expression, full) is not None)

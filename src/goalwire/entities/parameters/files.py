@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+import os
 from typing import TYPE_CHECKING
 
+from goalwire.files import LARGEST_PARAMETER_FILE, read_regular, shown
 from goalwire.protocol.arguments import ArgumentError, Arguments, ParameterFile
 from goalwire.protocol.names.lexer import RuleSyntaxError
 from goalwire.records import replace
@@ -28,9 +29,12 @@ def _read(path: str) -> NodeValues:
     from goalwire.protocol.parameters.files import parse_parameter_file
 
     try:
-        return parse_parameter_file(Path(path).read_bytes())
+        empty = path == os.devnull  # a usual way to say: no file
+        return parse_parameter_file(b'' if empty else read_regular(path, LARGEST_PARAMETER_FILE))
     except OSError as error:
         reason = f'Error opening YAML file: {error.strerror}'
     except RuleSyntaxError as error:
         reason = str(error)
-    raise ArgumentError(f"Couldn't parse params file: '--params-file {path}'. Error: {reason}")
+    except ValueError as error:  # a NUL in the path
+        reason = f'Error opening YAML file: {error}'
+    raise ArgumentError(f"Couldn't parse params file: '--params-file {shown(path)}'. Error: {reason}")

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from io import BytesIO
 from typing import TYPE_CHECKING
 
+from goalwire.files import LARGEST_PARAMETER_FILE, read_regular
 from goalwire.protocol.parameters.parameter import value_message
-from goalwire.protocol.parameters.plain_yaml import flat_values, typed_text, typed_value
+from goalwire.protocol.parameters.plain_yaml import FileShapeError, flat_values, typed_text, typed_value
 
 if TYPE_CHECKING:
     from rcl_interfaces.msg import Parameter as ParameterMessage
@@ -23,14 +24,21 @@ def parameters_from_yaml_file(
 ) -> dict[str, ParameterMessage]:
     """Return what a parameter file says, by `namespace` and name in one.
 
-    Raises OSError, yaml.YAMLError with file and line, FileShapeError (a RuntimeError).
+    Raises OSError (also for what is no regular file, or too large), yaml.YAMLError with file and line,
+    FileShapeError (a RuntimeError).
     """
     import yaml
     from rcl_interfaces.msg import Parameter as ParameterMessage
 
-    with Path(path).open(encoding='utf-8') as file:
-        content = yaml.safe_load(file)
-    values = flat_values(content, target_nodes, use_wildcard=use_wildcard)
+    content = BytesIO(read_regular(path, LARGEST_PARAMETER_FILE))
+    content.name = path  # YAML's errors tell it
+    try:
+        tree = yaml.safe_load(content)
+    except yaml.YAMLError:
+        raise
+    except Exception as error:  # PyYAML raises anything
+        raise FileShapeError(f'{path}: a value cannot be read: {error}') from None
+    values = flat_values(tree, target_nodes, use_wildcard=use_wildcard)
     return {
         f'{namespace}{name}': ParameterMessage(
             name=f'{namespace}{name}', value=value_message(*typed_value(name, value))

@@ -20,6 +20,10 @@ MAX_NAMESPACE = 245
 MAX_TOPIC_NAME = 247
 """rmw leaves room in DDS's 255 characters for prefixes such as `rq/` and `rr/`."""
 
+LONGEST_SHOWN = 255
+"""Characters of a name that an error shows: DDS has no longer ones."""
+
+_LONGEST_KEPT = 1000  # characters of a name whose judgement is kept
 _DIGITS = frozenset('0123456789')
 _NOT_NODE = re.compile(r'[^A-Za-z0-9_]')
 _NOT_FULL = re.compile(r'[^A-Za-z0-9_/]')
@@ -44,11 +48,23 @@ class InvalidName(LocalError, ValueError):
         self.name = name
         self.reason = reason
         self.index = index
-        super().__init__(f"Invalid {kind}: {reason}:\n  '{name}'\n   {' ' * index}^")
+        super().__init__(pointed(kind, name, reason, index))
 
 
 class UnknownSubstitution(InvalidName):
     """A `{substitution}` that ROS 2 does not know, in a name that is well formed."""
+
+
+def pointed(kind: str, name: str, reason: str, index: int) -> str:
+    """Return ROS 2's text for a name that it forbids; of a long one, the part around the fault."""
+    length = len(name)
+    if length > LONGEST_SHOWN:
+        start = max(0, min(index - LONGEST_SHOWN // 2, length - LONGEST_SHOWN))
+        end = start + LONGEST_SHOWN
+        name = f'{"…" if start else ""}{name[start:end]}{"…" if end < length else ""}'
+        index += (1 if start else 0) - start
+        reason = f'{reason} (it has {length:,} characters)'
+    return f"Invalid {kind}: {reason}:\n  '{name}'\n   {' ' * index}^"
 
 
 def validate_node_name(name: str) -> None:
@@ -82,7 +98,8 @@ def is_hidden_name(name: str) -> bool:
 
 
 def _raise_first(kind: str, name: str, faults: Callable[[str], Iterator[Fault]]) -> None:
-    if (fault := _first(faults, name)) is not None:
+    first = _first if len(name) <= _LONGEST_KEPT else _first.__wrapped__
+    if (fault := first(faults, name)) is not None:
         raise InvalidName(kind, name, *fault)
 
 

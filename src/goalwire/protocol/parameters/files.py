@@ -13,9 +13,7 @@ Not in YAML's own sense: scalars are read as `-p` reads them, later values of a 
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
-from functools import cache
 from typing import TYPE_CHECKING, NoReturn, TypeAlias
 
 from goalwire.protocol.names.lexer import RuleSyntaxError
@@ -59,17 +57,30 @@ def matches(pattern: str, full_node_name: str) -> bool:
     absolute = _absolute(pattern)
     if '*' not in absolute:
         return absolute == full_node_name
-    return _regex(absolute).fullmatch(full_node_name) is not None
+    return _parts_match(absolute.split('/')[1:], full_node_name.split('/')[1:])
 
 
 def _absolute(name: str) -> str:
     return name if name.startswith('/') else f'/{name}'
 
 
-@cache
-def _regex(pattern: str) -> re.Pattern[str]:
-    parts = {'**': r'(/\w+)*', '*': r'/\w+'}
-    return re.compile(''.join(parts.get(part, f'/{part}') for part in pattern.split('/')[1:]))
+def _parts_match(pattern: list[str], name: list[str]) -> bool:
+    """Match part by part. What the last `**` stands for grows where the rest does not fit: earlier ones never
+    need to, so that time is bounded by the product of the lengths."""
+    at = in_name = 0
+    last, taken = -1, 0
+    while in_name < len(name):
+        if at < len(pattern) and pattern[at] == '**':
+            last, taken = at, in_name
+            at += 1
+        elif at < len(pattern) and pattern[at] in {'*', name[in_name]}:
+            at, in_name = at + 1, in_name + 1
+        elif last >= 0:
+            taken += 1
+            at, in_name = last + 1, taken
+        else:
+            return False
+    return all(part == '**' for part in pattern[at:])
 
 
 def _read_nodes(events: Iterator[yaml.Event], namespace: str, where: yaml.Event, nodes: NodeValues) -> None:

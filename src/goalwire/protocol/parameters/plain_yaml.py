@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import reprlib
 from datetime import date
 from typing import TypeAlias, cast
 
@@ -9,6 +10,9 @@ from goalwire.errors import LocalError
 from goalwire.protocol.parameters.parameter import SCALARS, ParameterValue, Type, is_kind
 
 Typed: TypeAlias = tuple[Type, ParameterValue]
+
+
+_MOST_VALUES = 1_000_000
 
 
 class FileShapeError(LocalError, RuntimeError):
@@ -20,10 +24,10 @@ def typed_text(text: str) -> Typed:
     import yaml
 
     try:
-        value = yaml.safe_load(text)
-    except yaml.YAMLError:
-        return Type.STRING, text
-    return _typed(value) or (Type.STRING, text)
+        typed = _typed(yaml.safe_load(text))
+    except Exception:  # PyYAML raises anything: for no date, too many digits, too many levels
+        typed = None
+    return typed or (Type.STRING, text)
 
 
 def typed_value(name: str, value: object) -> Typed:
@@ -32,10 +36,13 @@ def typed_value(name: str, value: object) -> Typed:
         return Type.STRING, 'null'  # as parameter files have it
     if isinstance(value, date):
         return Type.STRING, str(value)
-    typed = _typed(value)
+    try:
+        typed = _typed(value)
+    except OverflowError:
+        typed = None
     if typed is None:
         raise FileShapeError(
-            f"parameter '{name}': {value!r} is no value, nor a sequence of values of one type"
+            f"parameter '{name}': {reprlib.repr(value)} is no value, nor a sequence of values of one type"
         )
     return typed
 
@@ -60,13 +67,14 @@ def flat_values(content: object, nodes: list[str] | None, *, use_wildcard: bool)
     """
     if not isinstance(content, dict):
         raise FileShapeError(
-            f'a parameter file holds names of nodes, each with ros__parameters; not {content!r}'
+            f'a parameter file holds names of nodes, each with ros__parameters; not {reprlib.repr(content)}'
         )
     chosen = ['/**'] if use_wildcard and '/**' in content else []
     for node in nodes or ():
         if node not in content:
             raise FileShapeError(
-                f'Param file does not contain parameters for {node},only for nodes: {list(content)}'
+                f'Param file does not contain parameters for {node},'
+                f'only for nodes: {reprlib.repr(list(content))}'
             )
     chosen += nodes or [node for node in content if node != '/**']
     if not chosen:
@@ -91,4 +99,6 @@ def _flat(parameters: dict[object, object], prefix: str) -> dict[str, object]:
             values.update(_flat(value, f'{prefix}{key}.'))
         else:
             values[f'{prefix}{key}'] = value
+        if len(values) > _MOST_VALUES:  # aliases multiply
+            raise FileShapeError(f'more than {_MOST_VALUES:,} parameters')
     return values
