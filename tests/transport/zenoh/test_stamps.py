@@ -16,10 +16,11 @@ from helpers.collector import Collector
 from helpers.wire import HASH, PATIENCE, Side, topic_endpoint
 from zenoh import ext
 
+from goalwire.logging import LogRecord
 from goalwire.protocol.qos import DurabilityPolicy, HistoryPolicy, QoS, ReliabilityPolicy
 from goalwire.records import replace
 from goalwire.transport.contract import EndpointKind, PublisherPort
-from goalwire.transport.zenoh.turn import Turns
+from goalwire.transport.zenoh.turn import Turn, Turns, Waiting
 
 KEY = f'/chatter/std_msgs::msg::dds_::String_/{HASH}'
 THREADS, EACH = 4, 1000
@@ -72,6 +73,33 @@ def test_an_advanced_subscriber_gets_all_that_several_threads_publish(
     assert all(other > one for one, other in pairwise(stamps))  # type: ignore[operator]
     assert len(judged.expect(THREADS * EACH)) == THREADS * EACH
     token.undeclare()  # type: ignore[no-untyped-call]
+
+
+def test_a_message_that_cannot_be_sent_holds_up_no_other(records: list[LogRecord]) -> None:
+    turn, sent = Turn(), Collector[int]()
+
+    def fail() -> None:
+        raise MemoryError
+
+    turn.post(Waiting(turn, 1, fail), 10)
+    turn.post(Waiting(turn, 1, lambda: sent(1)), 10)
+    sent.expect(1)
+    turn.wait()
+    assert ['MemoryError' in record.message for record in records] == [True]
+
+
+def test_where_no_thread_can_be_started_nothing_waits(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(thread: threading.Thread) -> None:
+        raise RuntimeError("can't start new thread")
+
+    turn, sent = Turn(), Collector[int]()
+    with monkeypatch.context() as patch:
+        patch.setattr(threading.Thread, 'start', refuse)
+        with pytest.raises(RuntimeError, match='new thread'):
+            turn.post(Waiting(turn, 1, lambda: sent(1)), 10)
+    assert not turn.is_busy
+    turn.post(Waiting(turn, 1, lambda: sent(2)), 10)
+    assert sent.expect(1) == [2]
 
 
 def test_a_turn_is_shared_by_key_and_forgotten_with_its_last_publisher() -> None:

@@ -24,6 +24,8 @@ from goalwire.transport.zenoh.turn import LARGE, Turn, Waiting
 LARGEST = 1 << 30
 """Bytes of a message that a Zenoh session receives, by default and in rmw_zenoh's settings."""
 
+SLOWER = 'the network or a subscription is slower than the publisher'
+
 LEAVING_S = 5.0
 """How long large messages that wait hold up the closing of their publisher."""
 
@@ -146,13 +148,15 @@ class ZenohPublisher(PublisherPort):
         put = partial(large.put or self._put, payload, attachment=attachment)
         dropped = turn.post(Waiting(self, len(payload), partial(self._send, put, len(payload))), large.depth)
         if dropped is not None:
-            self._note_drop([dropped.size], f'{large.depth} newer ones wait already (the history depth)')
+            self._note_drop(
+                [dropped.size], f'{SLOWER}, and {large.depth} newer ones wait already (the history depth)'
+            )
 
     def _send(self, put: Callable[[], None], size: int) -> None:
         try:
             put()
-        except (zenoh.ZError, RuntimeError) as error:
-            self._note_drop([size], f'zenoh refused it: {reason(error)}')
+        except (zenoh.ZError, RuntimeError, MemoryError) as error:
+            self._note_drop([size], f'zenoh refused it: {reason(error) or type(error).__name__}')
 
     def _note_drop(self, sizes: Sequence[int], why: str) -> None:
         """Count messages that were dropped; the first is logged."""
@@ -162,8 +166,8 @@ class ZenohPublisher(PublisherPort):
             from goalwire.logging import get_logger
 
             get_logger(LOGGER).warning(
-                f'{self._place.title}: a message of {sizes[0]} bytes was dropped, since the network or a '
-                f'subscription is slower than the publisher: {why}; further ones are counted only'
+                f'{self._place.title}: a message of {sizes[0]} bytes was dropped: {why}; '
+                f'further ones are counted only'
             )
 
     def release(self) -> None:
@@ -171,7 +175,9 @@ class ZenohPublisher(PublisherPort):
         given_up = self._turn.finish(self, LEAVING_S)
         self._put = taken_back
         if given_up:
-            self._note_drop(given_up, f'it had not gone {LEAVING_S} s after the publisher was closed')
+            self._note_drop(
+                given_up, f'{SLOWER}; it had not gone {LEAVING_S} s after the publisher was closed'
+            )
 
     def close(self) -> None:
         """Undeclare."""
