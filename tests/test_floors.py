@@ -16,7 +16,7 @@ FLOORS = {
     if floor.isdecimal()
 }
 REACHING_UP = {'interfaces/__init__.py': {'codec'}, 'interfaces/slot_types.py': {'overlay'}}
-OVERLAY = {file.stem for file in (SOURCE / 'overlay').iterdir()} - {'__pycache__'}
+OVERLAY = {file.parent.name for file in (SOURCE / 'overlay').glob('*/__init__.py')}  # the others hold stubs
 
 
 def _imports(file: Path) -> Iterator[str]:

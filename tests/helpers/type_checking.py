@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import subprocess
 import sys
@@ -24,3 +25,16 @@ def type_errors(program: str, folder: Path, *, typings: Path | None = None) -> l
     errors = re.findall(r'^program\.py:(\d+): error: .*\[([\w-]+)\]$', done.stdout, re.MULTILINE)
     assert bool(errors) == bool(done.returncode), done.stdout
     return errors
+
+
+def editor_remarks(program: str, folder: Path) -> list[tuple[int, str]]:
+    """What Pyright, which is in many editors, remarks on a program: line and rule, none where all is well."""
+    settings = {'typeCheckingMode': 'standard', 'pythonVersion': '.'.join(map(str, sys.version_info[:2]))}
+    files = {'program.py': textwrap.dedent(program), 'pyrightconfig.json': json.dumps(settings)}
+    write_files(folder, files)
+    done = subprocess.run(
+        [sys.executable, '-m', 'basedpyright', '--outputjson', '--pythonpath', sys.executable, 'program.py'],
+        cwd=folder, env=clean_environment(), capture_output=True, text=True, timeout=50, check=False,
+    )  # fmt: skip
+    found = json.loads(done.stdout)['generalDiagnostics']
+    return [(item['range']['start']['line'] + 1, item.get('rule', item['message'])) for item in found]

@@ -3,6 +3,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from helpers.fresh import run_python
 from helpers.packages import write_files, write_package
 from helpers.type_checking import type_errors
 
@@ -45,7 +46,7 @@ def arm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.mark.parametrize('package', SHIPPED)
 def test_the_committed_stubs_are_what_the_generator_writes(package: str) -> None:
-    folder = Path(hook.OVERLAY) / f'{package}-stubs'
+    folder = Path(hook.OVERLAY) / package
     committed = {
         file.relative_to(folder).as_posix(): file.read_text(encoding='utf-8')
         for file in folder.rglob('*.pyi')
@@ -53,10 +54,15 @@ def test_the_committed_stubs_are_what_the_generator_writes(package: str) -> None
     assert committed == stubs.package_stubs(package)
 
 
-def test_no_stub_can_be_imported_in_place_of_a_package() -> None:
+def test_no_stub_can_be_imported_in_place_of_a_package(tmp_path: Path) -> None:
     with_stubs = {file.relative_to(hook.OVERLAY).parts[0] for file in Path(hook.OVERLAY).rglob('*.pyi')}
-    assert with_stubs == {f'{package}-stubs' for package in SHIPPED}
-    assert not any(name.isidentifier() for name in with_stubs)
+    assert with_stubs == set(SHIPPED)
+    assert [name for name in SHIPPED if list(Path(hook.OVERLAY, name).rglob('*.py'))] == []
+    write_files(tmp_path, {'rclpy/__init__.py': ''})  # a real one, without messages of its own
+    program = 'import importlib.util\nprint(importlib.util.find_spec("std_msgs"))\nimport std_msgs.msg\n'
+    done = run_python(program, cwd=tmp_path, PYTHONPATH=str(tmp_path))
+    assert done.stdout == 'None\n'
+    assert "ModuleNotFoundError: No module named 'std_msgs'" in done.stderr
 
 
 def test_every_class_of_a_stub_exists_with_the_fields_it_names(arm: Path) -> None:

@@ -15,7 +15,7 @@ while packages are looked for is warned about, and the name counts as not found.
 
 import os
 import sys
-from _frozen_importlib_external import PathFinder  # importlib.machinery would cost 0.3 ms
+from _frozen_importlib_external import FileFinder, PathFinder  # importlib.machinery would cost 0.3 ms
 
 TYPE_CHECKING = False  # typing would cost 5 ms
 if TYPE_CHECKING:
@@ -108,10 +108,20 @@ class InterfaceFinder:
         return spec is not None and spec.origin is not None and not spec.origin.startswith(OVERLAY)
 
 
+class OverlayFinder(FileFinder):
+    """Finds the overlay's modules, and no namespace packages: its folders without __init__.py hold stubs."""
+
+    def find_spec(self, fullname: str, target: 'ModuleType | None' = None) -> 'ModuleSpec | None':
+        spec = super().find_spec(fullname, target)
+        return None if spec is None or spec.loader is None else spec
+
+
 def install() -> None:
     """Put the finder before the path finder, once; goalwire.pth calls this at interpreter start."""
     if any(isinstance(finder, InterfaceFinder) for finder in sys.meta_path):
         return
+    if finder := _overlay_finder():
+        sys.path_importer_cache[OVERLAY] = finder
     place = sys.meta_path.index(PathFinder) if PathFinder in sys.meta_path else len(sys.meta_path)
     sys.meta_path.insert(place, InterfaceFinder())
 
@@ -133,6 +143,18 @@ def _carefully(search: 'Callable[[str], ModuleSpec | None]', name: str) -> 'Modu
             warnings.warn(text, RuntimeWarning, stacklevel=2)
         except Warning:
             raise ImportError(text, name=name) from error
+    return None
+
+
+def _overlay_finder() -> 'FileFinder | None':
+    for make in sys.path_hooks:
+        try:
+            finder = make(OVERLAY)
+        except ImportError:  # not this kind of path
+            continue
+        if isinstance(finder, FileFinder):
+            finder.__class__ = OverlayFinder  # it knows the suffixes of modules, which have no public name
+            return finder
     return None
 
 

@@ -4,8 +4,11 @@
     python -m goalwire.interfaces.stubs typings my_msgs …     these packages
 
 `typings` is where pyright looks by itself; mypy needs mypy_path = "typings". With --stub-packages the folders
-are named <package>-stubs, as PEP 561 wants them beside installed packages: so the stubs of the shipped
-packages lie in goalwire/overlay/, where no interpreter can import them in place of a real package.
+are named <package>-stubs, as PEP 561 wants them beside installed packages.
+
+The stubs of the shipped packages lie in goalwire/overlay/<package>/, with a py.typed, so that checkers take
+them for the package itself and miss no source. These folders have no __init__.py, and the import hook sees to
+it that Python takes none of them for a namespace package.
 """
 
 import argparse

@@ -6,7 +6,10 @@ import textwrap
 from pathlib import Path
 
 import pytest
-from helpers.type_checking import type_errors
+from helpers.type_checking import editor_remarks, type_errors
+
+from goalwire.interfaces import hook, search_path
+from goalwire.interfaces.workspace import KINDS
 
 
 @pytest.mark.slow
@@ -107,3 +110,37 @@ def test_entities_are_tied_to_their_interfaces(tmp_path: Path) -> None:
     errors = dict.fromkeys(lines[int(line) - 1].strip() for line, _ in type_errors(program, tmp_path))
     mistakes = lines[lines.index('def mistakes(node: Node, handle: Taken) -> None:') + 1 :]
     assert list(errors) == [line.strip() for line in mistakes if "(node, Fibonacci, 'fib')" not in line]
+
+
+LAMBDAS = """\
+    from typing import assert_type
+    from rclpy.experimental import AsyncNode
+    from rclpy.node import Node
+    from std_msgs.msg import String
+
+    def listen(node: Node, other: AsyncNode) -> None:
+        node.create_subscription(String, 'a', lambda message: print(message.data.upper()), 10)
+        node.create_subscription(String, 'a', lambda message, info: print(info['source_timestamp'] + 1), 10)
+        node.create_subscription(String, 'a', lambda data: print(data.hex()), 10, raw=True)
+        other.create_subscription(String, 'a', lambda message: print(message.data.upper()), 10)
+        node.create_subscription(String, 'a', lambda message: print(message.date), 10)
+        other.create_subscription(String, 'a', lambda message: print(message.date), 10)
+    """
+
+
+@pytest.mark.slow
+def test_an_editor_finds_all_packages_and_what_a_lambda_gets(tmp_path: Path) -> None:
+    assert editor_remarks(LAMBDAS, tmp_path) == [
+        (11, 'reportAttributeAccessIssue'), (12, 'reportAttributeAccessIssue')
+    ]  # fmt: skip
+    shipped = sorted(folder.name for folder in Path(search_path.SHIPPED).iterdir())
+    kinds = {
+        name: [kind for kind in KINDS if Path(search_path.SHIPPED, name, kind).is_dir()] for name in shipped
+    }
+    companions = [
+        folder.name for folder in Path(hook.OVERLAY).iterdir() if (folder / '__init__.py').is_file()
+    ]
+    assert [name for name in companions if not (Path(hook.OVERLAY) / name / 'py.typed').is_file()] == []
+    modules = [f'{name}.{kind}' for name in shipped for kind in kinds[name]] + companions
+    assert len(modules) > 40
+    assert editor_remarks(''.join(f'import {module}\n' for module in modules), tmp_path) == []

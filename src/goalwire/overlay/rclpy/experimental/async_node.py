@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Awaitable, Callable
 from contextlib import suppress
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar, overload
 
 from goalwire.entities.asyncio_calls import AwaitedCalls
 from goalwire.entities.exceptions import RCLError, ShutDownError
@@ -27,6 +27,7 @@ from rclpy.impl.base_node import BaseNode, timer_period_ns
 from rclpy.qos import QoSProfile, qos_profile_services_default
 
 if TYPE_CHECKING:
+    from goalwire.entities.subscription import MessageInfo
     from goalwire.execution.work import Work
     from rclpy.subscription_content_filter_options import ContentFilterOptions
 
@@ -126,6 +127,54 @@ class AsyncNode(BaseNode):
         publisher.on_destroy = self._ros_adopted(publisher, self._publishers)
         return publisher
 
+    @overload
+    def create_subscription(
+        self,
+        msg_type: type[MsgT],
+        topic: str,
+        callback: Callable[[MsgT], object],
+        qos_profile: QoSProfile | int,
+        *,
+        raw: Literal[False] = False,
+        concurrent: bool = False,
+        content_filter_options: ContentFilterOptions | None = None,
+    ) -> AsyncSubscription[MsgT]: ...
+    @overload
+    def create_subscription(
+        self,
+        msg_type: type[MsgT],
+        topic: str,
+        callback: Callable[[MsgT, MessageInfo], object],
+        qos_profile: QoSProfile | int,
+        *,
+        raw: Literal[False] = False,
+        concurrent: bool = False,
+        content_filter_options: ContentFilterOptions | None = None,
+    ) -> AsyncSubscription[MsgT]: ...
+    @overload
+    def create_subscription(
+        self,
+        msg_type: type[MsgT],
+        topic: str,
+        callback: Callable[[bytes], object],
+        qos_profile: QoSProfile | int,
+        *,
+        raw: Literal[True],
+        concurrent: bool = False,
+        content_filter_options: ContentFilterOptions | None = None,
+    ) -> AsyncSubscription[MsgT]: ...
+    @overload
+    def create_subscription(
+        self,
+        msg_type: type[MsgT],
+        topic: str,
+        callback: Callable[..., object],
+        qos_profile: QoSProfile | int,
+        *,
+        raw: bool,
+        concurrent: bool = False,
+        content_filter_options: ContentFilterOptions | None = None,
+    ) -> AsyncSubscription[MsgT]: ...
     def create_subscription(
         self,
         msg_type: type[MsgT],
