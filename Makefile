@@ -5,10 +5,18 @@ BIN := $(VENV)/bin
 RMW ?= rmw_zenoh_cpp
 EXTRA := $(if $(filter rmw_cyclonedds_cpp,$(RMW)),[dds])
 
-.PHONY: demo test quick fuzz lint types bench bench-curves bench-short clean reliability
+.PHONY: demo set-up test quick fuzz lint types bench bench-curves bench-short clean reliability
 
-demo: $(VENV)/.run-$(RMW)
+# Two at once share one set-up: the second waits for the first, where there is flock.
+LOCKED := $(if $(shell command -v flock 2>/dev/null),flock Makefile)
+ROBOT := $(wildcard $(addprefix robot/,humanoid/setup.py humanoid/humanoid/*.py humanoid/humanoid/*/*.py humanoid_interfaces/*/*))
+
+demo:
+	@$(LOCKED) $(MAKE) --no-print-directory set-up
 	RMW_IMPLEMENTATION=$(RMW) $(BIN)/humanoid demo
+
+set-up: $(VENV)/.run-$(RMW)
+	@:
 
 test: $(VENV)/.dev
 	$(BIN)/python -m pytest -n auto
@@ -40,11 +48,11 @@ bench-short: $(VENV)/.dev
 $(BIN)/python:
 	$(PYTHON) -m venv $(VENV)
 
-$(VENV)/.run-$(RMW): pyproject.toml robot/humanoid/setup.py | $(BIN)/python
+$(VENV)/.run-$(RMW): pyproject.toml $(ROBOT) | $(BIN)/python
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.$(EXTRA)' ./robot/humanoid
 	@touch $@
 
-$(VENV)/.dev: pyproject.toml robot/humanoid/setup.py | $(BIN)/python
+$(VENV)/.dev: pyproject.toml $(ROBOT) | $(BIN)/python
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]' ./robot/humanoid
 	@touch $@
 

@@ -1,20 +1,45 @@
-"""The humanoid as an ament_python package: `colcon build` and plain pip both install it."""
+"""The humanoid as an ament_python package: `colcon build` and plain pip both install it.
+
+The definitions of its interfaces come along, so that goalwire finds them from any folder. Their home is the
+package humanoid_interfaces beside this one; an sdist of this one holds a copy.
+"""
+
+from pathlib import Path
 
 from setuptools import find_packages, setup
+from setuptools.command.sdist import sdist
 
 package_name = 'humanoid'
+definitions = 'humanoid_definitions'  # a Python package of definition files alone
+beside = Path('../humanoid_interfaces')
+
+
+class SdistWithDefinitions(sdist):
+    """An sdist in which the definitions are a folder of their own: it has no package beside it."""
+
+    def make_release_tree(self, base_dir: str, files: list[str]) -> None:
+        super().make_release_tree(base_dir, [file for file in files if not file.startswith('..')])
+        for file in files:
+            if file.startswith('..'):
+                copy = Path(base_dir, definitions, Path(file).relative_to(beside))
+                copy.parent.mkdir(parents=True, exist_ok=True)
+                self.copy_file(file, str(copy))
+
 
 setup(
     name=package_name,
     version='0.1.0',
-    packages=find_packages(include=[package_name, f'{package_name}.*']),
+    packages=[*find_packages(include=[package_name, f'{package_name}.*']), definitions],
+    package_dir={definitions: str(beside)} if beside.is_dir() else {},
+    package_data={definitions: ['package.xml', 'srv/*.srv', 'action/*.action']},
+    cmdclass={'sdist': SdistWithDefinitions},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{package_name}']),
         (f'share/{package_name}', ['package.xml']),
     ],
     install_requires=['setuptools', 'rich>=13.7'],  # without rich a mission shows plain lines
     python_requires='>=3.11',
-    zip_safe=True,
+    zip_safe=False,  # goalwire reads the definitions as files
     maintainer='goalwire developers',
     maintainer_email='goalwire@example.org',
     description="A humanoid robot's services and actions, and a mission that uses them all.",
@@ -28,5 +53,6 @@ setup(
             'arm_action_server = humanoid.arm.server:main',
             'mission = humanoid.mission.program:main',
         ],
+        'goalwire.interfaces': [f'humanoid_interfaces = {definitions}'],
     },
 )

@@ -34,7 +34,7 @@ def assert_all_gone(program: Program) -> None:
 
 def test_the_demo_ends_well_within_thirty_seconds(world: dict[str, str]) -> None:
     began = time.monotonic()
-    with humanoid('demo', env=world) as demo:
+    with humanoid('demo', env=world | {'COLUMNS': '160'}) as demo:
         output = demo.succeed(timeout=45.0)
         took = time.monotonic() - began
         assert_all_gone(demo)

@@ -9,6 +9,7 @@ import sys
 from collections.abc import Sequence
 
 from humanoid import lifeline
+from humanoid.domain import Taken
 
 PROGRAMS = {
     'joint_state_service': 'humanoid.joints.service',
@@ -37,6 +38,9 @@ def main(args: Sequence[str] | None = None) -> int:
         return up()
     except KeyboardInterrupt:
         return 130
+    except Taken as taken:
+        print(f'humanoid: {taken}', file=sys.stderr)
+        return 1
     except ModuleNotFoundError as missing:
         print(_advice(missing.name or str(missing)), file=sys.stderr)
         return 1
@@ -47,8 +51,8 @@ def _advice(module: str) -> str:
     package = module.partition('.')[0]
     if package == 'humanoid_interfaces':
         advice = (
-            'Run from the directory that holds the workspace, set GOALWIRE_INTERFACE_PATH to it, '
-            'or source it where it was built by colcon.'
+            'Run `pip install ./robot/humanoid`, which brings it along, set GOALWIRE_INTERFACE_PATH '
+            'to the workspace, or source it where it was built by colcon.'
         )
     else:
         advice = 'Run `pip install goalwire`, or source a ROS 2.'

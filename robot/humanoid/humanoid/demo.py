@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 
+from humanoid.domain import claimed
 from humanoid.mission.display import display
 from humanoid.mission.events import Retrying, Sink, from_line
 from humanoid.mission.summary import Summary
@@ -20,10 +21,13 @@ class Failed(Exception):
 
 
 def demo() -> int:
-    """0 only if every step of the mission ended as it should and no program ended before its time."""
+    """0 only if every step of the mission ended as it should and no program ended before its time.
+
+    Raises Taken.
+    """
     summary = Summary()
     problem = None
-    with Supervisor() as supervisor:
+    with claimed(may_move=True), Supervisor() as supervisor:
         for name in SERVERS:
             if name != LATE:
                 _start(supervisor, name)

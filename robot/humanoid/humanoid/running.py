@@ -9,6 +9,7 @@ import rclpy
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 
+from humanoid.domain import taking_part
 from humanoid.text import brief
 
 LONGEST_TRACEBACK = 4000  # characters: an exception's text may quote all that a peer has sent
@@ -20,18 +21,19 @@ def run(make_node: Callable[[], Node], args: Sequence[str] | None = None) -> int
     rclpy lets an exception of a callback out of spin, which ends the program. A robot's server outlives
     a request that it cannot handle: it logs the traceback and spins on.
     """
-    node = None
-    try:
-        rclpy.init(args=args)
-        node = make_node()
-        while rclpy.ok():
-            _spin(node)
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass
-    finally:
-        if node is not None:
-            node.destroy_node()
-        rclpy.try_shutdown()
+    with taking_part():
+        node = None
+        try:
+            rclpy.init(args=args)
+            node = make_node()
+            while rclpy.ok():
+                _spin(node)
+        except (KeyboardInterrupt, ExternalShutdownException):
+            pass
+        finally:
+            if node is not None:
+                node.destroy_node()
+            rclpy.try_shutdown()
     return 0
 
 

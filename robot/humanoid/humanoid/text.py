@@ -1,6 +1,9 @@
-"""Text of unknown length and origin, made fit for a line of a log."""
+"""Text of unknown length and origin, made fit for a line of a log or of a terminal."""
 
 from __future__ import annotations
+
+import shutil
+from textwrap import fill
 
 LONGEST = 400  # characters of a reason
 LONGEST_NAME = 60  # characters of a name that is not one of ours
@@ -17,3 +20,14 @@ def brief(text: str, longest: int = LONGEST) -> str:
 def quoted(text: str) -> str:
     """The text in quotes, its control characters escaped, of bounded length."""
     return repr(brief(text, LONGEST_NAME))
+
+
+def columns() -> int:
+    """How many characters a line may have: COLUMNS, the terminal's width, or 80."""
+    return shutil.get_terminal_size((80, 24)).columns
+
+
+def indented(text: str) -> str:
+    """The text in lines no longer than that, the later ones a little to the right of the first."""
+    start = len(text) - len(text.lstrip())
+    return fill(text, max(columns(), 20), subsequent_indent=' ' * (start + 4), break_on_hyphens=False)

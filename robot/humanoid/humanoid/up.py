@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from humanoid.domain import claimed
 from humanoid.supervisor import Ended, Printed, StopAsked, Supervisor, program
 
 SERVERS = ('joint_state_service', 'navigation_action_server', 'battery_service', 'arm_action_server')
 
 
 def up() -> int:
-    """Relay what the servers print. One that ends by itself leaves the others running, and 1 is returned."""
+    """Relay what the servers print. One that ends by itself leaves the others running, and 1 is returned.
+
+    Raises Taken.
+    """
     died = 0
-    with Supervisor() as supervisor:
+    with claimed(may_move=False), Supervisor() as supervisor:
         for name in SERVERS:
             print(f'started {name} (pid {supervisor.start(name, program(name))})', flush=True)
         print('Ctrl-C stops them all', flush=True)

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import re
 
+import pytest
 from humanoid.mission.events import Began, Finished, Progressed
 from humanoid.mission.summary import Summary
 
@@ -36,6 +37,18 @@ def test_one_failed_step_spoils_it() -> None:
 def test_nothing_heard_is_not_well() -> None:
     assert not Summary().all_well
     assert '0 of ? steps' in Summary().table()
+
+
+@pytest.mark.parametrize('width', [60, 80, 120])
+def test_the_table_is_no_wider_than_the_terminal(monkeypatch: pytest.MonkeyPatch, width: int) -> None:
+    monkeypatch.setenv('COLUMNS', str(width))
+    summary = Summary()
+    summary.note(Began(1, 1, 'newer goal while driving', 'older ABORTED, newer SUCCEEDED'))
+    happened = 'older ABORTED (Pre-empted by a newer goal), newer SUCCEEDED'
+    summary.note(Finished(1, ok=True, happened=happened, seconds=1.0))
+    *rows, _ = summary.table().splitlines()
+    assert max(map(len, rows)) <= width
+    assert set(happened.split()) <= set(' '.join(rows).split()), 'words were lost'
 
 
 def test_the_table_says_step_expected_happened_and_time() -> None:

@@ -17,9 +17,11 @@ from action_msgs.srv import CancelGoal
 from rclpy.action import ActionClient
 from rclpy.action.client import ClientGoalHandle
 from rclpy.client import Client
+from rclpy.logging import get_logger
 from rclpy.task import Future
 
 from humanoid.mission.retry import NoAnswer
+from humanoid.text import brief
 
 FIND_WITHIN = 3.0  # s for a server to appear
 CANCEL_WITHIN = 2.0  # s for a goal to end once its cancellation was asked for
@@ -93,6 +95,9 @@ class GoalRun:
                 raise NoAnswer(f'{self._name}: the goal did not end in time') from None
             if isinstance(arrived, Future):
                 self._result = arrived.result()
+                if self.status == 'ABORTED':
+                    why = brief(self.result.message) or 'its server gave no reason'
+                    get_logger('mission').warning(f'{self._name}: the goal was aborted: {why}')
             else:
                 yield arrived.feedback
 

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from humanoid.mission.events import Began, Event, Finished, Progressed, Retrying, Sink
+from humanoid.text import indented
 
 if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
@@ -67,14 +68,18 @@ class PlainLines:
     def __call__(self, event: Event) -> None:
         if isinstance(event, Began):
             self._quarter = 0
-            print(f'[{event.number}/{event.total}] {event.name} (expected: {event.expected})', flush=True)
+            _print(f'[{event.number}/{event.total}] {event.name} (expected: {event.expected})')
         elif isinstance(event, Progressed):
             quarter = int(event.fraction * 4)
             if quarter > self._quarter:
                 self._quarter = quarter
-                print(f'    {event.fraction:4.0%}  {event.text}', flush=True)
+                _print(f'    {event.fraction:4.0%}  {event.text}')
         elif isinstance(event, Retrying):
-            print(f'    attempt {event.attempt}: {event.reason}; next in {event.wait:.1f} s', flush=True)
+            _print(f'    attempt {event.attempt}: {event.reason}; next in {event.wait:.1f} s')
         elif isinstance(event, Finished):
             mark = 'ok' if event.ok else 'FAILED'
-            print(f'    {mark}: {event.happened} ({event.seconds:.1f} s)', flush=True)
+            _print(f'    {mark}: {event.happened} ({event.seconds:.1f} s)')
+
+
+def _print(text: str) -> None:
+    print(indented(text), flush=True)

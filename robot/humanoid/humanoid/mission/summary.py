@@ -2,8 +2,15 @@
 
 from __future__ import annotations
 
-from humanoid.mission.events import Began, Event, Finished
+from collections.abc import Iterator, Sequence
+from itertools import zip_longest
+from textwrap import wrap
 
+from humanoid.mission.events import Began, Event, Finished
+from humanoid.text import columns
+
+GAP = '  '
+NARROWEST = 6  # characters of a column
 HEAD = ('', 'step', 'expected', 'happened', 'time')
 
 
@@ -38,11 +45,11 @@ class Summary:
         return self.complete and all(event.ok for event in self._finished.values())
 
     def table(self) -> str:
-        """One line a step that began; the last line counts them all."""
+        """A row for each step that began, no wider than the terminal; the last line counts them all."""
         rows = [HEAD, *(self._row(began) for began in self._began.values())]
-        widths = [max(len(row[column]) for row in rows) for column in range(len(HEAD))]
-        head, *body = ['  '.join(map(str.ljust, row, widths)).rstrip() for row in rows]
-        rule = '  '.join('-' * width for width in widths)
+        widths = _fitted([max(len(row[column]) for row in rows) for column in range(len(HEAD))], columns())
+        head, *body = ['\n'.join(_lines(row, widths)) for row in rows]
+        rule = GAP.join('-' * width for width in widths)
         return '\n'.join([head, rule, *body, self._count()])
 
     def _row(self, began: Began) -> tuple[str, str, str, str, str]:
@@ -56,3 +63,20 @@ class Summary:
         well = sum(event.ok for event in self._finished.values())
         took = sum(event.seconds for event in self._finished.values())
         return f'{well} of {self._total or "?"} steps ended as they should, in {took:.1f} s'
+
+
+def _fitted(widths: Sequence[int], whole: int) -> list[int]:
+    """The columns' widths, the widest made narrower until all fit `whole` characters."""
+    fitted = list(widths)
+    while sum(fitted) + len(GAP) * (len(fitted) - 1) > whole and max(fitted) > NARROWEST:
+        fitted[fitted.index(max(fitted))] -= 1
+    return fitted
+
+
+def _lines(row: Sequence[str], widths: Sequence[int]) -> Iterator[str]:
+    """The lines of one row: what is too long for its column goes on below."""
+    cells = [
+        wrap(text, max(width, 1), break_on_hyphens=False) for text, width in zip(row, widths, strict=True)
+    ]
+    for parts in zip_longest(*cells, fillvalue=''):
+        yield GAP.join(map(str.ljust, parts, widths)).rstrip()

@@ -1,0 +1,222 @@
+"""The humanoid installed by pip runs from any folder, and beside another one."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+from helpers.environments import CannotInstall
+from helpers.fresh import clean_environment
+from helpers.processes import Program
+from helpers.robot import ROOT, robot_env
+from humanoid import look as humanoid_look
+
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(240)]
+
+WHOLE = '10 of 10 steps ended as they should'
+MAIN = 'from humanoid.cli import main; raise SystemExit(main())'
+DEFINITIONS = {
+    'package.xml',
+    'action/MoveArm.action',
+    'action/MoveToPosition.action',
+    'srv/GetBatteryStatus.srv',
+    'srv/GetJointState.srv',
+}
+MAKES = """
+import subprocess, sys
+raise SystemExit(subprocess.run(sys.argv[1:], check=False).returncode)
+"""
+
+
+def _run(*arguments: str, cwd: Path) -> None:
+    """Run a module of the tests' Python that may need PyPI; raises CannotInstall."""
+    done = subprocess.run(
+        [sys.executable, '-m', *arguments],
+        cwd=cwd, env=clean_environment(), capture_output=True, text=True, timeout=200, check=False,
+    )  # fmt: skip
+    if done.returncode:
+        raise CannotInstall(done.stderr + done.stdout)
+
+
+@contextmanager
+def _needs_pypi() -> Iterator[None]:
+    try:
+        yield
+    except CannotInstall as error:
+        if not error.unreachable:
+            raise
+        pytest.skip(f'PyPI is out of reach, and the build needs it: {error}')
+
+
+@pytest.fixture(scope='session')
+def sources(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A copy of robot/, without what builds leave there."""
+    copy = tmp_path_factory.mktemp('copy') / 'robot'
+    left = shutil.ignore_patterns('build', '*.egg-info', '__pycache__', '.*_cache')
+    shutil.copytree(ROOT / 'robot', copy, ignore=left)
+    return copy
+
+
+@pytest.fixture(scope='session')
+def site(sources: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Where `pip install ./robot/humanoid` has put the robot."""
+    folder = tmp_path_factory.mktemp('site')
+    with _needs_pypi():
+        _run('pip', 'install', '-q', '--no-deps', '--target', str(folder), './humanoid', cwd=sources)
+    return folder
+
+
+@pytest.fixture
+def env(site: Path, tmp_path: Path) -> dict[str, str]:
+    """A user's environment: no domain chosen, no interfaces named. Claims of domains are the test's own."""
+    env = robot_env() | {'PYTHONPATH': str(site), 'TMPDIR': str(tmp_path)}
+    del env['GOALWIRE_INTERFACE_PATH'], env['ROS_DOMAIN_ID']
+    return env
+
+
+@pytest.fixture
+def elsewhere(tmp_path: Path) -> Path:
+    folder = tmp_path / 'elsewhere'
+    folder.mkdir()
+    return folder
+
+
+def humanoid(*arguments: str, env: dict[str, str], cwd: Path) -> Program:
+    return Program(MAIN, *arguments, env=env, cwd=cwd)
+
+
+def definitions(folder: Path) -> set[str]:
+    return {str(file.relative_to(folder)) for file in folder.rglob('*') if file.is_file()}
+
+
+def widest(lines: Sequence[str]) -> int:
+    return max(len(line) for line in lines if 'WARN' not in line and 'INFO' not in line)
+
+
+def test_the_definitions_come_with_the_package_and_with_its_sdist(
+    sources: Path, site: Path, tmp_path: Path
+) -> None:
+    assert definitions(site / 'humanoid_definitions') == DEFINITIONS
+    with _needs_pypi():
+        _run('build', '--sdist', '--outdir', str(tmp_path), './humanoid', cwd=sources)
+        [sdist] = tmp_path.glob('*.tar.gz')
+        _run('pip', 'install', '-q', '--no-deps', '--target', 'from_sdist', str(sdist), cwd=tmp_path)
+    assert definitions(tmp_path / 'from_sdist' / 'humanoid_definitions') == DEFINITIONS
+    names = {path.name for path in sources.iterdir()}
+    assert names == {'humanoid', 'humanoid_interfaces', 'ruff.toml'}, 'the sdist left something behind'
+
+
+def test_every_definition_is_installed() -> None:
+    home = ROOT / 'robot' / 'humanoid_interfaces'
+    assert definitions(home) - {'CMakeLists.txt'} == DEFINITIONS
+
+
+def test_the_demo_runs_from_any_folder_in_80_columns(env: dict[str, str], elsewhere: Path) -> None:
+    env.pop('COLUMNS', None)
+    with humanoid('demo', env=env, cwd=elsewhere) as demo:
+        lines = demo.succeed(timeout=90.0).splitlines()
+    assert lines[-1].startswith(WHOLE)
+    assert widest(lines) <= 80
+    assert list(elsewhere.iterdir()) == []
+
+
+def test_the_tables_fit_a_terminal_of_60_columns(env: dict[str, str], elsewhere: Path) -> None:
+    for arguments in (['--help'], ['up', '--help'], ['demo', '--help'], ['mission', '--help'], ['demo']):
+        with humanoid(*arguments, env=env | {'COLUMNS': '60'}, cwd=elsewhere) as program:
+            lines = program.succeed(timeout=90.0).splitlines()
+        assert widest(lines) <= 60, arguments
+
+
+def test_two_demos_at_once_end_well_each_in_a_domain_of_its_own(env: dict[str, str], elsewhere: Path) -> None:
+    with (
+        humanoid('demo', env=env, cwd=elsewhere) as one,
+        humanoid('demo', env=env, cwd=elsewhere) as other,
+    ):
+        outputs = [one.succeed(timeout=90.0), other.succeed(timeout=90.0)]
+    assert all(WHOLE in output for output in outputs)
+    moved = [output for output in outputs if 'this one takes ROS_DOMAIN_ID=1' in output]
+    assert len(moved) == 1
+
+
+def test_a_demo_beside_up_takes_a_domain_and_a_second_up_says_what_to_do(
+    env: dict[str, str], elsewhere: Path
+) -> None:
+    with humanoid('up', env=env, cwd=elsewhere) as up:
+        up.expect('Arm Action Server ready')
+        with humanoid('up', env=env, cwd=elsewhere) as second:
+            assert second.wait() == 1
+            assert re.search(
+                r'^humanoid: a humanoid is running already in ROS domain 0: stop it.*ROS_DOMAIN_ID',
+                second.output,
+            )
+        with humanoid('demo', env=env | {'ROS_DOMAIN_ID': '0'}, cwd=elsewhere) as fixed:
+            assert fixed.wait() == 1
+            assert 'in ROS domain 0, which ROS_DOMAIN_ID names: stop it, or choose another' in fixed.output
+        with humanoid('demo', env=env, cwd=elsewhere) as demo:
+            assert WHOLE in demo.succeed(timeout=90.0)
+            assert 'this one takes ROS_DOMAIN_ID=1' in demo.output
+
+
+@pytest.mark.parametrize('server', ['joint_state_service', 'navigation_action_server'])
+def test_a_demo_sees_a_server_that_was_started_alone(
+    env: dict[str, str], elsewhere: Path, server: str
+) -> None:
+    with humanoid(server, env=env, cwd=elsewhere) as alone:
+        alone.expect('ready')
+        with humanoid('demo', env=env, cwd=elsewhere) as demo:
+            demo.expect('a humanoid is running already in ROS domain 0: this one takes ROS_DOMAIN_ID=1')
+            assert WHOLE in demo.succeed(timeout=90.0)
+
+
+def test_servers_that_no_lock_tells_of_are_found_in_the_domain(env: dict[str, str], elsewhere: Path) -> None:
+    """As on another machine, which has its own files; the look may come before the server is known."""
+    looks = Path(humanoid_look.__file__)
+    with humanoid('up', env=env, cwd=elsewhere) as up:
+        up.expect('Arm Action Server ready')
+        code = 0
+        while code != humanoid_look.SOMEBODY_IS_THERE:  # bounded by the test's time limit
+            with Program(looks, env=env, cwd=elsewhere) as look:
+                code = look.wait()
+
+
+def test_a_domain_is_free_again_when_its_humanoid_was_killed(env: dict[str, str], elsewhere: Path) -> None:
+    with humanoid('up', env=env, cwd=elsewhere) as up:
+        up.expect('Arm Action Server ready')
+        up.kill()
+        up.wait()
+    with humanoid('up', env=env, cwd=elsewhere) as again:
+        again.expect('Ctrl-C stops them all')
+
+
+@pytest.mark.skipif(os.name != 'posix' or shutil.which('make') is None, reason='needs make')
+def test_make_demo_runs_from_outside_the_clone_twice_at_once(
+    env: dict[str, str], elsewhere: Path, tmp_path: Path
+) -> None:
+    binaries = tmp_path / 'venv' / 'bin'
+    binaries.mkdir(parents=True)
+    (binaries / 'python').symlink_to(sys.executable)
+    program = binaries / 'humanoid'
+    program.write_text(f'#!/bin/sh\nexec {sys.executable} -m humanoid "$@"\n', encoding='utf-8')
+    program.chmod(0o755)
+    (binaries.parent / '.run-rmw_zenoh_cpp').touch()  # it is set up
+    command = ['make', '-C', str(ROOT), 'demo', f'VENV={binaries.parent}', 'RMW=rmw_zenoh_cpp']
+    with (
+        Program(MAKES, *command, env=env, cwd=elsewhere) as one,
+        Program(MAKES, *command, env=env, cwd=elsewhere) as other,
+    ):
+        outputs = [one.succeed(timeout=90.0), other.succeed(timeout=90.0)]
+    assert all(WHOLE in output for output in outputs)
+
+
+def test_a_mission_logs_why_a_goal_was_aborted(env: dict[str, str], elsewhere: Path) -> None:
+    with humanoid('up', env=env, cwd=elsewhere), humanoid('mission', env=env, cwd=elsewhere) as mission:
+        mission.succeed(timeout=90.0)
+        mission.expect(r'\[WARN\].*move_to_position: the goal was aborted: Pre-empted by a newer goal')
+        mission.expect(r'\[WARN\].*move_to_position: the goal was aborted: Timed out after 0.5 s')
