@@ -17,9 +17,12 @@ from rclpy.action.client import ClientGoalHandle
 from rclpy.action.server import ServerGoalHandle
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
 from rclpy.context import Context
+from rclpy.exceptions import InvalidHandle
 from rclpy.executors import Executor, MultiThreadedExecutor, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.task import Future
+
+from goalwire.entities.exceptions import ShutDownError
 
 pytestmark = pytest.mark.also_on_dds
 
@@ -339,3 +342,38 @@ def test_a_client_that_is_destroyed_keeps_no_result_back(
     assert not result.done()
     spinner = spin(node)
     turn_of(spinner)
+
+
+# -- the end while somebody waits ------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize('accepted', [False, True], ids=['sent', 'accepted'])
+@pytest.mark.parametrize('end', ['context', 'client', 'node'])
+def test_a_thread_that_waits_for_a_goal_gets_an_error_at_the_end_and_no_none(
+    context: Context, make_node: MakeNode, by_hand: ByHand, accepted: bool, end: str
+) -> None:
+    node, outcome = make_node(), Collector[object]()
+    client = client_of(by_hand, node)
+
+    def wait() -> None:
+        try:
+            outcome(client.send_goal(Goal()))
+        except (InvalidHandle, ShutDownError) as error:
+            outcome(type(error).__name__)
+
+    thread = threading.Thread(target=wait)
+    thread.start()
+    by_hand.asked.expect(1)
+    if accepted:
+        by_hand.accept.set()
+        by_hand.asked.expect(2)
+    if end == 'context':
+        context.lifeline.end('SIGTERM')
+    elif end == 'client':
+        client.destroy()
+    else:
+        node.destroy_node()
+    assert outcome.expect(1) == ['ShutDownError' if end == 'context' else 'InvalidHandle']
+    thread.join(PATIENCE)
+    by_hand.accept.set()
+    by_hand.finish.set()

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from goalwire.entities.actions.endpoints import ActionQoS
-from goalwire.entities.client import NO_REASON, REASONS_LIMIT
+from goalwire.entities.client import NO_REASON, REASONS_LIMIT, end_with
 from goalwire.entities.endpoint import describe_endpoint
 from goalwire.entities.exceptions import InvalidHandle, ShutDownError
 from goalwire.entities.graph_waiting import tell_near_misses, wait_for_graph
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from goalwire.entities.node import NodeCore
     from goalwire.entities.server_line import ServerLine
     from goalwire.entities.type_support import ActionSupport, ServiceSupport
+    from goalwire.execution.future import Future
     from goalwire.protocol.qos import QoS
     from goalwire.transport.contract import ClientPort, Payload, Sample
 
@@ -41,6 +42,8 @@ class ActionCalls(TimedCalls):
         self._reported: set[tuple[str, str]] = set()
         self._told = ''
         """What was said last of names and types that are near."""
+        self.blocking: dict[Future[Any], None] = {}
+        """What threads wait for in a call of ours."""
         self._line: ServerLine | None = None
         self._destroyed = False
         self._names = names = node.resolve_action(name)
@@ -159,10 +162,16 @@ class ActionCalls(TimedCalls):
             raise InvalidHandle
 
     def _close_calls(self) -> None:
-        """Undeclare; requests with terms end with InvalidHandle, others stay as they are."""
+        """Undeclare; requests with terms, or that threads wait for, end with InvalidHandle.
+
+        Others stay as they are.
+        """
         for asked in (*self.requests,):
             if asked.guard is not None:
                 asked.guard.fail(InvalidHandle())
+        for future in (*self.blocking,):
+            if future.pending():
+                end_with(future, InvalidHandle())
         for port in (self._send_port, self._result_port, self._cancel_port):
             port.close()
         self._arrivals.close()

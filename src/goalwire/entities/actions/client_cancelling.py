@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, NoReturn, cast
 
 from goalwire.entities.actions.client_calls import ActionCalls
 from goalwire.entities.actions.requests import LATE_S, ActionRequest, RawFuture
+from goalwire.entities.exceptions import ShutDownError
 from goalwire.errors import ClosedError
 from goalwire.execution.blocking import abandon, block_on
 from goalwire.protocol.goals import wire
@@ -58,27 +59,36 @@ class Cancelling(ActionCalls):
         return self.cancel_goal(NO_ID, stamp_ns)
 
     def cancel_all_goals(self) -> CancelGoal.Response | None:
-        """Ask as `cancel_all_goals_async` does, and wait; None where the context ends before that."""
+        """Ask as `cancel_all_goals_async` does, and wait; raises as ClientGoalHandle.cancel_goal does."""
         answer: CancelGoal.Response | None = self.wait_for(self.cancel_all_goals_async)
         return answer
 
     def cancel_goals_before(self, stamp: Time | StampMessage) -> CancelGoal.Response | None:
-        """Ask as `cancel_goals_before_async` does, and wait; None where the context ends before that."""
+        """Ask as `cancel_goals_before_async` does, and wait; raises as ClientGoalHandle.cancel_goal does."""
         answer: CancelGoal.Response | None = self.wait_for(lambda: self.cancel_goals_before_async(stamp))
         return answer
+
+    def _refuse_after_the_end(self) -> NoReturn:
+        raise ShutDownError(f"action '{self.full_name}'")
 
     def wait_for(self, ask: Callable[[], Future[Any]]) -> Any:
         """Ask the server, block until the answer is there and return it; needs no executor.
 
-        Raises WouldDeadlockError, with nothing asked, where the answer needs the thread that would wait.
+        Raises WouldDeadlockError, with nothing asked, where the answer needs the thread that would wait;
+        ShutDownError and InvalidHandle where the context ends, or this is destroyed, before it is there.
         """
         self.node.context.local_servers.check(self.node.graph, self.goal_service)
         future = ask()
+        self.blocking[future] = None
         try:
-            block_on(future, None, self.node.context.lifeline)
+            self._check_alive()
+            if not block_on(future, None, self.node.context.lifeline):
+                self._refuse_after_the_end()
         except BaseException:
             abandon(future)
             raise
+        finally:
+            self.blocking.pop(future, None)
         try:
             return future.result()
         finally:

@@ -118,7 +118,7 @@ class ClientGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
         return self._goal.reason
 
     def cancel_goal(self) -> CancelGoal.Response | None:
-        """Ask for cancellation and wait for the answer; None where the context ends before that."""
+        """Ask for cancellation and wait for the answer; raises ShutDownError or InvalidHandle at the end."""
         answer: CancelGoal.Response | None = self._action_client.wait_for(self.cancel_goal_async)
         return answer
 
@@ -127,7 +127,7 @@ class ClientGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
         return self._action_client.cancel_goal(self._goal.goal_id)
 
     def get_result(self) -> ResultResponse[ResultT] | None:
-        """Wait for the end and return status and result; None where the context ends before that."""
+        """Wait for the end and return status and result. Raises as cancel_goal does."""
         answer: ResultResponse[ResultT] | None = self._action_client.wait_for(self.get_result_async)
         return answer
 

@@ -111,7 +111,8 @@ class ActionClient(ActionClientCore, InboxWaitable, Generic[GoalT, ResultT, Feed
     def send_goal(self, goal: GoalT, **kwargs: Any) -> ResultResponse[ResultT] | None:
         """Send a goal, wait for its end and return status and result (the action's GetResult response).
 
-        Takes the keyword arguments of send_goal_async. None where the context ends before that.
+        Takes the keyword arguments of send_goal_async. Raises ShutDownError where the context ends before
+        that, InvalidHandle where the client is destroyed.
         """
         handle = self.wait_for(lambda: self.send_goal_async(goal, **kwargs))
         return None if handle is None else handle.get_result()
