@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from pathlib import Path
 
 import pytest
@@ -13,7 +14,8 @@ from goalwire.protocol.goals.table import GoalStatus
 
 pytestmark = pytest.mark.slow
 
-PROGRAMS = {block.title: block.text for block in blocks(ROOT / 'README.md') if block.title}
+SERVERS = ('lamp.py', 'counter.py')
+PROGRAMS = {block.title: block.text for block in blocks(ROOT / 'README.md') if block.title in SERVERS}
 
 SWITCH = """
     import rclpy
@@ -50,6 +52,18 @@ COUNT = """
         answer = wait_for(goal.get_result_async())
         print(answer.status, seen[:3], list(answer.result.sequence) == seen[-1], len(seen) == order - 1)
 """
+MEETS = {
+    'lamp.py': SWITCH,
+    'counter.py': """
+        import rclpy
+        from example_interfaces.action import Fibonacci
+        from rclpy.action import ActionClient
+
+        with rclpy.init():
+            client = ActionClient(rclpy.create_node('pupil'), Fibonacci, 'count')
+            assert client.wait_for_server(timeout_sec=10)
+    """,
+}
 FIRST = '[[0, 1, 1], [0, 1, 1, 2], [0, 1, 1, 2, 3]]'
 
 
@@ -81,3 +95,16 @@ def test_the_action_counts_to_its_end(tmp_path: Path) -> None:
 def test_the_action_is_cancelled_on_the_way(tmp_path: Path) -> None:
     status, *_, result_is_last_feedback, has_counted_all = _count(tmp_path, '40', 'cancel').split()
     assert (status, result_is_last_feedback, has_counted_all) == (f'{GoalStatus.CANCELED}', 'True', 'False')
+
+
+@pytest.mark.parametrize('rmw', ['rmw_zenoh_cpp', 'rmw_cyclonedds_cpp'])
+@pytest.mark.parametrize('name', SERVERS)
+def test_ctrl_c_ends_a_server_without_a_word(tmp_path: Path, name: str, rmw: str) -> None:
+    (tmp_path / name).write_text(PROGRAMS[name], encoding='utf-8')
+    env = isolated_env(rmw)
+    with Program(tmp_path / name, env=env) as server:
+        with Program(MEETS[name], env=env) as client:
+            client.succeed()
+        server.send_signal(signal.SIGINT)
+        server.wait()
+    assert server.output == ''

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -11,7 +12,10 @@ from goalwire.interfaces import registered
 
 @pytest.fixture
 def site(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """An empty folder at the front of sys.path."""
+    """An empty folder at the front of sys.path, on which nothing else is installed (the robot may be)."""
+    installed = ('site-packages', 'humanoid')
+    plain = [entry for entry in sys.path if not Path(entry).name.startswith(installed)]
+    monkeypatch.setattr(sys, 'path', plain)
     monkeypatch.syspath_prepend(tmp_path)
     registered.forget()
     yield tmp_path
