@@ -7,6 +7,7 @@ loaded by then. The finder stands just before the path finder and asks it (and t
   namespace package) does not: ./humanoid_interfaces/ may be a source folder.
 - Whatever lies in goalwire/overlay/ (rclpy and its companions) comes last, wherever the overlay stands
   in sys.path, unless GOALWIRE_FIRST=1, which `python -m goalwire.run` sets.
+- A Python package may have interfaces of its own name: it is Python's, but for msg, srv and action.
 - Beside a real rclpy the hook serves nothing: that ROS 2 has its own packages.
 
 Every program passes here, pip too, and what lies below its folder may be anything. So whatever goes wrong
@@ -23,10 +24,13 @@ if TYPE_CHECKING:
     from importlib.machinery import ModuleSpec
     from types import ModuleType
 
+    from goalwire.interfaces.search_path import InterfacePackage
+
 OVERLAY = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), 'overlay')
 OVERLAY_FIRST = 'GOALWIRE_FIRST'
 # Python itself tries to import these and is used to missing them.
 NEVER_PACKAGES = frozenset({'sitecustomize', 'usercustomize', 'org', 'java'}) | sys.stdlib_module_names
+KINDS = ('msg', 'srv', 'action')
 TELLING_ENDINGS = ('_msgs', '_srvs', '_interfaces', '_actions')
 
 
@@ -34,7 +38,7 @@ class InterfaceFinder:
     """A meta path finder for std_msgs, humanoid_interfaces and the like."""
 
     def __init__(self) -> None:
-        self._served: set[str] = set()
+        self._served: set[str] = set()  # packages, and of Python's own packages 'name.msg' and the like
 
     def find_spec(
         self, fullname: str, path: 'Sequence[str] | None' = None, target: 'ModuleType | None' = None
@@ -45,12 +49,16 @@ class InterfaceFinder:
         that were searched, for an import statement that names a missing package like foo_msgs. Nothing else.
         """
         if path is not None:
-            served = fullname.partition('.')[0] in self._served
-            return _carefully(self._inner_spec, fullname) if served else None
+            package, _, rest = fullname.partition('.')
+            if package in self._served or fullname.rpartition('.')[0] in self._served:
+                return _carefully(self._inner_spec, fullname)
+            if rest not in KINDS or _is_regular(self._ask_behind(fullname, target, path)):
+                return None
+            return _carefully(self._kind_spec, fullname)
         found = self._module_spec(fullname, target)
-        if found is not None and found.loader is not None:
+        if _is_regular(found):
             return found
-        return _carefully(self._package_spec, fullname) or found
+        return _carefully(lambda name: self._package_spec(name, found), fullname) or found
 
     def invalidate_caches(self) -> None:
         """Part of importlib.invalidate_caches(): search for packages afresh."""
@@ -66,24 +74,29 @@ class InterfaceFinder:
             return _not_ours(fullname, found) or found
         return _regular(fullname, [OVERLAY]) or found
 
-    def _ask_behind(self, fullname: str, target: 'ModuleType | None') -> 'ModuleSpec | None':
+    def _ask_behind(
+        self, fullname: str, target: 'ModuleType | None', path: 'Sequence[str] | None' = None
+    ) -> 'ModuleSpec | None':
         """What the finders behind this one find: a module, else a namespace folder, else nothing."""
         namespace = None
         for finder in _behind(self):
-            spec = finder.find_spec(fullname, None, target)
+            spec = finder.find_spec(fullname, path, target)
             if spec is not None and spec.loader is not None:
                 return spec
             namespace = namespace or spec
         return namespace
 
-    def _package_spec(self, name: str) -> 'ModuleSpec | None':
+    def _package_spec(self, name: str, namespace: 'ModuleSpec | None') -> 'ModuleSpec | None':
         if name in NEVER_PACKAGES or name[0] == '_':
             return None
         from goalwire.interfaces import search_path, workspace
 
         if not workspace.is_package_name(name) or self._real_rclpy():
             return None
-        if search_path.find_package(name) or _registered(name):
+        found = search_path.find_package(name)
+        if found and (beside := _python_beside(found, namespace)):
+            return beside
+        if found or _registered(name):
             from goalwire.interfaces import modules
 
             self._served.add(name)
@@ -92,6 +105,24 @@ class InterfaceFinder:
             text = f'No module named {name!r}, and {search_path.explain_missing(name)}'
             raise ModuleNotFoundError(text, name=name)
         return None
+
+    def _kind_spec(self, fullname: str) -> 'ModuleSpec | None':
+        """The spec of name.msg, .srv or .action for a Python package `name`."""
+        package = fullname.partition('.')[0]
+        if package in NEVER_PACKAGES or package[0] == '_':
+            return None
+        from goalwire.interfaces import search_path, workspace
+
+        if not workspace.is_package_name(package) or self._real_rclpy():
+            return None
+        if not (search_path.find_package(package) or _registered(package)):
+            return None
+        from goalwire.interfaces import modules
+
+        spec = modules.inner_spec(fullname)
+        if spec is not None:
+            self._served.add(fullname)
+        return spec
 
     def _inner_spec(self, fullname: str) -> 'ModuleSpec | None':
         from goalwire.interfaces import modules
@@ -158,6 +189,20 @@ def _overlay_finder() -> 'FileFinder | None':
     return None
 
 
+def _python_beside(found: 'InterfacePackage', namespace: 'ModuleSpec | None') -> 'ModuleSpec | None':
+    """The Python package that lies in a source folder beside the interfaces: my_robot/my_robot/__init__.py.
+
+    Only where Python's own search, or GOALWIRE_INTERFACE_PATH, leads to that folder: what else lies below the
+    working directory may be anybody's, and is not run.
+    """
+    from goalwire.interfaces.search_path import INTERFACE_PATH
+
+    places = getattr(namespace, 'submodule_search_locations', None) or ()
+    if found.origin == INTERFACE_PATH or found.folder in (os.path.abspath(place) for place in places):
+        return _regular(found.name, [found.folder])
+    return None
+
+
 def _registered(package: str) -> bool:
     """Whether register_definitions gave this package types."""
     # Another thread may be in the middle of importing it: then nothing is registered yet.
@@ -171,6 +216,10 @@ def _behind(finder: InterfaceFinder) -> 'Iterator[type[PathFinder]]':
     for other in finders[finders.index(finder) + 1 :]:
         if hasattr(other, 'find_spec'):
             yield other  # type: ignore[misc]
+
+
+def _is_regular(spec: 'ModuleSpec | None') -> bool:
+    return spec is not None and spec.loader is not None
 
 
 def _not_ours(fullname: str, found: 'ModuleSpec') -> 'ModuleSpec | None':

@@ -7,6 +7,7 @@
 Types are read one by one, so a malformed file fails only where its type is imported.
 """
 
+import os
 from functools import lru_cache
 from importlib import import_module
 from importlib.machinery import ModuleSpec
@@ -108,7 +109,9 @@ def explain_unknown(fullname: str) -> str | None:
     from difflib import get_close_matches
 
     package, kind, *rest = fullname.split('.')
-    if kind not in workspace.KINDS or len(rest) > 1 or fullname.rpartition('.')[2][0] == '_':
+    if kind not in workspace.KINDS:
+        return _explain_python(fullname, package)
+    if len(rest) > 1 or fullname.rpartition('.')[2][0] == '_':
         return None
     place, known = _folder(package), type_names(package, kind)
     if not known:
@@ -120,6 +123,17 @@ def explain_unknown(fullname: str) -> str | None:
     hint = f'did you mean {" or ".join(close)}?' if close else f'it has {some}'
     file = f'{kind}/{rest[0]}.{kind}'
     return f'cannot import name {rest[0]!r} from {package}.{kind}: there is no {file} in {place}; {hint}'
+
+
+def _explain_python(fullname: str, package: str) -> str | None:
+    """What to say to an import of a module that lies beside the interfaces, off Python's path."""
+    place = _folder(package)
+    if place is None or not os.path.isfile(os.path.join(place, package, '__init__.py')):
+        return None
+    return (
+        f'No module named {fullname!r}: {package} is known by its interfaces in {place}, but its Python '
+        f"modules there are not on Python's path: pip install -e {place}, or add {place} to PYTHONPATH"
+    )
 
 
 def type_names(package: str, kind: str) -> list[str]:

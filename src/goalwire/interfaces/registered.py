@@ -40,8 +40,11 @@ def python_path() -> tuple[str, ...]:
     return tuple(entry for entry in entries if isinstance(entry, str))
 
 
-def folder_of(value: str) -> str | None:
-    """The folder of a Python package, as Python's own finders know it; nothing is imported for it."""
+def folder_of(value: str, *, regular: bool = False) -> str | None:
+    """The folder of a Python package, as Python's own finders know it; nothing is imported for it.
+
+    With `regular` only of one with __init__.py.
+    """
     from goalwire.interfaces.hook import InterfaceFinder
 
     finders = [finder for finder in sys.meta_path if not isinstance(finder, InterfaceFinder)]
@@ -50,14 +53,15 @@ def folder_of(value: str) -> str | None:
     for part in value.split('.'):
         name = f'{name}.{part}' if name else part
         try:
-            specs = (finder.find_spec(name, path, None) for finder in finders)
-            path = next((spec.submodule_search_locations for spec in specs if spec is not None), None)
-            if not path:
+            specs = [finder.find_spec(name, path, None) for finder in finders]
+            found = [spec for spec in specs if spec is not None]
+            spec = next((spec for spec in found if spec.loader is not None), found[0] if found else None)
+            if spec is None or not spec.submodule_search_locations or (regular and spec.loader is None):
                 return None
-            path = list(path)
+            path = list(spec.submodule_search_locations)
         except Exception:  # other people's finders, and names that are none
             return None
-    return path[0] if path else None
+    return os.path.abspath(path[0]) if path else None
 
 
 def forget() -> None:

@@ -3,9 +3,10 @@
 1. GOALWIRE_INTERFACE_PATH   folders, separated as in PATH: each a package, or a folder of packages
 2. AMENT_PREFIX_PATH         <prefix>/share/<package>/
 3. entry points              group goalwire.interfaces, see registered.py
-4. the working directory     package.xml at most four levels down, see workspace.py
-5. the program's folder      the same, below the folder of the script that runs
-6. the shipped packages      share/ beside this file
+4. the Python package        msg/, srv/, action/ in the Python package of that name, or beside it
+5. the working directory     package.xml at most four levels down, see workspace.py
+6. the program's folder      the same, below the folder of the script that runs
+7. the shipped packages      share/ beside this file
 
 Importable rosidl packages come before all of these: that is the import hook's business. Used by the
 import hook, so nothing heavy is imported at the top.
@@ -128,7 +129,12 @@ def _search(package: str) -> InterfacePackage | None:
         folder = os.path.join(prefix, 'share', package)
         if workspace.holds_definitions(folder):
             return InterfacePackage(package, folder, PREFIX_PATH)
-    return _search_registered(package) or _search_workspaces(package) or _search_shipped(package)
+    return (
+        _search_registered(package)
+        or _search_python(package)
+        or _search_workspaces(package)
+        or _search_shipped(package)
+    )
 
 
 def _search_registered(package: str) -> InterfacePackage | None:
@@ -143,6 +149,24 @@ def _search_registered(package: str) -> InterfacePackage | None:
         )
         return None
     return InterfacePackage(package, folder, f'the entry point {registered.GROUP}')
+
+
+def _search_python(package: str) -> InterfacePackage | None:
+    """Interfaces of a Python package: installed in it, or in the source folder of an editable install."""
+    folder = registered.folder_of(package, regular=True)
+    if folder is None:
+        return None
+    source = os.path.dirname(folder)
+    manifest = os.path.join(source, workspace.MANIFEST)
+    if workspace.holds_definitions(folder):
+        return InterfacePackage(package, folder, 'the Python package')
+    if os.path.isfile(manifest) and workspace.holds_definitions(source):
+        try:
+            if workspace.package_name(manifest) == package:
+                return InterfacePackage(package, source, 'the Python package')
+        except ValueError as error:
+            _warn(str(error))
+    return None
 
 
 def _search_workspaces(package: str) -> InterfacePackage | None:
