@@ -18,6 +18,7 @@ from goalwire.entities.standard_types import standard_message
 from goalwire.errors import ClosedError, ForkedError
 from goalwire.logging import LogRecord, SinkHandle, add_sink, get_logger
 from goalwire.protocol.qos import ROSOUT, QoS
+from goalwire.protocol.time import LATEST_STAMP, S_TO_NS
 from goalwire.transport.contract import EndpointKind, PublisherPort
 
 if TYPE_CHECKING:
@@ -132,7 +133,7 @@ def encode_log(record: LogRecord) -> bytes:
     By hand, since making the class takes a hundred times as long as the first line of most programs may.
     What a ROS string cannot hold is spelt out: a line is never lost.
     """
-    seconds, nanoseconds = divmod(record.stamp_ns, 1_000_000_000)
+    seconds, nanoseconds = divmod(min(record.stamp_ns, LATEST_STAMP), S_TO_NS)
     data = bytearray(_HEAD.pack(b'\0\1\0\0', seconds, nanoseconds, record.severity))
     for text in (record.name, record.message, record.file, record.function):
         encoded = text.encode(errors='backslashreplace').replace(b'\0', b'\\x00') + b'\0'

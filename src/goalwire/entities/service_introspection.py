@@ -135,7 +135,7 @@ class ServiceIntrospection:
         event = self._event()
         info = event.info
         info.event_type = step
-        info.stamp = self._clock.now().to_msg()
+        info.stamp = self._clock.now().to_stamp()
         info.client_gid = frombuffer(gid, dtype=uint8)
         info.sequence_number = sequence
         if self._contents and message is not None:

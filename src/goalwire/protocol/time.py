@@ -18,6 +18,10 @@ if TYPE_CHECKING:
 S_TO_NS = 1_000_000_000
 _INT64_MIN, _INT64_MAX = -(2**63), 2**63 - 1
 
+LATEST_STAMP = 2**31 * S_TO_NS - 1
+"""The last instant that a builtin_interfaces/Time can tell, in ns: its seconds are an int32, up to January
+2038. What the library stamps itself is held below: so nothing ends half-way after that."""
+
 
 class ClockType(IntEnum):
     """Which clock an instant was read from (rcl_clock_type_t)."""
@@ -216,6 +220,10 @@ class Time:
         message = TimeMessage()
         message.sec, message.nanosec = self.seconds_nanoseconds()
         return message
+
+    def to_stamp(self) -> TimeMessage:
+        """Return a builtin_interfaces/Time that goes on the wire; a later instant is the last it can tell."""
+        return Time(nanoseconds=min(self.nanoseconds, LATEST_STAMP)).to_msg()
 
     @classmethod
     def from_msg(cls, msg: TimeMessage, clock_type: ClockType = ClockType.ROS_TIME) -> Self:

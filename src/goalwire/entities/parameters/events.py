@@ -31,7 +31,7 @@ class ParameterEvents:
         from rcl_interfaces.msg import ParameterEvent
 
         return ParameterEvent(
-            stamp=self._node.clock.now().to_msg(),
+            stamp=self._node.clock.now().to_stamp(),
             node=self._node.name.qualified,
             new_parameters=[parameter.to_parameter_msg() for parameter in changes.new],
             changed_parameters=[parameter.to_parameter_msg() for parameter in changes.changed],

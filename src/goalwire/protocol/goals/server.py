@@ -187,10 +187,10 @@ class GoalServer(Generic[RequestT, ResultT]):
         request, client = self._deciding.pop(goal_id)
         if not accepted or self._places.are_taken:
             return self._refuse(request)
+        self._statuses.add(goal_id, stamp_ns, GoalStatus.ACCEPTED)
         self._places.unfinished[goal_id] = None
         self._goals[goal_id] = _Goal(stamp_ns, client)
         self._reached[GoalStatus.ACCEPTED] += 1
-        self._statuses.add(goal_id, stamp_ns, GoalStatus.ACCEPTED)
         return [ReplyGoal(request, accepted=True, stamp_ns=stamp_ns), Accepted(goal_id)]
 
     def _refuse(self, request: RequestT) -> list[ServerEffect[RequestT, ResultT]]:

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 from goalwire.errors import RemoteError
 from goalwire.protocol.goals.ids import ID_LENGTH
 from goalwire.protocol.goals.table import GoalStatus
+from goalwire.protocol.time import LATEST_STAMP, S_TO_NS
 
 if TYPE_CHECKING:
     from collections.abc import Collection
@@ -37,7 +38,6 @@ _START = _PREFIX - len(_PADDING)
 _ID_AND_STATUS = struct.Struct(f'{ID_LENGTH}s{_ENTRY - ID_LENGTH - 1}xB')
 _STATUSES = tuple(GoalStatus)
 _STATUS_BYTES = bytes(_STATUSES)
-_S_TO_NS = 1_000_000_000
 _FEW = 16
 """So many goals are found one by one, in less time than it takes to walk over all entries once."""
 
@@ -65,7 +65,9 @@ class StatusArray:
         self._leaving.discard(goal_id)
         self._number_of[goal_id] = number = self._next_number()
         self._numbers.append(number)
-        self._entries += goal_id + _PADDING + _STAMP.pack(*divmod(stamp_ns, _S_TO_NS)) + bytes((status,))
+        self._entries += (
+            goal_id + _PADDING + _STAMP.pack(*divmod(min(stamp_ns, LATEST_STAMP), S_TO_NS)) + bytes((status,))
+        )
         self._untaken.add(goal_id)
 
     def update(self, goal_id: GoalId, status: GoalStatus) -> None:

@@ -14,6 +14,7 @@ from goalwire.errors import RemoteError
 from goalwire.protocol.goals.cancel import CancelCode
 from goalwire.protocol.goals.ids import ID_LENGTH, GoalId
 from goalwire.protocol.goals.table import GoalStatus
+from goalwire.protocol.time import LATEST_STAMP, S_TO_NS
 
 Payload: TypeAlias = bytes | bytearray | memoryview
 
@@ -22,7 +23,6 @@ _START = len(_HEADER)
 _INNER = _START + ID_LENGTH
 _STATUSES = tuple(GoalStatus)
 """By their numbers; an enum's own look-up takes two calls."""
-_S_TO_NS = 1_000_000_000
 _ACCEPTANCE = struct.Struct('<4s?3xiI')
 _REASON_MARK = b'\x00goalwire-why\x00'
 _REASON_LENGTH = struct.Struct('<H')
@@ -64,7 +64,7 @@ def encode_result_request(goal_id: GoalId) -> bytes:
 
 def encode_acceptance(accepted: bool, stamp_ns: int) -> bytes:
     """Serialize a send_goal reply; `stamp_ns` is ROS time."""
-    return _ACCEPTANCE.pack(_HEADER, accepted, *divmod(stamp_ns, _S_TO_NS))
+    return _ACCEPTANCE.pack(_HEADER, accepted, *divmod(min(stamp_ns, LATEST_STAMP), S_TO_NS))
 
 
 def is_acceptance(payload: Payload) -> bool:
@@ -111,7 +111,7 @@ def split_reason(payload: Payload) -> tuple[Payload, str]:
 
 def encode_cancel_request(goal_id: GoalId, stamp_ns: int = 0) -> bytes:
     """Serialize a cancel_goal request."""
-    return _HEADER + goal_id + _STAMP[1].pack(*divmod(stamp_ns, _S_TO_NS))
+    return _HEADER + goal_id + _STAMP[1].pack(*divmod(min(stamp_ns, LATEST_STAMP), S_TO_NS))
 
 
 def decode_cancel_request(payload: Payload) -> tuple[GoalId, int]:
@@ -121,10 +121,12 @@ def decode_cancel_request(payload: Payload) -> tuple[GoalId, int]:
         seconds, nanoseconds = _STAMP[payload[1] & 1].unpack_from(payload, _INNER)
     except struct.error:
         raise RemoteError(f'a cancel request takes {_INNER + 8} bytes, got {len(payload)}') from None
-    return goal_id, seconds * _S_TO_NS + nanoseconds
+    return goal_id, seconds * S_TO_NS + nanoseconds
 
 
 def encode_cancel_reply(code: CancelCode, goals: Iterable[tuple[GoalId, int]]) -> bytes:
     """Serialize a cancel_goal reply: its code, and ids and stamps (ns) of the goals that are CANCELING."""
-    entries = [goal_id + _STAMP[1].pack(*divmod(stamp_ns, _S_TO_NS)) for goal_id, stamp_ns in goals]
+    entries = [
+        goal_id + _STAMP[1].pack(*divmod(min(stamp_ns, LATEST_STAMP), S_TO_NS)) for goal_id, stamp_ns in goals
+    ]
     return b''.join((_CANCEL_HEAD.pack(_HEADER, code, len(entries)), *entries))
