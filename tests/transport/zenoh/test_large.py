@@ -153,6 +153,5 @@ def test_a_best_effort_publisher_waits_for_nobody(goalwire_side: Side, reader: R
     port = goalwire_side.publisher('/chatter', BEST_EFFORT)
     for number in range(20):
         port.publish(numbered(number))
-    reader.may_go_on.set()
-    assert reader.came.expect(1)[0] == 0
-    assert port.port.dropped == 0  # zenoh's own drops, of which it does not tell
+    assert len(reader.came.items) <= 1
+    assert port.port.dropped == 0  # those are zenoh's own, of which it does not tell

@@ -15,12 +15,16 @@ from goalwire.transport.place import Place
 from goalwire.transport.rejects import LOGGER
 from goalwire.transport.zenoh import config, discovery, environment, holder, lifecycle, settings
 from goalwire.transport.zenoh.core import Core, Declared, undeclare
+from goalwire.transport.zenoh.holder import Holder
 from goalwire.transport.zenoh.node import ZenohNode
 from goalwire.transport.zenoh.rendezvous import RENDEZVOUS
 from goalwire.transport.zenoh.thread_state import pin
 
 CLOSING_S = 1.0
 """How long closing waits for callbacks under way; they only append to a queue."""
+
+NO_ROUTER = (Holder.MUTE, Holder.STRANGER)
+"""What holds a port for nothing."""
 
 GREETING_MS = 1000
 """How long a session waits for an answer of what held the port and was no router when it opened."""
@@ -36,12 +40,12 @@ def open_session(options: SessionOptions) -> Session:
     if plan.rendezvous is not None:
         RENDEZVOUS.acquire(plan.port, plan.rendezvous)
     try:
-        finds_router = _greet_holder(plan)
+        found = _greet_holder(plan)
         session = _open(plan.session)
     except BaseException:
         _stop_offering(plan)
         raise
-    _look_for_router(session, plan, warns=finds_router)
+    _look_for_router(session, plan, found)
     core = Core(session, options.domain_id)
     opened = ZenohSession(core, lambda: _stop_offering(plan))
     if plan.rendezvous is not None and plan.gives_way:
@@ -60,16 +64,19 @@ def _open(session: zenoh.Config) -> zenoh.Session:
         ) from None
 
 
-def _greet_holder(plan: config.Plan) -> bool:
-    """Return False where the port on which routers are met is held by what is none; that is logged.
+def _greet_holder(plan: config.Plan) -> Holder:
+    """Return what answers on the port where routers are met; what is none, but holds it, is logged.
 
-    Such a session goes on trying, but never waits long for one answer, so that it can be closed at any time.
+    A session that meets such goes on trying, but never waits long for one answer, so that it can be closed at
+    any time.
     """
-    if plan.local is None or RENDEZVOUS.holds(plan.local):
-        return True
+    if plan.local is None:
+        return Holder.NOBODY
+    if RENDEZVOUS.holds(plan.local):
+        return Holder.ZENOH
     found = holder.look(plan.local)
-    if found not in {holder.Holder.MUTE, holder.Holder.STRANGER}:
-        return True
+    if found not in NO_ROUTER:
+        return found
     plan.session.insert_json5('transport/unicast/open_timeout', str(GREETING_MS))
     from goalwire.logging import get_logger  # needed only when something is broken
 
@@ -77,7 +84,7 @@ def _greet_holder(plan: config.Plan) -> bool:
         f'port {plan.local} is held by {holder.name_of_holder(plan.local)}, which {found.value}: other '
         f'processes are not found; end it, or set GOALWIRE_ROUTER_PORT to a free port for all programs'
     )
-    return False
+    return found
 
 
 def _watch_port(core: Core, port: int) -> Declared:
@@ -100,14 +107,18 @@ def _stop_offering(plan: config.Plan) -> None:
         RENDEZVOUS.release(plan.port)
 
 
-def _look_for_router(session: zenoh.Session, plan: config.Plan, *, warns: bool) -> None:
-    """Warn where no router is met within ZENOH_ROUTER_CHECK_ATTEMPTS; sessions meet each other there."""
+def _look_for_router(session: zenoh.Session, plan: config.Plan, found: Holder) -> None:
+    """Warn where no router is met within ZENOH_ROUTER_CHECK_ATTEMPTS; sessions meet each other there.
+
+    One that has answered, or that this process is about to offer, has a moment more to greet the session.
+    """
     seconds = environment.router_check_seconds()
     if seconds is None or session.info.routers_zid():
         return
     offers = plan.rendezvous is not None and not RENDEZVOUS.is_left(plan.port)
-    patience = TAKE_OVER_S if offers and warns else 0.0
-    if _meets_router(session, max(seconds, patience)) or not warns:
+    is_coming = found is Holder.ZENOH or (offers and found not in NO_ROUTER)
+    patience = TAKE_OVER_S if is_coming else 0.0
+    if _meets_router(session, max(seconds, patience)) or found in NO_ROUTER:
         return
     from goalwire.logging import get_logger  # needed only when something is broken
 
