@@ -14,9 +14,8 @@ from goalwire.interfaces import registered
 def site(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """An empty folder at the front of sys.path, on which nothing else is installed (the robot may be)."""
     installed = ('site-packages', 'humanoid')
-    plain = [entry for entry in sys.path if not Path(entry).name.startswith(installed)]
-    monkeypatch.setattr(sys, 'path', plain)
-    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)  # its end puts the whole path back
+    sys.path[:] = [entry for entry in sys.path if not Path(entry).name.startswith(installed)]
     registered.forget()
     yield tmp_path
     registered.forget()
