@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import importlib
+import re
+from collections.abc import Callable
+from typing import Any
+
 import pytest
 from example_interfaces.action import Fibonacci
 from std_msgs.msg import String
@@ -49,3 +54,30 @@ def test_interfaces_of_another_kind_are_refused() -> None:
         service_support(String)
     with pytest.raises(RuntimeError, match='action type provided is not valid'):
         action_support(Trigger)
+
+
+@pytest.mark.parametrize(
+    ('given', 'said'),
+    [
+        ('std_msgs.msg', 'std_msgs.msg is a module: give a class of it, such as std_msgs.msg.Bool'),
+        ('std_msgs.msg._string', 'is a module: give a class of it, such as std_msgs.msg.String'),
+        ('std_srvs.srv._trigger', 'is a module: give a class of it, such as std_srvs.srv.Trigger'),
+        ('std_msgs', 'std_msgs is a module: give a class of it'),
+        ('json', 'json is a module: give a class of it'),
+    ],
+)
+@pytest.mark.parametrize('support', [message_support, service_support, action_support])
+def test_a_module_in_the_place_of_a_type_is_told_what_to_give(
+    support: Callable[[Any], object], given: str, said: str
+) -> None:
+    with pytest.raises(AttributeError, match=f"has no attribute '_TYPE_SUPPORT' since .*{re.escape(said)}"):
+        support(importlib.import_module(given))
+
+
+def test_a_message_or_a_name_in_the_place_of_a_type_is_told_what_to_give() -> None:
+    given: Any = String()
+    with pytest.raises(TypeError, match=r'of type String: give the class itself, String without \(\)'):
+        message_support(given)
+    name: Any = 'std_msgs/msg/String'
+    with pytest.raises(AttributeError, match=r"get_interface\('std_msgs/msg/String'\) returns"):
+        message_support(name)

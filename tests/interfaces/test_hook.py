@@ -3,6 +3,7 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import pickle
+import re
 import sys
 import textwrap
 from collections.abc import Iterator
@@ -287,3 +288,50 @@ def test_a_hook_that_is_called_by_hand_needs_no_pth(tmp_path: Path) -> None:
     library = str(Path(hook.OVERLAY).parents[1])
     done = run_python(program, library, cwd=tmp_path, options=('-S',))
     assert (done.stdout.strip(), done.stderr) == ('String True', '')
+
+
+@pytest.mark.parametrize(
+    ('line', 'said'),
+    [
+        ('from std_msgs import String', 'from std_msgs.msg import String'),
+        ('from std_msgs import Strng', 'from std_msgs.msg import String'),
+        ('import std_msgs.String', 'from std_msgs.msg import String'),
+        ('import std_msgs; std_msgs.String', 'from std_msgs.msg import String'),
+        ('from std_srvs import SetBool', 'from std_srvs.srv import SetBool'),
+        ('from example_interfaces import Fibonacci', 'from example_interfaces.action import Fibonacci'),
+        ('import std_msgs.msg.String', 'is a class, not a module; write: from std_msgs.msg import String'),
+    ],
+)
+def test_a_type_that_is_looked_for_in_the_wrong_place_is_shown_the_right_one(line: str, said: str) -> None:
+    with pytest.raises((ImportError, AttributeError), match=re.escape(said)):
+        exec(line, {})
+
+
+def test_a_package_says_no_more_of_names_that_it_knows_nothing_of() -> None:
+    import std_msgs
+
+    with pytest.raises(AttributeError, match=r"^module 'std_msgs' has no attribute 'nothing'$"):
+        _ = std_msgs.nothing  # type: ignore[attr-defined]
+    with pytest.raises(ImportError, match=r"^cannot import name 'Nothing' from 'std_msgs' \("):
+        exec('from std_msgs import Nothing', {})
+
+
+@pytest.mark.parametrize('name', ['lamp_interfaces', 'lamp'])
+@pytest.mark.parametrize('below', ['', 'src'])
+def test_definitions_without_package_xml_are_named_with_what_to_write(
+    tmp_path: Path, name: str, below: str
+) -> None:
+    write_files(tmp_path / below / name, {'msg/Foo.msg': 'int32 x'})
+    done = run_python(f'from {name}.msg import Foo', cwd=tmp_path)
+    if below and name == 'lamp':  # a name like any other: Python's words
+        assert done.stderr.endswith("ModuleNotFoundError: No module named 'lamp'\n")
+        return
+    manifest = tmp_path / below / name / 'package.xml'
+    assert f'write {manifest}, at least <package format="3"><name>{name}</name></package>' in done.stderr
+    manifest.write_text(f'<package format="3"><name>{name}</name></package>', encoding='utf-8')
+    assert output_of(f'from {name}.msg import Foo; print(Foo().x)', cwd=tmp_path) == '0'
+
+
+def test_a_folder_of_modules_beside_definitions_stays_a_namespace_package(tmp_path: Path) -> None:
+    write_files(tmp_path / 'lamp' / 'msg', {'Foo.msg': 'int32 x', 'inner.py': 'x = 1'})
+    assert output_of('import lamp.msg.inner; print(lamp.msg.inner.x)', cwd=tmp_path) == '1'

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import re
+
 import pytest
 
 from goalwire.logging.severity import LoggingSeverity
@@ -86,13 +88,18 @@ def test_a_parameter_name_may_hold_dots_and_slashes(name: str) -> None:
 def test_a_parameter_rule_that_does_not_parse_is_told_with_both_arguments(rule: str, error: str) -> None:
     with pytest.raises(ArgumentError) as raised:
         ros('-p', rule)
-    assert str(raised.value) == f"Couldn't parse parameter override rule: '-p {rule}'. Error: {error}"
+    text, _, hint = str(raised.value).partition('; ')
+    assert text == f"Couldn't parse parameter override rule: '-p {rule}'. Error: {error}"
+    assert ('write ' in hint) == (not rule.partition(':=')[2])
 
 
 def test_a_remap_rule_that_does_not_parse_is_told_with_both_arguments() -> None:
     with pytest.raises(ArgumentError) as raised:
         ros('--remap', 'foo:=')
-    assert str(raised.value) == "Couldn't parse remap rule: '--remap foo:='. Error: error not set"
+    assert str(raised.value) == (
+        "Couldn't parse remap rule: '--remap foo:='. Error: error not set; what stands behind := is missing "
+        "(write '--remap foo:=…')"
+    )
 
 
 @pytest.mark.parametrize(
@@ -167,3 +174,21 @@ def test_log_outputs_are_switched_on_and_off() -> None:
 def test_what_is_no_string_is_refused() -> None:
     with pytest.raises(TypeError, match='got 1'):
         parse_arguments([1])  # type: ignore[list-item]
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'said'),
+    [
+        (['-p', 'a=1'], "write '-p a:=1', with :="),
+        (['-p', 'n:a=1'], "write '-p n:a:=1', with :="),
+        (['--param', 'a = 1'], "write '--param a:=1', with :="),
+        (['-p', 'a:1'], "write '-p a:=1', with :="),
+        (['-p', 'a'], "write '-p a:=…', with :="),
+        (['-p', 'a:='], "what stands behind := is missing (write '-p a:=…')"),
+        (['-r', 'chatter=talk'], "write '-r chatter:=talk', with :="),
+        (['-r', '__node=me'], "write '-r __node:=me', with :="),
+    ],
+)
+def test_a_rule_without_its_sign_is_shown_with_it(arguments: list[str], said: str) -> None:
+    with pytest.raises(ArgumentError, match=re.escape(said)):
+        parse_arguments(['--ros-args', *arguments])

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache, cached_property
+from types import ModuleType
 from typing import Any, Protocol, TypeVar
 
 from goalwire import interfaces
@@ -132,6 +133,28 @@ class ActionSupport:
     status: MessageSupport
 
 
+def _what_to_give(given: object) -> str:
+    """Say what to write instead of something that is no class of an interface."""
+    if isinstance(given, ModuleType):
+        package, _, rest = given.__name__.partition('.')
+        names = [name for name in dir(given) if name[0].isupper() and not name.startswith('Metaclass_')]
+        place = f'{package}.{rest.partition(".")[0]}' if rest else f'{package}.msg'
+        example = f', such as {place}.{names[0]}' if names else ''
+        return f'since {given.__name__} is a module: give a class of it{example}'
+    if isinstance(given, str) and '/' in given:
+        return (
+            f'since it is a str: give the class, as goalwire.interfaces.get_interface({given!r}) returns it'
+        )
+    return _ROS1_HINT
+
+
+def _refuse_instance(given: object) -> None:
+    """Raise TypeError for a message in the place of its class."""
+    if hasattr(given, 'get_fields_and_field_types') and not isinstance(given, type):
+        name = type(given).__name__
+        raise TypeError(f'this is a message of type {name}: give the class itself, {name} without ()')
+
+
 def check_for_type_support(msg_or_srv_type: type) -> None:
     """Raise AttributeError for what is no message, service or action class.
 
@@ -140,9 +163,8 @@ def check_for_type_support(msg_or_srv_type: type) -> None:
     """
     metaclass: Any = type(msg_or_srv_type)
     if not hasattr(metaclass, '_TYPE_SUPPORT'):
-        raise AttributeError(
-            f"type object '{metaclass.__name__}' has no attribute '_TYPE_SUPPORT' {_ROS1_HINT}"
-        )
+        advice = _what_to_give(msg_or_srv_type)
+        raise AttributeError(f"type object '{metaclass.__name__}' has no attribute '_TYPE_SUPPORT' {advice}")
     if any(hasattr(msg_or_srv_type, name) for name in _OF_INTERFACES):
         return
     if metaclass._TYPE_SUPPORT is None:  # noqa: SLF001 - rosidl's name
@@ -171,6 +193,7 @@ def check_is_valid_srv_type(srv_type: type) -> None:
 
 def message_support(cls: type) -> MessageSupport:
     """Return the support of a message class; raises as rclpy does for anything else."""
+    _refuse_instance(cls)
     return _message_support(cls)
 
 
@@ -187,6 +210,7 @@ def _message_support(cls: type) -> MessageSupport:
 
 def service_support(cls: type) -> ServiceSupport:
     """Return the support of a service class; raises as rclpy does for anything else."""
+    _refuse_instance(cls)
     return _service_support(cls)
 
 
@@ -198,6 +222,7 @@ def _service_support(cls: type) -> ServiceSupport:
 
 def action_support(cls: type) -> ActionSupport:
     """Return the support of an action class; raises AttributeError or RuntimeError for anything else."""
+    _refuse_instance(cls)
     return _action_support(cls)
 
 

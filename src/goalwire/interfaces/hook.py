@@ -54,7 +54,7 @@ class InterfaceFinder:
                 return _carefully(self._inner_spec, fullname)
             if rest not in KINDS or _is_regular(self._ask_behind(fullname, target, path)):
                 return None
-            return _carefully(self._kind_spec, fullname)
+            return _carefully(lambda name: self._kind_spec(name, path), fullname)
         found = self._module_spec(fullname, target)
         if _is_regular(found):
             return found
@@ -106,8 +106,8 @@ class InterfaceFinder:
             raise ModuleNotFoundError(text, name=name)
         return None
 
-    def _kind_spec(self, fullname: str) -> 'ModuleSpec | None':
-        """The spec of name.msg, .srv or .action for a Python package `name`."""
+    def _kind_spec(self, fullname: str, path: 'Sequence[str]') -> 'ModuleSpec | None':
+        """The spec of name.msg, .srv or .action for a Python package `name`, whose folders are `path`."""
         package = fullname.partition('.')[0]
         if package in NEVER_PACKAGES or package[0] == '_':
             return None
@@ -116,6 +116,8 @@ class InterfaceFinder:
         if not workspace.is_package_name(package) or self._real_rclpy():
             return None
         if not (search_path.find_package(package) or _registered(package)):
+            if _asked_by_import_statement():
+                _refuse_unnamed(fullname, path)
             return None
         from goalwire.interfaces import modules
 
@@ -129,7 +131,9 @@ class InterfaceFinder:
 
         spec = modules.inner_spec(fullname)
         if spec is None and _asked_by_import_statement() and (text := modules.explain_unknown(fullname)):
-            raise (ImportError if fullname.count('.') > 1 else ModuleNotFoundError)(text, name=fullname)
+            # Of a name in a from-import, importlib forgets a ModuleNotFoundError and what it says.
+            of_a_type = fullname.count('.') > 1 or fullname.rpartition('.')[2][0].isupper()
+            raise (ImportError if of_a_type else ModuleNotFoundError)(text, name=fullname)
         return spec
 
     def _real_rclpy(self) -> bool:
@@ -201,6 +205,18 @@ def _python_beside(found: 'InterfacePackage', namespace: 'ModuleSpec | None') ->
     if found.origin == INTERFACE_PATH or found.folder in (os.path.abspath(place) for place in places):
         return _regular(found.name, [found.folder])
     return None
+
+
+def _refuse_unnamed(fullname: str, path: 'Sequence[str]') -> None:
+    """Raise where name.msg is a folder of definitions, not of modules, and package.xml is what is missing."""
+    from goalwire.interfaces import workspace
+
+    package, _, kind = fullname.partition('.')
+    for folder in map(os.path.abspath, path):
+        inside = os.path.join(folder, kind)
+        modules = os.path.isdir(inside) and any(name.endswith('.py') for name in os.listdir(inside))
+        if not modules and (text := workspace.explain_unnamed(folder, package)):
+            raise ModuleNotFoundError(f'No module named {fullname!r}: {text}', name=fullname)
 
 
 def _registered(package: str) -> bool:

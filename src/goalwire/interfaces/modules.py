@@ -27,6 +27,18 @@ else:
 _SHOWN = 30  # types that a message lists
 
 
+class PackageModule(ModuleType):
+    """<package>: it has no names of its own, and says where a type is that was looked for in it."""
+
+    def __getattr__(self, name: str) -> object:
+        explained = None if name.startswith('_') else _explain_misplaced(self.__name__, name)
+        raise AttributeError(
+            f'module {self.__name__!r} has no attribute {name!r}{f": {explained}" if explained else ""}',
+            name=name,
+            obj=self,
+        )
+
+
 class KindModule(ModuleType):
     """<package>.msg, .srv or .action: its attributes are the types, and those derived from them."""
 
@@ -82,7 +94,7 @@ class InterfaceLoader(Loader):
     """Makes the modules; they fill themselves as their names are asked for."""
 
     def create_module(self, spec: ModuleSpec) -> ModuleType:
-        kinds = {0: ModuleType, 1: KindModule, 2: TypeModule}
+        kinds = {0: PackageModule, 1: KindModule, 2: TypeModule}
         return kinds[spec.name.count('.')](spec.name, f'Interfaces from {spec.origin}.')
 
     def exec_module(self, module: ModuleType) -> None:
@@ -110,19 +122,32 @@ def explain_unknown(fullname: str) -> str | None:
 
     package, kind, *rest = fullname.split('.')
     if kind not in workspace.KINDS:
+        misplaced = None if rest else _explain_misplaced(package, kind)
+        if misplaced:
+            return f'cannot import name {kind!r} from {package!r}: {misplaced}'
         return _explain_python(fullname, package)
     if len(rest) > 1 or fullname.rpartition('.')[2][0] == '_':
         return None
     place, known = _folder(package), type_names(package, kind)
     if not known:
         return f'{package} has no {kind} types (its definitions are in {place})'
-    if rest[0] in known:
-        return None
+    if rest[0] in known:  # `import std_msgs.msg.String`: the from-import asks the module itself
+        return f'{fullname} is a class, not a module; write: from {package}.{kind} import {rest[0]}'
     close = get_close_matches(rest[0], known, n=3)
     some = ', '.join(known[:_SHOWN]) + (f' and {len(known) - _SHOWN} more' if len(known) > _SHOWN else '')
     hint = f'did you mean {" or ".join(close)}?' if close else f'it has {some}'
     file = f'{kind}/{rest[0]}.{kind}'
     return f'cannot import name {rest[0]!r} from {package}.{kind}: there is no {file} in {place}; {hint}'
+
+
+def _explain_misplaced(package: str, name: str) -> str | None:
+    """What to say of std_msgs.String: where the type is. None where there is none like it."""
+    from difflib import get_close_matches
+
+    kinds = {type_: kind for kind in reversed(workspace.KINDS) for type_ in type_names(package, kind)}
+    for type_ in get_close_matches(name, kinds, n=1, cutoff=0.8):
+        return f'types are one level below; write: from {package}.{kinds[type_]} import {type_}'
+    return None
 
 
 def _explain_python(fullname: str, package: str) -> str | None:

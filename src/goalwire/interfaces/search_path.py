@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 SHIPPED = os.path.join(os.path.dirname(__file__), 'share')
 INTERFACE_PATH = 'GOALWIRE_INTERFACE_PATH'
 PREFIX_PATH = 'AMENT_PREFIX_PATH'
+_NOTES = 5  # folders without package.xml that a message names
 INSTALLED = frozenset({'site-packages', 'dist-packages'})
 
 
@@ -106,11 +107,21 @@ def explain_missing(package: str) -> str:
         found = ', '.join(sorted(here.packages)) or 'no interface package'
         lines.append(f'  below {place} {shown(here.root)}: {found}')
         lines += [f'    note: {remark}' for remark in here.remarks]
+        unnamed = (workspace.explain_unnamed(folder, _name_for(folder, package)) for folder in here.unnamed)
+        lines += [
+            f'    note: {remark}' for remark, _ in zip(filter(None, unnamed), range(_NOTES), strict=False)
+        ]
     lines.append('  the packages that goalwire ships')
     if close := get_close_matches(package, package_names(), n=3):
         lines.append(f'Did you mean {" or ".join(close)}?')
     lines.append(f'Start the program in its workspace, or name the folder of {package} in {INTERFACE_PATH}.')
     return '\n'.join(lines)
+
+
+def _name_for(folder: str, package: str) -> str:
+    """The name to give to a package in this folder: its own, or the one that was asked for."""
+    name = os.path.basename(folder)
+    return name if workspace.is_package_name(name) else package
 
 
 def forget() -> None:

@@ -25,7 +25,7 @@ IGNORE_MARKS = frozenset({'COLCON_IGNORE', 'AMENT_IGNORE', 'pyvenv.cfg'})
 class Workspace:
     """What one walk found."""
 
-    __slots__ = ('complete', 'entries', 'packages', 'remarks', 'root', 'seen', 'unusable')
+    __slots__ = ('complete', 'entries', 'packages', 'remarks', 'root', 'seen', 'unnamed', 'unusable')
 
     def __init__(self, root: str) -> None:
         self.root = root
@@ -34,6 +34,7 @@ class Workspace:
         self.unusable: list[str] = []  # those of the remarks that name a package.xml which cannot be used
         self.entries = 0  # names that were looked at
         self.seen: set[tuple[int, int]] = set()  # folders, as links may lead to one again
+        self.unnamed: list[str] = []  # folders with msg/, srv/ or action/ and no package.xml
         self.complete = True
 
     def remark(self, text: str, *, unusable: bool = False) -> None:
@@ -105,6 +106,8 @@ def _visit(folder: str, found: Workspace) -> list[str]:
     if MANIFEST in inside:
         _note(folder, found)
         return []
+    if not inside.keys().isdisjoint(KINDS):
+        found.unnamed.append(folder)
     return [
         inside[name].path
         for name in sorted(inside)
@@ -166,6 +169,17 @@ def package_name(manifest: str) -> str:
             'underscores, with a letter first'
         )
     return text
+
+
+def explain_unnamed(folder: str, package: str) -> str | None:
+    """What to say of a folder with definitions and without package.xml; None for any other folder."""
+    if os.path.lexists(os.path.join(folder, MANIFEST)) or not holds_definitions(folder):
+        return None
+    place = shown(os.path.join(folder, MANIFEST))
+    return (
+        f'{shown(folder)} holds definitions, but no {MANIFEST} says what package they are: '
+        f'write {place}, at least <package format="3"><name>{package}</name></package>'
+    )
 
 
 def is_package_name(name: str) -> bool:

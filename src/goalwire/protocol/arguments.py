@@ -231,12 +231,12 @@ class _Parser:
 
     def remap(self, flag: str, text: str | None) -> None:
         text = _given(text, f'{flag} flag. No remap rule found.')
-        with _saying(f"remap rule: '{flag} {text}'"):
+        with _saying(f"remap rule: '{flag} {text}'", _assignment_hint(flag, text)):
             self.remaps.append(parse_remap_rule(text))
 
     def parameter(self, flag: str, text: str | None) -> None:
         text = _given(text, f'{flag} flag. No parameter override rule found.')
-        with _saying(f"parameter override rule: '{flag} {text}'"):
+        with _saying(f"parameter override rule: '{flag} {text}'", _assignment_hint(flag, text)):
             self.parameters.append(parse_parameter_rule(text))
 
     def log_level(self, flag: str, text: str | None) -> None:
@@ -284,11 +284,22 @@ def _given(text: str | None, complaint: str) -> str:
     return text
 
 
+def _assignment_hint(flag: str, text: str) -> str:
+    """Say how a rule is written whose `:=` is missing or has nothing behind it."""
+    if text.endswith(':='):
+        return f"; what stands behind := is missing (write '{flag} {shown(text, _LONGEST_SHOWN)}…')"
+    if ':=' in text:
+        return ''
+    name, sign, value = text.partition('=') if '=' in text else text.partition(':')
+    wanted = f'{name.strip()}:={value.strip()}' if sign else f'{name}:=…'
+    return f"; write '{flag} {shown(wanted, _LONGEST_SHOWN)}', with :="
+
+
 @contextmanager
-def _saying(what: str) -> Iterator[None]:
+def _saying(what: str, hint: str = '') -> Iterator[None]:
     """Turn a RuleSyntaxError into an ArgumentError that names the two arguments."""
     try:
         yield
     except RuleSyntaxError as error:
         text = f"Couldn't parse {shown(what, _LONGEST_SHOWN)}. Error: {shown(str(error), _LONGEST_SHOWN)}"
-        raise ArgumentError(text) from error
+        raise ArgumentError(f'{text}{hint}') from error

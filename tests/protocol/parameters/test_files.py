@@ -199,3 +199,11 @@ def test_matching_is_that_of_the_obvious_expression(pattern: list[str], name: li
     expression = ''.join(parts.get(part, f'/{part}') for part in pattern)
     written, full = '/' + '/'.join(pattern), '/' + '/'.join(name)
     assert matches(written, full) == (re.fullmatch(expression, full) is not None)
+
+
+@pytest.mark.parametrize(
+    'text', ['/n:\n\tros__parameters:\n', '/n:\n  ros__parameters:\n    a: 1\n \tb: 2\n']
+)
+def test_a_tab_that_indents_is_named(text: str) -> None:
+    with pytest.raises(RuleSyntaxError, match=r'near line [24]: .*\(the line begins with a tab: YAML is ind'):
+        parse_parameter_file(text.encode())

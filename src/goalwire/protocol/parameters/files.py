@@ -46,7 +46,7 @@ def parse_parameter_file(data: bytes) -> NodeValues:
             elif isinstance(event, yaml.ScalarEvent):
                 _refuse(f'There must be names of nodes, each with {KEY}, instead of a value', event)
     except yaml.YAMLError as error:
-        raise RuleSyntaxError(_not_yaml(error)) from error
+        raise RuleSyntaxError(_not_yaml(error, data)) from error
     except RecursionError:
         raise RuleSyntaxError('Mappings are nested too deeply') from None
     return nodes
@@ -173,7 +173,11 @@ def _refuse(what: str, where: yaml.Event) -> NoReturn:
     raise RuleSyntaxError(f'{what} at line {line_of(where)}')
 
 
-def _not_yaml(error: yaml.YAMLError) -> str:
+def _not_yaml(error: yaml.YAMLError, data: bytes) -> str:
     mark = getattr(error, 'problem_mark', None)
     problem = getattr(error, 'problem', None) or getattr(error, 'reason', None) or error
-    return f'Error parsing a event near line {mark.line + 1 if mark else 0}: {problem}'
+    line = mark.line if mark else 0
+    text = data.split(b'\n', line + 1)[line : line + 1]
+    indent = text[0][: len(text[0]) - len(text[0].lstrip())] if text else b''
+    hint = ' (the line begins with a tab: YAML is indented with spaces)' if b'\t' in indent else ''
+    return f'Error parsing a event near line {line + 1 if mark else 0}: {problem}{hint}'
