@@ -56,6 +56,7 @@ def test_a_call_whose_server_gets_ctrl_c_fails_by_type_and_never_at_its_deadline
             sleeper.send_signal(signal.SIGINT)
             kind = told(mission, outcomes)
             assert kind in {'ServerFailedError', 'ServerLostError'}, f'round {number}, which {way}'
+            sleeper.expect('gone')  # it has left: killed before, it would stay in sight until its lease ends
     mission.write_line('leave')
     mission.succeed()
     evidence(1, 'Ctrl-C for the server in the middle of a call', outcomes)

@@ -43,6 +43,7 @@ def main(service: str, how: str) -> None:
             raise
     finally:
         rclpy.try_shutdown()
+        print('gone')
 
 
 if __name__ == '__main__':

@@ -141,6 +141,7 @@ class ZenohPublisher(PublisherPort):
         large, turn = self._large, self._turn
         if large.blocks:
             turn.wait()
+            self._place.check_sending()  # the context may have ended meanwhile
         attachment = encode(self._next_sequence(), time_ns(), GID_SIZE, self.gid)
         if large.blocks or not (large.put or turn.is_busy):
             self._put(payload, attachment=attachment)
