@@ -305,7 +305,8 @@ class ClientCore(TimedCalls, Introspected):
         Raises DeadlineError or NoServerError, both TimeoutErrors, after `timeout_sec`, as newer rclpy does.
         Works inside callbacks: the thread that brings the reply wakes this one. Raises as call_async does,
         and at once where the server's callback would need the very thread or group that waits here. Without
-        `timeout_sec` the `default_timeout` counts, if there is one, and a call that ends badly raises.
+        `timeout_sec` the `default_timeout` counts, if there is one, and a call that ends badly raises. So
+        does one that waits when the context ends: ShutDownError.
         """
         context = self.node.context
         if self.full_name in context.local_servers.inboxes:
@@ -320,9 +321,9 @@ class ClientCore(TimedCalls, Introspected):
             raise
         if not settled:
             future.forget()
-            if future.guard is not None and future.pending():
+            if future.pending() and not lifeline.alive:
                 raise ShutDownError(f"cannot call '{self.full_name}'")
-            if timeout_sec is not None and lifeline.alive and future.pending():
+            if future.pending() and timeout_sec is not None:
                 raise self._late(timeout_sec)
         try:
             return future.result()

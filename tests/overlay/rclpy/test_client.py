@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Callable
 from typing import Any, TypeAlias, assert_type
 
 import pytest
@@ -19,7 +20,7 @@ from rclpy.task import Future
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-from goalwire.entities.exceptions import RCLError
+from goalwire.entities.exceptions import RCLError, ShutDownError
 from goalwire.errors import DeadlineError, EncodeError, NoServerError, WouldDeadlockError
 
 Request, Response = AddTwoInts.Request, AddTwoInts.Response
@@ -310,28 +311,31 @@ def test_shutdown_wakes_who_waits(context: Context, make_node: MakeNode) -> None
     server.create_service(AddTwoInts, 'add', add)
     client, missing = node.create_client(AddTwoInts, 'add'), node.create_client(AddTwoInts, 'nosuch')
     assert client.wait_for_service(PATIENCE)
-    came: Collector[object] = Collector()
+    begun, came = Collector[None](), Collector[str]()
 
-    def wait_for_the_missing() -> None:
-        try:
-            missing.wait_for_service()
-        except RCLError as error:
-            came(str(error))
+    def wait_for(what: Callable[[], object]) -> None:
+        begun(None)
+        with pytest.raises(ShutDownError) as raised:
+            what()
+        came(str(raised.value).split(';')[0])
 
-    threads = [
-        threading.Thread(target=lambda: came(client.call(Request()))),
-        threading.Thread(target=wait_for_the_missing),
+    waits: list[Callable[[], object]] = [
+        lambda: client.call(Request()),
+        lambda: client.call(Request(), timeout_sec=PATIENCE),
+        missing.wait_for_service,
     ]
+    threads = [threading.Thread(target=wait_for, args=(wait,)) for wait in waits]
     for thread in threads:
         thread.start()
+    begun.expect(len(threads), PATIENCE)
     context.shutdown()
     for thread in threads:
         thread.join(PATIENCE)
         assert not thread.is_alive()
-    assert set(came.items) == {
-        None,
-        "node '/node': the context was shut down; ask rclpy.ok() before, or stop using it first",
-    }
+    assert sorted(came.items) == [
+        *2 * ["cannot call '/add': the context was shut down"],
+        "node '/node': the context was shut down",
+    ]
     with pytest.raises(RCLError):
         client.service_is_ready()
 

@@ -54,7 +54,7 @@ def run(
 def test_ctrl_c_ends_an_unguarded_spin(isolated: dict[str, str]) -> None:
     code, output = run(isolated, BEGIN + SPIN, signal.SIGINT)
     assert code == -signal.SIGINT
-    assert output.splitlines()[-1] == 'KeyboardInterrupt'
+    assert output == 'spinning'
 
 
 def test_ctrl_c_is_a_keyboard_interrupt(isolated: dict[str, str]) -> None:
@@ -68,7 +68,7 @@ def test_ctrl_c_is_a_keyboard_interrupt(isolated: dict[str, str]) -> None:
 def test_sigterm_ends_an_unguarded_spin(isolated: dict[str, str]) -> None:
     code, output = run(isolated, BEGIN + SPIN, signal.SIGTERM)
     assert code == 1
-    assert output.splitlines()[-1].endswith('ExternalShutdownException')
+    assert output == 'spinning'
 
 
 def test_sigterm_is_an_external_shutdown(isolated: dict[str, str]) -> None:
