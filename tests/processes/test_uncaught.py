@@ -13,7 +13,9 @@ from helpers.processes import Program
 
 pytestmark = pytest.mark.skipif(sys.platform == 'win32', reason='signals of POSIX')
 
-README = {block.title: block.text for block in blocks(ROOT / 'README.md') if block.title}
+README = {
+    block.title: block.text for block in blocks(ROOT / 'README.md') if block.title and 'spin(' in block.text
+}
 FRAME = re.compile(r'File "([^"]*)", line (\d+)')
 
 TICK = r"""
@@ -177,6 +179,10 @@ def test_hooks_of_others_stay(tmp_path: Path, isolated: dict[str, str]) -> None:
     output = failed(script(tmp_path, HOOKED), isolated)
     assert output.startswith('True\nmine: ')
     assert 'Traceback' not in output
+
+
+def test_the_readme_has_programs_that_spin() -> None:
+    assert README.keys() == {'lamp.py', 'counter.py'}
 
 
 @pytest.mark.also_on_dds
