@@ -82,7 +82,11 @@ def log_directory() -> Path:
 
 def isolated_env(transport: str, log_dir: Path | None = None) -> dict[str, str]:
     """Return a whole environment for `transport`: own domain, own router port, own log directory."""
-    kept = {name: value for name, value in os.environ.items() if not name.startswith(_OTHERS)}
+    kept = {
+        name: value
+        for name, value in os.environ.items()
+        if not name.startswith(_OTHERS) or name == 'GOALWIRE_ZENOH'  # which session runs the tests
+    }
     return kept | {
         'RMW_IMPLEMENTATION': transport,
         'ROS_DOMAIN_ID': str(fresh_domain()),

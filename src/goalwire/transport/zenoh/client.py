@@ -6,24 +6,20 @@ from collections.abc import Callable
 from itertools import count
 from time import time_ns
 
-import zenoh
-from zenoh.handlers import Callback
-
 from goalwire.errors import RemoteError, TransportError, peer_text
 from goalwire.transport.contract import ClientPort, Sample
 from goalwire.transport.place import Place
 from goalwire.transport.zenoh.attachment import GID_SIZE, encode
-from goalwire.transport.zenoh.config import reason
 from goalwire.transport.zenoh.core import Core
-from goalwire.transport.zenoh.queriers import Queriers
+from goalwire.transport.zenoh.protocol.network import ReplyError
 from goalwire.transport.zenoh.samples import sample_of
-from goalwire.transport.zenoh.thread_state import pin
+from goalwire.transport.zenoh.wire import Message, Querier
 
 
 class Call:
     """One request on its way."""
 
-    __slots__ = ('_client', '_on_end', '_on_reply', '_reason', '_sequence', 'token')
+    __slots__ = ('_client', '_on_end', '_on_reply', '_reason', '_sequence', 'asked')
 
     def __init__(
         self,
@@ -37,19 +33,17 @@ class Call:
         self._on_reply = on_reply
         self._on_end = on_end
         self._reason = ''
-        self.token = zenoh.CancellationToken()
-        """What ends the query at once; without that zenoh holds it until its time is over."""
+        self.asked: object = None
+        """What the wire knows it by; None until it was sent."""
 
-    def replied(self, reply: zenoh.Reply) -> None:
-        """Hand a reply over; runs on zenoh's thread, or the caller's within one session."""
-        pin()
-        answer = reply.ok
-        if answer is None:
-            self._reason = self._reason or _error_of(reply)
+    def answered(self, answer: Message | ReplyError) -> None:
+        """Hand a reply over; runs on the wire's thread, or the caller's within one session."""
+        if type(answer) is ReplyError:
+            self._reason = self._reason or peer_text(answer.payload.decode(errors='replace'))
             return
         client, sequence = self._client, self._sequence
         try:
-            sample = sample_of(answer)
+            sample = sample_of(answer)  # type: ignore[arg-type]
         except RemoteError as error:
             client.reject(error)
             return
@@ -58,38 +52,22 @@ class Call:
         elif sequence in client.waiting:
             self._on_reply(sample)
 
-    def dropped(self) -> None:
-        """Zenoh has let go of the call, no reply can come any more: end it unless closing did."""
-        pin()
-        client = self._client
-        try:
-            if client.waiting.pop(self._sequence, None) is not None:  # one thread gets it
-                self._on_end(self._reason)
-        finally:
-            client.core.in_flight.leave(self)
-
     def end(self) -> None:
-        """End it: the client closes."""
-        if self._client.waiting.pop(self._sequence, None) is not None:
+        """No reply can come any more, or the client closes: end it once."""
+        if self._client.waiting.pop(self._sequence, None) is not None:  # one thread gets it
             self._on_end(self._reason)
-
-
-def _error_of(reply: zenoh.Reply) -> str:
-    """Return the text of an error report: a server's, or zenoh's own 'Timeout'."""
-    error = reply.err
-    return '' if error is None else peer_text(error.payload.to_bytes().decode(errors='replace'))
 
 
 class ZenohClient(ClientPort):
     """A declared service client."""
 
-    def __init__(self, place: Place, core: Core, gid: bytes, queriers: Queriers) -> None:
+    def __init__(self, place: Place, core: Core, gid: bytes, querier: Querier) -> None:
         self.gid = gid
         self.core = core
         self.waiting: dict[int, Call] = {}
         """The requests that have not ended, by their sequence numbers."""
         self._place = place
-        self._queriers = queriers
+        self._querier = querier
         self._next_sequence = count(1).__next__
 
     def request(
@@ -106,32 +84,25 @@ class ZenohClient(ClientPort):
         sequence = self._next_sequence()
         call = Call(self, sequence, on_reply, on_end)
         self.waiting[sequence] = call
-        self.core.in_flight.enter(call)
+        attachment = encode(sequence, time_ns(), GID_SIZE, self.gid)
         try:
-            queriers = self._queriers
-            get = queriers.get if timeout_ns is None else queriers.get_within(timeout_ns)
-            get(
-                handler=Callback(call.replied, drop=call.dropped, indirect=False),
-                payload=payload,
-                attachment=encode(sequence, time_ns(), GID_SIZE, self.gid),
-                cancellation_token=call.token,
-            )
-        except (zenoh.ZError, RuntimeError) as error:
+            call.asked = self._querier.ask(payload, attachment, call.answered, call.end, timeout_ns)
+        except self.core.errors as error:
             self.waiting.pop(sequence, None)
-            self.core.in_flight.leave(call)
             place.check()  # closed by another thread in the meantime
-            raise TransportError(f'{place.title}: zenoh refused a request: {reason(error)}') from None
+            reason = self.core.wire.explain(error)
+            raise TransportError(f'{place.title}: zenoh refused a request: {reason}') from None
         return sequence
 
     def forget(self, sequence: int) -> None:
         """Hold nothing for this request any more; a reply that is being handed over is waited for."""
         call = self.waiting.pop(sequence, None)
-        if call is not None and not self._place.guard.is_forked:
-            call.token.cancel()  # type: ignore[no-untyped-call]
+        if call is not None and call.asked is not None and not self._place.guard.is_forked:
+            self._querier.cancel(call.asked)
 
     def release(self) -> None:
-        """Take the queriers off the wire and end every call."""
-        self._queriers.undeclare()
+        """Take the querier off the wire and end every call."""
+        self._querier.undeclare()
         for call in list(self.waiting.values()):
             call.end()
 

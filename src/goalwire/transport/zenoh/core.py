@@ -8,12 +8,11 @@ from itertools import count
 from threading import Event
 from typing import Never, Protocol
 
-import zenoh
-
 from goalwire.transport.contract import GraphEntity
 from goalwire.transport.fork import ForkGuard
 from goalwire.transport.rejects import Rejects
 from goalwire.transport.zenoh.turn import Turns
+from goalwire.transport.zenoh.wire import Wire
 
 
 class Declared(Protocol):
@@ -60,15 +59,16 @@ class InFlight:
 
 
 class Core:
-    """One open zenoh session and its counters."""
+    """One open Zenoh session and its counters."""
 
-    def __init__(self, session: zenoh.Session, domain_id: int) -> None:
-        self.zenoh = session
+    def __init__(self, wire: Wire, domain_id: int) -> None:
+        self.wire = wire
+        self.errors = wire.errors
+        """What the wire raises where it refuses."""
         self.domain_id = domain_id
-        self.id = str(session.zid())
+        self.id = wire.id
         self.guard = ForkGuard()
         self.rejects = Rejects()
-        self.in_flight = InFlight()
         self.turns = Turns()
         self.next_id = count().__next__
         self.own: dict[str, GraphEntity] = {}

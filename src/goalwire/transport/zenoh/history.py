@@ -11,13 +11,13 @@ from collections.abc import Callable
 from threading import Lock
 from typing import NamedTuple
 
-import zenoh
-
 from goalwire.transport.contract import Sample
 from goalwire.transport.outbox import Outbox
 from goalwire.transport.zenoh.core import Core, Declared, undeclare
+from goalwire.transport.zenoh.protocol.network import ReplyError
+from goalwire.transport.zenoh.protocol.primitives import show_id
 from goalwire.transport.zenoh.stream import Stream
-from goalwire.transport.zenoh.thread_state import pin
+from goalwire.transport.zenoh.wire import Message
 
 UNNUMBERED = 'uhlc'
 """The entity chunk of publishers whose messages have no number of the wire."""
@@ -26,7 +26,7 @@ KEPT_STREAMS = 1000
 """How many publishers are remembered; beyond, those that have gone are forgotten, the oldest first."""
 
 _NUMBER_SIZE = 4
-Read = Callable[[zenoh.Sample], Sample | None]
+Read = Callable[[Message], Sample | None]
 
 
 class _Came(NamedTuple):
@@ -37,13 +37,12 @@ class _Came(NamedTuple):
     is_first: bool
 
 
-def _came(raw: zenoh.Sample, sample: Sample) -> _Came:
+def _came(raw: Message, sample: Sample) -> _Came:
     info = raw.source_info
     if info is not None:
-        source = info.source_id
-        return _Came(f'{source.zid}/{source.eid}', info.source_sn, info.source_sn == 0)
+        return _Came(f'{show_id(info.zid)}/{info.entity}', info.number, info.number == 0)
     stamp = raw.timestamp
-    address = None if stamp is None else f'{stamp.get_id()}/{UNNUMBERED}'
+    address = None if stamp is None else f'{show_id(stamp.zid)}/{UNNUMBERED}'
     return _Came(address, sample.sequence, sample.sequence == 1)
 
 
@@ -59,16 +58,19 @@ class HistorySubscriber:
         self._read = read
         self._deliver = deliver
         self._recovers = False
-        self._origin: zenoh.Locality | None = None
+        self._takes_own = True
         self._lock = Lock()  # over the streams, never over calls of zenoh or of `deliver`
         self._streams: dict[str, Stream[Sample]] = {}
         self._outbox: Outbox[Sample] = Outbox(self._tell)
         self._declared: list[Declared] = []
         self._is_open = True
 
-    def declare(self, *, recovers: bool, origin: zenoh.Locality | None) -> None:
-        """Follow the publishers within `origin`; where it `recovers`, what is missing is asked for again."""
-        self._recovers, self._origin = recovers, origin
+    def declare(self, *, recovers: bool, takes_own: bool) -> None:
+        """Follow the publishers; where it `recovers`, what is missing is asked for again.
+
+        `takes_own` for those of this session too.
+        """
+        self._recovers, self._takes_own = recovers, takes_own
         try:
             self._declare_all()
         except BaseException:
@@ -76,36 +78,20 @@ class HistorySubscriber:
             raise
 
     def _declare_all(self) -> None:
-        session, of_publishers = self._core.zenoh, f'{self._key}/@adv/pub/**'
-        live = session.declare_subscriber(
-            self._key, self._callback(self._on_live), allowed_origin=self._origin
-        )
+        wire, of_publishers = self._core.wire, f'{self._key}/@adv/pub/**'
+        live = wire.declare_subscriber(self._key, self._on_live, takes_own=self._takes_own)
         self._declared.append(live)
-        tokens, on_token = session.liveliness(), self._callback(self._on_token)
-        self._declared.append(tokens.declare_subscriber(of_publishers, on_token, history=True))
+        self._declared.append(wire.watch_tokens(of_publishers, self._on_token, waits=False))
         if self._recovers:
-            beat = self._callback(self._on_heartbeat)
-            self._declared.append(
-                session.declare_subscriber(of_publishers, beat, allowed_origin=self._origin)
-            )
-        source = live.id
-        self._declared.append(tokens.declare_token(f'{self._key}/@adv/sub/{source.zid}/{source.eid}/_'))
+            beat = wire.declare_subscriber(of_publishers, self._on_heartbeat, takes_own=self._takes_own)
+            self._declared.append(beat)
+        self._declared.append(wire.declare_token(f'{self._key}/@adv/sub/{live.address}/_'))
 
     def undeclare(self) -> None:
         """Take everything off the wire."""
         self._is_open = False
         while self._declared:
             undeclare(self._declared.pop())
-
-    def _callback(self, take: Callable[[zenoh.Sample], None]) -> zenoh.handlers.Callback[zenoh.Sample]:
-        in_flight = self._core.in_flight
-
-        def on_sample(raw: zenoh.Sample) -> None:
-            pin()
-            take(raw)
-
-        in_flight.enter(on_sample)
-        return zenoh.handlers.Callback(on_sample, drop=lambda: in_flight.leave(on_sample), indirect=False)
 
     def _tell(self, sample: Sample) -> None:
         if self._is_open:
@@ -128,7 +114,7 @@ class HistorySubscriber:
                 del self._streams[address]
                 return
 
-    def _on_live(self, raw: zenoh.Sample) -> None:
+    def _on_live(self, raw: Message) -> None:
         sample = self._read(raw)
         if sample is None:
             return
@@ -142,27 +128,27 @@ class HistorySubscriber:
         self._outbox.drain()
         self._ask(address, stream, question)
 
-    def _on_token(self, raw: zenoh.Sample) -> None:
-        address = self._address(raw)
+    def _on_token(self, token: str, is_there: bool) -> None:
+        address = self._address(token)
         with self._lock:
             stream = self._stream(address)
-            stream.is_alive = raw.kind == zenoh.SampleKind.PUT
+            stream.is_alive = is_there
             question = stream.ask() if stream.is_alive else None
         self._ask(address, stream, question)
 
-    def _on_heartbeat(self, raw: zenoh.Sample) -> None:
-        payload = raw.payload.to_bytes()
-        if len(payload) != _NUMBER_SIZE:
+    def _on_heartbeat(self, raw: Message) -> None:
+        payload = raw.payload
+        if payload is None or len(payload) != _NUMBER_SIZE:
             return
-        address = self._address(raw)
+        address = self._address(raw.key)
         with self._lock:
             stream = self._stream(address)
             question = stream.heartbeat(int.from_bytes(payload, 'little'))
         self._ask(address, stream, question)
 
-    def _address(self, raw: zenoh.Sample) -> str:
+    def _address(self, key: str) -> str:
         """Return the two chunks of '<key>/@adv/pub/<session>/<entity>/…'."""
-        chunks = str(raw.key_expr).removeprefix(f'{self._key}/@adv/pub/').split('/')
+        chunks = key.removeprefix(f'{self._key}/@adv/pub/').split('/')
         return '/'.join(chunks[:2])
 
     def _ask(self, address: str, stream: Stream[Sample], question: str | None) -> None:
@@ -170,31 +156,28 @@ class HistorySubscriber:
         if question is None:
             return
 
-        def on_answer(reply: zenoh.Reply) -> None:
-            pin()
-            sample = None if reply.ok is None else self._read(reply.ok)
-            if reply.ok is not None and sample is not None:
-                number = _came(reply.ok, sample).number
+        def on_answer(reply: Message | ReplyError) -> None:
+            if isinstance(reply, ReplyError):
+                return
+            sample = self._read(reply)
+            if sample is not None:
+                number = _came(reply, sample).number
                 with self._lock:
                     stream.answer(sample.gid, number, sample)
                 self._outbox.drain()
 
         def on_end() -> None:
-            pin()
             with self._lock:
                 stream.end()
             self._outbox.drain()
-            self._core.in_flight.leave(on_answer)
 
-        self._core.in_flight.enter(on_answer)
         try:
-            self._core.zenoh.get(
-                f'{self._key}/@adv/pub/{address}/**?{question}',
-                zenoh.handlers.Callback(on_answer, drop=on_end, indirect=False),
-                target=zenoh.QueryTarget.ALL,
-                consolidation=zenoh.ConsolidationMode.NONE,
-                accept_replies=zenoh.ReplyKeyExpr.ANY,
-                allowed_destination=self._origin,
+            self._core.wire.ask_all(
+                f'{self._key}/@adv/pub/{address}/**',
+                question,
+                on_answer,
+                on_end,
+                asks_own=self._takes_own,
             )
-        except zenoh.ZError:  # the session is closing
+        except self._core.errors:  # the session is closing
             on_end()

@@ -10,8 +10,6 @@ from contextlib import contextmanager
 from functools import partial
 from typing import TypeVar
 
-import zenoh
-
 from goalwire.errors import TransportError
 from goalwire.transport.contract import (
     ClientPort,
@@ -28,10 +26,8 @@ from goalwire.transport.members import Members
 from goalwire.transport.place import Place
 from goalwire.transport.zenoh import publisher, subscription
 from goalwire.transport.zenoh.client import ZenohClient
-from goalwire.transport.zenoh.config import reason
-from goalwire.transport.zenoh.core import Core, undeclare
+from goalwire.transport.zenoh.core import Core, Declared, undeclare
 from goalwire.transport.zenoh.keyexpr import data_key
-from goalwire.transport.zenoh.queriers import Queriers
 from goalwire.transport.zenoh.service import ZenohService
 from goalwire.transport.zenoh.tokens import encode_endpoint, encode_node, gid_of, own_entity
 
@@ -79,20 +75,21 @@ class ZenohNode(NodePort):
         self.gid = gid_of(token)
         self._place = Place(f"node '{name.qualified}'", core.guard, self._leave, name.logger)
         self._ports = Members(self._place)
-        self._token = core.zenoh.liveliness().declare_token(token)
+        self._token = core.wire.declare_token(token)
 
     def publisher(self, endpoint: Endpoint) -> PublisherPort:
         """Declare a publisher."""
         with self._declaring(endpoint) as new:
             token = self._show(new)
             new.way_out = [token]
-            declared = publisher.declare(self._core.zenoh, new.key, endpoint)
+            declared = publisher.declare(self._core.wire, new.key, endpoint)
             port = publisher.ZenohPublisher(
+                self._core,
                 new.place,
                 new.gid,
                 declared,
                 self._core.turns.of(new.key),
-                publisher.large(self._core.zenoh, new.key, endpoint),
+                publisher.large(self._core.wire, new.key, endpoint),
             )
             new.way_out = [port.release, partial(undeclare, declared), token]
             return self._ports.keep(port)
@@ -116,7 +113,7 @@ class ZenohNode(NodePort):
     def client(self, endpoint: Endpoint) -> ClientPort:
         """Declare a service client."""
         with self._declaring(endpoint) as new:
-            port = ZenohClient(new.place, self._core, new.gid, Queriers(self._core.zenoh, new.key))
+            port = ZenohClient(new.place, self._core, new.gid, self._core.wire.declare_querier(new.key))
             new.way_out += [port.release, self._show(new)]
             return self._ports.keep(port)
 
@@ -134,10 +131,11 @@ class ZenohNode(NodePort):
         new.place = Place(title, core.guard, new.leave, self._name.logger)
         try:
             yield new
-        except zenoh.ZError as error:
+        except core.errors as error:
             new.place.give_up()
             self._place.check()  # closed by another thread in the meantime
-            raise TransportError(f'{title}: zenoh refused the declaration: {reason(error)}') from None
+            reason = core.wire.explain(error)
+            raise TransportError(f'{title}: zenoh refused the declaration: {reason}') from None
         except BaseException:
             new.place.give_up()
             raise
@@ -145,10 +143,10 @@ class ZenohNode(NodePort):
     def _show(self, new: Declaration) -> Callable[[], object]:
         """Declare the token; return what takes it back."""
         self._core.own[new.token] = new.entity
-        token = self._core.zenoh.liveliness().declare_token(new.token)
+        token = self._core.wire.declare_token(new.token)
         return partial(self._hide, new.token, token)
 
-    def _hide(self, text: str, token: zenoh.LivelinessToken) -> None:
+    def _hide(self, text: str, token: Declared) -> None:
         undeclare(token)
         self._core.own.pop(text, None)
 

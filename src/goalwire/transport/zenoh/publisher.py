@@ -8,18 +8,15 @@ from itertools import count
 from time import time_ns
 from typing import NamedTuple
 
-import zenoh
-from zenoh import ext
-
 from goalwire.errors import TransportError
 from goalwire.transport.contract import Endpoint, PublisherPort
 from goalwire.transport.place import Place
 from goalwire.transport.rejects import LOGGER
 from goalwire.transport.zenoh.attachment import GID_SIZE, encode
-from goalwire.transport.zenoh.config import reason
-from goalwire.transport.zenoh.core import taken_back
+from goalwire.transport.zenoh.core import Core, taken_back
 from goalwire.transport.zenoh.qos_text import actual_depth
 from goalwire.transport.zenoh.turn import LARGE, Turn, Waiting
+from goalwire.transport.zenoh.wire import Publisher, Wire
 
 LARGEST = 1 << 30
 """Bytes of a message that a Zenoh session receives, by default and in rmw_zenoh's settings."""
@@ -38,30 +35,13 @@ def may_block(endpoint: Endpoint) -> bool:
     return endpoint.qos.is_reliable and waits
 
 
-def declare(session: zenoh.Session, key: str, endpoint: Endpoint) -> zenoh.Publisher | ext.AdvancedPublisher:
-    """Declare what puts messages on `key` as the endpoint's QoS asks.
-
-    Unlike rmw_zenoh's, a reliable publisher with history sends no heartbeat half a second after a message;
-    it waits for room instead, so that no last message is missed. Zenoh 1.10.2 sends heartbeats from the
-    thread that also learns when a socket has room again: while a burst waits for room, a heartbeat waits for
-    the burst, and nothing moves until the link is given up a minute later (seen in 1 of 12 runs of a
-    thousand goals at once).
-    """
+def declare(wire: Wire, key: str, endpoint: Endpoint) -> Publisher:
+    """Declare what puts messages on `key` as the endpoint's QoS asks."""
     qos = endpoint.qos
-    congestion = zenoh.CongestionControl.BLOCK if may_block(endpoint) else zenoh.CongestionControl.DROP
-    reliability = zenoh.Reliability.RELIABLE if qos.is_reliable else zenoh.Reliability.BEST_EFFORT
+    waits = may_block(endpoint)
     if not qos.is_transient_local:  # on the wire the same as an advanced publisher without its features
-        return session.declare_publisher(key, congestion_control=congestion, reliability=reliability)
-    detection = ext.MissDetectionConfig(heartbeat=None, sporadic_heartbeat=None)
-    return ext.declare_advanced_publisher(
-        session,
-        key,
-        congestion_control=congestion,
-        reliability=reliability,
-        cache=ext.CacheConfig(actual_depth(qos)),
-        sample_miss_detection=detection if qos.is_reliable else None,
-        publisher_detection=True,
-    )
+        return wire.declare_publisher(key, reliable=qos.is_reliable, waits=waits)
+    return wire.declare_history_publisher(key, reliable=qos.is_reliable, waits=waits, depth=actual_depth(qos))
 
 
 class Large(NamedTuple):
@@ -75,12 +55,12 @@ class Large(NamedTuple):
     """How many may wait for that thread."""
 
 
-def large(session: zenoh.Session, key: str, endpoint: Endpoint) -> Large:
+def large(wire: Wire, key: str, endpoint: Endpoint) -> Large:
     """Return how an endpoint's large messages are sent."""
     qos = endpoint.qos
     put = None
     if qos.is_reliable and endpoint.waits_for_room is not False:
-        put = partial(session.put, key, congestion_control=zenoh.CongestionControl.BLOCK)
+        put = partial(wire.put_waiting, key)
     return Large(may_block(endpoint), put, actual_depth(qos))
 
 
@@ -94,15 +74,19 @@ class ZenohPublisher(PublisherPort):
 
     def __init__(
         self,
+        core: Core,
         place: Place,
         gid: bytes,
-        publisher: zenoh.Publisher | ext.AdvancedPublisher,
+        publisher: Publisher,
         turn: Turn,
         large: Large,
     ) -> None:
         self.gid = gid
+        self._core = core
         self._place = place
         self._put: Callable[..., None] = publisher.put
+        self._has_room = publisher.has_room
+        self._refusals: tuple[type[Exception], ...] = (*core.errors, MemoryError)
         self._next_sequence = count(1).__next__
         self._turn = turn
         self._lock = turn.lock
@@ -127,9 +111,10 @@ class ZenohPublisher(PublisherPort):
                     self._publish_large(payload)
                     return
                 self._put(payload, attachment=encode(self._next_sequence(), time_ns(), GID_SIZE, self.gid))
-        except (zenoh.ZError, RuntimeError) as error:
+        except self._core.errors as error:
             place.check()  # closed by another thread in the meantime
-            raise TransportError(f'{place.title}: zenoh refused a message: {reason(error)}') from None
+            reason = self._core.wire.explain(error)
+            raise TransportError(f'{place.title}: zenoh refused a message: {reason}') from None
 
     def _publish_large(self, payload: bytes) -> None:
         """Publish a large message, or one behind such; the turn is held."""
@@ -143,7 +128,7 @@ class ZenohPublisher(PublisherPort):
             turn.wait()
             self._place.check_sending()  # the context may have ended meanwhile
         attachment = encode(self._next_sequence(), time_ns(), GID_SIZE, self.gid)
-        if large.blocks or not (large.put or turn.is_busy):
+        if large.blocks or (not turn.is_busy and (large.put is None or self._has_room())):
             self._put(payload, attachment=attachment)
             return
         put = partial(large.put or self._put, payload, attachment=attachment)
@@ -156,8 +141,9 @@ class ZenohPublisher(PublisherPort):
     def _send(self, put: Callable[[], None], size: int) -> None:
         try:
             put()
-        except (zenoh.ZError, RuntimeError, MemoryError) as error:
-            self._note_drop([size], f'zenoh refused it: {reason(error) or type(error).__name__}')
+        except self._refusals as error:
+            reason = self._core.wire.explain(error) or type(error).__name__
+            self._note_drop([size], f'zenoh refused it: {reason}')
 
     def _note_drop(self, sizes: Sequence[int], why: str) -> None:
         """Count messages that were dropped; the first is logged."""

@@ -1,27 +1,26 @@
-"""What zenoh brings, a message, a request or a reply, made into a sample."""
+"""What the wire brings, a message, a request or a reply, made into a sample."""
 
 from __future__ import annotations
 
 from time import time_ns
 
-import zenoh
-
 from goalwire.errors import RemoteError
 from goalwire.transport.contract import Sample, new_sample
 from goalwire.transport.zenoh.attachment import GID_SIZE, SIZE, decode, split
+from goalwire.transport.zenoh.protocol.queries import Query
+from goalwire.transport.zenoh.wire import Message
 
 
-def sample_of(carrier: zenoh.Sample | zenoh.Query) -> Sample:
+def sample_of(carrier: Message | Query) -> Sample:
     """Return what came; raises RemoteError where it breaks the rules.
 
     Everything that comes passes here, on a thread that has just been woken: so the ordinary attachment is
     read in place, which saves three calls.
     """
     received = time_ns()
-    attachment, payload = carrier.attachment, carrier.payload
-    if attachment is None:
+    data, payload = carrier.attachment, carrier.payload
+    if data is None:
         raise RemoteError('attachment: there is none')
-    data = attachment.to_bytes()
     size = 0
     if len(data) == SIZE:
         sequence, sent, size, gid = split(data)
@@ -29,4 +28,4 @@ def sample_of(carrier: zenoh.Sample | zenoh.Query) -> Sample:
         sequence, sent, gid = decode(data)
     if payload is None:
         raise RemoteError(f'request {sequence} has no payload')
-    return new_sample((payload.to_bytes(), sequence, sent, received, gid))
+    return new_sample((payload, sequence, sent, received, gid))

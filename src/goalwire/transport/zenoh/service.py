@@ -6,22 +6,15 @@ from collections.abc import Callable
 from threading import Lock
 from time import time_ns
 
-import zenoh
-
 from goalwire.errors import LocalError, RemoteError
 from goalwire.protocol.reasons import CLOSING
 from goalwire.transport.contract import Port, Request, Sample
 from goalwire.transport.place import Place
 from goalwire.transport.zenoh.attachment import GID_SIZE, encode
-from goalwire.transport.zenoh.config import reason as zenoh_says
 from goalwire.transport.zenoh.core import Core
+from goalwire.transport.zenoh.protocol.queries import Query
 from goalwire.transport.zenoh.samples import sample_of
-from goalwire.transport.zenoh.thread_state import pin
-
-
-def _let_go(query: zenoh.Query) -> None:
-    """Tell the client that this server has nothing more to say."""
-    query.drop()  # type: ignore[no-untyped-call]
+from goalwire.transport.zenoh.wire import Declared
 
 
 class ZenohRequest(Request):
@@ -29,7 +22,7 @@ class ZenohRequest(Request):
 
     __slots__ = ('_is_answered', '_query', '_service', 'sample')
 
-    def __init__(self, service: ZenohService, query: zenoh.Query, sample: Sample) -> None:
+    def __init__(self, service: ZenohService, query: Query, sample: Sample) -> None:
         self.sample = sample
         self._service = service
         self._query = query
@@ -44,26 +37,23 @@ class ZenohRequest(Request):
         if not service.release(self):
             return  # the server has closed or the request was dropped: the client was told
         _, sequence, _, _, gid = self.sample
-        query = self._query
-        end = query.drop
+        attachment = encode(sequence, time_ns(), GID_SIZE, gid)
         try:
-            query.reply(service.key, payload, attachment=encode(sequence, time_ns(), GID_SIZE, gid))
-        except zenoh.ZError as error:
-            service.core.rejects.add('reply', zenoh_says(error), service.place)
-        finally:
-            end()  # type: ignore[no-untyped-call]
+            self._query.answer(service.key, payload, attachment)
+        except service.core.errors as error:
+            service.core.rejects.add('reply', service.core.wire.explain(error), service.place)
 
     def drop(self, reason: str = '') -> None:
         """Give the request up, with an error report where there is a reason; harmless after an answer."""
         if not self._service.release(self):
             return
+        core = self._service.core
         try:
             if reason:
-                self._query.reply_err(reason.encode())
-        except zenoh.ZError as error:
-            self._service.core.rejects.add('reply', zenoh_says(error), self._service.place)
-        finally:
-            _let_go(self._query)
+                self._query.reply_error(reason.encode())
+            self._query.end()
+        except core.errors as error:
+            core.rejects.add('reply', core.wire.explain(error), self._service.place)
 
 
 class ZenohService(Port):
@@ -81,18 +71,12 @@ class ZenohService(Port):
         self._is_open = True
         self._waiting: dict[tuple[bytes, int], ZenohRequest] = {}
 
-    def declare(self) -> zenoh.Queryable[None]:
+    def declare(self) -> Declared:
         """Let requests in."""
-        self.core.in_flight.enter(self)
-        handler = zenoh.handlers.Callback(self._on_query, drop=self._on_drop, indirect=False)
-        return self.core.zenoh.declare_queryable(self.key, handler, complete=True)
+        return self.core.wire.declare_queryable(self.key, self._on_query)
 
-    def _on_drop(self) -> None:
-        self.core.in_flight.leave(self)
-
-    def _on_query(self, query: zenoh.Query) -> None:
+    def _on_query(self, query: Query) -> None:
         """Put a query on the list and deliver it; one that breaks the rules is refused."""
-        pin()
         try:
             sample = sample_of(query)
         except RemoteError as error:
@@ -113,12 +97,12 @@ class ZenohService(Port):
             self._deliver(request)
         except BaseException:
             request.drop()
-            raise  # zenoh logs it
+            raise  # the wire logs it
 
-    def _refuse(self, query: zenoh.Query, reason: str) -> None:
+    def _refuse(self, query: Query, reason: str) -> None:
         self.core.rejects.add('request', reason, self.place)
-        query.reply_err(reason.encode())
-        _let_go(query)
+        query.reply_error(reason.encode())
+        query.end()
 
     def release(self, request: ZenohRequest) -> bool:
         """Take a request off the list; True for the one caller that found it there."""

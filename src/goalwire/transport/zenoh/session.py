@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from threading import Event, Lock
+from threading import Lock
 
 import zenoh
 
@@ -13,15 +13,12 @@ from goalwire.transport.contract import GraphListener, NodeName, NodePort, Sessi
 from goalwire.transport.members import Members
 from goalwire.transport.place import Place
 from goalwire.transport.rejects import LOGGER
-from goalwire.transport.zenoh import config, discovery, environment, holder, lifecycle, settings
+from goalwire.transport.zenoh import config, discovery, environment, holder, lifecycle, opening, settings
 from goalwire.transport.zenoh.core import Core, Declared, undeclare
 from goalwire.transport.zenoh.holder import Holder
 from goalwire.transport.zenoh.node import ZenohNode
 from goalwire.transport.zenoh.rendezvous import RENDEZVOUS
-from goalwire.transport.zenoh.thread_state import pin
-
-CLOSING_S = 1.0
-"""How long closing waits for callbacks under way; they only append to a queue."""
+from goalwire.transport.zenoh.wire import Wire
 
 NO_ROUTER = (Holder.MUTE, Holder.STRANGER)
 """What holds a port for nothing."""
@@ -41,27 +38,16 @@ def open_session(options: SessionOptions) -> Session:
         RENDEZVOUS.acquire(plan.port, plan.rendezvous)
     try:
         found = _greet_holder(plan)
-        session = _open(plan.session)
+        wire = opening.open_wire(plan.session)
     except BaseException:
         _stop_offering(plan)
         raise
-    _look_for_router(session, plan, found)
-    core = Core(session, options.domain_id)
+    _look_for_router(wire, plan, found)
+    core = Core(wire, options.domain_id)
     opened = ZenohSession(core, lambda: _stop_offering(plan))
     if plan.rendezvous is not None and plan.gives_way:
         opened.watchers.append(_watch_port(core, plan.port))
     return opened
-
-
-def _open(session: zenoh.Config) -> zenoh.Session:
-    try:
-        return zenoh.open(session)
-    except zenoh.ZError as error:
-        raise TransportError(
-            f'cannot open a Zenoh session (connecting to {session.get_json("connect/endpoints")}, '
-            f'listening on {session.get_json("listen/endpoints")}): {config.reason(error)}; '
-            f'check ZENOH_SESSION_CONFIG_URI, ZENOH_CONFIG_OVERRIDE and that these addresses can be reached'
-        ) from None
 
 
 def _greet_holder(plan: config.Plan) -> Holder:
@@ -90,16 +76,11 @@ def _greet_holder(plan: config.Plan) -> Holder:
 def _watch_port(core: Core, port: int) -> Declared:
     """Leave the port of the rendezvous to somebody else's router from the moment the session meets it."""
 
-    def on_link(event: zenoh.LinkEvent) -> None:
-        pin()
-        link = event.link
-        is_there = event.kind == zenoh.SampleKind.PUT and config.local_port([link.dst], '') == port
-        if is_there and not settings.is_rendezvous_id(str(link.zid)):
+    def on_router(zid: str, address: str) -> None:
+        if config.local_port([address], '') == port and not settings.is_rendezvous_id(zid):
             RENDEZVOUS.leave_to_other(port)
 
-    core.in_flight.enter(on_link)
-    handler = zenoh.handlers.Callback(on_link, drop=lambda: core.in_flight.leave(on_link), indirect=False)
-    return core.zenoh.info.declare_link_events_listener(handler, history=True)
+    return core.wire.watch_routers(on_router)
 
 
 def _stop_offering(plan: config.Plan) -> None:
@@ -107,18 +88,18 @@ def _stop_offering(plan: config.Plan) -> None:
         RENDEZVOUS.release(plan.port)
 
 
-def _look_for_router(session: zenoh.Session, plan: config.Plan, found: Holder) -> None:
+def _look_for_router(wire: Wire, plan: config.Plan, found: Holder) -> None:
     """Warn where no router is met within ZENOH_ROUTER_CHECK_ATTEMPTS; sessions meet each other there.
 
     One that has answered, or that this process is about to offer, has a moment more to greet the session.
     """
     seconds = environment.router_check_seconds()
-    if seconds is None or session.info.routers_zid():
+    if seconds is None or wire.wait_for_router(0):
         return
     offers = plan.rendezvous is not None and not RENDEZVOUS.is_left(plan.port)
     is_coming = found is Holder.ZENOH or (offers and found not in NO_ROUTER)
     patience = TAKE_OVER_S if is_coming else 0.0
-    if _meets_router(session, max(seconds, patience)) or found in NO_ROUTER:
+    if wire.wait_for_router(max(seconds, patience)) or found in NO_ROUTER:
         return
     from goalwire.logging import get_logger  # needed only when something is broken
 
@@ -139,28 +120,12 @@ def _endpoints(session: zenoh.Config) -> list[str]:
     return [str(each) for each in endpoints] if isinstance(endpoints, list) else [str(endpoints)]
 
 
-def _meets_router(session: zenoh.Session, seconds: float) -> bool:
-    if seconds <= 0:
-        return False
-    met = Event()
-
-    def on_transport(event: zenoh.TransportEvent) -> None:
-        if event.transport.whatami == zenoh.WhatAmI.ROUTER:
-            met.set()
-
-    handler = zenoh.handlers.Callback(on_transport, indirect=False)
-    listener = session.info.declare_transport_events_listener(handler, history=True)
-    try:
-        return met.wait(None if seconds == float('inf') else seconds)
-    finally:
-        undeclare(listener)
-
-
 class ZenohSession(Session):
     """An open session and its nodes."""
 
     def __init__(self, core: Core, stop_offering: Callable[[], None]) -> None:
         self.id = core.id
+        self.vigil = core.wire.vigil
         self._core = core
         self._stop_offering = stop_offering
         self._place = Place(f'session of domain {core.domain_id}', core.guard, self._leave)
@@ -175,10 +140,11 @@ class ZenohSession(Session):
         self._place.check()
         try:
             node = ZenohNode(self._core, name, self._nodes.forget)
-        except zenoh.ZError as error:
+        except self._core.errors as error:
             self._place.check()
+            reason = self._core.wire.explain(error)
             raise TransportError(
-                f"node '{name.qualified}': zenoh refused the declaration: {config.reason(error)}"
+                f"node '{name.qualified}': zenoh refused the declaration: {reason}"
             ) from None
         return self._nodes.keep(node)
 
@@ -210,14 +176,14 @@ class ZenohSession(Session):
             self._nodes.close()
         finally:
             self._disconnect()
-            self._core.in_flight.wait(CLOSING_S)
             self._stop_offering()
 
     def _disconnect(self) -> None:
-        """Send what is queued and hang up; zenoh gives up after 10 s where a peer is mute."""
+        """Send what is queued and hang up."""
         try:
-            self._core.zenoh.close()  # type: ignore[no-untyped-call]
-        except zenoh.ZError as error:
+            self._core.wire.close()
+        except self._core.errors as error:
             from goalwire.logging import get_logger  # needed only when something is broken
 
-            get_logger(LOGGER).warning(f'{self._place.title}: closing was cut short: {config.reason(error)}')
+            reason = self._core.wire.explain(error)
+            get_logger(LOGGER).warning(f'{self._place.title}: closing was cut short: {reason}')

@@ -1,10 +1,8 @@
-"""Subscriptions: what arrives becomes a Sample and is delivered on zenoh's thread (zenoh-wire A.5, A.9)."""
+"""Subscriptions: what arrives becomes a Sample and is delivered where it was read (zenoh-wire A.5, A.9)."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-
-import zenoh
 
 from goalwire.errors import RemoteError
 from goalwire.transport.contract import Endpoint, Port, Sample
@@ -14,8 +12,8 @@ from goalwire.transport.zenoh.history import HistorySubscriber
 from goalwire.transport.zenoh.keyexpr import CPU_BUFFERS
 from goalwire.transport.zenoh.qos_text import actual_depth
 from goalwire.transport.zenoh.samples import sample_of
-from goalwire.transport.zenoh.thread_state import pin
 from goalwire.transport.zenoh.tokens import uses_cpu_channel
+from goalwire.transport.zenoh.wire import Message, OnMessage
 
 
 def declare(
@@ -23,17 +21,16 @@ def declare(
 ) -> list[Declared]:
     """Declare what brings messages of `key` to `deliver`: one subscriber, or two for types with buffers."""
     reject = _rejecter(core, place)
-    origin = zenoh.Locality.REMOTE if endpoint.ignore_local else None
+    takes_own = not endpoint.ignore_local
     if endpoint.qos.is_transient_local:
         subscriber = HistorySubscriber(core, key, actual_depth(endpoint.qos), _reader(reject), deliver)
-        subscriber.declare(recovers=endpoint.qos.is_reliable, origin=origin)
+        subscriber.declare(recovers=endpoint.qos.is_reliable, takes_own=takes_own)
         return [subscriber]
     keys = [key]
     if uses_cpu_channel(endpoint):  # each message comes through exactly one of the two
         keys.append(f'{key}/{CPU_BUFFERS}')
     return [
-        core.zenoh.declare_subscriber(each, _handler(core, reject, deliver), allowed_origin=origin)
-        for each in keys
+        core.wire.declare_subscriber(each, _handler(reject, deliver), takes_own=takes_own) for each in keys
     ]
 
 
@@ -42,10 +39,10 @@ def _rejecter(core: Core, place: Place) -> Callable[[RemoteError], None]:
     return lambda error: core.rejects.add('message', error, place)
 
 
-def _reader(reject: Callable[[RemoteError], None]) -> Callable[[zenoh.Sample], Sample | None]:
-    """Return what makes a Sample of zenoh's, or None of one that is rejected."""
+def _reader(reject: Callable[[RemoteError], None]) -> Callable[[Message], Sample | None]:
+    """Return what makes a Sample of the wire's, or None of one that is rejected."""
 
-    def read_sample(raw: zenoh.Sample) -> Sample | None:
+    def read_sample(raw: Message) -> Sample | None:
         try:
             return sample_of(raw)
         except RemoteError as error:
@@ -55,11 +52,8 @@ def _reader(reject: Callable[[RemoteError], None]) -> Callable[[zenoh.Sample], S
     return read_sample
 
 
-def _handler(
-    core: Core, reject: Callable[[RemoteError], None], deliver: Callable[[Sample], None]
-) -> zenoh.handlers.Callback[zenoh.Sample]:
-    def on_sample(raw: zenoh.Sample) -> None:
-        pin()
+def _handler(reject: Callable[[RemoteError], None], deliver: Callable[[Sample], None]) -> OnMessage:
+    def on_message(raw: Message) -> None:
         try:
             sample = sample_of(raw)
         except RemoteError as error:
@@ -67,11 +61,7 @@ def _handler(
             return
         deliver(sample)
 
-    def on_drop() -> None:
-        core.in_flight.leave(on_sample)
-
-    core.in_flight.enter(on_sample)
-    return zenoh.handlers.Callback(on_sample, drop=on_drop, indirect=False)
+    return on_message
 
 
 class ZenohSubscription(Port):

@@ -54,12 +54,14 @@ class Dial:
         self.is_connected = False
         self.is_over = False
         self.error = ''
+        self.address = ''
+        """The one that was dialled last, as it was given."""
         self._poller = poller
         self._retry = retry
         self._when_connected = when_connected
         self._when_failed = when_failed
         self._pause = retry.first_s
-        self._endpoints: list[Endpoint] = []
+        self._endpoints: list[tuple[str, Endpoint]] = []
         self._addresses: list[tuple[socket.AddressFamily, Any]] = []
         self._socket: socket.socket | None = None
         self._timer: Timer | None = None
@@ -71,7 +73,7 @@ class Dial:
         self._endpoints, self._addresses = [], []
         for locator in self.locators:
             try:
-                self._endpoints.append(parse(locator))
+                self._endpoints.append((locator, parse(locator)))
             except TransportError as error:
                 self.error = str(error)
         self._next()
@@ -83,7 +85,7 @@ class Dial:
                 if self._connect(*self._addresses.pop(0)):
                     return
             elif self._endpoints:
-                endpoint = self._endpoints.pop(0)
+                self.address, endpoint = self._endpoints.pop(0)
                 if not is_quickly_resolved(endpoint.host):
                     self._look_up(endpoint)
                     return

@@ -85,6 +85,19 @@ class _Sleeper:
             interrupt()
 
 
+class LinkWatch:
+    """Somebody who is told of links."""
+
+    def __init__(self, watches: set[LinkWatch], on_link: Callable[[Link, str], None]) -> None:
+        self.on_link = on_link
+        self._watches = watches
+        watches.add(self)
+
+    def undeclare(self) -> None:
+        """Tell no more."""
+        self._watches.discard(self)
+
+
 class _Protocol(SessionProtocol):
     """Tells the owner of the sockets when a link is up."""
 
@@ -126,6 +139,7 @@ class NativeSession:
         self._listeners: list[socket.socket] = []
         self._is_closing = False
         self._is_closed = False
+        self._watches: set[LinkWatch] = set()
         self._expiry: float = float('inf')
         self._told_of_limit = False
         try:
@@ -255,6 +269,8 @@ class NativeSession:
             other.close()
             del self._dials[link.zid]
         self._links[link].came_up()
+        for watch in list(self._watches):
+            watch.on_link(link, self._address_of(link))
 
     def drop_link(self, link: Link, why: str, reason: int) -> None:
         """Close a link soon."""
@@ -292,6 +308,17 @@ class NativeSession:
         from goalwire.logging import get_logger  # needed only when something is broken
 
         get_logger(LOGGER).warning(f'Zenoh session {self.id}: {text}')
+
+    def watch_links(self, on_link: Callable[[Link, str], None]) -> LinkWatch:
+        """Tell of each link that is up or comes up, and the address that was dialled for it, if any."""
+        watch = LinkWatch(self._watches, on_link)
+        for link in self.protocol.links:
+            on_link(link, self._address_of(link))
+        return watch
+
+    def _address_of(self, link: Link) -> str:
+        dial = self._dialled.get(link)
+        return '' if dial is None else dial.address
 
     # ---- times
 

@@ -142,8 +142,10 @@ class Query(ABC):
     def answer(self, key: str, payload: Payload, attachment: bytes | None = None) -> None:
         """Answer and end in one."""
         if self._closes():
-            self._send(new_sample((key, payload, attachment, None, None)))
-            self._finish()
+            try:
+                self._send(new_sample((key, payload, attachment, None, None)))
+            finally:
+                self._finish()
 
     def _closes(self) -> bool:
         """Whether it is this call that ends the query."""

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from goalwire.transport.zenoh.protocol.channels import channel_of
 from goalwire.transport.zenoh.protocol.key_expressions import canonical, includes
-from goalwire.transport.zenoh.protocol.link import Link
+from goalwire.transport.zenoh.protocol.link import QUEUE_LIMIT, Link
 from goalwire.transport.zenoh.protocol.network import (
     BLOCK,
     DEFAULT_QOS,
@@ -83,6 +83,12 @@ class Publication:
         if self._own:
             sample = new_sample((self._key, payload, attachment, stamp, encoded_source))
             self._deliver(sample)
+
+    def has_room(self) -> bool:
+        """Whether what is put now finds room on every link."""
+        if self._version != self._session.version:
+            self._aim()
+        return all(link.queue.size <= QUEUE_LIMIT for link, _ in self._links)
 
     def delete(self) -> None:
         """Say that there is nothing on the key any more."""

@@ -1,0 +1,388 @@
+"""The ROS layer's wire, on a session of eclipse-zenoh.
+
+Its threads call back through `Callback(…, indirect=False)`; each callback pins its thread's state first. What
+it holds is counted, for a thread that calls into an interpreter on its way out aborts the process.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+from threading import Event
+from typing import NamedTuple
+
+import zenoh
+from zenoh import ext
+from zenoh.handlers import Callback
+
+from goalwire.errors import TransportError
+from goalwire.transport.outbox import Outbox
+from goalwire.transport.zenoh import config, lifecycle, wire
+from goalwire.transport.zenoh.core import Declared, InFlight, undeclare
+from goalwire.transport.zenoh.protocol.network import Payload, ReplyError
+from goalwire.transport.zenoh.protocol.primitives import SourceInfo, Timestamp, read_id
+from goalwire.transport.zenoh.protocol.queries import Answer, Query
+from goalwire.transport.zenoh.queriers import Queriers
+from goalwire.transport.zenoh.thread_state import pin
+
+CLOSING_S = 1.0
+"""How long closing waits for callbacks under way; they only append to a queue."""
+ANSWER_S = 2.0
+"""How long a peer that is there, but does not answer, can hold up the first look, and with it a program's
+start. What it answers later is not lost: its tokens come by the subscription."""
+
+
+class EclipseMessage(NamedTuple):
+    """What zenoh brought; all but payload and attachment is asked for when it is wanted."""
+
+    raw: zenoh.Sample
+    payload: Payload | None
+    attachment: bytes | None
+
+    @property
+    def key(self) -> str:
+        """Return the key."""
+        return str(self.raw.key_expr)
+
+    @property
+    def timestamp(self) -> Timestamp | None:
+        """Return whose clock stamped it; the time itself is not needed, and 0 here."""
+        stamp = self.raw.timestamp
+        return None if stamp is None else Timestamp(0, read_id(str(stamp.get_id())))
+
+    @property
+    def source_info(self) -> SourceInfo | None:
+        """Return who numbered it."""
+        info = self.raw.source_info
+        if info is None:
+            return None
+        return SourceInfo(read_id(str(info.source_id.zid)), info.source_id.eid, info.source_sn)
+
+
+def _message(raw: zenoh.Sample) -> EclipseMessage:
+    attachment = raw.attachment
+    payload = raw.payload.to_bytes() if raw.kind == zenoh.SampleKind.PUT else None
+    return EclipseMessage(raw, payload, None if attachment is None else attachment.to_bytes())
+
+
+class EclipseQuery(Query):
+    """A query that zenoh brought."""
+
+    __slots__ = ('_query',)
+
+    def __init__(self, query: zenoh.Query) -> None:
+        payload, attachment = query.payload, query.attachment
+        super().__init__(
+            '',
+            '',
+            None if payload is None else payload.to_bytes(),
+            None if attachment is None else attachment.to_bytes(),
+        )
+        self._query = query
+
+    def _send(self, answer: Answer) -> None:
+        if isinstance(answer, ReplyError):
+            self._query.reply_err(answer.payload)
+        else:
+            self._query.reply(answer.key, answer.payload, attachment=answer.attachment)
+
+    def _finish(self) -> None:
+        self._query.drop()  # type: ignore[no-untyped-call]
+
+
+class _Asked:
+    """A query on its way."""
+
+    __slots__ = ('_in_flight', '_on_answer', '_on_end', 'token')
+
+    def __init__(self, in_flight: InFlight, on_answer: wire.OnAnswer, on_end: Callable[[], None]) -> None:
+        self._in_flight = in_flight
+        self._on_answer = on_answer
+        self._on_end = on_end
+        self.token = zenoh.CancellationToken()
+        """What ends the query at once; without that zenoh holds it until its time is over."""
+        in_flight.enter(self)
+
+    def replied(self, reply: zenoh.Reply) -> None:
+        """Hand a reply over; runs on zenoh's thread, or the caller's within one session."""
+        pin()
+        if reply.ok is not None:
+            self._on_answer(_message(reply.ok))
+        elif reply.err is not None:
+            self._on_answer(ReplyError(reply.err.payload.to_bytes()))
+
+    def dropped(self) -> None:
+        """Zenoh has let go of the query: no reply can come any more."""
+        pin()
+        try:
+            self._on_end()
+        finally:
+            self._in_flight.leave(self)
+
+
+class _Querier(wire.Querier):
+    """Asks all complete queryables of a key."""
+
+    def __init__(self, session: zenoh.Session, in_flight: InFlight, key: str) -> None:
+        self._queriers = Queriers(session, key)
+        self._in_flight = in_flight
+
+    def ask(
+        self,
+        payload: Payload,
+        attachment: bytes,
+        on_answer: wire.OnAnswer,
+        on_end: Callable[[], None],
+        timeout_ns: int | None,
+    ) -> object:
+        queriers = self._queriers
+        get = queriers.get if timeout_ns is None else queriers.get_within(timeout_ns)
+        asked = _Asked(self._in_flight, on_answer, on_end)
+        try:
+            get(
+                handler=Callback(asked.replied, drop=asked.dropped, indirect=False),
+                payload=payload,
+                attachment=attachment,
+                cancellation_token=asked.token,
+            )
+        except BaseException:
+            self._in_flight.leave(asked)
+            raise
+        return asked.token
+
+    def cancel(self, asked: object) -> None:
+        assert isinstance(asked, zenoh.CancellationToken)
+        asked.cancel()  # type: ignore[no-untyped-call]
+
+    def undeclare(self) -> None:
+        self._queriers.undeclare()
+
+
+class _Held:
+    """Something declared; to take it back is left to a thread that is just using it."""
+
+    def __init__(self, declared: Declared) -> None:
+        self._declared = declared
+
+    def undeclare(self) -> None:
+        undeclare(self._declared)
+
+
+class _Subscriber(_Held):
+    """A subscriber and its address."""
+
+    def __init__(self, subscriber: zenoh.Subscriber[None]) -> None:
+        super().__init__(subscriber)
+        source = subscriber.id
+        self.address = f'{source.zid}/{source.eid}'
+
+
+class _Publisher(_Held):
+    """A publisher."""
+
+    def __init__(self, publisher: zenoh.Publisher | ext.AdvancedPublisher) -> None:
+        super().__init__(publisher)
+        self.put: Callable[..., None] = publisher.put
+
+    def has_room(self) -> bool:
+        """Zenoh does not tell."""
+        return False
+
+
+class _TokenWatch:
+    """One watcher and the tokens on their way to it.
+
+    A liveliness subscriber alone tells of the tokens already there in its own time. So they are asked for,
+    and the answer waited for, while changes queue up: a token that goes meanwhile is shown first.
+    """
+
+    def __init__(self, in_flight: InFlight, on_token: wire.OnToken) -> None:
+        self._in_flight = in_flight
+        self._on_token = on_token
+        self._changes: Outbox[tuple[str, bool]] = Outbox(lambda change: on_token(*change))
+
+    def start(self, session: zenoh.Session, key: str, *, waits: bool) -> zenoh.Subscriber[None]:
+        """Tell of everything there is, then follow the changes."""
+        liveliness = session.liveliness()
+        self._in_flight.enter(self)
+        follow = Callback(self._on_change, drop=self._on_drop, indirect=False)
+        if not waits:
+            return liveliness.declare_subscriber(key, follow, history=True)
+        answered = Event()
+        with self._changes.first_turn():
+            subscriber = liveliness.declare_subscriber(key, follow, history=True)
+            ask = Callback(self._on_answer, drop=answered.set, indirect=False)
+            liveliness.get(key, ask, timeout=ANSWER_S)
+            answered.wait(ANSWER_S)
+        return subscriber
+
+    def _on_answer(self, reply: zenoh.Reply) -> None:
+        pin()
+        if reply.ok is not None:
+            self._on_token(str(reply.ok.key_expr), True)  # ahead of the changes, which wait for their turn
+
+    def _on_change(self, sample: zenoh.Sample) -> None:
+        pin()
+        self._changes.post((str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT))
+        self._changes.drain()
+
+    def _on_drop(self) -> None:
+        self._in_flight.leave(self)
+
+
+class EclipseWire(wire.Wire):
+    """A session of eclipse-zenoh."""
+
+    errors = (zenoh.ZError, RuntimeError)
+    vigil = None
+
+    def __init__(self, settings: zenoh.Config) -> None:
+        """Open it. Raises TransportError or ForkedError."""
+        lifecycle.start()
+        try:
+            self._zenoh = zenoh.open(settings)
+        except zenoh.ZError as error:
+            raise TransportError(
+                f'cannot open a Zenoh session (connecting to {settings.get_json("connect/endpoints")}, '
+                f'listening on {settings.get_json("listen/endpoints")}): {config.reason(error)}; '
+                f'check ZENOH_SESSION_CONFIG_URI, ZENOH_CONFIG_OVERRIDE and that these addresses can be '
+                f'reached'
+            ) from None
+        self.id = str(self._zenoh.zid())
+        self._in_flight = InFlight()
+
+    def explain(self, error: Exception) -> str:
+        return config.reason(error)
+
+    def declare_publisher(self, key: str, *, reliable: bool, waits: bool) -> wire.Publisher:
+        publisher = self._zenoh.declare_publisher(
+            key, congestion_control=_congestion(reliable, waits), reliability=_reliability(reliable)
+        )
+        return _Publisher(publisher)
+
+    def declare_history_publisher(
+        self, key: str, *, reliable: bool, waits: bool, depth: int
+    ) -> wire.Publisher:
+        """Unlike rmw_zenoh's, a reliable one sends no heartbeat half a second after a message.
+
+        It waits for room instead, so that no last message is missed. Zenoh 1.10.2 sends heartbeats from the
+        thread that also learns when a socket has room again: while a burst waits for room, a heartbeat waits
+        for the burst, and nothing moves until the link is given up a minute later (seen in 1 of 12 runs of a
+        thousand goals at once).
+        """
+        detection = ext.MissDetectionConfig(heartbeat=None, sporadic_heartbeat=None)
+        publisher = ext.declare_advanced_publisher(
+            self._zenoh,
+            key,
+            congestion_control=_congestion(reliable, waits),
+            reliability=_reliability(reliable),
+            cache=ext.CacheConfig(depth),
+            sample_miss_detection=detection if reliable else None,
+            publisher_detection=True,
+        )
+        return _Publisher(publisher)
+
+    def put_waiting(self, key: str, payload: Payload, attachment: bytes) -> None:
+        self._zenoh.put(key, payload, attachment=attachment, congestion_control=zenoh.CongestionControl.BLOCK)
+
+    def declare_subscriber(
+        self, key: str, on_message: wire.OnMessage, *, takes_own: bool = True
+    ) -> wire.Subscriber:
+        in_flight = self._in_flight
+
+        def on_sample(raw: zenoh.Sample) -> None:
+            pin()
+            on_message(_message(raw))
+
+        in_flight.enter(on_sample)
+        handler = Callback(on_sample, drop=lambda: in_flight.leave(on_sample), indirect=False)
+        origin = None if takes_own else zenoh.Locality.REMOTE
+        return _Subscriber(self._zenoh.declare_subscriber(key, handler, allowed_origin=origin))
+
+    def declare_queryable(self, key: str, on_query: Callable[[Query], None]) -> wire.Declared:
+        in_flight = self._in_flight
+
+        def on_asked(query: zenoh.Query) -> None:
+            pin()
+            on_query(EclipseQuery(query))
+
+        in_flight.enter(on_asked)
+        handler = Callback(on_asked, drop=lambda: in_flight.leave(on_asked), indirect=False)
+        return _Held(self._zenoh.declare_queryable(key, handler, complete=True))
+
+    def declare_querier(self, key: str) -> wire.Querier:
+        return _Querier(self._zenoh, self._in_flight, key)
+
+    def ask_all(
+        self,
+        key: str,
+        parameters: str,
+        on_answer: wire.OnAnswer,
+        on_end: Callable[[], None],
+        *,
+        asks_own: bool = True,
+    ) -> None:
+        asked = _Asked(self._in_flight, on_answer, on_end)
+        try:
+            self._zenoh.get(
+                f'{key}?{parameters}',
+                Callback(asked.replied, drop=asked.dropped, indirect=False),
+                target=zenoh.QueryTarget.ALL,
+                consolidation=zenoh.ConsolidationMode.NONE,
+                accept_replies=zenoh.ReplyKeyExpr.ANY,
+                allowed_destination=None if asks_own else zenoh.Locality.REMOTE,
+            )
+        except BaseException:
+            self._in_flight.leave(asked)
+            raise
+
+    def declare_token(self, token: str) -> wire.Declared:
+        return _Held(self._zenoh.liveliness().declare_token(token))
+
+    def watch_tokens(self, key: str, on_token: wire.OnToken, *, waits: bool) -> wire.Declared:
+        watch = _TokenWatch(self._in_flight, on_token)
+        return _Held(watch.start(self._zenoh, key, waits=waits))
+
+    def wait_for_router(self, seconds: float) -> bool:
+        if self._zenoh.info.routers_zid() or seconds <= 0:
+            return bool(self._zenoh.info.routers_zid())
+        met = Event()
+
+        def on_transport(event: zenoh.TransportEvent) -> None:
+            if event.transport.whatami == zenoh.WhatAmI.ROUTER:
+                met.set()
+
+        handler = Callback(on_transport, indirect=False)
+        listener = self._zenoh.info.declare_transport_events_listener(handler, history=True)
+        try:
+            return met.wait(None if seconds == float('inf') else seconds)
+        finally:
+            undeclare(listener)
+
+    def watch_routers(self, on_router: Callable[[str, str], None]) -> wire.Declared:
+        in_flight = self._in_flight
+
+        def on_link(event: zenoh.LinkEvent) -> None:
+            pin()
+            if event.kind == zenoh.SampleKind.PUT:
+                on_router(str(event.link.zid), event.link.dst)
+
+        in_flight.enter(on_link)
+        handler = Callback(on_link, drop=lambda: in_flight.leave(on_link), indirect=False)
+        return _Held(self._zenoh.info.declare_link_events_listener(handler, history=True))
+
+    def close(self) -> None:
+        """Zenoh gives up after 10 s where a peer is mute."""
+        try:
+            self._zenoh.close()  # type: ignore[no-untyped-call]
+        finally:
+            with suppress(Exception):
+                self._in_flight.wait(CLOSING_S)
+
+
+def _congestion(reliable: bool, waits: bool) -> zenoh.CongestionControl:
+    return zenoh.CongestionControl.BLOCK if reliable and waits else zenoh.CongestionControl.DROP
+
+
+def _reliability(reliable: bool) -> zenoh.Reliability:
+    return zenoh.Reliability.RELIABLE if reliable else zenoh.Reliability.BEST_EFFORT

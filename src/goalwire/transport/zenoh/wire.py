@@ -1,0 +1,176 @@
+"""What the ROS layer needs of a Zenoh session, whoever makes it: goalwire itself, or eclipse-zenoh.
+
+Callbacks run on the thread that reads, or on the caller's within one session, with no lock held. What they
+get shows the same on both: a key, a payload, an attachment, and where it came from.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from typing import Protocol, TypeAlias
+
+from goalwire.transport.contract import Vigil
+from goalwire.transport.zenoh.protocol.network import Payload, ReplyError
+from goalwire.transport.zenoh.protocol.primitives import SourceInfo, Timestamp
+from goalwire.transport.zenoh.protocol.queries import Query
+
+
+class Message(Protocol):
+    """A message or a reply."""
+
+    @property
+    def key(self) -> str:
+        """What it is about."""
+
+    @property
+    def payload(self) -> Payload | None:
+        """None: the key was deleted."""
+
+    @property
+    def attachment(self) -> bytes | None:
+        """What travels beside it."""
+
+    @property
+    def timestamp(self) -> Timestamp | None:
+        """When it was put, and by which session's clock. Raises RemoteError."""
+
+    @property
+    def source_info(self) -> SourceInfo | None:
+        """Its publisher and number, where the publisher numbers. Raises RemoteError."""
+
+
+OnMessage: TypeAlias = Callable[[Message], None]
+OnAnswer: TypeAlias = Callable[[Message | ReplyError], None]
+OnToken: TypeAlias = Callable[[str, bool], None]
+"""Gets a token, and whether it is there."""
+
+
+class Declared(Protocol):
+    """What was declared."""
+
+    def undeclare(self) -> object:
+        """Take it off the wire. Idempotent."""
+
+
+class Subscriber(Declared, Protocol):
+    """A declared subscriber."""
+
+    @property
+    def address(self) -> str:
+        """Its session and its number there, 'session/number'."""
+
+
+class Publisher(Declared, Protocol):
+    """A declared publisher."""
+
+    @property
+    def put(self) -> Callable[..., None]:
+        """Called with a payload and `attachment=`; puts one message."""
+
+    def has_room(self) -> bool:
+        """Whether a large message put now is sure not to be dropped."""
+
+
+class Querier(ABC):
+    """Asks all complete queryables of one key."""
+
+    @abstractmethod
+    def ask(
+        self,
+        payload: Payload,
+        attachment: bytes,
+        on_answer: OnAnswer,
+        on_end: Callable[[], None],
+        timeout_ns: int | None,
+    ) -> object:
+        """Send a query and return what `cancel` takes. `on_end` is called once, when no answer can come.
+
+        `timeout_ns` is how long an answer is wanted at least; None: ten minutes, as under rmw_zenoh.
+        """
+
+    @abstractmethod
+    def cancel(self, asked: object) -> None:
+        """Hold nothing for a query any more. One that has ended is no error."""
+
+    @abstractmethod
+    def undeclare(self) -> object:
+        """Ask no more; queries on their way go on."""
+
+
+class Wire(ABC):
+    """An open session."""
+
+    id: str
+    """The session's id, as keys and users show it."""
+    vigil: Vigil | None
+    """Where idle threads may wait on the wire; None where it has threads of its own that must."""
+    errors: tuple[type[Exception], ...]
+    """What any of these methods raises where it refuses or has been closed."""
+
+    @abstractmethod
+    def explain(self, error: Exception) -> str:
+        """Return what one of `errors` says, for users."""
+
+    @abstractmethod
+    def declare_publisher(self, key: str, *, reliable: bool, waits: bool) -> Publisher:
+        """Declare what puts on a key; `waits` where the wire is full, else messages are dropped."""
+
+    @abstractmethod
+    def declare_history_publisher(self, key: str, *, reliable: bool, waits: bool, depth: int) -> Publisher:
+        """Declare one that keeps its last messages for those who come late, as Zenoh's advanced ones do.
+
+        It shows itself by a token `<key>/@adv/pub/<session>/<number>/_` and answers queries on that key. The
+        number is 'uhlc' unless it is reliable and so numbers its messages.
+        """
+
+    @abstractmethod
+    def put_waiting(self, key: str, payload: Payload, attachment: bytes) -> None:
+        """Put a message that waits where the wire is full, however its publisher was declared."""
+
+    @abstractmethod
+    def declare_subscriber(self, key: str, on_message: OnMessage, *, takes_own: bool = True) -> Subscriber:
+        """Declare who gets what is put on keys that match; `takes_own` also what this session puts."""
+
+    @abstractmethod
+    def declare_queryable(self, key: str, on_query: Callable[[Query], None]) -> Declared:
+        """Declare who answers queries on a key, completely; each query is to be ended."""
+
+    @abstractmethod
+    def declare_querier(self, key: str) -> Querier:
+        """Declare what asks on a key."""
+
+    @abstractmethod
+    def ask_all(
+        self,
+        key: str,
+        parameters: str,
+        on_answer: OnAnswer,
+        on_end: Callable[[], None],
+        *,
+        asks_own: bool = True,
+    ) -> None:
+        """Ask every queryable that matches, complete or not, for replies on any key."""
+
+    @abstractmethod
+    def declare_token(self, token: str) -> Declared:
+        """Show a token to all who watch."""
+
+    @abstractmethod
+    def watch_tokens(self, key: str, on_token: OnToken, *, waits: bool) -> Declared:
+        """Tell of tokens that are there, some maybe twice, and of those that come and go, in order.
+
+        With `waits`, what others answer within a while is told before this returns.
+        """
+
+    @abstractmethod
+    def wait_for_router(self, seconds: float) -> bool:
+        """Return whether there is a link to a router, or comes to be within so many seconds."""
+
+    @abstractmethod
+    def watch_routers(self, on_router: Callable[[str, str], None]) -> Declared:
+        """Tell of each link to a router that there is or comes to be: its id, and the address dialled."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Send what waits, hang up, and wait for callbacks under way. Raises one of `errors` if cut short."""
