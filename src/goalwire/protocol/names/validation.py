@@ -21,7 +21,7 @@ MAX_TOPIC_NAME = 247
 """rmw leaves room in DDS's 255 characters for prefixes such as `rq/` and `rr/`."""
 
 LONGEST_SHOWN = 255
-"""Characters of a name that an error shows: DDS has no longer ones."""
+"""Characters that an error shows of a name more than twice as long: DDS has no longer names."""
 
 _LONGEST_KEPT = 1000  # characters of a name whose judgement is kept
 _DIGITS = frozenset('0123456789')
@@ -56,9 +56,9 @@ class UnknownSubstitution(InvalidName):
 
 
 def pointed(kind: str, name: str, reason: str, index: int) -> str:
-    """Return ROS 2's text for a name that it forbids; of a long one, the part around the fault."""
+    """Return ROS 2's text for a name that it forbids; of one far too long, the part around the fault."""
     length = len(name)
-    if length > LONGEST_SHOWN:
+    if length > 2 * LONGEST_SHOWN:
         start = max(0, min(index - LONGEST_SHOWN // 2, length - LONGEST_SHOWN))
         end = start + LONGEST_SHOWN
         name = f'{"…" if start else ""}{name[start:end]}{"…" if end < length else ""}'
