@@ -94,7 +94,9 @@ def test_a_client_on_fast_dds_is_named_and_not_answered(
     with Program(SERVER, 'ours', env=ours) as server:
         server.expect('ready')
         with Program(CLIENT, 'theirs', '30', '10', '1', env=theirs, python=real.python) as client:
-            server.expect(r"request from Fast DDS ignored .*'/set': of node '/theirs', .*rmw_cyclonedds_cpp")
+            server.expect(
+                r"service '/set': a request from Fast DDS .*\(of node '/theirs', .*rmw_cyclonedds_cpp"
+            )
             client.kill()
         server.send_signal(signal.SIGINT)
         assert 'asked' not in server.succeed()
