@@ -18,6 +18,8 @@ from benchmarks.soak.report import NUMBERS
 from benchmarks.soak.tally import Tally
 
 ROOT = Path(__file__).resolve().parents[2]
+START_S = 120.0
+"""What a member may take to start, on a machine that is busy."""
 STOP_S = 30.0
 """What clients and servers may take to end."""
 
@@ -71,7 +73,7 @@ class Member:
     async def terminate(self) -> bool:
         """SIGTERM, after which a commander ends well; False where there was nothing to end."""
         with suppress(TimeoutError):
-            async with asyncio.timeout(STOP_S):
+            async with asyncio.timeout(START_S):
                 await self.ready.wait()  # before that it has no handler
         alive = self.process.returncode is None
         if alive:
@@ -112,7 +114,7 @@ class Conductor:
         for name in (WORLD,) if self._one_process else (*SERVERS, *CLIENTS, *COMMANDERS):
             await self._start(name)
         for member in list(self._members.values()):
-            async with asyncio.timeout(STOP_S):
+            async with asyncio.timeout(START_S):
                 await member.ready.wait()
         self.samples = {name: [] for name in ((WORLD,) if self._one_process else SURVIVORS)}
 
