@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from goalwire.entities.exceptions import RCLError, RCLInvalidROSArgsError, UnknownROSArgsError
 from goalwire.logging import get_logger
 from goalwire.protocol.arguments import ArgumentError, Arguments, UnknownArguments, parse_arguments
+
+if TYPE_CHECKING:
+    from goalwire.protocol.parameters.unused import OverrideUse
 
 
 def process_arguments(args: Sequence[str]) -> Arguments:
@@ -31,6 +35,15 @@ def node_arguments(cli_args: Sequence[str] | None) -> Arguments:
         raise UnknownROSArgsError(str(error)) from None
     except ArgumentError as error:
         raise RCLInvalidROSArgsError(f'Failed to parse ROS arguments: {error}') from None
+
+
+def override_use(arguments: Arguments) -> OverrideUse | None:
+    """Return what watches whether the arguments' parameters are used; None where there are none."""
+    if not arguments.parameters:
+        return None
+    from goalwire.protocol.parameters.unused import OverrideUse
+
+    return OverrideUse(arguments)
 
 
 def _are_strings(args: object) -> bool:

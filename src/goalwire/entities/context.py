@@ -10,11 +10,11 @@ import sys
 import threading
 from collections.abc import Callable, Sequence
 from types import MethodType, TracebackType
-from typing import Self
+from typing import TYPE_CHECKING, Self
 from weakref import WeakMethod, WeakSet
 
 from goalwire import logging
-from goalwire.entities.arguments import process_arguments
+from goalwire.entities.arguments import override_use, process_arguments
 from goalwire.entities.exceptions import NotInitializedException, RCLError
 from goalwire.entities.local_servers import LocalServers
 from goalwire.entities.rosout import Rosout
@@ -27,6 +27,9 @@ from goalwire.graph.mismatch import Mismatch
 from goalwire.protocol.arguments import Arguments
 from goalwire.transport import registry
 from goalwire.transport.contract import Session, SessionOptions
+
+if TYPE_CHECKING:
+    from goalwire.protocol.parameters.unused import OverrideUse
 
 ShutdownCallback = Callable[[], object]
 
@@ -43,6 +46,8 @@ class Context:
         self._graph: Graph | None = None
         self._callbacks: list[Callable[[], ShutdownCallback | None]] = []
         self._shut_down = False
+        self.override_use: OverrideUse | None = None
+        """Which of the arguments' parameters the nodes declare; None where the arguments have none."""
         self._logs = False
         self.local_servers = LocalServers()
         """The request servers of this context's nodes: blocking calls ask whether one of them must answer."""
@@ -73,6 +78,7 @@ class Context:
             if domain_id is not None and domain_id < 0:
                 raise RuntimeError(f'Domain id ({domain_id}) should not be lower than zero.')
             self.arguments = process_arguments(sys.argv if args is None else args)
+            self.override_use = override_use(self.arguments)
             if initialize_logging:
                 _refuse_log_config_file(self.arguments)
             self._domain_id = domain_from_environment() if domain_id is None else domain_id
@@ -128,6 +134,8 @@ class Context:
             first, self._shut_down = not self._shut_down, True
         if not first:
             return
+        for complaint in self.override_use.complaints() if self.override_use else ():
+            logging.get_logger('rcl').warning(complaint)
         try:
             self.lifeline.end('shutdown')
             self._run_shutdown_callbacks()

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from goalwire.entities.context import Context
     from goalwire.graph.graph import Graph
     from goalwire.protocol.parameters import ParameterValue
+    from goalwire.protocol.parameters.unused import OverrideUse
     from goalwire.protocol.statistics import NodeStatistics
     from goalwire.transport.contract import NodeName, NodePort
 
@@ -116,6 +117,12 @@ class NodeCore:
         own, process = self._arguments
         qualified = self.name.qualified
         return {**process.overrides_for(qualified), **own.overrides_for(qualified)}
+
+    @property
+    def override_use(self) -> OverrideUse | None:
+        """Whom to tell which parameters are declared; None where the process's arguments give none."""
+        takes_them = self._arguments[1] is self.context.arguments
+        return self.context.override_use if takes_them else None
 
     def own(self, entity: Owned) -> None:
         """Destroy `entity` together with the node."""

@@ -61,6 +61,8 @@ class NodeParameters:
         values.update({parameter.name: parameter.value for parameter in overrides})
         self._parameters = ParameterTable(values, allow_undeclared=allow_undeclared)
         self._ros_set_callbacks = SetCallbacks()
+        if (use := self.handle.override_use) is not None:
+            use.node_made(self.handle.name.qualified)
 
     def _ros_declare_overrides(self) -> None:
         values = self._parameters.overrides.items()
@@ -109,6 +111,9 @@ class NodeParameters:
                 raise InvalidParameterTypeException(parameter, descriptor.type.name)
             if not outcome.successful:
                 raise InvalidParameterValueException(parameter.name, parameter.value, outcome.reason)
+        if (use := self.handle.override_use) is not None:
+            for parameter, _ in declared:
+                use.declared(self.handle.name.qualified, parameter.name)
         return [parameter for parameter, _ in declared]
 
     def undeclare_parameter(self, name: str) -> None:
