@@ -197,6 +197,7 @@ class Theirs(Side):
         connect: tuple[str, ...] = (),
         lease_ms: int = 60_000,
         zid: str = '',
+        strategy: str = 'greater-zid',
     ) -> None:
         config = zenoh.Config()
         values: dict[str, object] = {
@@ -207,9 +208,7 @@ class Theirs(Side):
             'scouting/multicast/enabled': False,
             'scouting/delay': 20,
             'scouting/gossip/target': {'router': ['router', 'peer'], 'peer': ['router']},
-            'scouting/gossip/autoconnect_strategy': {
-                'peer': {'to_router': 'always', 'to_peer': 'greater-zid'}
-            },
+            'scouting/gossip/autoconnect_strategy': {'peer': {'to_router': 'always', 'to_peer': strategy}},
             'timestamping/enabled': True,
             'transport/link/tx/lease': lease_ms,
             'transport/shared_memory/enabled': False,

@@ -184,7 +184,7 @@ class _Publisher(_Held):
         super().__init__(publisher)
         self.put: Callable[..., None] = publisher.put
 
-    def has_room(self) -> bool:
+    def has_room(self, size: int) -> bool:  # noqa: ARG002
         """Zenoh does not tell."""
         return False
 

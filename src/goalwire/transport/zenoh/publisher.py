@@ -128,7 +128,7 @@ class ZenohPublisher(PublisherPort):
             turn.wait()
             self._place.check_sending()  # the context may have ended meanwhile
         attachment = encode(self._next_sequence(), time_ns(), GID_SIZE, self.gid)
-        if large.blocks or (not turn.is_busy and (large.put is None or self._has_room())):
+        if large.blocks or (not turn.is_busy and (large.put is None or self._has_room(len(payload)))):
             self._put(payload, attachment=attachment)
             return
         put = partial(large.put or self._put, payload, attachment=attachment)

@@ -68,8 +68,8 @@ class Publisher(Declared, Protocol):
     def put(self) -> Callable[..., None]:
         """Called with a payload and `attachment=`; puts one message."""
 
-    def has_room(self) -> bool:
-        """Whether a large message put now is sure not to be dropped."""
+    def has_room(self, size: int) -> bool:
+        """Whether so many bytes put now are sure not to be dropped, nor a small message after them."""
 
 
 class Querier(ABC):

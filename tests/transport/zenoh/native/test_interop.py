@@ -8,6 +8,8 @@ from collections.abc import Callable, Iterator
 import pytest
 from helpers.zenoh_sides import Ours, Portable, Side, Theirs, address, wait_for
 
+from goalwire.transport.zenoh.protocol.transport import Role
+
 Open = Callable[..., Side]
 PAIRS = [(Ours, Ours), (Ours, Theirs), (Theirs, Ours), (Portable, Portable)]
 MAKES = pytest.mark.parametrize('makes', PAIRS, ids=lambda pair: f'{pair[0].make}-{pair[1].make}')
@@ -193,6 +195,22 @@ def test_peers_meet_through_a_router_and_talk_without_it(
     back = Theirs('router', listen=(where,))
     sides.append(back)
     wait_for(lambda: back.id in one.links() and back.id in other.links(), 'the router again')
+
+
+@pytest.mark.parametrize('zid', ['10', 'ff'])
+def test_a_peer_that_always_connects_is_linked_once(zid: str, sides: list[Side]) -> None:
+    where = address()
+    sides.append(Theirs('router', listen=(where,)))
+    one = Ours('peer', listen=('tcp/127.0.0.1:0',), connect=(where,), zid='42')
+    sides.append(one)
+    one.token('t/1')
+    other = Theirs('peer', listen=('tcp/127.0.0.1:0',), connect=(where,), zid=zid, strategy='always')
+    sides.append(other)
+    heard = other.watch('t/*')
+    heard.wait(1)
+    one.token('t/2')
+    assert heard.wait(2) == [('t/1', b''), ('t/2', b'')]
+    assert len([link for link in one.protocol.links if link.role is Role.PEER]) == 1
 
 
 @MAKES

@@ -242,7 +242,7 @@ class NativeSession:
             connects=connects,
             random=os.urandom,
             expected=None if dial is None else dial.expected,
-            is_linked=self.protocol.is_linked,
+            is_linked=self._is_met,
         )
         new = SocketLink(
             self.protocol,
@@ -258,6 +258,16 @@ class NativeSession:
         if dial is not None:
             self._dialled[new.link] = dial
         new.start()
+
+    def _is_met(self, zid: bytes) -> bool:
+        """Whether there is a link to a session, or one that was begun here is in its handshake.
+
+        So links that two sessions open to each other at once do not cross: eclipse-zenoh (1.10.2) may tell
+        nothing any more over the one that stays.
+        """
+        return self.protocol.is_linked(zid) or any(
+            dial.expected == zid and not link.is_up for link, dial in list(self._dialled.items())
+        )
 
     def came_up(self, link: Link) -> None:
         """The handshake of a link is done."""
@@ -289,13 +299,19 @@ class NativeSession:
         dial = self._dialled.pop(link, None)
         if self._is_closing:
             return
-        if dial is not None:
+        is_linked = bool(link.zid) and self.protocol.is_linked(link.zid)
+        if is_linked and dial is not None and dial.expected is not None:
+            dial.close()
+            self._dials.pop(dial.expected, None)
+        elif dial is not None:
             dial.error = why
             if was_up:
                 dial.try_again()
             else:
                 dial.refused()
         elif was_up and (node := self.protocol.nodes.get(link.zid)) is not None:
+            if is_linked:
+                return
             if connects_to(self.protocol.zid, node):
                 self.meet(node)
             else:

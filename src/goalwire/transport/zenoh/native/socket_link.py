@@ -17,7 +17,7 @@ from goalwire.transport.zenoh.protocol.link import (
     Link,
     LinkOwner,
 )
-from goalwire.transport.zenoh.protocol.primitives import ZenohProtocolError
+from goalwire.transport.zenoh.protocol.primitives import MAX_LINKS, TO_SELF, ZenohProtocolError
 
 if TYPE_CHECKING:
     from goalwire.transport.zenoh.protocol.channels import Buffer
@@ -148,7 +148,7 @@ class SocketLink:
         except ClosedByPeerError as error:
             self.end(str(error))
         except ZenohProtocolError as error:
-            self.end(str(error), error.reason, is_fault=True)
+            self.end(str(error), error.reason, is_fault=error.reason not in {MAX_LINKS, TO_SELF})
         except BaseException:
             if link.reads != reads:  # a signal's handler raised between the two: bytes are lost
                 self.end('its reader was interrupted')

@@ -53,7 +53,7 @@ class _Publisher:
     def __init__(self, publication: Publication) -> None:
         self._publication = publication
         self.put: Callable[..., None] = publication.put
-        self.has_room: Callable[[], bool] = publication.has_room
+        self.has_room: Callable[[int], bool] = publication.has_room
 
     def undeclare(self) -> None:
         """Give its key's number up."""
@@ -72,7 +72,7 @@ class HistoryPublisher:
         self._publication = publication
         self._protocol = protocol
         self._source = partial(SourceInfo, protocol.zid, entity) if numbers else None
-        self.has_room: Callable[[], bool] = publication.has_room
+        self.has_room: Callable[[int], bool] = publication.has_room
         self._next_number = count().__next__
         self._kept: deque[tuple[int, Sample]] = deque(maxlen=depth)
         self._lock = Lock()

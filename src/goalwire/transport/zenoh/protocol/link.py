@@ -89,7 +89,7 @@ from goalwire.transport.zenoh.protocol.transport import (
 if TYPE_CHECKING:
     from goalwire.transport.zenoh.protocol.network import QueryMessage, ReplyError
 
-QUEUE_LIMIT = 1 << 20
+QUEUE_LIMIT = 2 << 20
 """Bytes that wait for a socket, beyond which a message that may be dropped is dropped, and others wait."""
 QUEUE_END = 1 << 30
 """Bytes that may wait of what can neither be dropped nor wait; a link with more is given up."""

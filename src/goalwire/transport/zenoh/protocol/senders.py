@@ -84,11 +84,11 @@ class Publication:
             sample = new_sample((self._key, payload, attachment, stamp, encoded_source))
             self._deliver(sample)
 
-    def has_room(self) -> bool:
-        """Whether what is put now finds room on every link."""
+    def has_room(self, size: int) -> bool:
+        """Whether so many bytes more leave room on every link."""
         if self._version != self._session.version:
             self._aim()
-        return all(link.queue.size <= QUEUE_LIMIT for link, _ in self._links)
+        return all(link.queue.size + size <= QUEUE_LIMIT for link, _ in self._links)
 
     def delete(self) -> None:
         """Say that there is nothing on the key any more."""
