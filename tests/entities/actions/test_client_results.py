@@ -32,6 +32,7 @@ from goalwire.protocol.goals.ids import GoalId
 from goalwire.protocol.goals.table import GoalStatus
 from goalwire.transport.contract import Request
 from goalwire.transport.zenoh import queriers
+from goalwire.transport.zenoh.native import wire as native_wire
 
 FIBONACCI = action_support(Fibonacci)
 HELD_S = 0.15
@@ -107,6 +108,7 @@ def client(
 ) -> ActionClientCore:
     """Its goals have a time of their own; its results have none, but typed errors."""
     monkeypatch.setattr(queriers, 'UNTIMED_S', HELD_S)
+    monkeypatch.setattr(native_wire, 'UNTIMED_S', HELD_S)
     made = ActionClientCore(make_node('hand'), FIBONACCI, 'fib', ReentrantCallbackGroup())
     made.call_timeout = PATIENCE
     return made

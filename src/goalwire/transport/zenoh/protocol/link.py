@@ -66,6 +66,8 @@ from goalwire.transport.zenoh.protocol.primitives import (
     EXPIRED,
     EXTENSION,
     MORE,
+    PADDED_HIGH,
+    PADDED_LOW,
     UNRESPONSIVE,
     Reader,
     ZenohProtocolError,
@@ -132,9 +134,10 @@ class LinkOwner(Protocol):
     ) -> None:
         """A REQUEST came for the key that `where` names: scope, suffix, whose."""
 
-    def reply_came(
-        self, link: Link, request: int, where: tuple[int, bytes, int], answer: Sample | ReplyError
-    ) -> None:
+    def reply_key(self, link: Link, request: int, scope: int, suffix: bytes, is_senders: int) -> str | None:
+        """Return the key that a RESPONSE names; None where nobody waits for it."""
+
+    def reply_came(self, link: Link, request: int, answer: Sample | ReplyError) -> None:
         """A RESPONSE came."""
 
     def final_came(self, link: Link, request: int) -> None:
@@ -247,9 +250,11 @@ class Link:
             if channel == DATA_CHANNEL:
                 number = sent[DATA_CHANNEL]
                 sent[DATA_CHANNEL] = (number + 1) & MASK
-                batch = b'%b%%%b%b' % (
+                # hot path: a call of encode_padded less
+                batch = b'%b%%%b%b%b' % (
                     (len(message) + 5).to_bytes(2, 'little'),
-                    encode_padded(number),
+                    PADDED_LOW[number & 0x3FFF],
+                    PADDED_HIGH[number >> 14],
                     message,
                 )
             else:
@@ -413,7 +418,8 @@ class Link:
                 if data.startswith(self._expected, at):  # the next frame of reliable data
                     last = self._numbers.last
                     number = last[DATA_CHANNEL] = (last[DATA_CHANNEL] + 1) & MASK
-                    self._expected = b'%%%b' % encode_padded((number + 1) & MASK)
+                    number = (number + 1) & MASK
+                    self._expected = b'%%%b%b' % (PADDED_LOW[number & 0x3FFF], PADDED_HIGH[number >> 14])
                     at = self._take_network(data, at + 5, start)
                 while at < start:
                     at = self._take_transport(data, at, start)
@@ -572,8 +578,10 @@ class Link:
         scope, suffix, at = read_wire_key(data, at, header)
         if header & MORE:
             _, at = read_extensions(data, at)
-        answer, at = read_reply(data, at, end, '')
-        self.owner.reply_came(self, request, (scope, suffix, header & IS_SENDERS), answer)
+        key = self.owner.reply_key(self, request, scope, suffix, header & IS_SENDERS)
+        answer, at = read_reply(data, at, end, key or '')
+        if key is not None:
+            self.owner.reply_came(self, request, answer)
         return at
 
     def key_of(self, scope: int, suffix: bytes | str, own: dict[int, str], is_senders: int) -> str | None:

@@ -11,7 +11,7 @@ IndexError, and each function checks at its end that it has not read beyond its 
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
+from functools import lru_cache, partial
 from typing import NamedTuple, TypeAlias
 
 from goalwire.transport.zenoh.protocol.primitives import (
@@ -374,18 +374,16 @@ def read_query(data: bytes, at: int, end: int) -> tuple[QueryMessage, int]:
 # ---- RESPONSE and RESPONSE_FINAL
 
 
-def response_head(request_id: int, key: WireKey, qos: int, replier: bytes) -> bytes:
-    """Return a RESPONSE up to its REPLY or ERR; `replier` is encoded already."""
-    header = RESPONSE | MORE | key.flags
+@lru_cache(maxsize=1024)
+def response_tail(key: str, qos: int, replier: bytes) -> bytes:
+    """Return what stands between a RESPONSE's number and its REPLY or ERR; the key is named in full."""
     extensions = b'' if qos == DEFAULT_QOS else bytes((QOS | MORE,)) + encode_z(qos)
-    return b'%c%b%b%b%c%b' % (
-        header,
-        encode_z(request_id),
-        key.encoded,
-        extensions,
-        RESPONDER,
-        encode_data(replier),
-    )
+    return wire_key(key).encoded + extensions + bytes((RESPONDER,)) + encode_data(replier)
+
+
+def response_head(request_id: int, key: str, qos: int, replier: bytes) -> bytes:
+    """Return a RESPONSE up to its REPLY or ERR; `replier` is encoded already."""
+    return b'%c%b%b' % (RESPONSE | MORE | IS_NAMED, encode_z(request_id), response_tail(key, qos, replier))
 
 
 REPLY_HEADER = bytes((REPLY,))

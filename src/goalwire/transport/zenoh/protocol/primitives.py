@@ -56,7 +56,10 @@ def _long_z(number: int) -> bytes:
 SMALL_Z = [_long_z(number) for number in range(_SMALL)]
 """The encodings of the numbers below 16384, for those who look them up in place."""
 
-_PADDED = [bytes((number & 0x7F | 0x80, number >> 7 | 0x80)) for number in range(_SMALL)]
+PADDED_LOW = [bytes((number & 0x7F | 0x80, number >> 7 | 0x80)) for number in range(_SMALL)]
+"""Two bytes of a longer number, for each 14 bits of it: more bytes follow."""
+PADDED_HIGH = [bytes((number & 0x7F | 0x80, number >> 7)) for number in range(_SMALL)]
+"""The last two bytes of a number that is written in full length."""
 
 
 def encode_z(number: int) -> bytes:
@@ -66,9 +69,7 @@ def encode_z(number: int) -> bytes:
 
 def encode_padded(number: int) -> bytes:
     """Return a number below 2^28 in four bytes."""
-    low = number & 0x3FFF
-    high = number >> 14
-    return _PADDED[low] + bytes((high & 0x7F | 0x80, high >> 7))
+    return PADDED_LOW[number & 0x3FFF] + PADDED_HIGH[number >> 14]
 
 
 def encode_data(data: bytes) -> bytes:
@@ -198,8 +199,17 @@ class Timestamp(NamedTuple):
 
 
 def encode_timestamp(time: int, zid: bytes) -> bytes:
-    """Return a timestamp; `time` has 64 bits."""
-    return _long_z(time) + encode_data(zid)
+    """Return a timestamp; `time` has 64 bits, and is written in nine bytes."""
+    low = PADDED_LOW
+    return b'%b%b%b%b%c%c%b' % (
+        low[time & 0x3FFF],
+        low[time >> 14 & 0x3FFF],
+        low[time >> 28 & 0x3FFF],
+        low[time >> 42 & 0x3FFF],
+        time >> 56,
+        len(zid),
+        zid,
+    )
 
 
 def decode_timestamp(data: bytes) -> Timestamp:

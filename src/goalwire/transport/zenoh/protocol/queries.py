@@ -28,7 +28,6 @@ from goalwire.transport.zenoh.protocol.network import (
     put_body,
     response_final,
     response_head,
-    wire_key,
 )
 
 if TYPE_CHECKING:
@@ -50,6 +49,7 @@ class PendingQuery:
         '_on_end',
         '_on_reply',
         'deadline',
+        'encoded_key',
         'key',
         'left',
         'takes_any_key',
@@ -67,6 +67,7 @@ class PendingQuery:
         consolidation: int = Consolidation.NONE,
     ) -> None:
         self.key = key
+        self.encoded_key = key.encode()
         self.left = left
         self.deadline = deadline
         self.takes_any_key = takes_any_key
@@ -237,10 +238,10 @@ class RemoteQuery(Query):
 
     def _response(self, answer: Answer) -> bytes:
         if type(answer) is Sample:
-            head = response_head(self._request, wire_key(answer.key), self._qos, self._replier)
+            head = response_head(self._request, answer.key, self._qos, self._replier)
             payload = answer.payload
             assert payload is not None
             return head + REPLY_HEADER + put_body(payload, answer.attachment, answer.stamp, answer.source)
-        head = response_head(self._request, wire_key(self.key), self._qos, self._replier)
+        head = response_head(self._request, self.key, self._qos, self._replier)
         assert isinstance(answer, ReplyError)
         return head + error_body(answer.payload)

@@ -503,18 +503,20 @@ class SessionProtocol:
         """A link has nothing more to say to a query."""
         self.last_word(link, request)
 
-    def reply_came(self, link: Link, request: int, where: tuple[int, bytes, int], answer: Answer) -> None:
-        """Hand a reply over."""
+    def reply_key(self, link: Link, request: int, scope: int, suffix: bytes, is_senders: int) -> str | None:
+        """Return the key that a reply is on, mostly that of its query; None where nobody waits for it."""
         query = self.pending.get(request)
         if query is None or link not in query.left:
-            return
-        if type(answer) is Sample:
-            scope, suffix, is_senders = where
-            key = link.key_of(scope, suffix, self.expressions.keys, is_senders)
-            if key is None:
-                return
-            answer = answer._replace(key=key)
-        self._call(query.reply, answer)
+            return None
+        if not scope and suffix == query.encoded_key:
+            return query.key
+        return link.key_of(scope, suffix, self.expressions.keys, is_senders)
+
+    def reply_came(self, link: Link, request: int, answer: Answer) -> None:
+        """Hand a reply over."""
+        query = self.pending.get(request)
+        if query is not None and link in query.left:
+            self._call(query.reply, answer)
 
     def query_came(
         self, link: Link, request: int, where: tuple[int, bytes, int], qos: int, query: QueryMessage
