@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import signal
 import socket
 import sys
@@ -149,7 +150,9 @@ def test_a_frozen_rendezvous_holds_up_a_look_at_the_graph_for_two_seconds(world:
         finally:
             frozen.send_signal(signal.SIGCONT)
             session.close()
-    assert 1.5 < took < 4.0
+    assert took < 4.0
+    if os.environ.get('GOALWIRE_ZENOH') != 'native':  # which knows what there is, and need not ask
+        assert took > 1.5
 
 
 def test_closing_is_quick_for_whoever_waits_for_the_port(world: dict[str, str], open_side: OpenSide) -> None:

@@ -157,7 +157,7 @@ class _Querier(wire.Querier):
 class NativeWire(wire.Wire):
     """A session of goalwire's own."""
 
-    errors = (ZenohProtocolError, ClosedError)
+    errors = (ZenohProtocolError, ClosedError, RuntimeError)
 
     def __init__(self, settings: Settings) -> None:
         """Open it. Raises TransportError."""
