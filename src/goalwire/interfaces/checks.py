@@ -41,8 +41,18 @@ def checked(name: str, type_: FieldType, message: type | None, value: object) ->
     return value
 
 
-def reject_unknown(message: Message, unknown: dict[str, object]) -> None:
-    """Raise UnknownFieldError for keyword arguments that name no field; its text begins as rosidl's."""
+def checks_asked(message: Message, keywords: dict[str, object], usual: bool) -> object:
+    """Return what a constructor's keyword check_fields says, `usual` where it is not there.
+
+    Raises UnknownFieldError for further keywords, which name no field; its text begins as rosidl's.
+    """
+    asked = keywords.pop('check_fields', usual)
+    if keywords:
+        _reject_unknown(message, keywords)
+    return asked
+
+
+def _reject_unknown(message: Message, unknown: dict[str, object]) -> NoReturn:
     from difflib import get_close_matches
 
     fields = list(message.get_fields_and_field_types())

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from functools import partial
 from types import MappingProxyType
 
-from goalwire.interfaces.checks import checked, reject_unknown
+from goalwire.interfaces.checks import checked, checks_asked
 from goalwire.interfaces.class_source import class_source, copied_default
 from goalwire.interfaces.model import ActionDefinition, Definition, MessageDefinition, ServiceDefinition
 from goalwire.interfaces.naming import module_name
@@ -62,7 +62,8 @@ class _SlotTypes:
 
 def make_message_class(message: MessageDefinition, nested: dict[str, type]) -> type:
     """Return a new class for a message; `nested` are the classes of the messages in it, by full name."""
-    source, names = class_source(message, nested)
+    checks = os.environ.get('ROS_PYTHON_CHECK_FIELDS', '') == '1'
+    source, names = class_source(message, nested, checks=checks)
     for field in message.fields:
         cls = nested.get(field.type.base)
         names[f'_check_{field.name}'] = partial(checked, field.name, field.type, cls)
@@ -77,14 +78,14 @@ def make_message_class(message: MessageDefinition, nested: dict[str, type]) -> t
     names |= {
         '__name__': module_of(message),
         '_Metaclass': _metaclass(message, constants, defaults),
-        '_CHECK_FIELDS': os.environ.get('ROS_PYTHON_CHECK_FIELDS', '') == '1',
+        '_CHECK_FIELDS': checks,
         '_array': array,
         '_arrays_equal': arrays_equal,
+        '_checks_asked': checks_asked,
         '_isinstance': isinstance,
         '_list': list,
         '_property': builtins.property,
         '_range': range,
-        '_reject_unknown': reject_unknown,
         '_to_array': to_array,
         '_to_ndarray': to_ndarray,
     }

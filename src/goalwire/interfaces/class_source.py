@@ -34,8 +34,13 @@ class _Slot:
         return f'{self.fresh} if {self.name} is _UNSET else {given}' if self.fresh else given
 
 
-def class_source(message: MessageDefinition, classes: dict[str, type]) -> tuple[str, dict[str, object]]:
-    """Return the source of a class and the names it needs; `classes` are the nested ones by full name."""
+def class_source(
+    message: MessageDefinition, classes: dict[str, type], *, checks: bool
+) -> tuple[str, dict[str, object]]:
+    """Return the source of a class and the names it needs; `classes` are the nested ones by full name.
+
+    With `checks` its messages check their fields unless they are asked not to.
+    """
     names: dict[str, object] = {'_UNSET': UNSET}
     slots = [_slot(field, names) for field in message.fields]
     names.update({_class_name(full_name): cls for full_name, cls in classes.items()})
@@ -44,7 +49,7 @@ def class_source(message: MessageDefinition, classes: dict[str, type]) -> tuple[
         f'class {message.name}(metaclass=_Metaclass):',
         f'    __slots__ = {slot_names!r}',
         '',
-        *_constructor(slots),
+        *_constructor(slots, checks=checks),
         *_equality(message.fields),
     ]
     for slot in slots:
@@ -106,16 +111,19 @@ def _slot(field: Field, names: dict[str, object]) -> _Slot:
     return _Slot(name, '_UNSET', f'[{item} for _ in _range({type_.capacity})]', '{}')
 
 
-def _constructor(slots: list[_Slot]) -> list[str]:
+def _constructor(slots: list[_Slot], *, checks: bool) -> list[str]:
     keywords = ''.join(f'{slot.name}={slot.signature}, ' for slot in slots)
+    # What is rare stands in _rest, check_fields too: the usual case asks one question.
     return [
-        f'    def __init__(_self, *, {keywords}check_fields=_CHECK_FIELDS, **_unknown):',
-        '        _self._check_fields = check_fields',
-        '        if _unknown:',
-        '            _reject_unknown(_self, _unknown)',
-        '        if check_fields:',
-        *(f'            _self.{slot.name} = {slot.checked()}' for slot in slots),
-        '            return',
+        f'    def __init__(_self, {"*, " if slots else ""}{keywords}**_rest):',
+        '        _self._check_fields = False',
+        '        if _rest or _CHECK_FIELDS:'
+        if checks
+        else '        if _rest:',  # one question in the usual case
+        '            _self._check_fields = _checks_asked(_self, _rest, _CHECK_FIELDS)',
+        '            if _self._check_fields:',
+        *(f'                _self.{slot.name} = {slot.checked()}' for slot in slots),
+        '                return',
         *(f'        _self._{slot.name} = {slot.stored()}' for slot in slots),
         '',
     ]

@@ -9,8 +9,8 @@ from __future__ import annotations
 import reprlib
 import sys
 from array import array
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, Protocol
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -67,7 +67,7 @@ def to_ndarray(dtype: str, value: object, field: str = '') -> np.ndarray:
     try:
         return np.array(value, dtype=dtype)
     except (TypeError, ValueError, OverflowError) as error:
-        raise _refusal(field, value, lambda item: np.array(item, dtype=dtype), error) from None
+        raise _refusal(field, value, dtype, error) from None
 
 
 def to_array(typecode: str, value: Iterable[float], field: str = '') -> array[float]:
@@ -90,20 +90,23 @@ def to_array(typecode: str, value: Iterable[float], field: str = '') -> array[fl
         try:
             return array(typecode, value)
         except (TypeError, ValueError, OverflowError) as error:
-            raise _refusal(field, value, lambda item: array(typecode, (item,)), error) from None
+            raise _refusal(field, value, typecode, error) from None
     result: array[float] = array(typecode)
     result.frombytes(value.tobytes())  # type: ignore[attr-defined]
     return result
 
 
-def _refusal(field: str, value: object, convert: Callable[[Any], object], error: Exception) -> Exception:
-    """Return the error for a value that a field cannot hold, of the kind that was raised."""
+def _refusal(field: str, value: object, code: str, error: Exception) -> Exception:
+    """Return the error for a value that a field cannot hold, of the kind that was raised.
+
+    `code` is array's for a sequence, numpy's name for an array.
+    """
     kind = next(kind for kind in (OverflowError, TypeError, ValueError) if isinstance(error, kind))
     place, wrong = field, value
     if isinstance(value, Sequence) and not isinstance(value, str):
         for index, item in enumerate(value):
             try:
-                convert(item)
+                array(code, (item,)) if code in DTYPES else to_ndarray(code, item)
             except Exception:
                 place, wrong = f'{field}[{index}]', item
                 break
