@@ -268,12 +268,12 @@ def elsewhere(number):
 def test_ctrl_c_that_the_main_thread_does_not_feel_ends_its_sleep(env: dict[str, str]) -> None:
     body = """
 node = begin()
-elsewhere(signal.SIGINT)
 begun = time.monotonic()
 try:
+    elsewhere(signal.SIGINT)
     time.sleep(30)
 except KeyboardInterrupt:
-    print('interrupted', time.monotonic() - begun < 5)
+    print('interrupted', time.monotonic() - begun < 20)
 rclpy.try_shutdown()
 rclpy.uninstall_signal_handlers()
 print('SIGURG as before:', signal.getsignal(signal.SIGURG) is signal.SIG_DFL)
@@ -302,8 +302,8 @@ def test_a_programs_own_handler_of_sigurg_stays(env: dict[str, str]) -> None:
 own = lambda *_: print('urgent')
 signal.signal(signal.SIGURG, own)
 node = begin()
-elsewhere(signal.SIGINT)
 try:
+    elsewhere(signal.SIGINT)
     time.sleep(1)
 except KeyboardInterrupt:
     print('interrupted')
