@@ -40,7 +40,7 @@ class End:
     def __init__(self, writes: str, reads: str) -> None:
         self.library = library = Library(find_library())
         domain_id = int(os.environ.get('ROS_DOMAIN_ID', '0'))
-        self._domain = library.dds_create_domain(domain_id, domain_configuration().encode())
+        self._domain = library.dds_create_domain(domain_id, domain_configuration(domain_id).encode())
         self._participant = participant = Participant(library, domain_id, b'')
         with endpoint_qos(library, QoS(history=HistoryPolicy.KEEP_ALL), b'') as qos:
             self.writer = Writer(participant, writes, _TYPE, qos)
