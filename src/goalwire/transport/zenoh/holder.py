@@ -9,8 +9,11 @@ from __future__ import annotations
 import os
 from contextlib import suppress
 from enum import Enum
-from pathlib import Path
 from time import monotonic
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 PATIENCE_S = 2.0
 """How long a holder may take to answer. A router of a busy machine takes some milliseconds."""
@@ -62,6 +65,8 @@ def look(port: int, patience: float = PATIENCE_S) -> Holder:
 
 def name_of_holder(port: int) -> str:
     """Return the command and number of the process that listens on a TCP port, as far as Linux tells."""
+    from pathlib import Path  # costs 5 ms, and is needed only when something is broken
+
     sockets = {f'socket:[{inode}]' for inode in _inodes(port)}
     with suppress(OSError):
         for process in Path('/proc').iterdir():
@@ -80,8 +85,8 @@ def _printable(command: str) -> str:
 def _inodes(port: int) -> list[str]:
     found = []
     for table in ('tcp', 'tcp6'):
-        with suppress(OSError):
-            for line in Path('/proc/net', table).read_text().splitlines()[1:]:
+        with suppress(OSError), open(f'/proc/net/{table}', encoding='ascii') as lines:  # noqa: PTH123
+            for line in list(lines)[1:]:
                 fields = line.split()
                 if fields[3] == _LISTENS and int(fields[1].rpartition(':')[2], 16) == port:
                     found.append(fields[9])

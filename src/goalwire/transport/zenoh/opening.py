@@ -13,23 +13,11 @@ import zenoh
 
 from goalwire.errors import TransportError
 from goalwire.transport.rejects import LOGGER
-from goalwire.transport.zenoh.native.dialler import Retry
-from goalwire.transport.zenoh.native.endpoints import parse
-from goalwire.transport.zenoh.native.session import Settings
-from goalwire.transport.zenoh.protocol.primitives import read_id
-from goalwire.transport.zenoh.protocol.transport import Role
-from goalwire.transport.zenoh.settings import Json
 from goalwire.transport.zenoh.wire import Wire
 
 VARIABLE = 'GOALWIRE_ZENOH'
 NATIVE, ECLIPSE = 'native', 'eclipse'
 DEFAULT = ECLIPSE
-
-_ROLES = {'peer': Role.PEER, 'client': Role.CLIENT}
-
-
-class BeyondOursError(Exception):
-    """A configuration asks for what sessions of ours do not do."""
 
 
 def open_wire(config: zenoh.Config) -> Wire:
@@ -37,96 +25,25 @@ def open_wire(config: zenoh.Config) -> Wire:
     chosen = os.environ.get(VARIABLE) or DEFAULT
     if chosen not in {NATIVE, ECLIPSE}:
         raise TransportError(f"{VARIABLE} is '{chosen}'; set it to {NATIVE} or {ECLIPSE}")
-    if chosen == NATIVE:
-        try:
-            settings = native_settings(json.loads(str(config)))
-        except BeyondOursError as error:
-            from goalwire.logging import get_logger
+    wire = _open_native(config) if chosen == NATIVE else None
+    if wire is None:
+        from goalwire.transport.zenoh.eclipse import EclipseWire
 
-            get_logger(LOGGER).info(f'eclipse-zenoh is used: the configuration asks for {error}')
-        else:
-            from goalwire.transport.zenoh.native.wire import NativeWire
-
-            return NativeWire(settings)
-    from goalwire.transport.zenoh.eclipse import EclipseWire
-
-    return EclipseWire(config)
+        wire = EclipseWire(config)
+    return wire
 
 
-def native_settings(values: Json) -> Settings:
-    """Return what a session of ours is opened with. Raises BeyondOursError, naming what it does not do."""
-    role = _ROLES.get(str(_at(values, 'mode')))
-    if role is None:
-        raise BeyondOursError(f"mode '{_at(values, 'mode')}'")
-    for path, wanted in _OFF.items():
-        if _at(values, path) not in wanted:
-            raise BeyondOursError(f'{path}={json.dumps(_at(values, path))}')
-    connect = _endpoints(values, 'connect', role)
-    listen = _endpoints(values, 'listen', role)
-    retry = _at(values, 'connect/retry')
-    retry = retry if isinstance(retry, dict) else {}
-    identity = _at(values, 'id')
-    return Settings(
-        role=role,
-        connect=connect,
-        listen=listen,
-        zid=read_id(identity) if isinstance(identity, str) else b'',
-        lease_ms=_number(values, 'transport/link/tx/lease', 10_000),
-        retry=Retry(
-            _seconds(retry.get('period_init_ms'), 1.0),
-            _seconds(retry.get('period_max_ms'), 4.0),
-            float(str(retry.get('period_increase_factor') or 2)),
-        ),
-        meets_peers=_at(values, 'scouting/gossip/enabled') is not False,
-    )
+def _open_native(config: zenoh.Config) -> Wire | None:
+    """Open a session of ours; None where the configuration asks for what ours does not do."""
+    # Of the two kinds of session only the one that is opened is imported: either costs some 10 ms.
+    from goalwire.transport.zenoh.native.configuration import BeyondOursError, native_settings
+    from goalwire.transport.zenoh.native.wire import NativeWire
 
+    try:
+        settings = native_settings(json.loads(str(config)))
+    except BeyondOursError as error:
+        from goalwire.logging import get_logger
 
-_OFF: dict[str, tuple[Json, ...]] = {
-    'scouting/multicast/enabled': (False,),
-    'transport/shared_memory/enabled': (False,),
-    'transport/unicast/compression/enabled': (False, None),
-    'transport/unicast/lowlatency': (False, None),
-    'transport/auth/usrpwd/user': (None,),
-    'transport/auth/pubkey/private_key_pem': (None,),
-    'transport/auth/pubkey/private_key_file': (None,),
-    'access_control/enabled': (False, None),
-    'scouting/gossip/multihop': (False, None),
-    'routing/peer/mode': ('peer_to_peer', None),
-    'namespace': (None,),
-}
-"""What must not be asked for, with the values that do not."""
-
-
-def _at(values: Json, path: str) -> Json:
-    for name in path.split('/'):
-        values = values.get(name) if isinstance(values, dict) else None
-    return values
-
-
-def _endpoints(values: Json, name: str, role: Role) -> tuple[str, ...]:
-    """Return the addresses of one kind; they may be a list, or one for each mode."""
-    found = _at(values, f'{name}/endpoints')
-    if isinstance(found, dict):
-        found = found.get(role.name.lower(), [])
-    texts = [found] if isinstance(found, str) else found
-    if not isinstance(texts, list):
-        return ()
-    checked = []
-    for text in texts:
-        if not isinstance(text, str):
-            raise BeyondOursError(f'groups of endpoints in {name}/endpoints')
-        try:
-            parse(text)
-        except TransportError as error:
-            raise BeyondOursError(str(error)) from None
-        checked.append(text)
-    return tuple(checked)
-
-
-def _number(values: Json, path: str, otherwise: int) -> int:
-    found = _at(values, path)
-    return found if isinstance(found, int) and found > 0 else otherwise
-
-
-def _seconds(milliseconds: Json, otherwise: float) -> float:
-    return milliseconds / 1000 if isinstance(milliseconds, int | float) and milliseconds > 0 else otherwise
+        get_logger(LOGGER).info(f'eclipse-zenoh is used: the configuration asks for {error}')
+        return None
+    return NativeWire(settings)

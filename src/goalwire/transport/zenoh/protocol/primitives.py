@@ -53,13 +53,14 @@ def _long_z(number: int) -> bytes:
     return bytes(out)
 
 
-SMALL_Z = [_long_z(number) for number in range(_SMALL)]
-"""The encodings of the numbers below 16384, for those who look them up in place."""
-
-PADDED_LOW = [bytes((number & 0x7F | 0x80, number >> 7 | 0x80)) for number in range(_SMALL)]
-"""Two bytes of a longer number, for each 14 bits of it: more bytes follow."""
-PADDED_HIGH = [bytes((number & 0x7F | 0x80, number >> 7)) for number in range(_SMALL)]
+PADDED_HIGH = [(number & 0x7F | 0x80 | number >> 7 << 8).to_bytes(2, 'little') for number in range(_SMALL)]
 """The last two bytes of a number that is written in full length."""
+PADDED_LOW = [
+    (number & 0x7F | 0x80 | (number >> 7 | 0x80) << 8).to_bytes(2, 'little') for number in range(_SMALL)
+]
+"""Two bytes of a longer number, for each 14 bits of it: more bytes follow."""
+SMALL_Z = [bytes((number,)) for number in range(0x80)] + PADDED_HIGH[0x80:]
+"""The encodings of the numbers below 16384, for those who look them up in place."""
 
 
 def encode_z(number: int) -> bytes:
