@@ -204,6 +204,18 @@ def test_what_may_not_be_dropped_waits_for_room() -> None:
     assert len(samples) == 3
 
 
+def test_a_large_message_is_not_copied() -> None:
+    one, _, cable, samples = full_wire()
+    payload = bytes(300_000)
+    Publication(one, 'k').put(payload, b'att')
+    waiting = [each for each in cable.links[0].queue.next_buffers(100) if isinstance(each, memoryview)]
+    assert sum(len(each) for each in waiting if each.obj is payload) == len(payload)
+    cable.wires[0].room = None
+    cable.links[0].flush()
+    cable.carry()
+    assert [(len(each.payload or b''), each.attachment) for each in samples] == [(300_000, b'att')]
+
+
 @pytest.mark.parametrize('room', [1, 7, 100, 5000])
 def test_what_the_socket_takes_in_part_is_finished_before_what_is_more_urgent(room: int) -> None:
     one, other, cable = pair()

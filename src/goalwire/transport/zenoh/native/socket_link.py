@@ -8,6 +8,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from goalwire.transport.contract import Sleeper
+from goalwire.transport.zenoh.native.memory import keep_freed_memory
 from goalwire.transport.zenoh.native.poller import IN, OUT, Poller
 from goalwire.transport.zenoh.protocol.handshake import Handshake
 from goalwire.transport.zenoh.protocol.link import (
@@ -23,7 +24,9 @@ if TYPE_CHECKING:
     from goalwire.transport.zenoh.protocol.channels import Buffer
 
 READ_SIZE = 65536
-_READS_AT_ONCE = 16
+_MANY = 8
+"""Pieces of a message from which it counts as large."""
+_READS_AT_ONCE = 8
 """How often a connection that has more to say is read before the others have their turn."""
 
 ENOUGH_ROOM = QUEUE_LIMIT // 2
@@ -92,6 +95,8 @@ class SocketLink:
             return len(data)
 
     def _write_many(self, buffers: list[Buffer]) -> int:
+        if len(buffers) > _MANY:
+            keep_freed_memory()
         try:
             return self._socket.sendmsg(buffers)
         except (BlockingIOError, InterruptedError):
@@ -141,6 +146,7 @@ class SocketLink:
                 self._receive(data)
                 if len(data) < READ_SIZE or self._has_ended:
                     return
+            keep_freed_memory()
         except (BlockingIOError, InterruptedError):
             return
         except OSError as error:

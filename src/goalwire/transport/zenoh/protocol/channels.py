@@ -70,11 +70,20 @@ def fragment_head(channel: int, number: int, *, marks_first: bool, more: bool) -
     return bytes((header | (MORE if extensions else 0),)) + encode_padded(number) + extensions
 
 
-def pieces(message: Buffer, size: int) -> Iterator[memoryview]:
-    """Cut a message into pieces of `size` bytes at most, without copying it."""
-    view = memoryview(message)
-    for start in range(0, len(view), size):
-        yield view[start : start + size]
+def pieces(message: Sequence[Buffer], size: int) -> Iterator[list[Buffer]]:
+    """Cut a message, given in parts, into pieces of `size` bytes at most, without copying it."""
+    piece: list[Buffer] = []
+    room = size
+    for part in message:
+        view = memoryview(part)
+        while len(view) > room:
+            yield [*piece, view[:room]]
+            view = view[room:]
+            piece, room = [], size
+        piece.append(view)
+        room -= len(view)
+    if piece:
+        yield piece
 
 
 class ReceivedNumbers:

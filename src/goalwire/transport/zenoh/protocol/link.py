@@ -10,7 +10,7 @@ dead; one that has said nothing for a quarter of its own says KEEP_ALIVE.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from threading import RLock
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
@@ -235,13 +235,10 @@ class Link:
 
         What is not droppable waits for room before, where its thread may.
         """
-        if self.queue.size > QUEUE_LIMIT:
-            if droppable:
-                self.dropped += 1
-                return False
-            self._wait_for_room()
+        if self.queue.size > QUEUE_LIMIT and not self._finds_room(droppable=droppable):
+            return False
         if len(message) > self.room:
-            return self._send_pieces(channel, message)
+            return self._send_pieces(channel, (message,))
         with self.lock:
             if not self.is_open:
                 return False
@@ -268,6 +265,20 @@ class Link:
                 self._when_full()
         return True
 
+    def send_large(self, channel: int, message: Sequence[Buffer], *, droppable: bool) -> bool:
+        """The same for a message in parts, which are not copied, and so must never change."""
+        if self.queue.size > QUEUE_LIMIT and not self._finds_room(droppable=droppable):
+            return False
+        return self._send_pieces(channel, message)
+
+    def _finds_room(self, *, droppable: bool) -> bool:
+        """Where too much waits already: wait until it is less, or have the message dropped."""
+        if droppable:
+            self.dropped += 1
+            return False
+        self._wait_for_room()
+        return True
+
     def _frame(self, channel: int, message: bytes) -> bytes:
         if not self._has_priorities:
             channel = 2 * DATA_PRIORITY | channel & 1
@@ -276,10 +287,10 @@ class Link:
         head = frame_head(channel, number)
         return (len(head) + len(message)).to_bytes(2, 'little') + head + message
 
-    def _send_pieces(self, channel: int, message: bytes) -> bool:
+    def _send_pieces(self, channel: int, message: Sequence[Buffer]) -> bool:
         if not self._has_priorities:
             channel = 2 * DATA_PRIORITY | channel & 1
-        left = len(message)
+        left = sum(map(len, message))
         with self.lock:
             if not self.is_open:
                 return False
@@ -287,12 +298,13 @@ class Link:
             was_empty = not self.queue.size
             marks_first = self._marks_first
             for piece in pieces(message, self.room):
-                left -= len(piece)
+                size = sum(map(len, piece))
+                left -= size
                 number = self._sent[channel]
                 self._sent[channel] = (number + 1) & MASK
                 head = fragment_head(channel, number, marks_first=marks_first, more=left > 0)
                 marks_first = False
-                self.queue.add(channel >> 1, ((len(head) + len(piece)).to_bytes(2, 'little') + head, piece))
+                self.queue.add(channel >> 1, ((len(head) + size).to_bytes(2, 'little') + head, *piece))
             if was_empty and not self._flush():
                 self._when_full()
             return self._is_bearable()
@@ -326,7 +338,7 @@ class Link:
 
     def _send_now(self, channel: int, message: bytes) -> None:
         if len(message) > self.room:
-            self._send_pieces(channel, message)
+            self._send_pieces(channel, (message,))
             return
         with self.lock:
             if self.is_open:

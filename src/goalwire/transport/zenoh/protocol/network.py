@@ -172,6 +172,16 @@ def put_body(
     source: bytes | None = None,
 ) -> bytes:
     """Return a PUT; `stamp` and `source` are encoded already."""
+    return b''.join((put_head(len(payload), attachment, stamp, source), payload))
+
+
+def put_head(
+    size: int,
+    attachment: bytes | None = None,
+    stamp: bytes | None = None,
+    source: bytes | None = None,
+) -> bytes:
+    """Return a PUT up to its payload, which has `size` bytes."""
     header = PUT if stamp is None else PUT | HAS_STAMP
     extensions = b''
     if source is not None:
@@ -180,7 +190,7 @@ def put_body(
         extensions += bytes((ATTACHMENT_OF_PUT,)) + encode_data(attachment)
     if extensions:
         header |= MORE
-    return b''.join((bytes((header,)), stamp or b'', extensions, encode_z(len(payload)), payload))
+    return b'%c%b%b%b' % (header, stamp or b'', extensions, encode_z(size))
 
 
 def del_body(
