@@ -148,10 +148,10 @@ def test_feedback_that_cannot_be_decoded_never_reaches_its_callback(
     goal_id = wire.goal_id_of(request.sample.payload)
     publisher.publish(wire.wrap(goal_id, b'\x00\x01\x00\x00\xff\xff\xff\x7f'))
     publisher.publish(SUPPORT.feedback.encode(_feedback(goal_id)))
+    request.reply(wire.encode_acceptance(True, 5))  # feedback that came before waits for it
     assert list(heard.expect()[0].feedback.sequence) == [8]
     assert len(heard.items) == 1
     assert 'a feedback message was rejected' in capfd.readouterr().err
-    request.reply(wire.encode_acceptance(True, 5))
     assert result_of(future).accepted
     assert client.statistics().rejected == 1
     service.close()
