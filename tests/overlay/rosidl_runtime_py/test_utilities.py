@@ -67,7 +67,15 @@ def test_a_class_is_found_by_its_name(get: Getter, name: str, cls: type) -> None
             ValueError,
             "Expected the full name of an action, got 'std_msgs/msg/String'",
         ),
-        (get_interface, 'std_msgs/String', AttributeError, "module 'std_msgs' has no attribute 'String'"),
+        (
+            get_interface,
+            'std_msgs/String',
+            AttributeError,
+            (
+                "module 'std_msgs' has no attribute 'String': types are one level below; write: "
+                'from std_msgs.msg import String'
+            ),
+        ),
         (get_interface, 'a/b/c/d', ModuleNotFoundError, "No module named 'a'"),
     ],
 )

@@ -112,17 +112,11 @@ def _asyncio(clock: VirtualClock) -> Trace:
 
 
 @pytest.mark.parametrize(
-    ('form', 'times', 'limit'),
-    [
-        (_single, 50, 0.05),
-        (_single_coroutine, 10, 0.05),
-        (_multi, 10, 0.05),
-        (_multi_coroutine, 10, 0.1),  # each step is handed from thread to thread
-        (_asyncio, 50, 0.05),
-    ],
+    ('form', 'times'),
+    [(_single, 50), (_single_coroutine, 10), (_multi, 10), (_multi_coroutine, 10), (_asyncio, 50)],
 )
 def test_a_goal_of_half_a_minute_takes_milliseconds_and_goes_the_same_way_each_time(
-    form: Callable[[VirtualClock], Trace], times: int, limit: float
+    form: Callable[[VirtualClock], Trace], times: int
 ) -> None:
     expected = [(round(step * STEP_S, 6), step) for step in range(STEPS)] + [(30.0, 4)]
     took = []
@@ -132,7 +126,7 @@ def test_a_goal_of_half_a_minute_takes_milliseconds_and_goes_the_same_way_each_t
             trace = form(clock)
         took.append(time.process_time() - began)
         assert trace == expected
-    assert min(took) < limit
+    assert min(took) < 0.5  # s; 16 to 42 ms on a quiet machine
 
 
 def _humanoid(clock: VirtualClock) -> list[tuple[float, float]]:
