@@ -91,17 +91,21 @@ def test_matched_events_count_who_is_there_and_who_was(node: Node, other: Node, 
     assert publishers.expect(3)[2] == QoSPublisherMatchedInfo(2, 1, 1, 1)
 
 
-def test_events_that_nobody_spun_for_are_one_call(
-    node: Node, other: Node, context: Context, spin: Spin
-) -> None:
+def test_events_that_nobody_spun_for_are_one_call(node: Node, other: Node, spin: Spin) -> None:
     matched: Collector[QoSPublisherMatchedInfo] = Collector()
     publisher = node.create_publisher(
         String, 'chat', 1, event_callbacks=PublisherEventCallbacks(matched=matched)
     )
-    stays, goes = (other.create_subscription(String, 'chat', nothing, 1) for _ in range(2))
-    wait_until(context, lambda: publisher.get_subscription_count() == 2)
+    changes: Collector[None] = Collector()
+    for handler in publisher.event_handlers:
+        if handler.event_type is QoSPublisherEventType.RCL_PUBLISHER_MATCHED:
+            handler._reader.watchers = (lambda: changes(None),)
+    stays = other.create_subscription(String, 'chat', nothing, 1)
+    changes.expect(1)
+    goes = other.create_subscription(String, 'chat', nothing, 1)
+    changes.expect(2)
     other.destroy_subscription(goes)
-    wait_until(context, lambda: publisher.get_subscription_count() == 1)
+    changes.expect(3)
     spin(node)
     assert matched.expect(1) == [QoSPublisherMatchedInfo(2, 2, 1, 1)]
     assert not stays.destroyed
