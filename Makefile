@@ -33,7 +33,7 @@ lint: $(VENV)/.dev
 	$(BIN)/ruff format --check .
 
 types: $(VENV)/.dev
-	$(BIN)/python -m goalwire.interfaces.stubs typings humanoid_interfaces
+	$(BIN)/python -m goalwire.idl.stubs typings humanoid_interfaces
 	$(BIN)/mypy
 
 bench: $(VENV)/.dev

@@ -10,8 +10,8 @@ import timeit
 from collections.abc import Callable
 from typing import Any
 
-from goalwire.codec import cdr
-from goalwire.interfaces import get_message
+from goalwire.cdr import codec
+from goalwire.idl import get_message
 
 REPEATS = 7
 
@@ -75,7 +75,7 @@ def main() -> None:
             continue
         message = make()
         cls: type = type(message)
-        encode, decode = cdr.encoder(cls), cdr.decoder(cls)
+        encode, decode = codec.encoder(cls), codec.decoder(cls)
         data = encode(message)
         costs = (best(cls), best(lambda: encode(message)), best(lambda: decode(data)))  # noqa: B023
         print(f'{name:24}{len(data):9}' + ''.join(f'{cost:11.2f}' for cost in costs))

@@ -30,7 +30,7 @@ from goalwire.entities.client import ClientCore
 from goalwire.entities.context import Context
 from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import service_support
-from goalwire.protocol.qos import SERVICES_DEFAULT
+from goalwire.rules.qos import SERVICES_DEFAULT
 from goalwire.transport.contract import Endpoint, EndpointKind
 
 WIRES = ('goalwire_memory', 'rmw_zenoh_cpp', 'rmw_cyclonedds_cpp')

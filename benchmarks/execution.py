@@ -13,30 +13,30 @@ from typing import Self
 
 from goalwire.execution.callback_groups import MutuallyExclusiveCallbackGroup
 from goalwire.execution.clock import Clock
+from goalwire.execution.event_queue import EventQueue
 from goalwire.execution.executor import Executor
 from goalwire.execution.future import Future
-from goalwire.execution.home import Home
-from goalwire.execution.inbox import Inbox
-from goalwire.execution.lifeline import Lifeline
 from goalwire.execution.multi_threaded import MultiThreadedExecutor
+from goalwire.execution.node_work_queue import NodeWorkQueue
+from goalwire.execution.shutdown_signal import ShutdownSignal
 from goalwire.execution.single_threaded import SingleThreadedExecutor
 from goalwire.execution.timer import Timer
-from goalwire.protocol.time import ClockType
+from goalwire.rules.time import ClockType
 
 ROUNDS = 5
 
 
 class Context:
     def __init__(self) -> None:
-        self.lifeline = Lifeline()
+        self.shutdown_signal = ShutdownSignal()
 
     def ok(self) -> bool:
-        return self.lifeline.alive
+        return self.shutdown_signal.alive
 
 
 class Node:
     def __init__(self) -> None:
-        self.home = Home()
+        self.work_queue = NodeWorkQueue()
         self.executor: object = None
 
     @property
@@ -46,10 +46,10 @@ class Node:
 
 def deliver(_executor: Executor, node: Node) -> float:
     """µs for a transport thread to queue one message."""
-    inbox: Inbox[int] = Inbox(node.home, None, lambda _: None)
+    event_queue: EventQueue[int] = EventQueue(node.work_queue, None, lambda _: None)
     begun = time.thread_time_ns()
     for number in range(100_000):
-        inbox.deliver(number)
+        event_queue.deliver(number)
     return (time.thread_time_ns() - begun) / 1e8
 
 
@@ -62,9 +62,9 @@ def message(executor: Executor, node: Node) -> float:
         if number == count - 1:
             done.set_result(1)
 
-    inbox: Inbox[int] = Inbox(node.home, MutuallyExclusiveCallbackGroup(), take)
+    event_queue: EventQueue[int] = EventQueue(node.work_queue, MutuallyExclusiveCallbackGroup(), take)
     for number in range(count):
-        inbox.deliver(number)
+        event_queue.deliver(number)
     begun = time.process_time_ns()
     executor.spin_until_future_complete(done)
     return (time.process_time_ns() - begun) / count / 1e3
@@ -79,9 +79,9 @@ def coroutine(executor: Executor, node: Node) -> float:
         if number == count - 1:
             done.set_result(1)
 
-    inbox: Inbox[int] = Inbox(node.home, MutuallyExclusiveCallbackGroup(), take)
+    event_queue: EventQueue[int] = EventQueue(node.work_queue, MutuallyExclusiveCallbackGroup(), take)
     for number in range(count):
-        inbox.deliver(number)
+        event_queue.deliver(number)
     begun = time.process_time_ns()
     executor.spin_until_future_complete(done)
     return (time.process_time_ns() - begun) / count / 1e3
@@ -96,12 +96,12 @@ def post_to_run(executor: Executor, node: Node) -> float:
         taken.append(time.perf_counter_ns() - sent)
         step.release()
 
-    inbox: Inbox[int] = Inbox(node.home, None, take)
+    event_queue: EventQueue[int] = EventQueue(node.work_queue, None, take)
     stop: Future[None] = Future()
     thread = threading.Thread(target=executor.spin_until_future_complete, args=(stop,))
     thread.start()
     for _ in range(2000):
-        inbox.deliver(time.perf_counter_ns())
+        event_queue.deliver(time.perf_counter_ns())
         step.acquire()
     stop.set_result(None)
     thread.join()
@@ -120,7 +120,7 @@ def timer_tick(executor: Executor, node: Node) -> float:
         if count == ticks:
             done.set_result(None)
 
-    timer = Timer(tick, None, 1_000_000, Clock(clock_type=ClockType.STEADY_TIME), home=node.home)
+    timer = Timer(tick, None, 1_000_000, Clock(clock_type=ClockType.STEADY_TIME), work_queue=node.work_queue)
     begun = time.process_time_ns()
     executor.spin_until_future_complete(done)
     timer.destroy()

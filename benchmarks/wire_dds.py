@@ -17,7 +17,7 @@ from ctypes import byref, c_ssize_t, c_uint32, c_uint64, c_void_p, string_at
 from pathlib import Path
 from time import perf_counter
 
-from goalwire.protocol.qos import HistoryPolicy, QoS
+from goalwire.rules.qos import HistoryPolicy, QoS
 from goalwire.transport.dds.abi import ANY_STATE, INFINITY, SERIALIZED_DATA, Library, Piece, SampleInfo
 from goalwire.transport.dds.configuration import domain_configuration
 from goalwire.transport.dds.library import find_library

@@ -53,8 +53,8 @@ def records() -> Iterator[list[LogRecord]]:
 
 
 def _open_memory_sessions() -> int:
-    module = sys.modules.get('goalwire.transport.memory.bus')
-    return module.BUSES.users() if module else 0
+    module = sys.modules.get('goalwire.transport.memory.domain')
+    return module.DOMAINS.users() if module else 0
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:

@@ -15,7 +15,7 @@ FLOORS = {
     for floor, folder, _ in rows(DOCS / 'explanation' / 'architecture.md', 'floor')
     if floor.isdecimal()
 }
-REACHING_UP = {'interfaces/__init__.py': {'codec'}, 'interfaces/slot_types.py': {'overlay'}}
+REACHING_UP = {'idl/__init__.py': {'cdr'}, 'idl/slot_types.py': {'overlay'}}
 OVERLAY = {file.parent.name for file in (SOURCE / 'overlay').glob('*/__init__.py')}  # the others hold stubs
 
 

@@ -19,8 +19,8 @@ from helpers.isolation import free_port
 
 from benchmarks import stage
 from benchmarks.line import Figures
-from goalwire.transport.zenoh import lifecycle, settings
-from goalwire.transport.zenoh.thread_state import pin
+from goalwire.transport.zenoh import closing, settings
+from goalwire.transport.zenoh.thread_state import keep_thread_state
 
 AS_IT_COMES = {'ZENOH_RUNTIME': '()', 'GOALWIRE_PIN_THREADS': '0'}
 """Environment: Zenoh's own thread pools, a new Python thread state for every callback."""
@@ -36,7 +36,7 @@ CLOCK = struct.Struct('d')
 
 def open_session(*, listen: int = 0, connect: int = 0) -> zenoh.Session:
     """Open a session that returns once it is connected."""
-    lifecycle.start()
+    closing.start()
     values = settings.session(connect)
     values['connect'] = {
         'endpoints': [f'tcp/127.0.0.1:{connect}'] if connect else [],
@@ -59,19 +59,19 @@ def answer(port: int) -> None:
     stream = session.declare_publisher(STREAM, congestion_control=zenoh.CongestionControl.BLOCK)
 
     def reply(query: zenoh.Query) -> None:
-        pin()
+        keep_thread_state()
         assert query.payload is not None
         assert query.attachment is not None
         query.reply(SERVICE, query.payload.to_bytes(), attachment=query.attachment.to_bytes())
         query.drop()  # type: ignore[no-untyped-call]
 
     def send_back(sample: zenoh.Sample) -> None:
-        pin()
+        keep_thread_state()
         assert sample.attachment is not None
         pong.put(sample.payload.to_bytes(), attachment=sample.attachment.to_bytes())
 
     def view(sample: zenoh.Sample) -> None:
-        pin()
+        keep_thread_state()
         sample.payload.to_bytes()
         seen.put(CLOCK.pack(perf_counter()))
 
@@ -116,12 +116,12 @@ def query(session: zenoh.Session, on_payload: Callable[[bytes], None]) -> Callab
     )
 
     def on_reply(reply: zenoh.Reply) -> None:
-        pin()
+        keep_thread_state()
         assert reply.ok is not None
         on_payload(reply.ok.payload.to_bytes())
 
     def get() -> None:
-        handler = zenoh.handlers.Callback(on_reply, drop=pin, indirect=False)
+        handler = zenoh.handlers.Callback(on_reply, drop=keep_thread_state, indirect=False)
         querier.get(handler, payload=PAYLOAD, attachment=ATTACHMENT)
 
     return get
@@ -170,7 +170,7 @@ def topic(session: zenoh.Session, count: int, partner: stage.Partner) -> Figures
     ping = session.declare_publisher(PING)
 
     def on_pong(sample: zenoh.Sample) -> None:
-        pin()
+        keep_thread_state()
         sample.payload.to_bytes()
         parked.wake()
 
@@ -189,7 +189,7 @@ def throughput(session: zenoh.Session, count: int, partner: stage.Partner) -> Fi
     ended = Event()
 
     def take(sample: zenoh.Sample) -> None:
-        pin()
+        keep_thread_state()
         sample.payload.to_bytes()
         arrivals.append(perf_counter())
         if len(arrivals) == count:
@@ -210,7 +210,7 @@ def image(session: zenoh.Session, count: int, partner: stage.Partner, size: int 
     payload = bytes(size)
 
     def on_seen(sample: zenoh.Sample) -> None:
-        pin()
+        keep_thread_state()
         (seen[0],) = CLOCK.unpack(sample.payload.to_bytes())
         parked.wake()
 

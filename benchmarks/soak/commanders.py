@@ -152,7 +152,7 @@ def run_here(name: str, report: Report, stop: threading.Event, seconds: float) -
 
     def end() -> None:
         stop.wait(seconds)
-        context.lifeline.end('SIGTERM')
+        context.shutdown_signal.end('SIGTERM')
 
     ending = threading.Thread(target=end)
     ending.start()

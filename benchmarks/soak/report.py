@@ -12,7 +12,7 @@ from time import monotonic
 
 from benchmarks.soak.work import ANSWERED, GIVEN_UP, UNEXPECTED, Work
 from goalwire.errors import CallError
-from goalwire.protocol.statistics import NodeStatistics
+from goalwire.rules.statistics import NodeStatistics
 
 NUMBERS = 10**9
 """A tag is a member's incarnation times this, plus a number."""

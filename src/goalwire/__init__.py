@@ -33,18 +33,18 @@ if TYPE_CHECKING:
     from goalwire.errors import ServerLostError as ServerLostError
     from goalwire.errors import ServerStuckError as ServerStuckError
     from goalwire.errors import TooManyCallsError as TooManyCallsError
-    from goalwire.protocol.goals.policy import GoalPolicy as GoalPolicy
-    from goalwire.protocol.goals.policy import parallel as parallel
-    from goalwire.protocol.goals.policy import preempt as preempt
-    from goalwire.protocol.goals.policy import queue as queue
-    from goalwire.protocol.goals.policy import single as single
-    from goalwire.protocol.qos import DurabilityPolicy as DurabilityPolicy
-    from goalwire.protocol.qos import HistoryPolicy as HistoryPolicy
-    from goalwire.protocol.qos import LivelinessPolicy as LivelinessPolicy
-    from goalwire.protocol.qos import QoS as QoS
-    from goalwire.protocol.qos import ReliabilityPolicy as ReliabilityPolicy
-    from goalwire.protocol.retries import CallAttempt as CallAttempt
-    from goalwire.protocol.retries import Retry as Retry
+    from goalwire.rules.goals.policy import GoalPolicy as GoalPolicy
+    from goalwire.rules.goals.policy import parallel as parallel
+    from goalwire.rules.goals.policy import preempt as preempt
+    from goalwire.rules.goals.policy import queue as queue
+    from goalwire.rules.goals.policy import single as single
+    from goalwire.rules.qos import DurabilityPolicy as DurabilityPolicy
+    from goalwire.rules.qos import HistoryPolicy as HistoryPolicy
+    from goalwire.rules.qos import LivelinessPolicy as LivelinessPolicy
+    from goalwire.rules.qos import QoS as QoS
+    from goalwire.rules.qos import ReliabilityPolicy as ReliabilityPolicy
+    from goalwire.rules.retries import CallAttempt as CallAttempt
+    from goalwire.rules.retries import Retry as Retry
 
 __version__ = '0.1.0'
 
@@ -56,9 +56,9 @@ _NAMES = {
         'CallError DeadlineError GoalAborted GoalCanceled GoalFailed GoalRefused GoalwireError NoServerError '
         'RefusedError ServerFailedError ServerLostError ServerStuckError TooManyCallsError'
     ),
-    'goalwire.protocol.goals.policy': 'GoalPolicy parallel preempt queue single',
-    'goalwire.protocol.qos': 'DurabilityPolicy HistoryPolicy LivelinessPolicy QoS ReliabilityPolicy',
-    'goalwire.protocol.retries': 'CallAttempt Retry',
+    'goalwire.rules.goals.policy': 'GoalPolicy parallel preempt queue single',
+    'goalwire.rules.qos': 'DurabilityPolicy HistoryPolicy LivelinessPolicy QoS ReliabilityPolicy',
+    'goalwire.rules.retries': 'CallAttempt Retry',
 }
 _HOMES = {name: home for home, names in _NAMES.items() for name in names.split()}
 

@@ -11,7 +11,7 @@ import os
 import runpy
 import sys
 
-from goalwire.interfaces import hook
+from goalwire.idl import hook
 
 USAGE = 'usage: python -m goalwire.run (PROGRAM | -m MODULE) [ARGUMENT …]'
 

@@ -36,7 +36,7 @@ from goalwire.errors import (
     ServerLostError,
 )
 from goalwire.logging import add_sink
-from goalwire.protocol.goals.table import GoalStatus
+from goalwire.rules.goals.table import GoalStatus
 
 Taken: TypeAlias = goalwire.Goal[Fibonacci.Goal, Fibonacci.Feedback]
 Sent: TypeAlias = Run[Fibonacci.Result, Fibonacci.Feedback]

@@ -14,10 +14,10 @@ from helpers.loops import Play
 import goalwire
 from goalwire.errors import GoalAborted, GoalRefused, NoServerError, ServerStuckError
 from goalwire.logging import add_sink
-from goalwire.protocol.goals.cancel import CancelCode
-from goalwire.protocol.goals.policy import OnClientLost
-from goalwire.protocol.goals.table import GoalStatus
-from goalwire.protocol.time import Time
+from goalwire.rules.goals.cancel import CancelCode
+from goalwire.rules.goals.policy import OnClientLost
+from goalwire.rules.goals.table import GoalStatus
+from goalwire.rules.time import Time
 
 Taken: TypeAlias = goalwire.Goal[Fibonacci.Goal, Fibonacci.Feedback]
 Running: TypeAlias = goalwire.Run[Fibonacci.Result, Fibonacci.Feedback]
@@ -154,7 +154,7 @@ def test_of_goals_that_have_ended_in_whatever_way_nothing_is_left(
                     assert await settled(last) == await settled(first) == 'GoalCanceled'
             counted = server.statistics().goals
             assert (counted.canceled, counted.running, counted.waiting, counted.active) == (3, 0, 0, 0)
-            assert server._core._decisions.goal_ids() == []
+            assert server._core._goal_callbacks.goal_ids() == []
             assert server._core._executions == {}
 
     play(scenario)

@@ -22,7 +22,7 @@ import goalwire
 from goalwire.aio.contexts import CONTEXTS
 from goalwire.entities.exceptions import InvalidNodeNameException, ShutDownError
 from goalwire.errors import ClosedError
-from goalwire.interfaces import type_hash
+from goalwire.idl import type_hash
 
 
 @pytest.fixture

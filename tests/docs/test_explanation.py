@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from helpers.markdown import DOCS, blocks
 
-from goalwire.protocol.goals.table import TABLE, GoalStatus
-from goalwire.protocol.qos import QoS
+from goalwire.rules.goals.table import TABLE, GoalStatus
+from goalwire.rules.qos import QoS
 from goalwire.transport.contract import Endpoint, EndpointKind, NodeName
 from goalwire.transport.zenoh.keyexpr import data_key
 from goalwire.transport.zenoh.tokens import encode_endpoint

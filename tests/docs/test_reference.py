@@ -13,7 +13,7 @@ from helpers.markdown import DOCS, ROOT, rows
 
 import goalwire
 from goalwire.errors import GoalwireError
-from goalwire.protocol.arguments import parse_arguments
+from goalwire.rules.arguments import parse_arguments
 
 SOURCE = ROOT / 'src' / 'goalwire'
 VARIABLE = re.compile(r'(AMENT|CYCLONEDDS|GOALWIRE|RCUTILS|RMW|ROS|ZENOH)_[A-Z_]+')
@@ -77,7 +77,7 @@ def test_every_ros_argument_of_the_page_is_understood() -> None:
 
 def test_every_ros_argument_of_the_code_is_on_the_page() -> None:
     text = (DOCS / 'reference' / 'command-lines.md').read_text(encoding='utf-8')
-    strings = set(_strings(SOURCE / 'protocol' / 'arguments.py'))
+    strings = set(_strings(SOURCE / 'rules' / 'arguments.py'))
     valued = {flag for flag in strings if re.fullmatch(r'--?[a-z][a-z-]*', flag)} - {'--ros-args'}
     assert len(valued) > 8
     for flag in valued | {f'--{verb}-stdout-logs' for verb in ('enable', 'disable')}:

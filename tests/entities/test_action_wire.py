@@ -11,7 +11,7 @@ from helpers.collector import Collector
 from helpers.spinning import result_of
 
 from goalwire.entities.actions.client import ActionClientCore
-from goalwire.entities.actions.decisions import ActionCallbacks, CancelResponse, GoalResponse
+from goalwire.entities.actions.goal_callbacks import ActionCallbacks, CancelResponse, GoalResponse
 from goalwire.entities.actions.goal_handle import ServerGoalHandle
 from goalwire.entities.actions.server import ActionServerCore
 from goalwire.entities.node import NodeCore
@@ -19,8 +19,8 @@ from goalwire.entities.type_support import ServiceSupport, action_support
 from goalwire.errors import DecodeError
 from goalwire.execution.callback_groups import ReentrantCallbackGroup
 from goalwire.logging import LogRecord
-from goalwire.protocol.goals import wire
-from goalwire.protocol.qos import ACTION_STATUS_DEFAULT, DEFAULT, SERVICES_DEFAULT
+from goalwire.rules.goals import wire
+from goalwire.rules.qos import ACTION_STATUS_DEFAULT, DEFAULT, SERVICES_DEFAULT
 from goalwire.transport.contract import Endpoint, EndpointKind, Request, Sample
 
 SUPPORT = action_support(Fibonacci)
@@ -186,7 +186,7 @@ def test_an_answer_that_is_none_raises_where_it_is_asked_for(
 def test_rejected_feedback_and_statuses_are_told_at_powers_of_ten(
     client: ActionClientCore, records: list[LogRecord]
 ) -> None:
-    queue = client._feedback_inbox(lambda _: None)
+    queue = client._feedback_queue(lambda _: None)
     sample = Sample(b'\x00\x01\x00\x00\xff', 1, 0, 0, bytes(16))
     for _ in range(150):
         queue.handle(sample)

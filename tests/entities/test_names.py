@@ -6,7 +6,7 @@ import pytest
 
 from goalwire.entities.exceptions import InvalidTopicNameException
 from goalwire.entities.names import resolved_action
-from goalwire.protocol.names import RemapRules, parse_remap_rule
+from goalwire.rules.names import RemapRules, parse_remap_rule
 from goalwire.transport.contract import NodeName
 
 NODE = NodeName('nn', '/ns')

@@ -11,12 +11,12 @@ from helpers.collector import Collector
 
 from goalwire.entities.node import NodeCore
 from goalwire.entities.qos_events import EndpointEvents
-from goalwire.execution.agenda import Agenda
-from goalwire.execution.home import Home
+from goalwire.execution.node_work_queue import NodeWorkQueue
 from goalwire.execution.ready import ReadyQueue
+from goalwire.execution.timer_heap import TimerHeap
 from goalwire.graph.graph import Graph
-from goalwire.protocol.qos import DEFAULT, QoS, ReliabilityPolicy
-from goalwire.protocol.qos_events import (
+from goalwire.rules.qos import DEFAULT, QoS, ReliabilityPolicy
+from goalwire.rules.qos_events import (
     EventStatus,
     EventType,
     IncompatibleQoS,
@@ -59,10 +59,10 @@ class World:
     def __init__(self, *, enforces_qos: bool = True, type_hash: str = '') -> None:
         self.port = TellingPort()
         self.graph = Graph()
-        self.home = Home()
+        self.work_queue = NodeWorkQueue()
         session = SimpleNamespace(enforces_qos=enforces_qos, compares_definitions=True)
         context = SimpleNamespace(session=session)
-        node = SimpleNamespace(home=self.home, graph=self.graph, context=context)
+        node = SimpleNamespace(work_queue=self.work_queue, graph=self.graph, context=context)
         endpoint = Endpoint(EndpointKind.PUBLISHER, '/chat', STRING, type_hash, DEFAULT)
         self.events = EndpointEvents(cast('NodeCore', node), endpoint, self.port)
 
@@ -73,10 +73,10 @@ class World:
 
     def run_ready(self) -> None:
         queue = ReadyQueue()
-        self.home.attach(queue, Agenda(lambda: None))
+        self.work_queue.attach(queue, TimerHeap(lambda: None))
         while (work := queue.pop()) is not None:
             work.run()
-        self.home.detach()
+        self.work_queue.detach()
 
 
 @pytest.fixture

@@ -12,7 +12,7 @@ from helpers.spinning import result_of
 from std_srvs.srv import Trigger
 
 from goalwire.entities.actions.client import ActionClientCore
-from goalwire.entities.actions.decisions import ActionCallbacks, CancelResponse, GoalResponse
+from goalwire.entities.actions.goal_callbacks import ActionCallbacks, CancelResponse, GoalResponse
 from goalwire.entities.actions.goal_handle import ServerGoalHandle
 from goalwire.entities.actions.server import ActionServerCore
 from goalwire.entities.client import ClientCore
@@ -21,10 +21,10 @@ from goalwire.entities.service import ServiceCore
 from goalwire.entities.type_support import action_support, service_support
 from goalwire.errors import TransportError
 from goalwire.execution.callback_groups import ReentrantCallbackGroup
-from goalwire.execution.steady import STEADY
-from goalwire.protocol.goals import wire
-from goalwire.protocol.goals.table import GoalStatus
-from goalwire.protocol.qos import SERVICES_DEFAULT
+from goalwire.execution.monotonic import STEADY
+from goalwire.rules.goals import wire
+from goalwire.rules.goals.table import GoalStatus
+from goalwire.rules.qos import SERVICES_DEFAULT
 from goalwire.transport.contract import ClientPort, Endpoint, NodePort, Request, Sample
 
 TRIGGER, FIBONACCI = service_support(Trigger), action_support(Fibonacci)
@@ -214,10 +214,10 @@ def test_a_request_that_finds_its_service_closing_is_given_up_without_a_word(
     server = service._server
     client = ClientCore(node, TRIGGER, 'go', SERVICES_DEFAULT)
     _ = client.call_async(Trigger.Request())
-    late = server.inbox.take()
+    late = server.event_queue.take()
     assert late is not None
     service.destroy()
-    server.inbox.deliver(late)
+    server.event_queue.deliver(late)
     server._handle(late)
     assert server.refused == 0
     assert answered.items == []

@@ -20,7 +20,7 @@ from std_srvs.srv import SetBool, Trigger
 
 from goalwire.entities.type_support import ServiceSupport, service_support
 from goalwire.errors import CallError, DecodeError, EncodeError
-from goalwire.protocol.qos import SERVICES_DEFAULT
+from goalwire.rules.qos import SERVICES_DEFAULT
 from goalwire.transport.contract import Endpoint, EndpointKind, Port
 
 BIG = 8 << 20

@@ -21,7 +21,7 @@ from goalwire.execution.callback_groups import MutuallyExclusiveCallbackGroup, R
 from goalwire.execution.executor import Executor
 from goalwire.execution.multi_threaded import MultiThreadedExecutor
 from goalwire.execution.single_threaded import SingleThreadedExecutor
-from goalwire.protocol.qos import SERVICES_DEFAULT
+from goalwire.rules.qos import SERVICES_DEFAULT
 
 
 def test_beyond_the_limit_requests_are_refused_counted_and_logged_once(

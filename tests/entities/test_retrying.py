@@ -16,9 +16,9 @@ from goalwire.entities.client import ClientCore
 from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import service_support
 from goalwire.errors import DeadlineError, NoServerError, ServerFailedError, ServerLostError
-from goalwire.execution.steady import STEADY
-from goalwire.protocol.qos import SERVICES_DEFAULT
-from goalwire.protocol.retries import CallAttempt, Retry
+from goalwire.execution.monotonic import STEADY
+from goalwire.rules.qos import SERVICES_DEFAULT
+from goalwire.rules.retries import CallAttempt, Retry
 from goalwire.transport.contract import Endpoint, EndpointKind, Port, Request
 
 SUPPORT = service_support(Trigger)

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rcl_interfaces.msg import Log
 
-from goalwire.codec import cdr
+from goalwire.cdr import codec
 from goalwire.entities.rosout import encode_log
 from goalwire.logging import LoggingSeverity, LogRecord
 
@@ -28,10 +28,10 @@ def test_a_record_is_encoded_as_the_codec_encodes_its_message(
 ) -> None:
     log = Log(level=severity, name=name, msg=message, file=file, function=function, line=line)
     log.stamp.sec, log.stamp.nanosec = divmod(stamp, 10**9)
-    assert encode_log(LogRecord(stamp, severity, name, message, function, file, line)) == cdr.encode(log)
+    assert encode_log(LogRecord(stamp, severity, name, message, function, file, line)) == codec.encode(log)
 
 
 @pytest.mark.parametrize(('message', 'sent'), [('a\0b', 'a\\x00b'), ('\udc80', '\\udc80')])
 def test_what_a_ros_string_cannot_hold_is_spelt_out(message: str, sent: str) -> None:
     record = LogRecord(0, LoggingSeverity.INFO, 'a', message, 'f', '/x.py', 1)
-    assert cdr.decode(encode_log(record), Log).msg == sent
+    assert codec.decode(encode_log(record), Log).msg == sent

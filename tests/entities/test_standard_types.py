@@ -6,7 +6,7 @@ from importlib import import_module
 
 import pytest
 
-from goalwire import interfaces
+from goalwire import idl
 from goalwire.entities.standard_types import (
     MESSAGE_HASHES,
     SERVICE_HASHES,
@@ -24,7 +24,7 @@ def class_of(type_name: str) -> type:
 @pytest.mark.parametrize('type_name', SERVICE_HASHES)
 def test_a_service_has_the_hash_and_class_of_its_definition(type_name: str) -> None:
     support = standard_service(type_name)
-    assert support.type_hash == interfaces.type_hash(class_of(type_name))
+    assert support.type_hash == idl.type_hash(class_of(type_name))
     assert support.cls is class_of(type_name)
 
 
@@ -32,14 +32,14 @@ def test_a_service_has_the_hash_and_class_of_its_definition(type_name: str) -> N
 def test_the_parts_of_a_service_have_the_hashes_of_their_definitions(type_name: str) -> None:
     service = class_of(type_name)
     parts = service.Request, service.Response  # type: ignore[attr-defined]
-    assert standard_service(type_name).part_hashes() == tuple(interfaces.type_hash(part) for part in parts)
+    assert standard_service(type_name).part_hashes() == tuple(idl.type_hash(part) for part in parts)
 
 
 @pytest.mark.parametrize('type_name', MESSAGE_HASHES)
 def test_a_message_has_the_hash_and_class_of_its_definition(type_name: str) -> None:
     support = standard_message(type_name)
-    assert support.type_hash == interfaces.type_hash(class_of(type_name))
-    assert support.has_buffers == interfaces.has_buffer_fields(class_of(type_name))
+    assert support.type_hash == idl.type_hash(class_of(type_name))
+    assert support.has_buffers == idl.has_buffer_fields(class_of(type_name))
     assert support.cls is class_of(type_name)
 
 

@@ -12,7 +12,7 @@ from helpers.vectors import WORKSPACE, descriptions
 from type_description_interfaces.msg import IndividualTypeDescription, TypeDescription
 
 from goalwire.entities.type_description import described, sources
-from goalwire.interfaces import register_definitions, type_hash
+from goalwire.idl import register_definitions, type_hash
 
 
 def fields(description: IndividualTypeDescription) -> list[dict[str, Any]]:

@@ -11,13 +11,13 @@ from helpers.loops import LOOPS, run
 from goalwire.errors import DestroyedError, ROSInterruptException, TimeSourceChangedError
 from goalwire.execution.asyncio_clock import AsyncClock
 from goalwire.execution.clock import ROSClock
-from goalwire.execution.lifeline import Lifeline
-from goalwire.execution.steady import STEADY
-from goalwire.protocol.time import ClockType, Time
+from goalwire.execution.monotonic import STEADY
+from goalwire.execution.shutdown_signal import ShutdownSignal
+from goalwire.rules.time import ClockType, Time
 
 
-def _ros(lifeline: Lifeline | None = None) -> AsyncClock:
-    return AsyncClock(clock_type=ClockType.ROS_TIME, lifeline=lifeline)
+def _ros(shutdown_signal: ShutdownSignal | None = None) -> AsyncClock:
+    return AsyncClock(clock_type=ClockType.ROS_TIME, shutdown_signal=shutdown_signal)
 
 
 def _simulated(seconds: int = 0) -> AsyncClock:
@@ -106,9 +106,9 @@ def test_closing_the_clock_cancels_its_sleeps_and_refuses_more() -> None:
 
 def test_the_end_of_the_context_ends_a_sleep() -> None:
     async def scenario() -> None:
-        lifeline = Lifeline()
-        task = await _asleep(_ros(lifeline), 60)
-        lifeline.end('test')
+        shutdown_signal = ShutdownSignal()
+        task = await _asleep(_ros(shutdown_signal), 60)
+        shutdown_signal.end('test')
         with pytest.raises(ROSInterruptException):
             await task
 

@@ -23,8 +23,8 @@ from goalwire.execution.callback_groups import (
 from goalwire.execution.executor import Executor
 from goalwire.execution.future import Future
 from goalwire.execution.guard_condition import GuardCondition
+from goalwire.execution.monotonic import STEADY
 from goalwire.execution.single_threaded import SingleThreadedExecutor
-from goalwire.execution.steady import STEADY
 
 GROUPS: list[Callable[[], CallbackGroup]] = [MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup]
 
@@ -43,7 +43,7 @@ def run(
         async def carry() -> None:
             result.set_result(await callback())
 
-        GuardCondition(carry, group, home=node.home).trigger()
+        GuardCondition(carry, group, work_queue=node.work_queue).trigger()
         executor.spin_until_future_complete(result, PATIENCE)
         assert result.done()
         return result.result()
@@ -196,8 +196,8 @@ def test_an_event_set_by_a_plain_callback_wakes_a_coroutine(executor: Executor, 
         waiting.set()
         woken.set_result(await event.wait())
 
-    waiter = GuardCondition(waits, group, home=node.home)
-    setter = GuardCondition(event.set, group, home=node.home)
+    waiter = GuardCondition(waits, group, work_queue=node.work_queue)
+    setter = GuardCondition(event.set, group, work_queue=node.work_queue)
     with Spinning(executor):
         waiter.trigger()
         assert soon(waiting)
@@ -234,7 +234,7 @@ def test_background_tasks_go_on_after_their_callback(executor: Executor, node: S
     async def callback() -> None:
         tasks.append(asyncio.create_task(background()))
 
-    GuardCondition(callback, None, home=node.home).trigger()
+    GuardCondition(callback, None, work_queue=node.work_queue).trigger()
     executor.spin_until_future_complete(finished, PATIENCE)
     assert finished.result() == 1
 
@@ -252,7 +252,7 @@ def test_callbacks_share_asyncio_objects(single: SingleThreadedExecutor, node: S
         queue.put_nowait(2)
 
     for callback in (consume, produce):
-        GuardCondition(callback, MutuallyExclusiveCallbackGroup(), home=node.home).trigger()
+        GuardCondition(callback, MutuallyExclusiveCallbackGroup(), work_queue=node.work_queue).trigger()
     single.spin_until_future_complete(got, PATIENCE)
     assert got.result() == 3
 
@@ -340,7 +340,7 @@ def test_a_thousand_coroutine_callbacks_at_once(executor: Executor, node: SmallN
         if count == 1000:
             everything.set()
 
-    guards = [GuardCondition(callback, group, home=node.home) for _ in range(1000)]
+    guards = [GuardCondition(callback, group, work_queue=node.work_queue) for _ in range(1000)]
     with Spinning(executor):
         for guard in guards:
             guard.trigger()

@@ -27,14 +27,14 @@ def test_a_cancellation_waits_until_the_function_has_ended(fails: bool) -> None:
         begun, gate = asyncio.Event(), threading.Event()
         loop = asyncio.get_running_loop()
 
-        def work() -> None:
+        def source() -> None:
             loop.call_soon_threadsafe(begun.set)
             assert gate.wait(10)
             ended.append(True)
             if fails:
                 raise ValueError('too late')
 
-        task = asyncio.create_task(in_thread(work))
+        task = asyncio.create_task(in_thread(source))
         await begun.wait()
         for _ in range(2):
             task.cancel()

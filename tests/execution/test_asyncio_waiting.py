@@ -11,10 +11,10 @@ import pytest
 from helpers.loops import LOOPS, run
 
 from goalwire.execution.asyncio_waiting import AsyncWaiter, delay_s, settle
-from goalwire.execution.bridge import running_loop
 from goalwire.execution.future import Future
-from goalwire.execution.lifeline import Lifeline
-from goalwire.execution.steady import STEADY
+from goalwire.execution.loop_waker import running_loop
+from goalwire.execution.monotonic import STEADY
+from goalwire.execution.shutdown_signal import ShutdownSignal
 
 MS = 1_000_000
 
@@ -116,9 +116,9 @@ def test_a_future_that_another_thread_completes_is_settled() -> None:
         future: Future[int] = Future()
         thread = threading.Thread(target=future.set_result, args=(1,))
         thread.start()
-        assert await settle(future, Lifeline())
+        assert await settle(future, ShutdownSignal())
         thread.join()
-        assert await settle(future, Lifeline())
+        assert await settle(future, ShutdownSignal())
         assert future.result() == 1
 
     run(scenario())
@@ -127,9 +127,9 @@ def test_a_future_that_another_thread_completes_is_settled() -> None:
 def test_the_end_of_the_lifeline_ends_the_wait_for_a_future() -> None:
     async def scenario() -> None:
         future: Future[int] = Future()
-        lifeline = Lifeline()
-        asyncio.get_running_loop().call_soon(lifeline.end, 'test')
-        assert not await settle(future, lifeline)
-        assert not await settle(future, lifeline), 'it had ended before'
+        shutdown_signal = ShutdownSignal()
+        asyncio.get_running_loop().call_soon(shutdown_signal.end, 'test')
+        assert not await settle(future, shutdown_signal)
+        assert not await settle(future, shutdown_signal), 'it had ended before'
 
     run(scenario())

@@ -13,9 +13,9 @@ from goalwire.execution.callback_groups import (
     MutuallyExclusiveCallbackGroup,
     ReentrantCallbackGroup,
 )
+from goalwire.execution.event_queue import EventQueue
 from goalwire.execution.executor import Executor
 from goalwire.execution.guard_condition import GuardCondition
-from goalwire.execution.inbox import Inbox
 from goalwire.execution.multi_threaded import MultiThreadedExecutor
 from goalwire.execution.single_threaded import SingleThreadedExecutor
 
@@ -39,7 +39,7 @@ class Overlaps:
 
     def observe(self, executor: Executor, node: SmallNode, *groups: CallbackGroup) -> bool:
         executor.add_node(node)
-        guards = [GuardCondition(self.callback, group, home=node.home) for group in groups]
+        guards = [GuardCondition(self.callback, group, work_queue=node.work_queue) for group in groups]
         with Spinning(executor):
             for guard in guards:
                 guard.trigger()
@@ -105,7 +105,7 @@ def test_an_exclusive_group_is_held_across_await(executor: Executor, node: Small
         order.append('quick')
         done.set()
 
-    guards = [GuardCondition(callback, group, home=node.home) for callback in (slow, quick)]
+    guards = [GuardCondition(callback, group, work_queue=node.work_queue) for callback in (slow, quick)]
     with Spinning(executor):
         for guard in guards:
             guard.trigger()
@@ -132,13 +132,13 @@ def test_a_callback_that_blocks_holds_up_nobody_but_its_group(
         slept.set()
 
     shared = ReentrantCallbackGroup()
-    work: list[tuple[Callable[[], object], CallbackGroup]] = [
+    source: list[tuple[Callable[[], object], CallbackGroup]] = [
         (blocks, MutuallyExclusiveCallbackGroup()),
         (blocks_in_a_coroutine, MutuallyExclusiveCallbackGroup()),
         (blocks_in_a_coroutine, shared),
         (sleeps, shared),
     ]
-    guards = [GuardCondition(callback, group, home=node.home) for callback, group in work]
+    guards = [GuardCondition(callback, group, work_queue=node.work_queue) for callback, group in source]
     with Spinning(multi):
         for guard in guards:
             guard.trigger()
@@ -158,7 +158,7 @@ def test_a_group_is_free_again_after_an_exception(executor: Executor, node: Smal
         raise ValueError('aboom')
 
     for callback, text in ((fails, 'boom'), (fails_later, 'aboom')):
-        guard = GuardCondition(callback, group, home=node.home)
+        guard = GuardCondition(callback, group, work_queue=node.work_queue)
         guard.trigger()
         with pytest.raises(ValueError, match=text):
             executor.spin_until_future_complete(executor.create_task(asyncio.sleep(PATIENCE)), PATIENCE)
@@ -176,7 +176,7 @@ def test_work_waiting_for_a_group_does_not_hold_up_other_nodes(context: SmallCon
         assert group.beginning_execution(held)
         for node, name in ((away, 'away'), (here, 'here')):
             executor.add_node(node)
-            Inbox(node.home, group, got.append).deliver(name)
+            EventQueue(node.work_queue, group, got.append).deliver(name)
         executor.spin_once(0)
         executor.remove_node(away)
         group.ending_execution(held)
@@ -189,12 +189,12 @@ def test_parked_work_costs_no_turns(single: SingleThreadedExecutor, node: SmallN
     group = MutuallyExclusiveCallbackGroup()
     holder = GuardCondition(None, group)
     group.beginning_execution(holder)
-    inbox: Inbox[int] = Inbox(node.home, group, lambda _: None)
-    inbox.deliver(1)
+    event_queue: EventQueue[int] = EventQueue(node.work_queue, group, lambda _: None)
+    event_queue.deliver(1)
     single.spin_once(0)
     assert not single._ready.items
     group.ending_execution(holder)
-    assert list(single._ready.items) == [inbox]
+    assert list(single._ready.items) == [event_queue]
 
 
 # -- groups written by programs ------------------------------------------------------------------------------
@@ -243,7 +243,7 @@ def test_a_group_of_the_programs_own_makes_the_rule(executor: Executor, node: Sm
             await asyncio.sleep(0.002)
             ran(number)
 
-        guards.append(GuardCondition(callback, group, home=node.home))
+        guards.append(GuardCondition(callback, group, work_queue=node.work_queue))
     executor.add_node(node)
     with Spinning(executor):
         for guard in guards:
@@ -257,8 +257,8 @@ def test_a_group_of_the_programs_own_is_asked_again_after_each_callback_and_when
     executor: Executor, node: SmallNode
 ) -> None:
     group, ran, other = Gate(), Collector[str](), Collector[str]()
-    gated = GuardCondition(lambda: ran('gated'), group, home=node.home)
-    free = GuardCondition(lambda: other('free'), None, home=node.home)
+    gated = GuardCondition(lambda: ran('gated'), group, work_queue=node.work_queue)
+    free = GuardCondition(lambda: other('free'), None, work_queue=node.work_queue)
     executor.add_node(node)
     with Spinning(executor):
         gated.trigger()
@@ -279,7 +279,7 @@ def test_what_a_group_has_refused_goes_with_its_node(context: SmallContext, node
     group, ran = Gate(), Collector[str]()
     with SingleThreadedExecutor(context=context) as first, SingleThreadedExecutor(context=context) as second:
         first.add_node(node)
-        GuardCondition(lambda: ran('gated'), group, home=node.home).trigger()
+        GuardCondition(lambda: ran('gated'), group, work_queue=node.work_queue).trigger()
         first.spin_once(timeout_sec=0)
         group.shut = False
         second.add_node(node)

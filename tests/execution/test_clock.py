@@ -7,8 +7,8 @@ from helpers.execution import SmallContext, soon
 
 from goalwire.errors import NotInitializedException
 from goalwire.execution.clock import Clock, ClockChange, JumpThreshold, ROSClock, TimeJump
-from goalwire.execution.steady import STEADY
-from goalwire.protocol.time import ClockType, Duration, Time
+from goalwire.execution.monotonic import STEADY
+from goalwire.rules.time import ClockType, Duration, Time
 
 ROS, SYSTEM, STEADY_TIME = ClockType.ROS_TIME, ClockType.SYSTEM_TIME, ClockType.STEADY_TIME
 

@@ -12,6 +12,7 @@ import pytest
 from helpers.execution import PATIENCE, SmallContext, SmallNode, Spinning, soon
 
 from goalwire.execution.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
+from goalwire.execution.event_queue import EventQueue
 from goalwire.execution.executor import (
     ConditionReachedException,
     Executor,
@@ -23,11 +24,10 @@ from goalwire.execution.executor import (
 )
 from goalwire.execution.future import Future
 from goalwire.execution.guard_condition import GuardCondition
-from goalwire.execution.inbox import Inbox
-from goalwire.execution.lifeline import default_context, provide_default_context
+from goalwire.execution.monotonic import STEADY
 from goalwire.execution.multi_threaded import MultiThreadedExecutor
+from goalwire.execution.shutdown_signal import default_context, provide_default_context
 from goalwire.execution.single_threaded import SingleThreadedExecutor
-from goalwire.execution.steady import STEADY
 
 
 def took(action: Callable[[], object]) -> float:
@@ -83,7 +83,7 @@ def test_what_is_no_node_is_refused(single: SingleThreadedExecutor) -> None:
 
 def test_nodes_come_and_go_while_it_spins(executor: Executor, node: SmallNode) -> None:
     ran = threading.Event()
-    guard = GuardCondition(ran.set, None, home=node.home)
+    guard = GuardCondition(ran.set, None, work_queue=node.work_queue)
     with Spinning(executor):
         guard.trigger()
         executor.add_node(node)
@@ -125,7 +125,7 @@ def test_spin_until_future_complete_ends_in_time_however_much_there_is_to_do(
         time.sleep(0.001)
         guard.trigger()
 
-    guard = GuardCondition(go_on, ReentrantCallbackGroup(), home=node.home)
+    guard = GuardCondition(go_on, ReentrantCallbackGroup(), work_queue=node.work_queue)
     guard.trigger()
     assert took(lambda: executor.spin_until_future_complete(Future(), timeout_sec=0.05)) < PATIENCE / 2
     guard.destroy()
@@ -182,7 +182,7 @@ def test_one_spin_once_runs_one_callback(single: SingleThreadedExecutor, node: S
     single.add_node(node)
     ran: list[int] = []
     for number in range(3):
-        GuardCondition(lambda number=number: ran.append(number), None, home=node.home).trigger()  # type: ignore[misc]
+        GuardCondition(lambda number=number: ran.append(number), None, work_queue=node.work_queue).trigger()  # type: ignore[misc]
     single.spin_once(timeout_sec=0)
     assert ran == [0]
     single.spin_once(timeout_sec=0)
@@ -200,8 +200,8 @@ def test_one_spin_once_of_the_multi_threaded_executor_starts_one_callback(
         ran.append(event)
         first.set()
 
-    Inbox(node.home, None, take).deliver(1)
-    second = GuardCondition(lambda: ran.append(2), None, home=node.home)
+    EventQueue(node.work_queue, None, take).deliver(1)
+    second = GuardCondition(lambda: ran.append(2), None, work_queue=node.work_queue)
     second.trigger()
     multi.spin_once(timeout_sec=0)
     assert soon(first)
@@ -222,12 +222,12 @@ def test_what_a_callback_raises_comes_out_of_spin_and_spinning_goes_on(
         raise kind('boom')
 
     for group in (None, MutuallyExclusiveCallbackGroup(), ReentrantCallbackGroup()):
-        guard = GuardCondition(fails, group, home=node.home)
+        guard = GuardCondition(fails, group, work_queue=node.work_queue)
         for _ in range(2):
             guard.trigger()
             with pytest.raises(kind):
                 executor.spin()
-    GuardCondition(ran.set, None, home=node.home).trigger()
+    GuardCondition(ran.set, None, work_queue=node.work_queue).trigger()
     executor.spin_until_future_complete(executor.create_task(lambda: None), PATIENCE)
     assert soon(ran)
 
@@ -242,7 +242,7 @@ def test_what_a_coroutine_callback_raises_comes_out_of_spin(
         await asyncio.sleep(0.001)
         raise kind('aboom')
 
-    guard = GuardCondition(fails, MutuallyExclusiveCallbackGroup(), home=node.home)
+    guard = GuardCondition(fails, MutuallyExclusiveCallbackGroup(), work_queue=node.work_queue)
     for _ in range(2):
         guard.trigger()
         with pytest.raises(kind):
@@ -257,7 +257,7 @@ def test_a_coroutine_that_fails_at_once_raises_out_of_that_very_spin_once(
     async def fails() -> None:
         raise ValueError('aboom')
 
-    GuardCondition(fails, None, home=node.home).trigger()
+    GuardCondition(fails, None, work_queue=node.work_queue).trigger()
     with pytest.raises(ValueError, match='aboom'):
         single.spin_once(0)
 
@@ -296,7 +296,7 @@ def test_shutdown_does_not_wait_for_a_callback_that_runs(executor: Executor, nod
         begun.set()
         release.wait(PATIENCE)
 
-    GuardCondition(blocks, None, home=node.home).trigger()
+    GuardCondition(blocks, None, work_queue=node.work_queue).trigger()
     with Spinning(executor):
         assert soon(begun)
         assert took(lambda: executor.shutdown(timeout_sec=0.1)) < 1
@@ -351,7 +351,7 @@ def test_coroutines_are_cancelled_at_shutdown(executor: Executor, node: SmallNod
         finally:
             ended.set()
 
-    GuardCondition(waits, None, home=node.home).trigger()
+    GuardCondition(waits, None, work_queue=node.work_queue).trigger()
     with Spinning(executor):
         assert soon(begun)
     assert soon(ended)
@@ -360,18 +360,18 @@ def test_coroutines_are_cancelled_at_shutdown(executor: Executor, node: SmallNod
 def test_threads_are_made_on_demand_and_all_ended(context: SmallContext, node: SmallNode) -> None:
     multi = MultiThreadedExecutor(8, context=context)
     multi.add_node(node)
-    assert len(multi._crew) == 0
+    assert len(multi._pool) == 0
     multi.spin_until_future_complete(multi.create_task(lambda: None), PATIENCE)
-    assert 1 <= len(multi._crew) <= 3
+    assert 1 <= len(multi._pool) <= 3
     multi.shutdown()
-    assert len(multi._crew) == 0
+    assert len(multi._pool) == 0
 
 
 # -- creation
 
 
 def test_the_default_context_is_asked_for() -> None:
-    import goalwire.execution.lifeline as module
+    import goalwire.execution.shutdown_signal as module
 
     before = module._provider[:]
     context = SmallContext()
@@ -415,7 +415,7 @@ def test_wait_for_ready_callbacks_hands_out_one_piece_of_work(
 ) -> None:
     single.add_node(node)
     ran: list[int] = []
-    guard = GuardCondition(lambda: ran.append(1), None, home=node.home)
+    guard = GuardCondition(lambda: ran.append(1), None, work_queue=node.work_queue)
     guard.trigger()
     handler, entity, found = single.wait_for_ready_callbacks(timeout_sec=0)
     assert entity is guard
@@ -448,7 +448,7 @@ def test_an_executor_written_by_a_user_replaces_spin_once(context: SmallContext,
         executor.add_node(node)
         ran: list[int] = []
         for number in range(3):
-            GuardCondition(partial(ran.append, number), None, home=node.home).trigger()
+            GuardCondition(partial(ran.append, number), None, work_queue=node.work_queue).trigger()
         _ = executor.create_task(context.shutdown)
         executor.spin()
     assert ran == [0, 1, 2]
@@ -497,10 +497,10 @@ def test_a_second_thread_waits_while_the_first_one_runs_the_callbacks(
         if number == 50:
             future.set_result(number)
 
-    inbox: Inbox[int] = Inbox(node.home, None, take)
+    event_queue: EventQueue[int] = EventQueue(node.work_queue, None, take)
     with Spinning(single):
         single.create_task(lambda: None).wait(STEADY.now() + 10**10)
-        sender = threading.Timer(0.02, lambda: list(map(inbox.deliver, range(51))))
+        sender = threading.Timer(0.02, lambda: list(map(event_queue.deliver, range(51))))
         sender.start()
         single.spin_until_future_complete(future, PATIENCE)
         assert future.done()

@@ -13,9 +13,9 @@ from helpers.execution import PATIENCE, SmallContext, SmallNode
 
 from goalwire.execution.executor import Executor
 from goalwire.execution.future import Future
-from goalwire.execution.lifeline import Lifeline
+from goalwire.execution.monotonic import STEADY, SteadyClock
+from goalwire.execution.shutdown_signal import ShutdownSignal
 from goalwire.execution.single_threaded import SingleThreadedExecutor
-from goalwire.execution.steady import STEADY, SteadyClock
 from goalwire.execution.waiting import Waiter
 
 
@@ -169,7 +169,7 @@ def test_done_callbacks_of_an_executors_future_run_when_it_spins_in_order(
 def test_done_callbacks_of_a_nodes_future_wait_for_the_node_to_be_spun(
     single: SingleThreadedExecutor, node: SmallNode
 ) -> None:
-    future: Future[int] = Future(node.home)
+    future: Future[int] = Future(node.work_queue)
     seen: list[str] = []
     future.add_done_callback(lambda _: seen.append(threading.current_thread().name))
     thread = threading.Thread(target=future.set_result, args=(1,))
@@ -271,11 +271,11 @@ def test_wait_ends_at_its_deadline() -> None:
 
 def test_wait_ends_with_the_lifeline() -> None:
     future: Future[int] = Future()
-    lifeline = Lifeline()
-    timer = threading.Timer(0.02, lifeline.end, ('test',))
+    shutdown_signal = ShutdownSignal()
+    timer = threading.Timer(0.02, shutdown_signal.end, ('test',))
     timer.start()
     deadline = in_10_s()
-    assert not future.wait(deadline, lifeline=lifeline)
+    assert not future.wait(deadline, shutdown_signal=shutdown_signal)
     assert STEADY.now() < deadline
     timer.join()
 
@@ -292,33 +292,35 @@ class Falling(SteadyClock):
 
 
 def test_who_waits_one_after_the_other_sleeps_in_one_place() -> None:
-    lifeline, deadline = Lifeline(), in_10_s()
+    shutdown_signal, deadline = ShutdownSignal(), in_10_s()
     for _ in range(3):
         future: Future[int] = Future()
         clock = Falling(lambda: future.set_result(1))  # noqa: B023 - it is over before the next round
-        assert future.wait(deadline, clock=clock, lifeline=lifeline)
+        assert future.wait(deadline, clock=clock, shutdown_signal=shutdown_signal)
         assert future._wakers == []
-        (waiter,) = lifeline.idle_waiters
+        (waiter,) = shutdown_signal.idle_waiters
         waiter.wake()  # as who was late to wake the last one: it ends the next wait no earlier
     assert STEADY.now() < deadline
 
 
 def test_a_signal_handler_that_waits_takes_nothing_from_the_wait_that_it_interrupts() -> None:
-    lifeline, outer, inner, deadline = Lifeline(), Future[int](), Future[int](), in_10_s()
+    shutdown_signal, outer, inner, deadline = ShutdownSignal(), Future[int](), Future[int](), in_10_s()
 
     def handler(*_: object) -> None:
         outer.set_result(1)
-        assert inner.wait(deadline, clock=Falling(lambda: inner.set_result(2)), lifeline=lifeline)
+        assert inner.wait(
+            deadline, clock=Falling(lambda: inner.set_result(2)), shutdown_signal=shutdown_signal
+        )
 
     before = signal.signal(signal.SIGUSR1, handler)
     try:
         clock = Falling(lambda: os.kill(os.getpid(), signal.SIGUSR1))
-        assert outer.wait(deadline, clock=clock, lifeline=lifeline)
+        assert outer.wait(deadline, clock=clock, shutdown_signal=shutdown_signal)
     finally:
         signal.signal(signal.SIGUSR1, before)
     assert STEADY.now() < deadline
     assert (outer.result(), inner.result()) == (1, 2)
-    assert len(lifeline.idle_waiters) == 2
+    assert len(shutdown_signal.idle_waiters) == 2
 
 
 def test_a_waker_added_to_a_settled_future_is_called_at_once() -> None:
@@ -438,14 +440,14 @@ def test_an_awaited_exception_is_raised_in_the_coroutine(executor: Executor) -> 
 
 
 def test_memory_is_flat_after_100_000_futures(context: SmallContext) -> None:
-    lifeline, deadline = context.lifeline, in_10_s()
+    shutdown_signal, deadline = context.shutdown_signal, in_10_s()
 
     def cycle(count: int) -> None:
         for number in range(count):
             future: Future[int] = Future()
             future.add_done_callback(lambda _: None)
             future.set_result(number)
-            future.wait(deadline, lifeline=lifeline)
+            future.wait(deadline, shutdown_signal=shutdown_signal)
 
     cycle(1000)
     tracemalloc.start()
@@ -456,7 +458,7 @@ def test_memory_is_flat_after_100_000_futures(context: SmallContext) -> None:
     finally:
         tracemalloc.stop()
     assert after - before < 50_000
-    assert not lifeline._watchers
+    assert not shutdown_signal._watchers
 
 
 def test_a_callback_added_while_another_thread_completes_is_called_exactly_once() -> None:

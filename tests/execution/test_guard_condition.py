@@ -11,7 +11,7 @@ from goalwire.execution.single_threaded import SingleThreadedExecutor
 def test_triggers_before_the_callback_count_as_one(single: SingleThreadedExecutor, node: SmallNode) -> None:
     single.add_node(node)
     ran: list[int] = []
-    guard = GuardCondition(lambda: ran.append(1), None, home=node.home)
+    guard = GuardCondition(lambda: ran.append(1), None, work_queue=node.work_queue)
     guard.trigger()
     guard.trigger()
     single.spin_once(0)
@@ -27,7 +27,7 @@ def test_a_destroyed_one_raises_invalid_handle_and_runs_nothing(
 ) -> None:
     single.add_node(node)
     ran: list[int] = []
-    guard = GuardCondition(lambda: ran.append(1), None, home=node.home)
+    guard = GuardCondition(lambda: ran.append(1), None, work_queue=node.work_queue)
     guard.trigger()
     guard.destroy()
     single.spin_once(0)
@@ -40,6 +40,6 @@ def test_a_destroyed_one_raises_invalid_handle_and_runs_nothing(
 
 def test_one_without_a_callback_is_harmless(single: SingleThreadedExecutor, node: SmallNode) -> None:
     single.add_node(node)
-    GuardCondition(None, None, home=node.home).trigger()
+    GuardCondition(None, None, work_queue=node.work_queue).trigger()
     single.spin_once(0)
     assert not single._ready.items

@@ -14,9 +14,9 @@ from goalwire.execution.callback_groups import MutuallyExclusiveCallbackGroup, R
 from goalwire.execution.executor import Executor
 from goalwire.execution.future import Future
 from goalwire.execution.guard_condition import GuardCondition
+from goalwire.execution.monotonic import STEADY
 from goalwire.execution.multi_threaded import MultiThreadedExecutor
 from goalwire.execution.single_threaded import SingleThreadedExecutor
-from goalwire.execution.steady import STEADY
 
 
 def deadline() -> int:
@@ -33,7 +33,7 @@ def test_a_callback_may_spin_until_another_callback_completes_its_future(
     other = group if same_group else MutuallyExclusiveCallbackGroup()
     answer: Future[int] = Future()
     seen: Future[list[object]] = Future()
-    server = GuardCondition(lambda: answer.set_result(42), other, home=node.home)
+    server = GuardCondition(lambda: answer.set_result(42), other, work_queue=node.work_queue)
 
     def ask() -> None:
         server.trigger()
@@ -43,7 +43,7 @@ def test_a_callback_may_spin_until_another_callback_completes_its_future(
     async def ask_async() -> None:
         ask()
 
-    GuardCondition(ask_async if is_async else ask, group, home=node.home).trigger()
+    GuardCondition(ask_async if is_async else ask, group, work_queue=node.work_queue).trigger()
     executor.spin_until_future_complete(seen, PATIENCE)
     assert seen.result() == [42, [node], False]
 
@@ -57,7 +57,7 @@ def test_a_nested_spin_runs_coroutine_callbacks(executor: Executor, node: SmallN
         await asyncio.sleep(0.005)
         answer.set_result(1)
 
-    server = GuardCondition(serve, ReentrantCallbackGroup(), home=node.home)
+    server = GuardCondition(serve, ReentrantCallbackGroup(), work_queue=node.work_queue)
 
     async def ask() -> None:
         server.trigger()
@@ -65,7 +65,7 @@ def test_a_nested_spin_runs_coroutine_callbacks(executor: Executor, node: SmallN
         await asyncio.sleep(0)
         seen.set_result(answer.result())
 
-    GuardCondition(ask, ReentrantCallbackGroup(), home=node.home).trigger()
+    GuardCondition(ask, ReentrantCallbackGroup(), work_queue=node.work_queue).trigger()
     executor.spin_until_future_complete(seen, PATIENCE)
     assert seen.result() == 1
 
@@ -82,7 +82,7 @@ def test_a_lent_group_is_taken_back_before_the_callback_goes_on(executor: Execut
         await asyncio.sleep(0.02)
         order.append('callback of the lent group ends')
 
-    server = GuardCondition(long_callback, group, home=node.home)
+    server = GuardCondition(long_callback, group, work_queue=node.work_queue)
 
     def ask() -> None:
         server.trigger()
@@ -90,7 +90,7 @@ def test_a_lent_group_is_taken_back_before_the_callback_goes_on(executor: Execut
         order.append('the lender goes on')
         seen.set_result(None)
 
-    GuardCondition(ask, group, home=node.home).trigger()
+    GuardCondition(ask, group, work_queue=node.work_queue).trigger()
     executor.spin_until_future_complete(seen, PATIENCE)
     assert order == ['callback of the lent group ends', 'the lender goes on']
 
@@ -104,7 +104,7 @@ def test_a_nested_spin_ends_at_its_timeout(executor: Executor, node: SmallNode) 
         executor.spin_until_future_complete(never, 0.02)
         seen.set_result(never.done())
 
-    GuardCondition(ask, MutuallyExclusiveCallbackGroup(), home=node.home).trigger()
+    GuardCondition(ask, MutuallyExclusiveCallbackGroup(), work_queue=node.work_queue).trigger()
     executor.spin_until_future_complete(seen, PATIENCE)
     assert seen.result() is False
 
@@ -112,14 +112,14 @@ def test_a_nested_spin_ends_at_its_timeout(executor: Executor, node: SmallNode) 
 def test_nested_spin_once_runs_one_other_callback(single: SingleThreadedExecutor, node: SmallNode) -> None:
     single.add_node(node)
     order: list[str] = []
-    other = GuardCondition(lambda: order.append('other'), None, home=node.home)
+    other = GuardCondition(lambda: order.append('other'), None, work_queue=node.work_queue)
 
     def outer() -> None:
         other.trigger()
         single.spin_once(0)
         order.append('outer')
 
-    GuardCondition(outer, None, home=node.home).trigger()
+    GuardCondition(outer, None, work_queue=node.work_queue).trigger()
     single.spin_once(0)
     assert order == ['other', 'outer']
 
@@ -132,13 +132,13 @@ def test_a_callback_may_spin_another_executor(
     seen: Future[int] = Future()
     with SingleThreadedExecutor(context=context) as inner:
         inner.add_node(inner_node)
-        guard = GuardCondition(lambda: seen.set_result(1), None, home=inner_node.home)
+        guard = GuardCondition(lambda: seen.set_result(1), None, work_queue=inner_node.work_queue)
 
         def outer() -> None:
             guard.trigger()
             inner.spin_once(PATIENCE)
 
-        GuardCondition(outer, None, home=node.home).trigger()
+        GuardCondition(outer, None, work_queue=node.work_queue).trigger()
         executor.spin_until_future_complete(seen, PATIENCE)
     assert seen.result() == 1
 
@@ -167,7 +167,7 @@ def test_a_blocking_call_in_a_callback_needs_no_executor(executor: Executor, con
     def call() -> int | None:
         thread = threading.Timer(0.01, answer.set_result, (3,))
         thread.start()
-        assert block_on(answer, deadline(), context.lifeline)
+        assert block_on(answer, deadline(), context.shutdown_signal)
         thread.join()
         return answer.result()
 
@@ -188,18 +188,20 @@ def test_callbacks_that_block_in_calls_leave_threads_for_those_that_answer(
         for answer in answers:
             answer.set_result(1)
 
-    server = GuardCondition(serve, group, home=node.home)
+    server = GuardCondition(serve, group, work_queue=node.work_queue)
 
     def ask(answer: Future[int]) -> None:
         if answer is answers[-1]:
             server.trigger()
-        assert block_on(answer, deadline(), context.lifeline)
+        assert block_on(answer, deadline(), context.shutdown_signal)
         if answer is answers[-1]:
             done.set_result(None)
 
     with MultiThreadedExecutor(2, context=context) as multi:
         multi.add_node(node)
-        clients = [GuardCondition(partial(ask, answer), group, home=node.home) for answer in answers]
+        clients = [
+            GuardCondition(partial(ask, answer), group, work_queue=node.work_queue) for answer in answers
+        ]
         for client in clients:
             client.trigger()
         multi.spin_until_future_complete(done, PATIENCE)
@@ -214,9 +216,11 @@ def test_a_call_that_its_own_thread_or_group_would_have_to_answer_is_told_apart(
     seen: Future[tuple[str | None, str | None]] = Future()
 
     async def ask() -> None:
-        seen.set_result((why_it_cannot_answer(node.home, held), why_it_cannot_answer(node.home, free)))
+        seen.set_result(
+            (why_it_cannot_answer(node.work_queue, held), why_it_cannot_answer(node.work_queue, free))
+        )
 
-    GuardCondition(ask, held, home=node.home).trigger()
+    GuardCondition(ask, held, work_queue=node.work_queue).trigger()
     executor.spin_until_future_complete(seen, PATIENCE)
     in_group, in_other_group = seen.result() or (None, None)
     assert in_group is not None
@@ -233,7 +237,7 @@ def test_a_server_that_another_thread_spins_can_answer(
 ) -> None:
     executor.add_node(node)
     with SingleThreadedExecutor(context=context) as other:
-        task = other.create_task(why_it_cannot_answer, node.home, MutuallyExclusiveCallbackGroup())
+        task = other.create_task(why_it_cannot_answer, node.work_queue, MutuallyExclusiveCallbackGroup())
         with Spinning(executor):
             other.spin_until_future_complete(task, PATIENCE)
         assert task.result() is None
@@ -241,7 +245,7 @@ def test_a_server_that_another_thread_spins_can_answer(
 
 def test_outside_callbacks_nothing_stands_in_the_way(single: SingleThreadedExecutor, node: SmallNode) -> None:
     single.add_node(node)
-    assert why_it_cannot_answer(node.home, MutuallyExclusiveCallbackGroup()) is None
+    assert why_it_cannot_answer(node.work_queue, MutuallyExclusiveCallbackGroup()) is None
     assert current_executor() is None
     assert current_group() is None
 
@@ -251,7 +255,7 @@ def test_a_callback_knows_its_executor_and_group(executor: Executor, node: Small
     group = MutuallyExclusiveCallbackGroup()
     seen: Future[tuple[object, object]] = Future()
     GuardCondition(
-        lambda: seen.set_result((current_executor(), current_group())), group, home=node.home
+        lambda: seen.set_result((current_executor(), current_group())), group, work_queue=node.work_queue
     ).trigger()
     executor.spin_until_future_complete(seen, PATIENCE)
     assert seen.result() == (executor, group)
@@ -269,7 +273,7 @@ def test_what_a_callback_held_is_forgotten_when_the_spin_is_over(
             raise ValueError('in a callback')
 
     group = MutuallyExclusiveCallbackGroup()
-    guard = GuardCondition(act, group, home=node.home)
+    guard = GuardCondition(act, group, work_queue=node.work_queue)
     guard.trigger()
     single.spin_once(PATIENCE)
     assert current_group() is None
@@ -291,8 +295,8 @@ def test_a_callback_in_no_group_does_not_hold_what_the_one_before_it_held(
     held: list[object] = []
     done: Future[object] = Future()
     group = MutuallyExclusiveCallbackGroup()
-    first = GuardCondition(lambda: held.append(current_group()), group, home=node.home)
-    last = GuardCondition(lambda: done.set_result(current_group()), None, home=node.home)
+    first = GuardCondition(lambda: held.append(current_group()), group, work_queue=node.work_queue)
+    last = GuardCondition(lambda: done.set_result(current_group()), None, work_queue=node.work_queue)
     first.trigger()
     executor.spin_once(PATIENCE)
     last.trigger()

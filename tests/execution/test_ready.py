@@ -5,35 +5,35 @@ from collections.abc import Callable
 
 from helpers.execution import PATIENCE
 
-from goalwire.execution.agenda import Agenda, Alarm
-from goalwire.execution.home import Home
+from goalwire.execution.callback_source import CallbackSource
+from goalwire.execution.monotonic import STEADY
+from goalwire.execution.node_work_queue import NodeWorkQueue
 from goalwire.execution.ready import ReadyQueue
-from goalwire.execution.spinning import NEVER, EndingWhen
-from goalwire.execution.steady import STEADY
+from goalwire.execution.spinning import NEVER, StopWhen
+from goalwire.execution.timer_heap import TimerEntry, TimerHeap
 from goalwire.execution.waiting import Waiter
-from goalwire.execution.work import Work
 
-HOME = Home()
+HOME = NodeWorkQueue()
 
 
 def test_work_comes_out_in_the_order_it_was_posted() -> None:
     queue = ReadyQueue()
-    work = [Work(HOME, None) for _ in range(5)]
-    for item in work:
+    source = [CallbackSource(HOME, None) for _ in range(5)]
+    for item in source:
         queue.post(item)
-    assert [queue.pop() for _ in range(6)] == [*work, None]
+    assert [queue.pop() for _ in range(6)] == [*source, None]
 
 
 def test_nobody_sleeps_while_there_is_work() -> None:
     queue = ReadyQueue()
-    queue.post(Work(HOME, None))
+    queue.post(CallbackSource(HOME, None))
     queue.park(Waiter(), STEADY, NEVER, None)
     assert queue.sleepers == 0
 
 
 def test_nobody_sleeps_who_wants_to_leave() -> None:
     queue = ReadyQueue()
-    queue.park(Waiter(), STEADY, EndingWhen(lambda: True), None)
+    queue.park(Waiter(), STEADY, StopWhen(lambda: True), None)
     assert queue.sleepers == 0
 
 
@@ -47,15 +47,15 @@ def test_the_thread_that_went_to_sleep_last_is_woken_first() -> None:
     queue = ReadyQueue()
     woken: list[str] = []
     queue.wakers += [lambda: woken.append('first'), lambda: woken.append('last')]
-    queue.post(Work(HOME, None))
-    queue.post(Work(HOME, None))
+    queue.post(CallbackSource(HOME, None))
+    queue.post(CallbackSource(HOME, None))
     assert woken == ['last', 'first']
 
 
 def test_reclaiming_takes_one_homes_work_and_keeps_the_order_of_the_rest() -> None:
-    queue, other = ReadyQueue(), Home()
-    mine = [Work(HOME, None) for _ in range(3)]
-    theirs = [Work(other, None) for _ in range(3)]
+    queue, other = ReadyQueue(), NodeWorkQueue()
+    mine = [CallbackSource(HOME, None) for _ in range(3)]
+    theirs = [CallbackSource(other, None) for _ in range(3)]
     for pair in zip(mine, theirs, strict=True):
         for item in pair:
             queue.post(item)
@@ -77,11 +77,11 @@ def test_no_wake_up_is_lost_between_32_posters_and_4_sleepers() -> None:
             elif all_posted.is_set():
                 return
             else:
-                queue.park(waiter, STEADY, EndingWhen(all_posted.is_set), None)
+                queue.park(waiter, STEADY, StopWhen(all_posted.is_set), None)
 
     def post() -> None:
         for _ in range(per_poster):
-            queue.post(Work(HOME, None))
+            queue.post(CallbackSource(HOME, None))
 
     takers = [threading.Thread(target=take, args=(index,)) for index in range(4)]
     senders = [threading.Thread(target=post) for _ in range(posters)]
@@ -101,11 +101,11 @@ def test_ping_pong_between_two_threads_never_stalls() -> None:
     there, back = ReadyQueue(), ReadyQueue()
     rounds = 5000
 
-    def take(queue: ReadyQueue, waiter: Waiter) -> Work:
+    def take(queue: ReadyQueue, waiter: Waiter) -> CallbackSource:
         while True:
-            work = queue.pop()
-            if work is not None:
-                return work
+            source = queue.pop()
+            if source is not None:
+                return source
             deadline = STEADY.now() + int(PATIENCE * 1e9)
             queue.park(waiter, STEADY, NEVER, deadline)
             assert STEADY.now() < deadline, 'a wake-up was lost'
@@ -117,7 +117,7 @@ def test_ping_pong_between_two_threads_never_stalls() -> None:
 
     thread = threading.Thread(target=answer)
     thread.start()
-    waiter, ball = Waiter(), Work(HOME, None)
+    waiter, ball = Waiter(), CallbackSource(HOME, None)
     for _ in range(rounds):
         there.post(ball)
         assert take(back, waiter) is ball
@@ -129,14 +129,14 @@ def test_an_alarm_that_is_set_while_a_thread_goes_to_sleep_ends_that_sleep() -> 
         """Has an alarm set by another thread the moment before a sleeper stands here."""
 
         def append(self, waker: Callable[[], None]) -> None:
-            other = threading.Thread(target=agenda.set, args=(Alarm(lambda: None), STEADY.now()))
+            other = threading.Thread(target=timer_heap.set, args=(TimerEntry(lambda: None), STEADY.now()))
             other.start()
             other.join(PATIENCE)
             super().append(waker)
 
     queue = ReadyQueue()
     queue.wakers = Wakers()
-    agenda = Agenda(queue.wake_one, queue.wakers)
+    timer_heap = TimerHeap(queue.wake_one, queue.wakers)
     begun = STEADY.now()
-    queue.park(Waiter(), STEADY, NEVER, begun + int(PATIENCE * 1e9), agenda)
+    queue.park(Waiter(), STEADY, NEVER, begun + int(PATIENCE * 1e9), timer_heap)
     assert STEADY.now() - begun < PATIENCE * 1e9 / 2

@@ -30,7 +30,7 @@ def begin(options=SignalHandlerOptions.ALL):
 def when_it_leads(act):
     '''Call `act` on another thread once the main one waits in the wire's library.'''
     def watch():
-        while not (LISTENING and LISTENING[0].vigil is not None):
+        while not (LISTENING and LISTENING[0].wire_poller is not None):
             time.sleep(0.001)
         time.sleep(0.02)
         act()

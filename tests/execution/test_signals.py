@@ -21,13 +21,13 @@ HEAD = """
 import asyncio, sys, threading, time
 from goalwire.execution import signals
 from goalwire.execution.future import Future
-from goalwire.execution.home import Home
+from goalwire.execution.node_work_queue import NodeWorkQueue
 from goalwire.execution.guard_condition import GuardCondition
-from goalwire.execution.lifeline import Lifeline
+from goalwire.execution.shutdown_signal import ShutdownSignal
 from goalwire.execution.multi_threaded import MultiThreadedExecutor
 from goalwire.execution.signals import SignalHandlerOptions
 from goalwire.execution.single_threaded import SingleThreadedExecutor
-from goalwire.execution.steady import SteadyClock
+from goalwire.execution.monotonic import SteadyClock
 
 class Announcing(SteadyClock):
     '''Says when the first thread goes to sleep.'''
@@ -40,12 +40,12 @@ class Announcing(SteadyClock):
 
 class Context:
     def __init__(self):
-        self.lifeline = Lifeline(Announcing())
+        self.shutdown_signal = ShutdownSignal(Announcing())
     def ok(self):
-        return self.lifeline.alive
+        return self.shutdown_signal.alive
 
 context = Context()
-signals.register(context.lifeline)
+signals.register(context.shutdown_signal)
 signals.install_signal_handlers()
 single, multi = SingleThreadedExecutor(context=context), MultiThreadedExecutor(4, context=context)
 def ready():
@@ -273,7 +273,7 @@ class Late(SteadyClock):
         if threading.current_thread() is threading.main_thread():
             threading.Thread(target=os.kill, args=(os.getpid(), signal.SIGTERM)).start()
         return super().wait(waiter, deadline_ns)
-context.lifeline.clock = Late()
+context.shutdown_signal.clock = Late()
 late = MultiThreadedExecutor(4, context=context)
 late.spin()
 print('returned')
@@ -292,8 +292,8 @@ if child == 0:
     os.kill(os.getpid(), signal.SIGTERM)
     os._exit(4)
 print('child', os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
-deadline = context.lifeline.clock.now() + 200_000_000
-print('parent', Future().wait(deadline, lifeline=context.lifeline), context.ok())
+deadline = context.shutdown_signal.clock.now() + 200_000_000
+print('parent', Future().wait(deadline, shutdown_signal=context.shutdown_signal), context.ok())
 """
     with Program(HEAD + body) as program:
         assert program.wait(10) == 0
@@ -354,15 +354,15 @@ def test_the_previous_handler_is_called_and_guard_conditions_are_triggered(
     other = SmallContext()
     try:
         signals.install_signal_handlers(SignalHandlerOptions.SIGTERM)
-        signals.register(other.lifeline)
+        signals.register(other.shutdown_signal)
         signal.raise_signal(signal.SIGTERM)
         assert called == [signal.SIGTERM]
         assert not other.ok()
-        assert other.lifeline.reason == 'SIGTERM'
+        assert other.shutdown_signal.reason == 'SIGTERM'
         assert context.ok()
-        assert list(guard.home._backlog) == [guard]
+        assert list(guard.work_queue._backlog) == [guard]
     finally:
-        signals.unregister(other.lifeline)
+        signals.unregister(other.shutdown_signal)
         guard.destroy()
         signals.uninstall_signal_handlers()
         signal.signal(signal.SIGTERM, before)

@@ -13,13 +13,13 @@ from goalwire.errors import InvalidHandle, ROSInterruptException
 from goalwire.execution.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
 from goalwire.execution.clock import Clock, ROSClock, SteadyClock
 from goalwire.execution.executor import Executor
+from goalwire.execution.monotonic import STEADY
 from goalwire.execution.multi_threaded import MultiThreadedExecutor
 from goalwire.execution.rate import Rate
 from goalwire.execution.single_threaded import SingleThreadedExecutor
-from goalwire.execution.steady import STEADY
 from goalwire.execution.timer import Timer
 from goalwire.execution.waiting import Waiter
-from goalwire.protocol.time import ClockType, Duration, Time
+from goalwire.rules.time import ClockType, Duration, Time
 
 MS = 1_000_000
 
@@ -49,7 +49,7 @@ class World:
     def __init__(self) -> None:
         self.time = HandSet()
         context = SmallContext()
-        context.lifeline.clock = self.time
+        context.shutdown_signal.clock = self.time
         self.executor = SingleThreadedExecutor(context=context)
         self.node = SmallNode()
         self.executor.add_node(self.node)
@@ -60,7 +60,9 @@ class World:
         self, period_ms: float, clock_type: ClockType = ClockType.ROS_TIME, *, autostart: bool = True
     ) -> Timer:
         clock = Clock(clock_type=clock_type, source=self.time)
-        return Timer(self.note, None, int(period_ms * MS), clock, home=self.node.home, autostart=autostart)
+        return Timer(
+            self.note, None, int(period_ms * MS), clock, work_queue=self.node.work_queue, autostart=autostart
+        )
 
     def note(self) -> None:
         self.calls.append((self.time.time - self._begun) / MS)
@@ -199,10 +201,12 @@ def test_a_timer_that_is_destroyed_while_it_sets_its_alarm_leaves_none_behind(no
             return super().steady_time_of(time_ns)
 
     timers: list[Timer] = []
-    timer = Timer(bool, None, MS, Interrupted(clock_type=ClockType.STEADY_TIME), home=node.handle.home)
+    timer = Timer(
+        bool, None, MS, Interrupted(clock_type=ClockType.STEADY_TIME), work_queue=node.handle.work_queue
+    )
     timers.append(timer)
     timer.reset()
-    assert node.handle.home._alarms == {}
+    assert node.handle.work_queue._alarms == {}
 
 
 def test_a_period_beyond_64_bits_is_refused() -> None:
@@ -252,7 +256,7 @@ def test_timers_tick_on_the_machines_time_under_both_executors(executor: Executo
             enough.set()
 
     begun = STEADY.now()
-    timer = Timer(tick, MutuallyExclusiveCallbackGroup(), 5 * MS, ROSClock(), home=node.home)
+    timer = Timer(tick, MutuallyExclusiveCallbackGroup(), 5 * MS, ROSClock(), work_queue=node.work_queue)
     with Spinning(executor):
         assert soon(enough)
         assert (STEADY.now() - begun) >= 100 * MS
@@ -263,11 +267,11 @@ def test_a_timer_made_or_reset_while_the_executor_sleeps_is_heard_of(
     executor: Executor, node: SmallNode
 ) -> None:
     executor.add_node(node)
-    distant = Timer(lambda: None, None, 3600 * 1000 * MS, Clock(), home=node.home)
+    distant = Timer(lambda: None, None, 3600 * 1000 * MS, Clock(), work_queue=node.work_queue)
     with Spinning(executor):
         assert executor.create_task(lambda: None).wait(STEADY.now() + 10**10)
         made = threading.Event()
-        timer = Timer(made.set, None, 5 * MS, Clock(), home=node.home)
+        timer = Timer(made.set, None, 5 * MS, Clock(), work_queue=node.work_queue)
         assert soon(made)
         timer.destroy()
         reset = threading.Event()
@@ -288,7 +292,7 @@ def test_a_slow_reentrant_timer_overlaps_itself(multi: MultiThreadedExecutor, no
             together.wait(PATIENCE)
             met.set()
 
-    timer = Timer(tick, ReentrantCallbackGroup(), 5 * MS, Clock(), home=node.home)
+    timer = Timer(tick, ReentrantCallbackGroup(), 5 * MS, Clock(), work_queue=node.work_queue)
     with Spinning(multi):
         assert soon(met)
         timer.cancel()
@@ -307,7 +311,7 @@ def test_a_coroutine_timer_ticks_under_both_executors(executor: Executor, node: 
         if count == 10:
             enough.set()
 
-    timer = Timer(tick, MutuallyExclusiveCallbackGroup(), 2 * MS, Clock(), home=node.home)
+    timer = Timer(tick, MutuallyExclusiveCallbackGroup(), 2 * MS, Clock(), work_queue=node.work_queue)
     with Spinning(executor):
         assert soon(enough)
     timer.destroy()
@@ -317,7 +321,7 @@ def test_timers_tick_while_other_callbacks_block(multi: MultiThreadedExecutor, n
     multi.add_node(node)
     release, ticked = threading.Event(), threading.Semaphore(0)
     timers = [
-        Timer(callback, MutuallyExclusiveCallbackGroup(), 2 * MS, Clock(), home=node.home)
+        Timer(callback, MutuallyExclusiveCallbackGroup(), 2 * MS, Clock(), work_queue=node.work_queue)
         for callback in (lambda: release.wait(PATIENCE), ticked.release)
     ]
     with Spinning(multi):
@@ -343,7 +347,11 @@ def test_a_timer_under_sim_time_follows_the_override() -> None:
     clock.set_ros_time_override(Time(seconds=10, clock_type=ClockType.ROS_TIME))
     clock._set_ros_time_is_active(True)
     timer = Timer(
-        lambda: world.calls.append(clock.now().nanoseconds / 1e9), None, 10**9, clock, home=world.node.home
+        lambda: world.calls.append(clock.now().nanoseconds / 1e9),
+        None,
+        10**9,
+        clock,
+        work_queue=world.node.work_queue,
     )
     steps = [
         (10.5, [], 0.5),
@@ -364,7 +372,7 @@ def test_a_timer_under_sim_time_follows_the_override() -> None:
 def test_a_timer_keeps_what_is_left_of_its_period_when_sim_time_is_switched() -> None:
     world = World()
     clock = ROSClock(source=world.time)
-    timer = Timer(world.note, None, 100 * MS, clock, home=world.node.home)
+    timer = Timer(world.note, None, 100 * MS, clock, work_queue=world.node.work_queue)
     world.at(60)
     clock.set_ros_time_override(Time(seconds=5, clock_type=ClockType.ROS_TIME))
     clock._set_ros_time_is_active(True)
@@ -381,7 +389,7 @@ def test_the_setter_of_sim_time_wakes_a_sleeping_executor(executor: Executor, no
     clock = ROSClock()
     clock._set_ros_time_is_active(True)
     ticked = threading.Event()
-    timer = Timer(ticked.set, None, 10**9, clock, home=node.home)
+    timer = Timer(ticked.set, None, 10**9, clock, work_queue=node.work_queue)
     with Spinning(executor):
         assert executor.create_task(lambda: None).wait(STEADY.now() + 10**10)
         clock.set_ros_time_override(Time(seconds=1, clock_type=ClockType.ROS_TIME))
@@ -452,7 +460,7 @@ class Adjustable(SteadyClock):
 
 def test_a_rate_and_a_sleep_end_in_time_when_the_machines_clock_is_set_back(context: SmallContext) -> None:
     time = Adjustable()
-    context.lifeline.clock = time
+    context.shutdown_signal.clock = time
     clock = ROSClock(source=time)
     ticks = rate(context, 10, clock)
     ended = threading.Semaphore(0)
@@ -573,10 +581,10 @@ def test_a_loop_around_spin_once_goes_on_while_another_thread_sleeps_in_a_rate(
     executor: Executor, context: SmallContext, node: SmallNode
 ) -> None:
     executor.add_node(node)
-    ticks = Rate(Timer(None, None, 10 * MS, ROSClock(), home=node.home), context=context)
+    ticks = Rate(Timer(None, None, 10 * MS, ROSClock(), work_queue=node.work_queue), context=context)
     done = threading.Event()
 
-    def work() -> None:
+    def source() -> None:
         for _ in range(3):
             ticks.sleep()
         done.set()
@@ -585,7 +593,7 @@ def test_a_loop_around_spin_once_goes_on_while_another_thread_sleeps_in_a_rate(
         while not done.is_set():
             executor.spin_once()
 
-    threads = [threading.Thread(target=target) for target in (work, loop)]
+    threads = [threading.Thread(target=target) for target in (source, loop)]
     for thread in threads:
         thread.start()
     try:

@@ -10,7 +10,7 @@ from goalwire.execution.clock import Clock, ROSClock
 from goalwire.execution.single_threaded import SingleThreadedExecutor
 from goalwire.execution.timer import Timer, TimerInfo
 from goalwire.execution.timer_info import taking_info
-from goalwire.protocol.time import ClockType, Time
+from goalwire.rules.time import ClockType, Time
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -111,7 +111,7 @@ def test_an_info_of_impossible_times_is_refused(
 def test_a_timer_tells_when_it_was_due_and_when_it_came(context: SmallContext) -> None:
     node, clock, seen = SmallNode(), ROSClock(), list[TimerInfo]()
     clock._set_ros_time_is_active(True)
-    timer = Timer(seen.append, None, 10**9, clock, home=node.home)
+    timer = Timer(seen.append, None, 10**9, clock, work_queue=node.work_queue)
     with SingleThreadedExecutor(context=context) as executor:
         executor.add_node(node)
         clock.set_ros_time_override(Time(seconds=2.5, clock_type=ClockType.ROS_TIME))

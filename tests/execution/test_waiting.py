@@ -5,10 +5,10 @@ import threading
 import pytest
 from helpers.execution import PATIENCE
 
-from goalwire.execution.lifeline import Lifeline
-from goalwire.execution.readiness import Parker, Readiness
-from goalwire.execution.steady import STEADY, deadline_after
-from goalwire.execution.waiting import Keeper, Waiter
+from goalwire.execution.fd_selector import FdSelector, FdWaiter
+from goalwire.execution.monotonic import STEADY, deadline_after
+from goalwire.execution.shutdown_signal import ShutdownSignal
+from goalwire.execution.waiting import Waiter, WireWaiter
 
 
 def test_a_wake_that_comes_first_ends_the_next_wait_at_once() -> None:
@@ -59,19 +59,19 @@ def test_no_timeout_a_negative_one_and_an_infinite_one_mean_no_limit() -> None:
 
 
 def test_a_signal_that_comes_as_a_sleep_beside_the_wire_begins_leaves_nobody_depending() -> None:
-    class Interrupted(Lifeline):
+    class Interrupted(ShutdownSignal):
         """Python runs a signal's handler after calls, and Ctrl-C's raises."""
 
         __slots__ = ()
 
-        def depend(self, who: object) -> None:
-            super().depend(who)
+        def add_external_sleeper(self, who: object) -> None:
+            super().add_external_sleeper(who)
             raise KeyboardInterrupt
 
-    lifeline, readiness = Interrupted(), Readiness(lambda: None)
-    keeper, parker = Keeper(lifeline), Parker(readiness, lifeline)
-    for sleep in (keeper._doze_beside_wire, parker._wait_on_descriptors):
+    shutdown_signal, fd_selector = Interrupted(), FdSelector(lambda: None)
+    wire_waiter, waiter = WireWaiter(shutdown_signal), FdWaiter(fd_selector, shutdown_signal)
+    for sleep in (wire_waiter._wait_on_lock_beside_wire, waiter._wait_on_descriptors):
         with pytest.raises(KeyboardInterrupt):
             sleep(0)
-    assert not lifeline.dependants
-    assert parker.interrupt is None
+    assert not shutdown_signal.external_sleepers
+    assert waiter.interrupt is None

@@ -14,23 +14,23 @@ from itertools import count
 from helpers.zenoh_captured import conversation
 from helpers.zenoh_protocol import Session as ZenohSession
 
-from goalwire.codec import cdr
+from goalwire.cdr import codec
 from goalwire.entities.type_support import action_support, service_support
 from goalwire.errors import EncodeValueError, InterfaceError, RemoteError
-from goalwire.interfaces import (
+from goalwire.idl import (
+    entry_points,
     get_action,
     get_interface,
     get_message,
     get_service,
     register_definitions,
-    registered,
 )
-from goalwire.interfaces.grammar import parse_action, parse_message, parse_service
-from goalwire.protocol.arguments import ArgumentError, UnknownArguments, parse_arguments
-from goalwire.protocol.goals import decode_status_array, wire
-from goalwire.protocol.names.lexer import RuleSyntaxError
-from goalwire.protocol.parameters.files import matches, parse_parameter_file
-from goalwire.protocol.parameters.plain_yaml import typed_text
+from goalwire.idl.grammar import parse_action, parse_message, parse_service
+from goalwire.rules.arguments import ArgumentError, UnknownArguments, parse_arguments
+from goalwire.rules.goals import decode_status_array, wire
+from goalwire.rules.names.lexer import RuleSyntaxError
+from goalwire.rules.parameters.files import matches, parse_parameter_file
+from goalwire.rules.parameters.plain_yaml import typed_text
 from goalwire.transport.dds import participant_info, service_header, user_data
 from goalwire.transport.zenoh import attachment, keyexpr, qos_text, tokens
 from goalwire.transport.zenoh.protocol import key_expressions
@@ -78,12 +78,12 @@ def build_classes(data: bytes) -> None:
     message = cls()
     assert repr(message)
     try:
-        data = cdr.encode(message)
+        data = codec.encode(message)
     except EncodeValueError as error:
         if 'of UTF-8, got' in str(error) or 'UTF-16 units, got' in str(error):
             return  # a default is measured in characters, as rosidl does
         raise
-    assert cdr.decode(data, cls) is not None
+    assert codec.decode(data, cls) is not None
 
 
 def name_a_type(data: bytes) -> None:
@@ -108,18 +108,18 @@ _CLASSES = (
 def read_message(data: bytes) -> None:
     """Read a message of a type that the first byte chooses; what is read is written, and read, the same."""
     cls = _CLASSES[data[0] % len(_CLASSES)] if data else _CLASSES[0]
-    message: object = cdr.decode(data[1:], cls)
+    message: object = codec.decode(data[1:], cls)
     try:
-        again = cdr.encode(message)
+        again = codec.encode(message)
     except EncodeValueError as error:
         if 'a string cannot contain a NUL' in str(error):
             return  # peers in C++ can send one
         raise
-    assert cdr.encode(cdr.decode(again, cls)) == again  # bytes, since nan is no equal of itself
+    assert codec.encode(codec.decode(again, cls)) == again  # bytes, since nan is no equal of itself
 
 
 def _messages() -> tuple[bytes, ...]:
-    return tuple(bytes([number]) + cdr.encode(cls()) for number, cls in enumerate(_CLASSES))
+    return tuple(bytes([number]) + codec.encode(cls()) for number, cls in enumerate(_CLASSES))
 
 
 # ---- the wires ----
@@ -194,7 +194,7 @@ def read_yaml_value(data: bytes) -> None:
 
 def read_entry_points(data: bytes) -> None:
     """What an installed package registers."""
-    registered._entries(text_of(data))
+    entry_points._entries(text_of(data))
 
 
 def read_command_line(data: bytes) -> None:

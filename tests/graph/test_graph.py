@@ -10,8 +10,8 @@ import pytest
 
 from goalwire.graph.graph import Graph
 from goalwire.logging import LogRecord
-from goalwire.protocol.qos import INFINITE_NS, DurabilityPolicy, QoS, ReliabilityPolicy
 from goalwire.records import replace
+from goalwire.rules.qos import INFINITE_NS, DurabilityPolicy, QoS, ReliabilityPolicy
 from goalwire.transport.contract import Endpoint, EndpointKind, GraphEntity, NodeName
 
 PUBLISHER, SUBSCRIPTION = EndpointKind.PUBLISHER, EndpointKind.SUBSCRIPTION

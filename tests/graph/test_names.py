@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from goalwire.graph.names import actions_among, without_hidden
-from goalwire.protocol.names import is_hidden_name
+from goalwire.rules.names import is_hidden_name
 
 
 @pytest.mark.parametrize(

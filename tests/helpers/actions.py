@@ -82,14 +82,14 @@ class Arena:
         spin(self.observer)
 
     def _note_events(self) -> None:
-        react = self.server.react
+        dispatch = self.server.dispatch
 
         def note(event: Callable[..., Any], *args: Any) -> Any:
-            effects = react(event, *args)
+            effects = dispatch(event, *args)
             self.events(event.__name__)
             return effects
 
-        self.server.react = note  # type: ignore[method-assign]
+        self.server.dispatch = note  # type: ignore[method-assign]
 
     def expect_event(self, name: str) -> None:
         """Wait until the server's reactor has been told of such an event."""

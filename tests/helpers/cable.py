@@ -17,7 +17,7 @@ from threading import Thread
 
 from helpers.machines import Machine, machines_without_cable, plug_in
 
-from goalwire.transport.faults import Crossing, Faults, Kind
+from goalwire.transport.faults import Faults, Kind, Packet
 
 if sys.platform == 'linux':
     from fcntl import ioctl
@@ -35,10 +35,10 @@ class _End:
         self.file = os.open('/dev/net/tun', os.O_RDWR)
         ioctl(self.file, _TUNSETIFF, struct.pack('16sH22x', name.encode(), _TAP_WITHOUT_HEADER))
 
-    def write(self, crossing: Crossing) -> None:
+    def write(self, packet: Packet) -> None:
         """Let a frame arrive; a device that is down takes none."""
         with suppress(OSError):
-            os.write(self.file, bytes(crossing.payload))
+            os.write(self.file, bytes(packet.payload))
 
 
 def _forward(ends: tuple[_End, _End], stop: int, faults: Faults) -> None:
@@ -52,7 +52,7 @@ def _forward(ends: tuple[_End, _End], stop: int, faults: Faults) -> None:
             target, here, there = ways[file]
             with suppress(OSError):  # the device is down
                 frame = os.read(file, _FRAME)
-                faults.send(Crossing(Kind.MESSAGE, 'frame', here, there, frame), target.write)
+                faults.send(Packet(Kind.MESSAGE, 'frame', here, there, frame), target.write)
 
 
 @contextmanager

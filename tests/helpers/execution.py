@@ -7,31 +7,31 @@ from collections.abc import Callable
 from typing import Any, Self
 
 from goalwire.execution.executor import Executor
-from goalwire.execution.home import Home
-from goalwire.execution.lifeline import Lifeline
+from goalwire.execution.node_work_queue import NodeWorkQueue
+from goalwire.execution.shutdown_signal import ShutdownSignal
 
 PATIENCE = 10.0
 """s to wait for what must happen: only failures ever take that long."""
 
 
 class SmallContext:
-    """A lifeline."""
+    """A shutdown signal."""
 
     def __init__(self) -> None:
-        self.lifeline = Lifeline()
+        self.shutdown_signal = ShutdownSignal()
 
     def ok(self) -> bool:
-        return self.lifeline.alive
+        return self.shutdown_signal.alive
 
     def shutdown(self) -> None:
-        self.lifeline.end('shutdown')
+        self.shutdown_signal.end('shutdown')
 
 
 class SmallNode:
     """A home."""
 
     def __init__(self) -> None:
-        self.home = Home()
+        self.work_queue = NodeWorkQueue()
         self.executor: Any = None
 
     @property

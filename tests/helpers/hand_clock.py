@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from threading import Condition
 
-from goalwire.transport.faults.courier import Bell
+from goalwire.transport.faults.delay_queue import Bell
 
 
 class HandClock:
-    """Time that passes where a test says so, for a courier."""
+    """Time that passes where a test says so, for a delay queue."""
 
     def __init__(self) -> None:
         self._now = 0

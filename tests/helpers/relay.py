@@ -12,8 +12,8 @@ from contextlib import contextmanager, suppress
 from enum import Enum
 from functools import partial
 
-from goalwire.transport.faults.courier import Courier, RealTime
-from goalwire.transport.faults.crossing import Kind, Path
+from goalwire.transport.faults.delay_queue import DelayQueue, RealTime
+from goalwire.transport.faults.packet import Kind, Path
 
 _CHUNK = 65_536
 
@@ -47,7 +47,9 @@ class _Stream:
                 chunk = b''
             self._relay.gates[self._way].wait()
             deliver = partial(self._write, chunk)
-            self._relay.courier.carry(self._path, int(self._relay.delay_s * 1e9), deliver, overtakes=False)
+            self._relay.delay_queue.carry(
+                self._path, int(self._relay.delay_s * 1e9), deliver, overtakes=False
+            )
             if not chunk:
                 return
 
@@ -68,7 +70,7 @@ class Relay:
     def __init__(self, port: int, server_port: int) -> None:
         self.port = port
         self.delay_s = 0.0
-        self.courier = Courier(RealTime())
+        self.delay_queue = DelayQueue(RealTime())
         self.gates = {way: threading.Event() for way in Way}
         self.release()
         self._server_port = server_port
@@ -144,7 +146,7 @@ class Relay:
         self._break()
         for stream in self._streams:
             stream.join()
-        self.courier.clear()
+        self.delay_queue.clear()
         for each in (self._listener, *self._sockets):
             each.close()
 

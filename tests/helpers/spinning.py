@@ -14,7 +14,7 @@ from goalwire.entities.context import Context
 from goalwire.entities.graph_waiting import wait_for_graph
 from goalwire.execution.executor import Executor, ExternalShutdownException
 from goalwire.execution.future import Future
-from goalwire.execution.steady import STEADY
+from goalwire.execution.monotonic import STEADY
 
 T = TypeVar('T')
 

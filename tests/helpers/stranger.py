@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ctypes import byref
 
-from goalwire.protocol.qos import QoS
+from goalwire.rules.qos import QoS
 from goalwire.transport.dds.abi import SERIALIZED_DATA
 from goalwire.transport.dds.loading import load
 from goalwire.transport.dds.qos import endpoint_qos

@@ -7,8 +7,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from goalwire.codec import layout
-from goalwire.interfaces.model import FLOATS, FieldType, Shape
+from goalwire.cdr import layout
+from goalwire.idl.model import FLOATS, FieldType, Shape
 
 VECTORS = Path(__file__).parents[1] / 'data' / 'vectors'
 WORKSPACE = Path(__file__).parents[2] / 'robot'  # has humanoid_interfaces, which the vectors include

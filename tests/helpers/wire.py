@@ -9,7 +9,7 @@ from typing import NamedTuple
 from helpers.collector import Collector
 from helpers.wires import DDS
 
-from goalwire.protocol.qos import QoS
+from goalwire.rules.qos import QoS
 from goalwire.transport.contract import (
     ClientPort,
     Endpoint,

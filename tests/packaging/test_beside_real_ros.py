@@ -114,6 +114,6 @@ def test_goalwire_run_puts_ours_first_and_takes_the_real_messages(both: Environm
     assert (ours, module, text) == ('True', 'std_msgs.msg._string', 'hello')
     assert data.startswith(HELLO)
     assert second.split() == [
-        str(both.site / 'goalwire' / 'interfaces' / 'share' / 'nav_msgs'),
+        str(both.site / 'goalwire' / 'idl' / 'share' / 'nav_msgs'),
         str(both.site / 'std_msgs' / '__init__.py'),
     ]

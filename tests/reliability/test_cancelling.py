@@ -12,7 +12,7 @@ from helpers.outcomes import Outcomes
 
 import goalwire
 from goalwire.errors import GoalCanceled
-from goalwire.protocol.goals.table import GoalStatus
+from goalwire.rules.goals.table import GoalStatus
 from goalwire.transport.faults import Delay, Kind
 
 from .conftest import Evidence, MakeStage

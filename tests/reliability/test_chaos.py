@@ -40,29 +40,29 @@ GRACE_S, CANCELLING_S = 0.5, 0.2
 A_MOMENT_S = 0.02
 
 
-def some_fault(luck: Random) -> Fault:
+def some_fault(rng: Random) -> Fault:
     """Make a fault of any kind."""
-    rate = luck.choice([0.1, 0.5, 1.0])
+    rate = rng.choice([0.1, 0.5, 1.0])
     kinds: list[Callable[[], Fault]] = [
-        lambda: Delay(luck.uniform(0.0, 0.5), jitter=luck.uniform(0.0, 0.2), rate=rate),
-        lambda: Loss(rate=rate, kind=luck.choice(list(Kind))),
+        lambda: Delay(rng.uniform(0.0, 0.5), jitter=rng.uniform(0.0, 0.2), rate=rate),
+        lambda: Loss(rate=rate, kind=rng.choice(list(Kind))),
         lambda: LostReply(rate=rate),
         lambda: Duplication(rate=rate),
-        lambda: Reordering(by=luck.uniform(0.0, 0.3), rate=rate),
-        lambda: FlippedBytes(rate=rate / 2, number=luck.randrange(1, 9)),
-        lambda: SlowReader(luck.uniform(0.0, 0.1), room=luck.randrange(1, 20)),
-        lambda: Partition('arm', 'mission', one_way=luck.random() < 0.5, lease=luck.uniform(0.0, 1.0)),
-        lambda: Partition('mission', 'arm', one_way=True, lease=luck.uniform(0.0, 1.0)),
+        lambda: Reordering(by=rng.uniform(0.0, 0.3), rate=rate),
+        lambda: FlippedBytes(rate=rate / 2, number=rng.randrange(1, 9)),
+        lambda: SlowReader(rng.uniform(0.0, 0.1), room=rng.randrange(1, 20)),
+        lambda: Partition('arm', 'mission', one_way=rng.random() < 0.5, lease=rng.uniform(0.0, 1.0)),
+        lambda: Partition('mission', 'arm', one_way=True, lease=rng.uniform(0.0, 1.0)),
     ]
-    return luck.choice(kinds)()
+    return rng.choice(kinds)()
 
 
-async def make_trouble(faults: Faults, luck: Random) -> None:
+async def make_trouble(faults: Faults, rng: Random) -> None:
     """Let faults come and go."""
     while True:
-        await asyncio.sleep(luck.uniform(0.05, 0.4))
-        faults.heal(*luck.sample(faults.active, k=len(faults.active) // 2) if luck.random() < 0.7 else ())
-        faults.add(some_fault(luck))
+        await asyncio.sleep(rng.uniform(0.05, 0.4))
+        faults.heal(*rng.sample(faults.active, k=len(faults.active) // 2) if rng.random() < 0.7 else ())
+        faults.add(some_fault(rng))
 
 
 async def count(goal: goalwire.Goal[Fibonacci.Goal, Fibonacci.Feedback]) -> Fibonacci.Result:
@@ -75,16 +75,16 @@ async def count(goal: goalwire.Goal[Fibonacci.Goal, Fibonacci.Feedback]) -> Fibo
 class Worker:
     """Calls and sends goals, one after the other; each must end in time."""
 
-    def __init__(self, stage: Stage, luck: Random, outcomes: Outcomes) -> None:
-        self._luck = luck
+    def __init__(self, stage: Stage, rng: Random, outcomes: Outcomes) -> None:
+        self._rng = rng
         self._outcomes = outcomes
         self._ask = stage.mission.client(Trigger, 'ask')
         self._count = stage.mission.action(Fibonacci, 'count')
 
     async def work(self) -> None:
         for _ in range(JOBS):
-            seconds = self._luck.uniform(0.05, 1.5)
-            is_call, cancels_after = self._luck.random() < 0.6, self._luck.choice([None, None, 0.0, 0.3])
+            seconds = self._rng.uniform(0.05, 1.5)
+            is_call, cancels_after = self._rng.random() < 0.6, self._rng.choice([None, None, 0.0, 0.3])
             most = seconds if is_call else seconds + (cancels_after or 0.0) + CANCELLING_S + GRACE_S
             began = time.monotonic()
             with self._outcomes.counted():
@@ -96,7 +96,7 @@ class Worker:
             assert took <= most + A_MOMENT_S, f'{took:.3f} s instead of {most:.3f}'
 
     async def _send(self, seconds: float, cancels_after: float | None) -> None:
-        order = self._luck.randrange(12)
+        order = self._rng.randrange(12)
         async with self._count.send(order=order, timeout=seconds, grace=GRACE_S) as goal:
             if cancels_after is not None:
                 await asyncio.sleep(cancels_after)
@@ -111,14 +111,14 @@ def test_whatever_happens_everything_ends_in_time_and_nothing_waits(
     outcomes = Outcomes()
 
     async def scenario(seed: int) -> None:
-        luck = Random(seed)
+        rng = Random(seed)
         async with stage() as whole:
             whole.arm.service(Trigger, 'ask', lambda _: Trigger.Response(success=True))
             whole.arm.action_server(Fibonacci, 'count', count)
-            trouble = asyncio.create_task(make_trouble(whole.faults, luck))
+            trouble = asyncio.create_task(make_trouble(whole.faults, rng))
             async with asyncio.TaskGroup() as group:
                 for _ in range(WORKERS):
-                    group.create_task(Worker(whole, Random(luck.random()), outcomes).work())
+                    group.create_task(Worker(whole, Random(rng.random()), outcomes).work())
             trouble.cancel()
             whole.faults.heal()
             await asyncio.sleep(

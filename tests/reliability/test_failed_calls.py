@@ -27,7 +27,7 @@ from goalwire.aio.contexts import CONTEXTS
 from goalwire.errors import DeadlineError
 from goalwire.testing import VirtualClock
 from goalwire.transport.faults import FailedCall, Faults
-from goalwire.transport.memory.bus import BUSES
+from goalwire.transport.memory.domain import DOMAINS
 
 from .conftest import LONG_ONES, WHERE_LONG, Evidence
 
@@ -107,7 +107,7 @@ def left_behind(before: set[threading.Thread]) -> list[str]:
     for thread in live_threads() - before:
         thread.join(PATIENCE)
     left = [thread.name for thread in live_threads() - before]
-    if BUSES.users() or CONTEXTS.open:
+    if DOMAINS.users() or CONTEXTS.open:
         left.append('a session')
     return left
 

@@ -16,7 +16,7 @@ from std_msgs.msg import String
 from std_srvs.srv import SetBool
 
 import goalwire
-from goalwire.transport.faults import Crossing, Fault, FlippedBytes, Kind
+from goalwire.transport.faults import Fault, FlippedBytes, Kind, Packet
 
 from .conftest import Evidence, MakeStage
 
@@ -84,10 +84,10 @@ def test_bytes_that_flip_on_the_way_end_calls_by_type_and_harm_no_other(
 class Garbled(Fault):
     """The first byte of the content is no bool."""
 
-    def strike(self, crossing: Crossing, luck: Random, now: int) -> tuple[Crossing, ...]:
-        payload = bytearray(crossing.payload)
+    def strike(self, packet: Packet, rng: Random, now: int) -> tuple[Packet, ...]:
+        payload = bytearray(packet.payload)
         payload[4] = 7
-        return (crossing._replace(payload=bytes(payload)),)
+        return (packet._replace(payload=bytes(payload)),)
 
 
 @dataclass(eq=False, kw_only=True)
@@ -96,8 +96,8 @@ class Longer(Fault):
 
     extra: int = 8
 
-    def strike(self, crossing: Crossing, luck: Random, now: int) -> tuple[Crossing, ...]:
-        return (crossing._replace(payload=bytes(crossing.payload) + b'\xff' * self.extra),)
+    def strike(self, packet: Packet, rng: Random, now: int) -> tuple[Packet, ...]:
+        return (packet._replace(payload=bytes(packet.payload) + b'\xff' * self.extra),)
 
 
 @pytest.mark.parametrize('extra', [8, 16, 32])

@@ -18,7 +18,7 @@ from helpers.wire import OTHER_HASH, Answers, ContentPublisher, Side, numbers
 from helpers.wires import DDS
 
 from goalwire.errors import ClosedError
-from goalwire.protocol.qos import DurabilityPolicy, QoS, ReliabilityPolicy
+from goalwire.rules.qos import DurabilityPolicy, QoS, ReliabilityPolicy
 from goalwire.transport import registry
 from goalwire.transport.contract import (
     EndpointKind,
@@ -123,13 +123,13 @@ def test_a_message_of_any_size_arrives_unchanged(sides: Sides, size: int) -> Non
 
 def test_every_subscription_gets_every_message(sides: Sides) -> None:
     alpha, beta = sides
-    inboxes = [Samples() for _ in range(3)]
-    publisher = connected(sides, inboxes[0])
-    beta.subscription('/chatter', inboxes[1])
-    alpha.subscription('/chatter', inboxes[2])
+    event_queues = [Samples() for _ in range(3)]
+    publisher = connected(sides, event_queues[0])
+    beta.subscription('/chatter', event_queues[1])
+    alpha.subscription('/chatter', event_queues[2])
     alpha.graph.expect(SUBSCRIPTION, '/chatter', 3)
     publisher.publish(b'hello')
-    assert [payloads(inbox.expect(1)) for inbox in inboxes] == [[b'hello']] * 3
+    assert [payloads(event_queue.expect(1)) for event_queue in event_queues] == [[b'hello']] * 3
 
 
 @pytest.mark.differs_on(DDS, 'types are compared by name, not by definition')
@@ -414,7 +414,7 @@ def test_domains_do_not_hear_each_other(sides: Sides, transport_name: str) -> No
 FORKING = """
     import os, sys
     from goalwire.errors import ForkedError
-    from goalwire.protocol.qos import QoS
+    from goalwire.rules.qos import QoS
     from goalwire.transport import registry
     from goalwire.transport.contract import Endpoint, EndpointKind, NodeName, SessionOptions
 

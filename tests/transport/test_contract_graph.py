@@ -8,14 +8,14 @@ import pytest
 from helpers.wire import ADD, HASH, STRING, SeenGraph, Side, topic_endpoint
 from helpers.wires import DDS
 
-from goalwire.protocol.qos import (
+from goalwire.records import replace
+from goalwire.rules.qos import (
     DurabilityPolicy,
     HistoryPolicy,
     LivelinessPolicy,
     QoS,
     ReliabilityPolicy,
 )
-from goalwire.records import replace
 from goalwire.transport.contract import EndpointKind, NodeName, Port, Request, Sample, Session
 
 NODE, PUBLISHER, SUBSCRIPTION = EndpointKind.NODE, EndpointKind.PUBLISHER, EndpointKind.SUBSCRIPTION

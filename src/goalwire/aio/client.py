@@ -7,17 +7,17 @@ from math import inf
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 from goalwire.aio.entity import Entity, message_of
-from goalwire.entities.attempt import Attempt
+from goalwire.entities.awaited_call import AwaitedCall
 from goalwire.entities.client import ClientCore
 from goalwire.execution.asyncio_waiting import completion
-from goalwire.execution.bridge import bridge_to
+from goalwire.execution.loop_waker import waker_of
 
 if TYPE_CHECKING:
     from goalwire.entities.node import NodeCore
     from goalwire.entities.type_support import ServiceSupport
-    from goalwire.protocol.qos import QoS
-    from goalwire.protocol.retries import Retry
-    from goalwire.protocol.statistics import ClientStatistics
+    from goalwire.rules.qos import QoS
+    from goalwire.rules.retries import Retry
+    from goalwire.rules.statistics import ClientStatistics
 
 RequestT = TypeVar('RequestT')
 ResponseT = TypeVar('ResponseT')
@@ -35,7 +35,7 @@ class Client(Entity, Generic[RequestT, ResponseT]):
         timeout: float | None,
         retry: Retry | None,
     ) -> None:
-        self._bridge = bridge_to(asyncio.get_running_loop())
+        self._bridge = waker_of(asyncio.get_running_loop())
         self._core = ClientCore(node, support, name, qos)
         self._core.call_timeout = timeout
         if retry is not None:
@@ -70,7 +70,7 @@ class Client(Entity, Generic[RequestT, ResponseT]):
     async def wait_for_server(self, *, timeout: float | None = None) -> None:
         """Wait until there is a server. Raises NoServerError, InvalidHandle once closed, ShutDownError."""
         core = self._core
-        attempt = Attempt(core.node.context, 'service', self.name, timeout)
+        attempt = AwaitedCall(core.node.context, 'service', self.name, timeout)
         await attempt.until(core.server_is_there, self.name)
 
     def statistics(self) -> ClientStatistics:

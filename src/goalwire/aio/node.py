@@ -8,27 +8,27 @@ from typing import TYPE_CHECKING, TypeVar
 
 from goalwire.aio.action.client import ActionClient
 from goalwire.aio.action.server import ActionServer, Goal
+from goalwire.aio.builtin_services import stand
 from goalwire.aio.client import Client
 from goalwire.aio.contexts import CONTEXTS
 from goalwire.aio.parameters import Parameters
 from goalwire.aio.publisher import Publisher
 from goalwire.aio.service import Service
-from goalwire.aio.standing import stand
 from goalwire.aio.subscription import Subscription
 from goalwire.aio.timer import Timer
 from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import ServiceType, action_support, service_support
 from goalwire.errors import ClosedError
+from goalwire.execution.asyncio_callback_tasks import CallbackTasks
 from goalwire.execution.asyncio_clock import AsyncClock
-from goalwire.execution.asyncio_host import LoopHost
-from goalwire.execution.asyncio_runs import Runs
+from goalwire.execution.asyncio_shared_loop import SharedLoop
 from goalwire.execution.asyncio_threads import in_thread
-from goalwire.execution.steady import timeout_ns
+from goalwire.execution.monotonic import timeout_ns
 from goalwire.logging import RcutilsLogger, get_logger
-from goalwire.protocol.goals.policy import UNLIMITED
-from goalwire.protocol.goals.server import GoalServer
-from goalwire.protocol.qos import SERVICES_DEFAULT, QoS
-from goalwire.protocol.time import ClockType
+from goalwire.rules.goals.policy import UNLIMITED
+from goalwire.rules.goals.server import GoalServer
+from goalwire.rules.qos import SERVICES_DEFAULT, QoS
+from goalwire.rules.time import ClockType
 
 if TYPE_CHECKING:
     from types import TracebackType
@@ -37,10 +37,10 @@ if TYPE_CHECKING:
     from goalwire.aio.parameters import ParameterStore
     from goalwire.entities.actions.types import ActionType
     from goalwire.entities.context import Context
-    from goalwire.protocol.goals.policy import GoalPolicy, OnClientLost
-    from goalwire.protocol.parameters import ParameterValue
-    from goalwire.protocol.retries import Retry
-    from goalwire.protocol.statistics import NodeStatistics
+    from goalwire.rules.goals.policy import GoalPolicy, OnClientLost
+    from goalwire.rules.parameters import ParameterValue
+    from goalwire.rules.retries import Retry
+    from goalwire.rules.statistics import NodeStatistics
     from goalwire.transport.contract import Request
 
 MsgT = TypeVar('MsgT')
@@ -86,7 +86,7 @@ class Node:
         self._arguments = list(arguments)
         self._overrides = dict(parameters or {})
         self._call_timeout = call_timeout
-        self._runs = Runs()
+        self._runs = CallbackTasks()
         self._resources = ExitStack()
         self._core: NodeCore | None = None
         self._entered = False
@@ -100,7 +100,7 @@ class Node:
         self._entered = True
         try:
             core = await in_thread(self._open)  # a session takes its time, which the loop has not
-            self._host = LoopHost(core.home, core.context.lifeline, self._runs)
+            self._host = SharedLoop(core.work_queue, core.context.shutdown_signal, self._runs)
             await self._host.__aenter__()
         except BaseException:
             await in_thread(self._resources.close)
@@ -116,8 +116,10 @@ class Node:
         core = NodeCore(context, self._name, self._namespace, cli_args=self._arguments)
         self._resources.callback(core.destroy)
         core.call_timeout = self._call_timeout
-        lifeline = context.lifeline
-        self._clock = AsyncClock(clock_type=ClockType.ROS_TIME, source=lifeline.clock, lifeline=lifeline)
+        shutdown_signal = context.shutdown_signal
+        self._clock = AsyncClock(
+            clock_type=ClockType.ROS_TIME, source=shutdown_signal.clock, shutdown_signal=shutdown_signal
+        )
         core.clock = self._clock
         self._store: ParameterStore = stand(core, self._overrides)
         self._parameters = Parameters(self._store)

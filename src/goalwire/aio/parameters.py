@@ -11,16 +11,16 @@ from goalwire.entities.parameters.events import PARAMETER_EVENT, PARAMETER_EVENT
 from goalwire.entities.parameters.node_parameters import NodeParameters
 from goalwire.entities.publisher import PublisherCore
 from goalwire.entities.standard_types import standard_message
-from goalwire.execution.asyncio_stream import Stream
-from goalwire.protocol.parameters import Outcome, Parameter
-from goalwire.protocol.qos import PARAMETER_EVENTS
+from goalwire.execution.asyncio_queue import AsyncQueue
+from goalwire.rules.parameters import Outcome, Parameter
+from goalwire.rules.qos import PARAMETER_EVENTS
 
 if TYPE_CHECKING:
     from typing import Self
 
     from goalwire.entities.node import NodeCore
     from goalwire.entities.parameters.declaration import Described
-    from goalwire.protocol.parameters import ParameterValue
+    from goalwire.rules.parameters import ParameterValue
 
 ValueT = TypeVar('ValueT')
 
@@ -129,7 +129,7 @@ class Changes(Entity):
     def __init__(self, store: ParameterStore) -> None:
         self.name = store.handle.name.qualified
         self._store = store
-        self._stream: Stream[Parameter] = Stream(CHANGES_LIMIT)
+        self._stream: AsyncQueue[Parameter] = AsyncQueue(CHANGES_LIMIT)
         store.add_post_set_parameters_callback(self._note)
         store.handle.own(self)
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Generic, TypeVar, cast
 
 from goalwire.aio.entity import Entity, message_of
-from goalwire.entities.attempt import Attempt
+from goalwire.entities.awaited_call import AwaitedCall
 from goalwire.entities.publisher import PublisherCore
 from goalwire.entities.qos_warnings import warn_by_default
 
 if TYPE_CHECKING:
     from goalwire.entities.node import NodeCore
-    from goalwire.protocol.qos import QoS
-    from goalwire.protocol.statistics import PublisherStatistics
+    from goalwire.rules.qos import QoS
+    from goalwire.rules.statistics import PublisherStatistics
 
 MsgT = TypeVar('MsgT')
 
@@ -43,7 +43,7 @@ class Publisher(Entity, Generic[MsgT]):
 
         Raises DeadlineError, InvalidHandle once closed, ShutDownError.
         """
-        attempt = Attempt(self._core.node.context, 'topic', self.name, timeout)
+        attempt = AwaitedCall(self._core.node.context, 'topic', self.name, timeout)
         await attempt.shows(lambda: self._core.subscription_count() >= count, 'too few subscribers came')
 
     def statistics(self) -> PublisherStatistics:

@@ -14,9 +14,9 @@ from goalwire.logging import get_logger
 if TYPE_CHECKING:
     from goalwire.entities.node import NodeCore
     from goalwire.entities.type_support import ServiceSupport
-    from goalwire.execution.asyncio_runs import Runs
-    from goalwire.protocol.qos import QoS
-    from goalwire.protocol.statistics import ServiceStatistics
+    from goalwire.execution.asyncio_callback_tasks import CallbackTasks
+    from goalwire.rules.qos import QoS
+    from goalwire.rules.statistics import ServiceStatistics
 
 RequestT = TypeVar('RequestT')
 ResponseT = TypeVar('ResponseT')
@@ -60,7 +60,7 @@ class Service(Entity, Generic[RequestT, ResponseT]):
         name: str,
         handler: Callable[[RequestT], ResponseT | Awaitable[ResponseT]],
         qos: QoS,
-        runs: Runs,
+        runs: CallbackTasks,
         *,
         concurrent: bool,
     ) -> None:
@@ -80,4 +80,4 @@ class Service(Entity, Generic[RequestT, ResponseT]):
     def close(self) -> None:
         """Answer no more; handlers that run are cancelled, and their clients learn of it. Idempotent."""
         self._core.destroy()
-        self._runs.cancel(self._core.inbox)
+        self._runs.cancel(self._core.event_queue)

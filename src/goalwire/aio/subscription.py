@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 from goalwire.aio.entity import Entity
 from goalwire.entities.qos_warnings import warn_by_default
 from goalwire.entities.subscription import SubscriptionCore, queue_depth
-from goalwire.execution.asyncio_stream import Stream
+from goalwire.execution.asyncio_queue import AsyncQueue
 from goalwire.execution.callback_groups import ReentrantCallbackGroup
 
 if TYPE_CHECKING:
@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 
     from goalwire.entities.node import NodeCore
     from goalwire.entities.subscription import MessageInfo
-    from goalwire.protocol.qos import QoS
-    from goalwire.protocol.statistics import SubscriptionStatistics
+    from goalwire.rules.qos import QoS
+    from goalwire.rules.statistics import SubscriptionStatistics
     from goalwire.transport.contract import Sample
 
 MsgT = TypeVar('MsgT')
@@ -27,7 +27,7 @@ class _Core(SubscriptionCore[MsgT]):
     """Hands what arrives to a stream; no callback, so no turn of the node's engine, is in between."""
 
     def __init__(self, node: NodeCore, msg_type: type[MsgT], topic: str, qos: QoS) -> None:
-        self.stream: Stream[Sample] = Stream(queue_depth(qos))
+        self.stream: AsyncQueue[Sample] = AsyncQueue(queue_depth(qos))
         self._note_arrival: Callable[[Sample], None] | None = None
         super().__init__(node, msg_type, topic, bool, qos, ReentrantCallbackGroup())
 

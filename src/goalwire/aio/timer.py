@@ -6,15 +6,15 @@ from typing import TYPE_CHECKING
 
 from goalwire.aio.entity import Entity
 from goalwire.execution import timer
-from goalwire.execution.asyncio_stream import Stream
-from goalwire.protocol.time import S_TO_NS
+from goalwire.execution.asyncio_queue import AsyncQueue
+from goalwire.rules.time import S_TO_NS
 
 if TYPE_CHECKING:
     from typing import Self
 
     from goalwire.entities.node import NodeCore
-    from goalwire.protocol.statistics import TimerStatistics
-    from goalwire.protocol.time import Time
+    from goalwire.rules.statistics import TimerStatistics
+    from goalwire.rules.time import Time
 
 
 class Timer(Entity):
@@ -29,10 +29,14 @@ class Timer(Entity):
             raise ValueError(f'a timer needs a period above 0 s, not {period}')
         self.name = f'{node.name.qualified}: {period} s'
         self._node = node
-        self._stream: Stream[Time] = Stream(1)
+        self._stream: AsyncQueue[Time] = AsyncQueue(1)
         clock = node.clock
         self._core = timer.Timer(
-            lambda: self._stream.deliver(clock.now()), None, int(period * S_TO_NS), clock, home=node.home
+            lambda: self._stream.deliver(clock.now()),
+            None,
+            int(period * S_TO_NS),
+            clock,
+            work_queue=node.work_queue,
         )
         node.own(self)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Coroutine
 from typing import Any, Self
 
-from goalwire.protocol import reasons
+from goalwire.rules import reasons
 from goalwire.transport.contract import Request
 
 

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 from goalwire.entities.exceptions import RCLError, RCLInvalidROSArgsError, UnknownROSArgsError
 from goalwire.logging import get_logger
-from goalwire.protocol.arguments import ArgumentError, Arguments, UnknownArguments, parse_arguments
+from goalwire.rules.arguments import ArgumentError, Arguments, UnknownArguments, parse_arguments
 
 if TYPE_CHECKING:
-    from goalwire.protocol.parameters.unused import OverrideUse
+    from goalwire.rules.parameters.unused import OverrideUse
 
 
 def process_arguments(args: Sequence[str]) -> Arguments:
@@ -41,7 +41,7 @@ def override_use(arguments: Arguments) -> OverrideUse | None:
     """Return what watches whether the arguments' parameters are used; None where there are none."""
     if not arguments.parameters:
         return None
-    from goalwire.protocol.parameters.unused import OverrideUse
+    from goalwire.rules.parameters.unused import OverrideUse
 
     return OverrideUse(arguments)
 

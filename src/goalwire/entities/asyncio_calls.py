@@ -32,7 +32,7 @@ class AwaitedCalls:
         assert isinstance(future, ResponseFuture)
         self._waiting.add(future)
         try:
-            await settle(future, client.node.context.lifeline)
+            await settle(future, client.node.context.shutdown_signal)
         finally:
             self._waiting.discard(future)
             if not future.done():

@@ -15,21 +15,21 @@ from goalwire.entities.type_support import ServiceSupport
 from goalwire.errors import CallError, ClosedError, DeadlineError, NoServerError, TooManyCallsError
 from goalwire.execution.blocking import abandon, block_on
 from goalwire.execution.callback_groups import CallbackGroup
+from goalwire.execution.event_queue import ResponseTicks
 from goalwire.execution.future import FINISHED, PENDING, Future
-from goalwire.execution.inbox import Arrivals
-from goalwire.execution.steady import deadline_after
+from goalwire.execution.monotonic import deadline_after
 from goalwire.logging import get_logger
-from goalwire.protocol import reasons
-from goalwire.protocol.latencies import Latencies
-from goalwire.protocol.qos import QoS
+from goalwire.rules import reasons
+from goalwire.rules.latencies import Latencies
+from goalwire.rules.qos import QoS
 from goalwire.transport.contract import ClientPort, EndpointKind, Sample
 
 if TYPE_CHECKING:
-    from goalwire.entities.guard import Guard
+    from goalwire.entities.request_timeout import RequestTimeout
     from goalwire.entities.retrying import Retries
-    from goalwire.entities.server_line import ServerLine
-    from goalwire.protocol.retries import Retry
-    from goalwire.protocol.statistics import ClientStatistics
+    from goalwire.entities.server_wait_queue import ServerWaitQueue
+    from goalwire.rules.retries import Retry
+    from goalwire.rules.statistics import ClientStatistics
 
 PENDING_LIMIT = 10_000
 """Calls of one client that may wait for their answers. ROS 2 has no limit, and its clients leak where nobody
@@ -76,7 +76,7 @@ class ResponseFuture(Future[Any]):
     """Of what was sent last; 0 while nothing is on its way."""
     sent_ns: int
     """When, in ns since the UNIX epoch, as a reply's `received_timestamp`."""
-    guard: Guard | None = None
+    guard: RequestTimeout | None = None
     """What makes it end in time; None where it may stay pending, as in ROS 2."""
     encoded = b''
     """What a guard sends, in time."""
@@ -187,19 +187,19 @@ class ClientCore(TimedCalls, Introspected):
         """How many requests were handed to the wire."""
         self.latencies = Latencies()
         """From requests to their responses."""
-        self._clock = node.context.lifeline.clock
+        self._clock = node.context.shutdown_signal.clock
         self.unanswered = 0
         """How many requests no server answered: there was none, it went away, or it gave them up."""
         self._reported: set[str] = set()
         self._told = ''
         """What was said last of names and types that are near."""
-        self.arrivals = Arrivals(node.home, self)
+        self.arrivals = ResponseTicks(node.work_queue, self)
         self.full_name = node.resolve(name, is_service=True)
         self._request_class = support.request
         self._encode = support.encode_request
         endpoint = describe_endpoint(node, EndpointKind.CLIENT, self.full_name, support, qos)
         self._port: ClientPort | None = node.port.client(endpoint)
-        self._line: ServerLine | None = None
+        self._line: ServerWaitQueue | None = None
         self._retries: Retries | None = None
         node.own(self)
 
@@ -229,7 +229,7 @@ class ClientCore(TimedCalls, Introspected):
                 f"cannot call '{self.full_name}': {PENDING_LIMIT} calls of this client wait for answers "
                 'already; give calls a timeout, or wait for some of them first'
             )
-        future = ResponseFuture(self.node.home)
+        future = ResponseFuture(self.node.work_queue)
         future.awaited_by, future.decode, future.sent_as = self, self.support.decode_response, 0
         introspection = self.introspection
         if introspection is not None:
@@ -248,10 +248,10 @@ class ClientCore(TimedCalls, Introspected):
                 raise
         return future
 
-    def _new_line(self) -> ServerLine:
-        from goalwire.entities.server_line import ServerLine
+    def _new_line(self) -> ServerWaitQueue:
+        from goalwire.entities.server_wait_queue import ServerWaitQueue
 
-        self._line = ServerLine(self.node.context, self.server_is_there, 'service', self.full_name)
+        self._line = ServerWaitQueue(self.node.context, self.server_is_there, 'service', self.full_name)
         return self._line
 
     @property
@@ -273,7 +273,11 @@ class ClientCore(TimedCalls, Introspected):
         if port is None:
             raise InvalidHandle
         guard = future.guard
-        left = None if guard is None or guard.terms.deadline is None else guard.terms.left_ns(MARGIN_S)
+        left = (
+            None
+            if guard is None or guard.call_context.deadline is None
+            else guard.call_context.left_ns(MARGIN_S)
+        )
         future.sent_ns = self._clock.system_now()
         try:
             sequence = port.request(payload, future.on_reply, future.on_end, left)
@@ -309,19 +313,19 @@ class ClientCore(TimedCalls, Introspected):
         does one that waits when the context ends: ShutDownError.
         """
         context = self.node.context
-        if self.full_name in context.local_servers.inboxes:
-            context.local_servers.check(context.graph, self.full_name)
+        if self.full_name in context.deadlock_detector.event_queues:
+            context.deadlock_detector.check(context.graph, self.full_name)
         future = self.begin(request, self.default_timeout if timeout_sec is None else None)
-        lifeline = context.lifeline
-        deadline = None if timeout_sec is None else deadline_after(lifeline.clock, timeout_sec)
+        shutdown_signal = context.shutdown_signal
+        deadline = None if timeout_sec is None else deadline_after(shutdown_signal.clock, timeout_sec)
         try:
-            settled = block_on(future, deadline, lifeline)
+            settled = block_on(future, deadline, shutdown_signal)
         except BaseException:
             abandon(future)
             raise
         if not settled:
             future.forget()
-            if future.pending() and not lifeline.alive:
+            if future.pending() and not shutdown_signal.alive:
                 raise ShutDownError(f"cannot call '{self.full_name}'")
             if future.pending() and timeout_sec is not None:
                 raise self._late(timeout_sec)
@@ -378,7 +382,7 @@ class ClientCore(TimedCalls, Introspected):
 
     def statistics(self) -> ClientStatistics:
         """Count what was sent, and what came of it."""
-        from goalwire.protocol.statistics import ClientStatistics
+        from goalwire.rules.statistics import ClientStatistics
 
         return ClientStatistics(
             self.full_name,

@@ -15,21 +15,21 @@ from weakref import WeakMethod, WeakSet
 
 from goalwire import logging
 from goalwire.entities.arguments import override_use, process_arguments
+from goalwire.entities.deadlock_detector import DeadlockDetector
 from goalwire.entities.exceptions import NotInitializedException, RCLError
-from goalwire.entities.local_servers import LocalServers
 from goalwire.entities.rosout import Rosout
 from goalwire.execution import excepthook, signals
-from goalwire.execution.alarms import Alarms
 from goalwire.execution.handle import handle_of
-from goalwire.execution.lifeline import Lifeline
+from goalwire.execution.shutdown_signal import ShutdownSignal
+from goalwire.execution.timer_thread import TimerThread
 from goalwire.graph.graph import Graph
 from goalwire.graph.mismatch import Mismatch
-from goalwire.protocol.arguments import Arguments
+from goalwire.rules.arguments import Arguments
 from goalwire.transport import registry
 from goalwire.transport.contract import Session, SessionOptions
 
 if TYPE_CHECKING:
-    from goalwire.protocol.parameters.unused import OverrideUse
+    from goalwire.rules.parameters.unused import OverrideUse
 
 ShutdownCallback = Callable[[], object]
 
@@ -38,7 +38,7 @@ class Context:
     """Holds everything that lives from init() to shutdown(). Ends once; not reusable."""
 
     def __init__(self) -> None:
-        self.lifeline = Lifeline()
+        self.shutdown_signal = ShutdownSignal()
         self.arguments = Arguments()
         self._lock = threading.RLock()
         self._domain_id: int | None = None
@@ -49,14 +49,14 @@ class Context:
         self.override_use: OverrideUse | None = None
         """Which of the arguments' parameters the nodes declare; None where the arguments have none."""
         self._logs = False
-        self.local_servers = LocalServers()
+        self.deadlock_detector = DeadlockDetector()
         """The request servers of this context's nodes: blocking calls ask whether one of them must answer."""
         self.rosout = Rosout()
         self.call_timeout: float | None = None
         """s that a call may take to which nobody nearer gives a time; None: without limit, as in ROS 2."""
-        self.deadlines = Alarms(self.lifeline, 'goalwire-deadlines')
+        self.deadlines = TimerThread(self.shutdown_signal, 'goalwire-deadlines')
         """What ends calls in time: nothing that rings here may block."""
-        self.sends = Alarms(self.lifeline, 'goalwire-sends')
+        self.sends = TimerThread(self.shutdown_signal, 'goalwire-sends')
         """What sends requests that had to wait; the wire may hold it up."""
 
     # -- from init to shutdown ----------------------------------------------------------------------------
@@ -86,7 +86,7 @@ class Context:
         if initialize_logging:
             self._configure_logging()
         excepthook.install()
-        signals.register(self.lifeline)
+        signals.register(self.shutdown_signal)
         _contexts.add(self)
 
     def _configure_logging(self) -> None:
@@ -110,7 +110,7 @@ class Context:
 
     def ok(self) -> bool:
         """True between init() and the end, whoever ends it."""
-        return self._domain_id is not None and self.lifeline.alive
+        return self._domain_id is not None and self.shutdown_signal.alive
 
     def shutdown(self) -> None:
         """End: wake every waiter, run the shutdown callbacks, close the session.
@@ -119,7 +119,7 @@ class Context:
         """
         if self._domain_id is None:
             raise RuntimeError('Context must be initialized before it can be shutdown')
-        ended_before = not self.lifeline.alive
+        ended_before = not self.shutdown_signal.alive
         self._end()
         if ended_before:
             raise RCLError('failed to shutdown: rcl_shutdown already called on the given context')
@@ -137,10 +137,10 @@ class Context:
         for complaint in self.override_use.complaints() if self.override_use else ():
             logging.get_logger('rcl').warning(complaint)
         try:
-            self.lifeline.end('shutdown')
+            self.shutdown_signal.end('shutdown')
             self._run_shutdown_callbacks()
         finally:
-            signals.unregister(self.lifeline)
+            signals.unregister(self.shutdown_signal)
             self.deadlines.close()
             self.sends.close()
             self.rosout.close()
@@ -220,7 +220,7 @@ class Context:
     def _open(self) -> None:
         if self._domain_id is None:
             raise NotInitializedException('cannot create node')
-        if not self.lifeline.alive:
+        if not self.shutdown_signal.alive:
             raise RCLError('the given context is not valid, either init() was not called or shutdown() was')
         enclave = self.arguments.enclave or '/'
         session = registry.get().open(SessionOptions(domain_id=self._domain_id, enclave=enclave))
@@ -234,7 +234,7 @@ class Context:
             session.close()
             raise
         self._session, self._graph = session, graph
-        self.lifeline.take_session(session)
+        self.shutdown_signal.take_session(session)
 
 
 _contexts: WeakSet[Context] = WeakSet()

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 from goalwire.entities.exceptions import RCLError
 from goalwire.entities.type_support import MessageSupport, ServiceSupport
 from goalwire.graph.mismatch import opposite
-from goalwire.protocol import qos_best_available
-from goalwire.protocol.qos import DurabilityPolicy, HistoryPolicy, LivelinessPolicy, ReliabilityPolicy
+from goalwire.rules import qos_best_available
+from goalwire.rules.qos import DurabilityPolicy, HistoryPolicy, LivelinessPolicy, ReliabilityPolicy
 from goalwire.transport.contract import Endpoint, EndpointKind
 
 if TYPE_CHECKING:
     from goalwire.entities.node import NodeCore
-    from goalwire.protocol.qos import QoS
+    from goalwire.rules.qos import QoS
 
 _UNKNOWN = (
     ('history', HistoryPolicy.UNKNOWN),

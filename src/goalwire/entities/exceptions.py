@@ -13,8 +13,8 @@ from goalwire.errors import (
     ROSInterruptException,
 )
 from goalwire.files import shown
-from goalwire.protocol.names.validation import LONGEST_SHOWN, pointed
-from goalwire.protocol.parameters import Parameter
+from goalwire.rules.names.validation import LONGEST_SHOWN, pointed
+from goalwire.rules.parameters import Parameter
 
 __all__ = [
     'InvalidHandle',

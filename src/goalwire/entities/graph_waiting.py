@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from goalwire.entities.context import Context
-from goalwire.execution.steady import deadline_after
+from goalwire.execution.monotonic import deadline_after
 from goalwire.logging import get_logger
 
 if TYPE_CHECKING:
@@ -20,13 +20,13 @@ def wait_for_graph(context: Context, predicate: Callable[[], bool], timeout_sec:
     """
     if predicate():
         return True
-    lifeline = context.lifeline
-    clock = lifeline.clock
+    shutdown_signal = context.shutdown_signal
+    clock = shutdown_signal.clock
     deadline = deadline_after(clock, timeout_sec)
-    waiter = lifeline.new_waiter()
+    waiter = shutdown_signal.new_waiter()
     changes = context.graph.on_change(waiter.wake)
     try:
-        while lifeline.alive:
+        while shutdown_signal.alive:
             if predicate():
                 return True
             if not clock.wait(waiter, deadline):
@@ -60,15 +60,15 @@ async def graph_shows(context: Context, predicate: Callable[[], bool], deadline:
 
     if predicate():
         return True
-    lifeline = context.lifeline
+    shutdown_signal = context.shutdown_signal
     waiter = AsyncWaiter()
     changes = context.graph.on_change(waiter.wake)
-    end = lifeline.watch(waiter.wake)
+    end = shutdown_signal.watch(waiter.wake)
     try:
-        while lifeline.alive:
+        while shutdown_signal.alive:
             if predicate():
                 return True
-            left = None if deadline is None else deadline - lifeline.clock.now()
+            left = None if deadline is None else deadline - shutdown_signal.clock.now()
             if left is not None and left <= 0:
                 return False
             await waiter.wait(left)

@@ -1,4 +1,4 @@
-"""The name rules of ROS 2 (goalwire.protocol.names), with rclpy's exceptions."""
+"""The name rules of ROS 2 (goalwire.rules.names), with rclpy's exceptions."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from goalwire.entities.exceptions import (
     RCLError,
     TopicExpansionError,
 )
-from goalwire.protocol import names
-from goalwire.protocol.names import ActionNames, InvalidName, RemapRules, UnknownSubstitution
+from goalwire.rules import names
+from goalwire.rules.names import ActionNames, InvalidName, RemapRules, UnknownSubstitution
 from goalwire.transport.contract import NodeName
 
 _EXCEPTIONS = {

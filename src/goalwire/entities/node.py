@@ -16,16 +16,16 @@ from goalwire.entities.names import (
     resolved_action,
 )
 from goalwire.execution.clock import ROSClock
-from goalwire.execution.home import Home
-from goalwire.protocol.arguments import Arguments
-from goalwire.protocol.names import RemapRules
+from goalwire.execution.node_work_queue import NodeWorkQueue
+from goalwire.rules.arguments import Arguments
+from goalwire.rules.names import RemapRules
 
 if TYPE_CHECKING:
     from goalwire.entities.context import Context
     from goalwire.graph.graph import Graph
-    from goalwire.protocol.parameters import ParameterValue
-    from goalwire.protocol.parameters.unused import OverrideUse
-    from goalwire.protocol.statistics import NodeStatistics
+    from goalwire.rules.parameters import ParameterValue
+    from goalwire.rules.parameters.unused import OverrideUse
+    from goalwire.rules.statistics import NodeStatistics
     from goalwire.transport.contract import NodeName, NodePort
 
 
@@ -54,8 +54,8 @@ class NodeCore:
         self._arguments = (own, process)
         self.remaps = RemapRules((*own.remaps, *process.remaps))
         self.name: NodeName = node_names(name, namespace, self.remaps, own.enclave or process.enclave or '/')
-        self.home = Home()
-        self.clock = ROSClock(source=context.lifeline.clock)
+        self.work_queue = NodeWorkQueue()
+        self.clock = ROSClock(source=context.shutdown_signal.clock)
         """What stamps and waits for this node: system time, or /clock under `use_sim_time`."""
         self.call_timeout: float | None = None
         """s that calls of this node may take where their client gives them none; None: the context's."""

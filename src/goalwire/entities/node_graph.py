@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 from goalwire.entities.exceptions import NodeNameNonExistentError, RCLError
 from goalwire.entities.graph_waiting import wait_for_graph
-from goalwire.protocol import names
-from goalwire.protocol.names import InvalidName
+from goalwire.rules import names
+from goalwire.rules.names import InvalidName
 from goalwire.transport.contract import EndpointKind, GraphEntity
 
 if TYPE_CHECKING:

@@ -11,12 +11,12 @@ from goalwire.entities.exceptions import InvalidHandle, ShutDownError
 from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import MessageSupport, message_support
 from goalwire.errors import ClosedError
-from goalwire.protocol.qos import QoS
+from goalwire.rules.qos import QoS
 from goalwire.transport.contract import EndpointKind, PublisherPort
 
 if TYPE_CHECKING:
     from goalwire.entities.qos_events import EndpointEvents
-    from goalwire.protocol.statistics import PublisherStatistics
+    from goalwire.rules.statistics import PublisherStatistics
 
 MsgT = TypeVar('MsgT')
 
@@ -118,7 +118,7 @@ class PublisherCore(Generic[MsgT]):
 
     def statistics(self) -> PublisherStatistics:
         """Count what was published."""
-        from goalwire.protocol.statistics import PublisherStatistics
+        from goalwire.rules.statistics import PublisherStatistics
 
         port = self._port
         dropped = self._dropped if port is None else port.dropped

@@ -13,9 +13,9 @@ from threading import Lock
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from goalwire.entities.exceptions import InvalidHandle, UnsupportedEventTypeError
-from goalwire.execution.work import Work
-from goalwire.protocol.qos_compatibility import incompatible_policy
-from goalwire.protocol.qos_events import (
+from goalwire.execution.callback_source import CallbackSource
+from goalwire.rules.qos_compatibility import incompatible_policy
+from goalwire.rules.qos_events import (
     NOTHING_YET,
     EventStatus,
     EventType,
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from goalwire.entities.node import NodeCore
     from goalwire.execution.callback_groups import CallbackGroup
     from goalwire.graph.counterparts import CounterpartWatch
-    from goalwire.protocol.qos import PolicyKind
+    from goalwire.rules.qos import PolicyKind
     from goalwire.transport.contract import Endpoint, GraphEntity, Port, Sample
 
 
@@ -223,7 +223,7 @@ class EndpointEvents:
                 reader.notify()
 
 
-class EventReader(Work):
+class EventReader(CallbackSource):
     """One callback and what it has seen of an event. Changes that come before it runs are one call."""
 
     __slots__ = ('_posted', '_seen', '_source', 'callback', 'closed', 'event', 'watchers')
@@ -237,7 +237,7 @@ class EventReader(Work):
         group: CallbackGroup | None,
         callback: Callable[[Any], object],
     ) -> None:
-        super().__init__(source.node.home, group)
+        super().__init__(source.node.work_queue, group)
         self.event = event
         self.callback = callback
         self.closed = False
@@ -255,7 +255,7 @@ class EventReader(Work):
         """Let the executor call back. Any thread."""
         if not self._posted and not self.closed:
             self._posted = True
-            self.home.post(self)
+            self.work_queue.post(self)
         for wake in self.watchers:
             wake()
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from goalwire.entities.exceptions import UnsupportedEventTypeError
 from goalwire.logging import get_logger
-from goalwire.protocol.qos_events import (
+from goalwire.rules.qos_events import (
     EventType,
     IncompatibleQoS,
     PublisherEvent,

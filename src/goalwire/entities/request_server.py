@@ -10,11 +10,11 @@ from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import ServiceSupport
 from goalwire.errors import RemoteError
 from goalwire.execution.callback_groups import CallbackGroup
-from goalwire.execution.inbox import Inbox
-from goalwire.protocol import reasons
-from goalwire.protocol.qos import QoS
+from goalwire.execution.event_queue import EventQueue
+from goalwire.rules import reasons
+from goalwire.rules.qos import QoS
 from goalwire.transport.contract import EndpointKind, Payload, Port, Request
-from goalwire.transport.rejects import log_rejected
+from goalwire.transport.reject_counters import log_rejected
 
 QUEUE_LIMIT = 10_000
 """Requests that may wait at one server. Beyond it the newest is refused, counted and logged, whatever the
@@ -48,8 +48,8 @@ class RequestServer:
         self._support = support
         self._decode = decode
         self._call = handle
-        self.inbox: Inbox[Request] = Inbox(
-            node.home, group, self._handle, depth=QUEUE_LIMIT, refuse=self._refuse
+        self.event_queue: EventQueue[Request] = EventQueue(
+            node.work_queue, group, self._handle, depth=QUEUE_LIMIT, refuse=self._refuse
         )
         self.entity: object = self
         """Of what this is a part: what executors written by users are told."""
@@ -60,15 +60,15 @@ class RequestServer:
     def open(self) -> None:
         """Let requests in. They may be handled, on another thread, before this returns."""
         node = self.node
-        node.context.local_servers.add(self.full_name, self.inbox)
+        node.context.deadlock_detector.add(self.full_name, self.event_queue)
         try:
-            self._port = node.port.service(self._endpoint, self.inbox.deliver)
+            self._port = node.port.service(self._endpoint, self.event_queue.deliver)
         except BaseException:
-            node.context.local_servers.remove(self.full_name, self.inbox)
+            node.context.deadlock_detector.remove(self.full_name, self.event_queue)
             raise
 
     def _refuse(self, request: Request) -> None:
-        if self.inbox.closed:
+        if self.event_queue.closed:
             request.drop()
         else:
             request.drop(reasons.refused(f'{QUEUE_LIMIT} requests wait already'))
@@ -77,7 +77,7 @@ class RequestServer:
 
     def work_off(self) -> None:
         """Handle what waits on the calling thread, past the executor."""
-        while (request := self.inbox.take()) is not None:
+        while (request := self.event_queue.take()) is not None:
             self._handle(request)
 
     def _handle(self, request: Request) -> object:
@@ -97,7 +97,7 @@ class RequestServer:
 
     def take(self) -> tuple[Any, Request] | None:
         """Take the oldest request that waits, decoded, past the executor; None where there is none."""
-        while (request := self.inbox.take()) is not None:
+        while (request := self.event_queue.take()) is not None:
             try:
                 return (self._decode or self._support.decode_request)(request.sample.payload), request
             except RemoteError as error:
@@ -119,8 +119,8 @@ class RequestServer:
         port, self._port = self._port, None
         if port is None:
             return
-        self.node.context.local_servers.remove(self.full_name, self.inbox)
+        self.node.context.deadlock_detector.remove(self.full_name, self.event_queue)
         port.close()
-        while (request := self.inbox.take()) is not None:
+        while (request := self.event_queue.take()) is not None:
             request.drop()
-        self.inbox.close()
+        self.event_queue.close()

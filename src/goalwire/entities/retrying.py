@@ -1,4 +1,4 @@
-"""Performs what goalwire.protocol.retries decides: sends a request again, and tells of each attempt."""
+"""Performs what goalwire.rules.retries decides: sends a request again, and tells of each attempt."""
 
 from __future__ import annotations
 
@@ -6,20 +6,20 @@ from random import random
 from threading import Lock
 from typing import TYPE_CHECKING
 
-from goalwire.entities.guard import Guard, Guarded
+from goalwire.entities.request_timeout import RequestTimeout, TimedRequest
 from goalwire.errors import CallError, DeadlineError
-from goalwire.execution.agenda import Alarm
-from goalwire.execution.inbox import Inbox
-from goalwire.execution.steady import timeout_ns
+from goalwire.execution.event_queue import EventQueue
+from goalwire.execution.monotonic import timeout_ns
+from goalwire.execution.timer_heap import TimerEntry
 from goalwire.logging import get_logger
-from goalwire.protocol.retries import Attempts, CallAttempt, Retry, RetryBudget
+from goalwire.rules.retries import Attempts, CallAttempt, Retry, RetryBudget
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from goalwire.entities.call_terms import CallTerms
+    from goalwire.entities.call_context import CallContext
     from goalwire.entities.node import NodeCore
-    from goalwire.entities.server_line import ServerLine
+    from goalwire.entities.server_wait_queue import ServerWaitQueue
 
 RECORDS_LIMIT = 1000
 """Records that may wait for the hook; the oldest is dropped."""
@@ -36,15 +36,17 @@ class Retries:
         self._node = node
         self._budget = RetryBudget(policy)
         hook = policy.on_attempt
-        self._records: Inbox[CallAttempt] | None = None
+        self._records: EventQueue[CallAttempt] | None = None
         if hook is not None:
-            self._records = Inbox(
-                node.home, None, lambda record: self._call(hook, record), depth=RECORDS_LIMIT
+            self._records = EventQueue(
+                node.work_queue, None, lambda record: self._call(hook, record), depth=RECORDS_LIMIT
             )
 
-    def guard(self, terms: CallTerms, line: ServerLine, request: Guarded) -> Guard:
+    def guard(
+        self, call_context: CallContext, line: ServerWaitQueue, request: TimedRequest
+    ) -> RequestTimeout:
         """Make the guard of one call."""
-        return RetryingGuard(terms, line, request, self)
+        return RetryingGuard(call_context, line, request, self)
 
     def attempts(self) -> Attempts:
         """Begin to count for one call."""
@@ -67,13 +69,15 @@ class Retries:
             self._records.close()
 
 
-class RetryingGuard(Guard):
+class RetryingGuard(RequestTimeout):
     """Watches one request, and each of its attempts."""
 
     __slots__ = ('_again', '_attempts', '_early', '_is_out', '_is_sending', '_lock', '_patience', '_retries')
 
-    def __init__(self, terms: CallTerms, line: ServerLine, request: Guarded, retries: Retries) -> None:
-        super().__init__(terms, line, request)
+    def __init__(
+        self, call_context: CallContext, line: ServerWaitQueue, request: TimedRequest, retries: Retries
+    ) -> None:
+        super().__init__(call_context, line, request)
         self._retries = retries
         self._attempts = retries.attempts()
         self._lock = Lock()
@@ -82,17 +86,17 @@ class RetryingGuard(Guard):
         self._is_sending = False
         self._early: Exception | None = None
         """How an attempt has failed while it was being sent."""
-        self._patience = Alarm(self._out_of_patience)
-        self._again = Alarm(self.resume)
+        self._patience = TimerEntry(self._out_of_patience)
+        self._again = TimerEntry(self.resume)
 
     def _send(self) -> None:
         attempts, timeout = self._attempts, self._retries.policy.timeout
-        now = self.terms.now()
+        now = self.call_context.now()
         attempts.begin(now)
-        self.terms.attempts = attempts.number
+        self.call_context.attempts = attempts.number
         self._is_out = self._is_sending = True
         if timeout is not None:
-            self.terms.context.deadlines.set(self._patience, now + timeout_ns(timeout))
+            self.call_context.context.deadlines.set(self._patience, now + timeout_ns(timeout))
         super()._send()
         with self._lock:
             self._is_sending, early = False, self._early
@@ -105,30 +109,30 @@ class RetryingGuard(Guard):
     def _out_of_patience(self) -> None:
         timeout = self._retries.policy.timeout
         self._attempt_failed(
-            self.terms.error(DeadlineError, f'no answer came to an attempt within {timeout} s')
+            self.call_context.error(DeadlineError, f'no answer came to an attempt within {timeout} s')
         )
 
     def unanswered(self, reason: str) -> None:
         self._attempt_failed(self._unanswered(reason))
 
     def _attempt_failed(self, error: Exception) -> None:
-        request, terms = self._request, self.terms
+        request, call_context = self._request, self.call_context
         with self._lock:
             if self._is_sending:  # it can be withdrawn when it has its number
                 self._early = error
                 return
         if request is None or not self._take_back():
             return
-        terms.context.deadlines.drop(self._patience)
+        call_context.context.deadlines.drop(self._patience)
         request.withdraw()
-        delay, now = None, terms.now()
+        delay, now = None, call_context.now()
         if isinstance(error, CallError):
-            delay = self._attempts.failed(error, now, terms.deadline)
+            delay = self._attempts.failed(error, now, call_context.deadline)
             self._tell(error, now, delay)
         if delay is None:
             self.fail(error)
             return
-        terms.context.sends.set(self._again, now + delay)
+        call_context.context.sends.set(self._again, now + delay)
         if self._request is None:
             self._drop_alarms()
 
@@ -143,12 +147,12 @@ class RetryingGuard(Guard):
             return False
         if self._take_back():
             self._attempts.answered()
-            self._tell(None, self.terms.now(), None)
+            self._tell(None, self.call_context.now(), None)
         return True
 
     def fail(self, error: Exception) -> None:
         if self._take_back() and isinstance(error, CallError):  # the time of the whole call is up
-            now = self.terms.now()
+            now = self.call_context.now()
             self._attempts.failed(error, now, now)
             self._tell(error, now, None)
         super().fail(error)
@@ -160,15 +164,17 @@ class RetryingGuard(Guard):
         return True
 
     def _drop_alarms(self) -> None:
-        context = self.terms.context
+        context = self.call_context.context
         context.deadlines.drop(self._patience)
         context.sends.drop(self._again)
 
     def _tell(self, error: CallError | None, now: int, delay: int | None) -> None:
-        terms, attempts = self.terms, self._attempts
-        began = (attempts.began - terms.begun) / 1e9
+        call_context, attempts = self.call_context, self._attempts
+        began = (attempts.began - call_context.begun) / 1e9
         lasted = (now - attempts.began) / 1e9
         retry_in = None if delay is None else delay / 1e9
         self._retries.tell(
-            CallAttempt(terms.name, terms.peers, attempts.number, began, lasted, error, retry_in)
+            CallAttempt(
+                call_context.name, call_context.peers, attempts.number, began, lasted, error, retry_in
+            )
         )

@@ -17,8 +17,8 @@ from goalwire.entities.endpoint import describe_endpoint
 from goalwire.entities.standard_types import standard_message
 from goalwire.errors import ClosedError, ForkedError
 from goalwire.logging import LogRecord, SinkHandle, add_sink, get_logger
-from goalwire.protocol.qos import ROSOUT, QoS
-from goalwire.protocol.time import LATEST_STAMP, S_TO_NS
+from goalwire.rules.qos import ROSOUT, QoS
+from goalwire.rules.time import LATEST_STAMP, S_TO_NS
 from goalwire.transport.contract import EndpointKind, PublisherPort
 
 if TYPE_CHECKING:

@@ -13,14 +13,14 @@ from goalwire.entities.request_server import RequestServer
 from goalwire.entities.service_introspection import Introspected, ServiceIntrospection, Step
 from goalwire.entities.type_support import ServiceSupport
 from goalwire.execution.callback_groups import CallbackGroup
-from goalwire.execution.inbox import Inbox
-from goalwire.protocol import reasons
-from goalwire.protocol.latencies import Latencies
-from goalwire.protocol.qos import QoS
+from goalwire.execution.event_queue import EventQueue
+from goalwire.rules import reasons
+from goalwire.rules.latencies import Latencies
+from goalwire.rules.qos import QoS
 from goalwire.transport.contract import Request
 
 if TYPE_CHECKING:
-    from goalwire.protocol.statistics import ServiceStatistics
+    from goalwire.rules.statistics import ServiceStatistics
 
 
 class ServiceCore(Introspected):
@@ -49,7 +49,7 @@ class ServiceCore(Introspected):
         """How many requests the callback gave up."""
         self.latencies = Latencies()
         """From the arrival of requests to their responses."""
-        self._clock = node.context.lifeline.clock
+        self._clock = node.context.shutdown_signal.clock
         self._server = RequestServer(node, support, name, self._handle, qos, group)
         self._server.entity = self
         self.full_name = self._server.full_name
@@ -98,9 +98,9 @@ class ServiceCore(Introspected):
             _tell(introspection, Step.RESPONSE_SENT, header, response)
 
     @property
-    def inbox(self) -> Inbox[Request]:
+    def event_queue(self) -> EventQueue[Request]:
         """The requests that wait."""
-        return self._server.inbox
+        return self._server.event_queue
 
     def take(self) -> tuple[Any, Request] | None:
         """Take the oldest request that waits, past the callback, with the header of its response; else None.
@@ -119,7 +119,7 @@ class ServiceCore(Introspected):
 
     def statistics(self) -> ServiceStatistics:
         """Count what was asked, and what came of it."""
-        from goalwire.protocol.statistics import ServiceStatistics
+        from goalwire.rules.statistics import ServiceStatistics
 
         answered = self.latencies.count
         return ServiceStatistics(
@@ -127,7 +127,7 @@ class ServiceCore(Introspected):
             answered,
             self.given_up,
             self.taken - answered - self.given_up,
-            len(self.inbox),
+            len(self.event_queue),
             self._server.refused,
             self._server.rejected,
             self.latencies.histogram(),

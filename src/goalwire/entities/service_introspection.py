@@ -12,13 +12,13 @@ from goalwire.entities.type_support import message_support
 from goalwire.errors import ClosedError, GoalwireError
 from goalwire.logging import get_logger
 from goalwire.transport.contract import EndpointKind
-from goalwire.transport.outbox import Outbox
+from goalwire.transport.ordered_dispatcher import OrderedDispatcher
 
 if TYPE_CHECKING:
     from goalwire.entities.node import NodeCore
     from goalwire.entities.type_support import ServiceSupport
     from goalwire.execution.clock import Clock
-    from goalwire.protocol.qos import QoS
+    from goalwire.rules.qos import QoS
     from goalwire.transport.contract import Sample
 
 POSTFIX = '/_service_event'
@@ -99,7 +99,7 @@ class ServiceIntrospection:
         self._port = node.port.publisher(endpoint)
         self.order = RLock()
         """Held while steps are noted whose order matters; re-entrant, for a signal handler may call, too."""
-        self._outbox: Outbox[bytes] = Outbox(self._port.publish)
+        self._dispatcher: OrderedDispatcher[bytes] = OrderedDispatcher(self._port.publish)
 
     def report(self, step: Step, gid: bytes, sequence: int, message: object = None) -> None:
         """Publish one step of the call that the client `gid` counts as `sequence`."""
@@ -109,14 +109,14 @@ class ServiceIntrospection:
     def note(self, step: Step, gid: bytes, sequence: int, message: object = None) -> None:
         """Put one step behind those that wait to be published."""
         try:
-            self._outbox.post(self._event_of(step, gid, sequence, message))
+            self._dispatcher.post(self._event_of(step, gid, sequence, message))
         except GoalwireError as error:
             self._complain(error)
 
     def flush(self) -> None:
         """Publish what waits."""
         try:
-            self._outbox.drain()
+            self._dispatcher.drain()
         except ClosedError:
             return  # the context, node or entity ends
         except GoalwireError as error:

@@ -56,4 +56,4 @@ PART_HASHES = {
         'RIHS01_648c49d976240861a482f961c5621ddd0d2135d8cce6f297a76d4f6376d93b75',
     ),
 }
-"""As `goalwire.interfaces.type_hash` computes them of the request and of the response."""
+"""As `goalwire.idl.type_hash` computes them of the request and of the response."""

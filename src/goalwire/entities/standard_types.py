@@ -52,7 +52,7 @@ SERVICE_HASHES = {
         'RIHS01_69b9c19c1021405984cc60dbbb1edceb147a6538b411d812ba6afabeed962cd5'
     ),
 }
-"""REP-2016 hashes, as `goalwire.interfaces.type_hash` computes them."""
+"""REP-2016 hashes, as `goalwire.idl.type_hash` computes them."""
 
 MESSAGE_HASHES = {
     'lifecycle_msgs/msg/TransitionEvent': (

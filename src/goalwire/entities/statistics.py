@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from typing import TYPE_CHECKING, Any
 
-from goalwire.protocol.statistics import (
+from goalwire.rules.statistics import (
     ActionClientStatistics,
     ActionServerStatistics,
     ClientStatistics,

@@ -12,14 +12,14 @@ from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import message_support
 from goalwire.errors import RemoteError
 from goalwire.execution.callback_groups import CallbackGroup
-from goalwire.execution.inbox import Inbox
-from goalwire.protocol.qos import QoS
+from goalwire.execution.event_queue import EventQueue
+from goalwire.rules.qos import QoS
 from goalwire.transport.contract import EndpointKind, Port, Sample
-from goalwire.transport.rejects import log_rejected
+from goalwire.transport.reject_counters import log_rejected
 
 if TYPE_CHECKING:
     from goalwire.entities.qos_events import EndpointEvents
-    from goalwire.protocol.statistics import SubscriptionStatistics
+    from goalwire.rules.statistics import SubscriptionStatistics
 
 MsgT = TypeVar('MsgT')
 
@@ -67,7 +67,9 @@ class SubscriptionCore(Generic[MsgT]):
         self._decode: Callable[..., Any] = bytes if raw else self.support.decode
         self.set_callback(callback)
         self.full_name = node.resolve(topic)
-        self.inbox: Inbox[Sample] = Inbox(node.home, group, self._handle, depth=queue_depth(qos))
+        self.event_queue: EventQueue[Sample] = EventQueue(
+            node.work_queue, group, self._handle, depth=queue_depth(qos)
+        )
         endpoint = describe_endpoint(node, EndpointKind.SUBSCRIPTION, self.full_name, self.support, qos)
         self._endpoint = endpoint
         self._events: EndpointEvents | None = None
@@ -83,8 +85,8 @@ class SubscriptionCore(Generic[MsgT]):
         self._callback = callback
 
     def _receiver(self) -> Callable[[Sample], None]:
-        """What the transport calls with each message: one call less where that is the inbox itself."""
-        return self.inbox.deliver
+        """What the transport calls with each message: one call less where that is the event queue itself."""
+        return self.event_queue.deliver
 
     def _handle(self, sample: Sample) -> object:
         try:
@@ -105,7 +107,7 @@ class SubscriptionCore(Generic[MsgT]):
         """
         if self._port is None:
             raise InvalidHandle
-        while (sample := self.inbox.take()) is not None:
+        while (sample := self.event_queue.take()) is not None:
             taken = self.read(sample)
             if taken is not None:
                 return taken
@@ -148,14 +150,14 @@ class SubscriptionCore(Generic[MsgT]):
         return self._events
 
     def _watch_arrivals(self, note: Callable[[Sample], None]) -> None:
-        self.inbox.note = note
+        self.event_queue.note = note
 
     def statistics(self) -> SubscriptionStatistics:
         """Count what has come."""
-        return self._count(len(self.inbox), self.inbox.dropped)
+        return self._count(len(self.event_queue), self.event_queue.dropped)
 
     def _count(self, waiting: int, dropped: int) -> SubscriptionStatistics:
-        from goalwire.protocol.statistics import SubscriptionStatistics
+        from goalwire.rules.statistics import SubscriptionStatistics
 
         return SubscriptionStatistics(self.full_name, self.taken, waiting, dropped, self.rejected)
 
@@ -172,7 +174,7 @@ class SubscriptionCore(Generic[MsgT]):
             if self._events is not None:
                 self._events.close()
             port.close()
-            self.inbox.close()
+            self.event_queue.close()
 
 
 def queue_depth(qos: QoS) -> int | None:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from goalwire.entities.subscription import SubscriptionCore
 from goalwire.errors import RemoteError
 from goalwire.execution.blocking import why_it_cannot_answer
-from goalwire.protocol.qos import QoS, ReliabilityPolicy
-from goalwire.protocol.time import S_TO_NS, ClockType, Time
+from goalwire.rules.qos import QoS, ReliabilityPolicy
+from goalwire.rules.time import S_TO_NS, ClockType, Time
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from goalwire.entities.node import NodeCore
     from goalwire.execution.callback_groups import CallbackGroup
     from goalwire.execution.clock import ROSClock
-    from goalwire.protocol.parameters import Parameter
+    from goalwire.rules.parameters import Parameter
     from goalwire.transport.contract import Sample
 
 CLOCK_TOPIC = '/clock'
@@ -127,15 +127,17 @@ class ClockSubscription(SubscriptionCore['ClockMessage']):
             if not self._queued and self._source.advance_quietly(time_ns):
                 return
             self._queued = True
-            self.inbox.deliver(sample)
+            self.event_queue.deliver(sample)
         self._source.wake_sleepers()
 
     def catch_up(self) -> bool:
         """Take the message that waits, if no executor can while the calling thread sleeps; True if so."""
-        home = self.node.home
-        if not self._queued or (home.attached and why_it_cannot_answer(home, self._group) is None):
+        work_queue = self.node.work_queue
+        if not self._queued or (
+            work_queue.attached and why_it_cannot_answer(work_queue, self._group) is None
+        ):
             return False
-        sample = self.inbox.take()
+        sample = self.event_queue.take()
         if sample is None:
             return False
         self._handle(sample)
@@ -153,4 +155,4 @@ class ClockSubscription(SubscriptionCore['ClockMessage']):
             return super()._handle(sample)
         finally:
             with self._order:
-                self._queued = len(self.inbox) > 0
+                self._queued = len(self.event_queue) > 0

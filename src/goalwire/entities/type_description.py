@@ -10,7 +10,7 @@ from goalwire.entities.standard_types import MakeService, standard_service
 from goalwire.entities.type_support import ActionSupport, MessageSupport, ServiceSupport
 from goalwire.errors import peer_text
 from goalwire.logging import get_logger
-from goalwire.protocol.parameters import Descriptor, Type
+from goalwire.rules.parameters import Descriptor, Type
 
 if TYPE_CHECKING:
     from type_description_interfaces.msg import IndividualTypeDescription, TypeDescription, TypeSource
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from goalwire.entities.node import NodeCore
     from goalwire.entities.parameters.node_parameters import NodeParameters
-    from goalwire.interfaces.model import Default, Definition
+    from goalwire.idl.model import Default, Definition
 
 START_PARAMETER = 'start_type_description_service'
 
@@ -84,7 +84,7 @@ def _named(support: object) -> Iterator[tuple[str, str]]:
     if isinstance(support, MessageSupport | ServiceSupport):
         yield support.type_name, support.type_hash
     elif isinstance(support, ActionSupport):
-        from goalwire.interfaces import type_hash, type_name
+        from goalwire.idl import type_hash, type_name
 
         yield type_name(support.cls), type_hash(support.cls)
         for part in (support.send_goal, support.get_result, support.cancel_goal):
@@ -97,8 +97,8 @@ def described(type_name: str) -> TypeDescription:
     """Return the description of 'pkg/msg/Name' (or a service or action) and of all types in it."""
     from type_description_interfaces.msg import TypeDescription
 
-    from goalwire.codec.type_hash import referenced
-    from goalwire.interfaces.foreign import definition_by_name
+    from goalwire.cdr.type_hash import referenced
+    from goalwire.idl.rosidl_compat import definition_by_name
 
     root = definition_by_name(type_name)
     return TypeDescription(
@@ -110,7 +110,7 @@ def described(type_name: str) -> TypeDescription:
 def _individual(definition: Definition) -> IndividualTypeDescription:
     from type_description_interfaces.msg import Field, FieldType, IndividualTypeDescription
 
-    from goalwire.codec.type_hash import described_fields, type_id
+    from goalwire.cdr.type_hash import described_fields, type_id
 
     fields = [
         Field(
@@ -142,10 +142,10 @@ def sources(type_name: str) -> list[TypeSource]:
     """
     from type_description_interfaces.msg import TypeSource
 
-    from goalwire.codec.type_hash import referenced
+    from goalwire.cdr.type_hash import referenced
     from goalwire.errors import InterfaceError
-    from goalwire.interfaces.foreign import definition_by_name
-    from goalwire.interfaces.registry import definition_text
+    from goalwire.idl.registry import definition_text
+    from goalwire.idl.rosidl_compat import definition_by_name
 
     found = []
     root = definition_by_name(type_name)

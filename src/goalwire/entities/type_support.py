@@ -10,8 +10,8 @@ from functools import cache, cached_property
 from types import ModuleType
 from typing import Any, Protocol, TypeVar
 
-from goalwire import interfaces
-from goalwire.codec import cdr
+from goalwire import idl
+from goalwire.cdr import codec
 from goalwire.entities.exceptions import NoTypeSupportImportedException
 from goalwire.records import record
 from goalwire.transport.contract import Payload
@@ -56,12 +56,12 @@ class MessageSupport:
     @cached_property
     def encode(self) -> Callable[[object], bytes]:
         """Turn a message into CDR; raises EncodeError."""
-        return cdr.encoder(self.cls)
+        return codec.encoder(self.cls)
 
     @cached_property
     def decode(self) -> Callable[[Payload], Any]:
         """Turn CDR into a message; raises DecodeError."""
-        return cdr.decoder(self.cls)
+        return codec.decoder(self.cls)
 
 
 class ServiceSupport:
@@ -81,7 +81,7 @@ class ServiceSupport:
         self._find = find
 
     def _part_hashes(self) -> tuple[str, str]:
-        return interfaces.type_hash(self.request), interfaces.type_hash(self.response)
+        return idl.type_hash(self.request), idl.type_hash(self.response)
 
     @cached_property
     def cls(self) -> type:
@@ -103,22 +103,22 @@ class ServiceSupport:
     @cached_property
     def encode_request(self) -> Callable[[object], bytes]:
         """Turn a request into CDR; raises EncodeError."""
-        return cdr.encoder(self.request)
+        return codec.encoder(self.request)
 
     @cached_property
     def decode_request(self) -> Callable[[Payload], Any]:
         """Turn CDR into a request; raises DecodeError."""
-        return cdr.decoder(self.request)
+        return codec.decoder(self.request)
 
     @cached_property
     def encode_response(self) -> Callable[[object], bytes]:
         """Turn a response into CDR; raises EncodeError."""
-        return cdr.encoder(self.response)
+        return codec.encoder(self.response)
 
     @cached_property
     def decode_response(self) -> Callable[[Payload], Any]:
         """Turn CDR into a response; raises DecodeError."""
-        return cdr.decoder(self.response)
+        return codec.decoder(self.response)
 
 
 @record
@@ -142,9 +142,7 @@ def _what_to_give(given: object) -> str:
         example = f', such as {place}.{names[0]}' if names else ''
         return f'since {given.__name__} is a module: give a class of it{example}'
     if isinstance(given, str) and '/' in given:
-        return (
-            f'since it is a str: give the class, as goalwire.interfaces.get_interface({given!r}) returns it'
-        )
+        return f'since it is a str: give the class, as goalwire.idl.get_interface({given!r}) returns it'
     return _ROS1_HINT
 
 
@@ -201,9 +199,9 @@ def message_support(cls: type) -> MessageSupport:
 def _message_support(cls: type) -> MessageSupport:
     check_is_valid_msg_type(cls)
     return MessageSupport(
-        interfaces.type_name(cls),
-        interfaces.type_hash(cls),
-        interfaces.has_buffer_fields(cls),
+        idl.type_name(cls),
+        idl.type_hash(cls),
+        idl.has_buffer_fields(cls),
         lambda: cls,
     )
 
@@ -217,7 +215,7 @@ def service_support(cls: type) -> ServiceSupport:
 @cache
 def _service_support(cls: type) -> ServiceSupport:
     check_is_valid_srv_type(cls)
-    return ServiceSupport(interfaces.type_name(cls), interfaces.type_hash(cls), lambda: cls)
+    return ServiceSupport(idl.type_name(cls), idl.type_hash(cls), lambda: cls)
 
 
 def action_support(cls: type) -> ActionSupport:

@@ -10,13 +10,13 @@ from goalwire.errors import RemoteError
 from goalwire.execution.blocking import block_on
 from goalwire.execution.callback_groups import ReentrantCallbackGroup
 from goalwire.execution.future import Future
-from goalwire.execution.steady import deadline_after
+from goalwire.execution.monotonic import deadline_after
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from goalwire.entities.node import NodeCore
-    from goalwire.protocol.qos import QoS
+    from goalwire.rules.qos import QoS
     from goalwire.transport.contract import Sample
 
 MsgT = TypeVar('MsgT')
@@ -30,7 +30,7 @@ def wait_for_message(
     It has a subscription of its own, which no executor serves: so it works inside callbacks, and beside
     threads that spin. Raises what making a subscription raises.
     """
-    clock = node.context.lifeline.clock
+    clock = node.context.shutdown_signal.clock
     subscription = _Awaited(node, msg_type, topic, qos)
     try:
         return subscription.receive(deadline_after(clock, timeout_sec))
@@ -55,7 +55,7 @@ class _Awaited(SubscriptionCore[MsgT]):
 
     def receive(self, deadline: int | None) -> MsgT | None:
         """Wait for a message that can be decoded; None at `deadline` (steady ns) or the context's end."""
-        while block_on(self._arrival, deadline, self.node.context.lifeline):
+        while block_on(self._arrival, deadline, self.node.context.shutdown_signal):
             self._arrival = Future()  # before looking: what comes now completes this one
             while self._samples:
                 sample = self._samples.popleft()

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 from goalwire.errors import DestroyedError, ROSInterruptException, TimeSourceChangedError
 from goalwire.execution.asyncio_waiting import AsyncWaiter
 from goalwire.execution.clock import Clock, ROSClock
-from goalwire.execution.lifeline import Lifeline
-from goalwire.execution.steady import STEADY, SteadyClock
-from goalwire.protocol.time import S_TO_NS, ClockType
+from goalwire.execution.monotonic import STEADY, SteadyClock
+from goalwire.execution.shutdown_signal import ShutdownSignal
+from goalwire.rules.time import S_TO_NS, ClockType
 
 if TYPE_CHECKING:
     from typing import Self
@@ -24,7 +24,7 @@ class AsyncClock(ROSClock):
         *,
         clock_type: ClockType = ClockType.SYSTEM_TIME,
         source: SteadyClock = STEADY,  # noqa: ARG004
-        lifeline: Lifeline | None = None,  # noqa: ARG004
+        shutdown_signal: ShutdownSignal | None = None,  # noqa: ARG004
     ) -> Self:
         """Raises TypeError for what is no ClockType."""
         if not isinstance(clock_type, ClockType):
@@ -36,11 +36,11 @@ class AsyncClock(ROSClock):
         *,
         clock_type: ClockType = ClockType.SYSTEM_TIME,
         source: SteadyClock = STEADY,
-        lifeline: Lifeline | None = None,
+        shutdown_signal: ShutdownSignal | None = None,
     ) -> None:
-        """The end of `lifeline` ends every sleep."""
+        """The end of `shutdown_signal` ends every sleep."""
         super().__init__(source=source, clock_type=clock_type)
-        self._lifeline = lifeline or Lifeline(source)
+        self._shutdown_signal = shutdown_signal or ShutdownSignal(source)
         self._closed = False
         self._dozing: dict[AsyncWaiter, None] = {}
 
@@ -65,7 +65,7 @@ class AsyncClock(ROSClock):
             await asyncio.sleep(0)
             return
         waiter = AsyncWaiter()
-        watch = self._lifeline.watch(waiter.wake)
+        watch = self._shutdown_signal.watch(waiter.wake)
         self._dozing[waiter] = None
         try:
             await self._doze_for(duration, waiter)
@@ -85,7 +85,7 @@ class AsyncClock(ROSClock):
             missing = target - now()
             if missing <= 0:
                 return
-            if not self._lifeline.alive:
+            if not self._shutdown_signal.alive:
                 raise ROSInterruptException
             await waiter.wait(None if simulated else missing)
 

@@ -14,14 +14,14 @@ async def in_thread(function: Callable[[], T]) -> T:
 
     A thread cannot be stopped, so a cancellation takes effect when it has ended: nothing is left half done.
     """
-    work = asyncio.ensure_future(asyncio.to_thread(function))
+    source = asyncio.ensure_future(asyncio.to_thread(function))
     cancellation: asyncio.CancelledError | None = None
-    while not work.done():
+    while not source.done():
         try:
-            await asyncio.wait([work])
+            await asyncio.wait([source])
         except asyncio.CancelledError as error:
             cancellation = error
     if cancellation is None:
-        return work.result()
-    work.exception()  # looked at: the cancellation is told instead
+        return source.result()
+    source.exception()  # looked at: the cancellation is told instead
     raise cancellation

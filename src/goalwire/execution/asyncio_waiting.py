@@ -6,13 +6,13 @@ import asyncio
 from functools import partial
 from typing import TYPE_CHECKING
 
-from goalwire.execution.asyncio_bridge import Pause
-from goalwire.execution.bridge import bridge_to
+from goalwire.execution.asyncio_loop_waker import DirectFuture
+from goalwire.execution.loop_waker import waker_of
 
 if TYPE_CHECKING:
-    from goalwire.execution.asyncio_bridge import Bridge
-    from goalwire.execution.bridge import Awaitable
-    from goalwire.execution.lifeline import Lifeline
+    from goalwire.execution.asyncio_loop_waker import LoopWaker
+    from goalwire.execution.loop_waker import Awaitable
+    from goalwire.execution.shutdown_signal import ShutdownSignal
 
 
 _MS = 1_000_000
@@ -34,13 +34,13 @@ class AsyncWaiter:
     itself, then looks at the note: one of them sees the other.
     """
 
-    __slots__ = ('_bridge', '_loop', '_sleeper', '_woken')
+    __slots__ = ('_loop', '_sleeper', '_waker', '_woken')
 
     def __init__(self) -> None:
         """Belongs to the running loop; raises RuntimeError outside one."""
         self._loop = asyncio.get_running_loop()
-        self._bridge = bridge_to(self._loop)
-        self._sleeper: Pause | None = None
+        self._waker = waker_of(self._loop)
+        self._sleeper: DirectFuture | None = None
         self._woken = False
 
     def wake(self) -> None:
@@ -48,15 +48,15 @@ class AsyncWaiter:
         self._woken = True
         sleeper = self._sleeper
         if sleeper is not None:
-            self._bridge.call(sleeper.resume)
+            self._waker.call(sleeper.resume)
 
     async def wait(self, timeout_ns: int | None = None) -> None:
         """Sleep until woken, or for `timeout_ns`."""
-        self._sleeper = pause = Pause(loop=self._loop)
-        timer = None if timeout_ns is None else self._loop.call_later(delay_s(timeout_ns), pause.resume)
+        self._sleeper = direct = DirectFuture(loop=self._loop)
+        timer = None if timeout_ns is None else self._loop.call_later(delay_s(timeout_ns), direct.resume)
         try:
             if not self._woken:
-                await pause
+                await direct
         finally:
             self._sleeper = None
             if timer is not None:
@@ -64,22 +64,22 @@ class AsyncWaiter:
         self._woken = False
 
 
-async def settle(future: Awaitable, lifeline: Lifeline, deadline: int | None = None) -> bool:
-    """Wait until `future` is no longer pending (True), or the lifeline has ended or its clock shows
+async def settle(future: Awaitable, shutdown_signal: ShutdownSignal, deadline: int | None = None) -> bool:
+    """Wait until `future` is no longer pending (True), or the shutdown has begun or its clock shows
     `deadline` (False).
     """
     if not future.pending():
         return True
     loop = asyncio.get_running_loop()
-    pause = Pause(loop=loop)
-    wake = partial(bridge_to(loop).call, pause.resume)
-    watch = lifeline.watch(wake)
+    direct = DirectFuture(loop=loop)
+    wake = partial(waker_of(loop).call, direct.resume)
+    watch = shutdown_signal.watch(wake)
     future.add_waker(wake)
     timer = None
     if deadline is not None:
-        timer = loop.call_later(delay_s(deadline - lifeline.clock.now()), pause.resume)
+        timer = loop.call_later(delay_s(deadline - shutdown_signal.clock.now()), direct.resume)
     try:
-        await pause
+        await direct
     finally:
         if timer is not None:
             timer.cancel()
@@ -88,11 +88,11 @@ async def settle(future: Awaitable, lifeline: Lifeline, deadline: int | None = N
     return not future.pending()
 
 
-def completion(future: Awaitable, bridge: Bridge) -> Pause:
+def completion(future: Awaitable, waker: LoopWaker) -> DirectFuture:
     """Return what a coroutine awaits until `future`, which ends in any case, is no longer pending.
 
     `bridge` leads to the running loop. Where the coroutine is cancelled, the future must be given up.
     """
-    pause = Pause()
-    future.add_waker(partial(bridge.call, pause.resume))
-    return pause
+    direct = DirectFuture()
+    future.add_waker(partial(waker.call, direct.resume))
+    return direct

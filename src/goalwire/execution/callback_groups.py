@@ -10,8 +10,8 @@ from weakref import WeakSet
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from goalwire.execution.home import Home
-    from goalwire.execution.work import Work
+    from goalwire.execution.callback_source import CallbackSource
+    from goalwire.execution.node_work_queue import NodeWorkQueue
 
 
 class CallbackGroup:
@@ -23,7 +23,7 @@ class CallbackGroup:
     foreign = False
     """Whether a program has written its rule."""
 
-    home: Home | None = None
+    work_queue: NodeWorkQueue | None = None
     """Where its members' work goes, if not to their node's executor; to be set before they are made."""
 
     def __init__(self) -> None:
@@ -56,14 +56,14 @@ class CallbackGroup:
         """Note that a callback of `entity` has ended."""
         raise NotImplementedError
 
-    def begin(self, work: Work, /) -> bool:
+    def begin(self, source: CallbackSource, /) -> bool:
         """Ask the rule whether a callback of `work` may start, and note that it does."""
-        entity = work.entity
+        entity = source.entity
         return self.can_execute(entity) and self.beginning_execution(entity)
 
-    def ended(self, work: Work, /) -> None:
+    def ended(self, source: CallbackSource, /) -> None:
         """Note that a callback of `work` has ended."""
-        self.ending_execution(work.entity)
+        self.ending_execution(source.entity)
 
     @property
     def active_entity(self) -> object:
@@ -71,11 +71,11 @@ class CallbackGroup:
         return self._active
 
     @property
-    def parked(self) -> Sequence[Work]:
+    def parked(self) -> Sequence[CallbackSource]:
         """What waits for the running callback to end."""
         return ()
 
-    def park(self, work: Work) -> None:
+    def park(self, source: CallbackSource) -> None:
         """Keep `work`, which may not start now, and post it again when it may."""
         raise NotImplementedError
 
@@ -101,9 +101,9 @@ class ReentrantCallbackGroup(CallbackGroup):
     begin = beginning_execution
     ended = ending_execution
 
-    def park(self, work: Work) -> None:
+    def park(self, source: CallbackSource) -> None:
         """Never needed; posting again is right all the same."""
-        work.home.post(work)
+        source.work_queue.post(source)
 
 
 class MutuallyExclusiveCallbackGroup(CallbackGroup):
@@ -118,7 +118,7 @@ class MutuallyExclusiveCallbackGroup(CallbackGroup):
     def __init__(self) -> None:
         super().__init__()
         self._busy = allocate_lock()
-        self._parked: deque[Work] = deque()
+        self._parked: deque[CallbackSource] = deque()
 
     def can_execute(self, entity: object) -> bool:  # noqa: ARG002
         """Whether no callback runs."""
@@ -144,12 +144,12 @@ class MutuallyExclusiveCallbackGroup(CallbackGroup):
     ended = ending_execution
 
     @property
-    def parked(self) -> Sequence[Work]:
+    def parked(self) -> Sequence[CallbackSource]:
         return self._parked.copy()
 
-    def park(self, work: Work) -> None:
+    def park(self, source: CallbackSource) -> None:
         """Keep `work` until the group is free."""
-        self._parked.append(work)
+        self._parked.append(source)
         if not self._busy.locked():
             self._post_next()
 
@@ -157,11 +157,11 @@ class MutuallyExclusiveCallbackGroup(CallbackGroup):
         """Post the oldest parked work, and more while it goes to nodes that no executor runs."""
         while self._parked:
             try:
-                work = self._parked.popleft()
+                source = self._parked.popleft()
             except IndexError:
                 return
-            work.home.post(work)
-            if work.home.attached:
+            source.work_queue.post(source)
+            if source.work_queue.attached:
                 return
 
 

@@ -6,17 +6,17 @@ from typing import TYPE_CHECKING, Protocol
 from weakref import ReferenceType, ref
 
 from goalwire.errors import LocalError, NotInitializedException
-from goalwire.execution.blocking import thread_lent
+from goalwire.execution.blocking import capacity_added
 from goalwire.execution.handle import handle_of
 from goalwire.execution.jump import ClockChange, JumpHandle, JumpThreshold, TimeJump, TimeJumpDictionary
-from goalwire.execution.lifeline import ContextLike, default_context
-from goalwire.execution.steady import STEADY, SteadyClock
-from goalwire.protocol.time import ClockType, Duration, Time
+from goalwire.execution.monotonic import STEADY, SteadyClock
+from goalwire.execution.shutdown_signal import ContextLike, default_context
+from goalwire.rules.time import ClockType, Duration, Time
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from goalwire.execution.lifeline import Lifeline
+    from goalwire.execution.shutdown_signal import ShutdownSignal
     from goalwire.execution.waiting import Waiter
 
 __all__ = [
@@ -125,9 +125,9 @@ class Clock:
             raise NotInitializedException
         if until.clock_type is not self._clock_type:
             raise ValueError("until's clock type does not match this clock's type")
-        lifeline = context.lifeline
-        reached = self.wait_until(until.nanoseconds, lifeline.new_waiter(), lifeline, is_over)
-        return reached or (lifeline.alive and is_over())
+        shutdown_signal = context.shutdown_signal
+        reached = self.wait_until(until.nanoseconds, shutdown_signal.new_waiter(), shutdown_signal, is_over)
+        return reached or (shutdown_signal.alive and is_over())
 
     def sleep_for(self, rel_time: Duration, context: ContextLike | None = None) -> bool:
         """Block for `rel_time` on this clock, however the machine's is set; see `sleep_until`."""
@@ -142,21 +142,25 @@ class Clock:
         return lambda: not self.overridden and source.now() >= end
 
     def wait_until(
-        self, target_ns: int, waiter: Waiter, lifeline: Lifeline, give_up: Callable[[], bool] = bool
+        self,
+        target_ns: int,
+        waiter: Waiter,
+        shutdown_signal: ShutdownSignal,
+        give_up: Callable[[], bool] = bool,
     ) -> bool:
-        """Sleep until this clock shows `target_ns` (True), `give_up()` or the lifeline's end."""
-        watch = lifeline.watch(waiter.wake)
+        """Sleep until this clock shows `target_ns` (True), `give_up()` or the shutdown."""
+        watch = shutdown_signal.watch(waiter.wake)
         try:
-            while lifeline.alive and not give_up():
+            while shutdown_signal.alive and not give_up():
                 missing = target_ns - self.now_ns()
                 if missing <= 0:
                     return True
-                self._doze(waiter, missing)
+                self._wait_on_lock(waiter, missing)
             return False
         finally:
             watch.close()
 
-    def _doze(self, waiter: Waiter, missing_ns: int) -> None:
+    def _wait_on_lock(self, waiter: Waiter, missing_ns: int) -> None:
         self.source.wait(waiter, self.source.now() + missing_ns)
 
 
@@ -220,14 +224,18 @@ class ROSClock(Clock):
         self._listeners.pop(listener, None)
 
     def wait_until(
-        self, target_ns: int, waiter: Waiter, lifeline: Lifeline, give_up: Callable[[], bool] = bool
+        self,
+        target_ns: int,
+        waiter: Waiter,
+        shutdown_signal: ShutdownSignal,
+        give_up: Callable[[], bool] = bool,
     ) -> bool:
         # A target set under one source means nothing under the other.
         switches = self._switches
         self._sleepers.append(waiter)
         try:
             return super().wait_until(
-                target_ns, waiter, lifeline, lambda: give_up() or self._switches != switches
+                target_ns, waiter, shutdown_signal, lambda: give_up() or self._switches != switches
             )
         finally:
             self._sleepers.remove(waiter)
@@ -272,7 +280,7 @@ class ROSClock(Clock):
         self.wake_sleepers()
 
     def _alive(self) -> list[JumpListener]:
-        found = (reference() for reference in list(self._listeners))  # no tuple: see Lifeline._tell
+        found = (reference() for reference in list(self._listeners))  # no tuple: see ShutdownSignal._tell
         return [listener for listener in found if listener is not None]
 
     def wake_sleepers(self) -> None:
@@ -280,9 +288,9 @@ class ROSClock(Clock):
         for waiter in tuple(self._sleepers):
             waiter.wake()
 
-    def _doze(self, waiter: Waiter, missing_ns: int) -> None:
+    def _wait_on_lock(self, waiter: Waiter, missing_ns: int) -> None:
         if not self.overridden:
-            super()._doze(waiter, missing_ns)
+            super()._wait_on_lock(waiter, missing_ns)
         elif not any(help_on() for help_on in self.on_doze):
-            with thread_lent():  # who makes the time may be among this executor's callbacks
+            with capacity_added():  # who makes the time may be among this executor's callbacks
                 self.source.wait(waiter, None)

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
     from goalwire.execution.callback_groups import CallbackGroup
-    from goalwire.execution.home import Home
+    from goalwire.execution.node_work_queue import NodeWorkQueue
 
-HELD: ContextVar[tuple[CallbackGroup, ...]] = ContextVar('goalwire_held_groups', default=())
+held_groups: ContextVar[tuple[CallbackGroup, ...]] = ContextVar('goalwire_held_groups', default=())
 """The exclusive groups that the running callback holds. asyncio hands it on to the tasks and threads that a
 coroutine callback starts and may wait for."""
 
@@ -18,12 +18,12 @@ coroutine callback starts and may wait for."""
 class Driven(Protocol):
     """What a thread drives: an executor, or an asyncio loop's share in a node."""
 
-    home: Home
+    work_queue: NodeWorkQueue
 
     def thread_waits_alone(self) -> bool:
         """Whether nothing of it runs while the calling thread blocks."""
 
-    def lend_thread(self, count: int) -> None:
+    def add_capacity(self, count: int) -> None:
         """Make up for `count` threads that block in a call of ours; negative: they are back."""
 
 
@@ -32,17 +32,17 @@ class _Thread(local):
         self.executors: list[Driven] = []
 
 
-THREAD = _Thread()
+active_executors = _Thread()
 """What this thread drives, the innermost one last."""
 
 
 def current_group() -> CallbackGroup | None:
     """The exclusive group of the running callback, or None outside one and in reentrant groups."""
-    held = HELD.get()
+    held = held_groups.get()
     return held[-1] if held else None
 
 
 def current_executor() -> Driven | None:
     """What runs the current callback on this thread, or None outside callbacks."""
-    executors = THREAD.executors
+    executors = active_executors.executors
     return executors[-1] if executors else None

@@ -1,4 +1,4 @@
-"""How an executor runs one piece of ready work, and what it keeps for that: the queue, timers, lanes."""
+"""How an executor runs one piece of ready work, and what it keeps for that: the queue, timers, runners."""
 
 from __future__ import annotations
 
@@ -10,39 +10,39 @@ from functools import partial
 from types import CoroutineType
 from typing import TYPE_CHECKING, Any
 
-from goalwire.execution.agenda import Agenda
-from goalwire.execution.current import HELD
-from goalwire.execution.home import Home
-from goalwire.execution.readiness import Readiness
+from goalwire.execution.current import held_groups
+from goalwire.execution.fd_selector import FdSelector
+from goalwire.execution.node_work_queue import NodeWorkQueue
 from goalwire.execution.ready import ReadyQueue
+from goalwire.execution.timer_heap import TimerHeap
 
 if TYPE_CHECKING:
     from goalwire.execution.callback_groups import CallbackGroup
-    from goalwire.execution.lane import Lane, Lanes
-    from goalwire.execution.lifeline import Lifeline
-    from goalwire.execution.work import Work
+    from goalwire.execution.callback_source import CallbackSource
+    from goalwire.execution.coroutine_runner import CoroutineRunner, RunnerPool
+    from goalwire.execution.shutdown_signal import ShutdownSignal
 
 
 class Engine:
     """Finds ready work and runs it on the calling thread. Who calls and who sleeps is up to the executor."""
 
-    _spread_lanes = False
+    _spread_runners = False
 
-    def __init__(self, lifeline: Lifeline) -> None:
-        self._lifeline = lifeline
-        self._clock = lifeline.clock
+    def __init__(self, shutdown_signal: ShutdownSignal) -> None:
+        self._shutdown_signal = shutdown_signal
+        self._clock = shutdown_signal.clock
         self._ready = ReadyQueue(self.is_driven)
-        self._agenda = Agenda(self._look_again, self._ready.wakers)
-        self._readiness = Readiness(self._look_again)
+        self._timer_heap = TimerHeap(self._look_again, self._ready.wakers)
+        self._fd_selector = FdSelector(self._look_again)
         self._failures: deque[BaseException] = deque()
-        self._refused: deque[Work] = deque()
+        self._refused: deque[CallbackSource] = deque()
         self._askings = 0
-        self._lanes: Lanes | None = None
-        self._lanes_lock = allocate_lock()
+        self._runners: RunnerPool | None = None
+        self._runners_lock = allocate_lock()
         self._is_shutdown = False
-        self.home = Home()
+        self.work_queue = NodeWorkQueue()
         """Where the executor's own tasks are posted."""
-        self.home.attach(self._ready, self._agenda)
+        self.work_queue.attach(self._ready, self._timer_heap)
 
     def is_driven(self) -> bool:
         """Whether somebody spins this, as far as it knows: an executor that a program has written may."""
@@ -52,10 +52,10 @@ class Engine:
         """Let whoever sleeps until the next timer find out that there is an earlier one, or a descriptor."""
         self._ready.wake_one()
 
-    def _next(self) -> Work | None:
+    def _next(self) -> CallbackSource | None:
         """The next ready work, or None; timers, file descriptors and waitables are looked at first."""
         ready = self._ready
-        if self._agenda.earliest is not None or self._readiness.watched or ready.lookouts:
+        if self._timer_heap.earliest is not None or self._fd_selector.watched or ready.pollers:
             self._look_around()
         if ready.items:
             try:
@@ -66,67 +66,67 @@ class Engine:
 
     def _look_around(self) -> None:
         """Have work posted by the timers, file descriptors and waitables that are ready."""
-        earliest = self._agenda.earliest
+        earliest = self._timer_heap.earliest
         if earliest is not None and earliest <= (now := self._clock.now()):
-            self._agenda.ring_due(now)
-        if self._readiness.watched:
-            self._readiness.poll()
-        if self._ready.lookouts:
-            self._ready.look_out()
+            self._timer_heap.ring_due(now)
+        if self._fd_selector.watched:
+            self._fd_selector.poll()
+        if self._ready.pollers:
+            self._ready.poll_waitables()
 
-    def _perform(self, work: Work) -> bool:
+    def _perform(self, source: CallbackSource) -> bool:
         """Run one callback of `work`; False where its group is busy or its node has left.
 
         What it holds stays noted until the next callback, mostly one of the same group: to set and reset it
         each time takes 2 us after a sleep. Who calls this puts back what was noted before, in the end.
         """
-        if work.home.queue is not self._ready:
-            work.home.post(work)
+        if source.work_queue.queue is not self._ready:
+            source.work_queue.post(source)
             return False
-        group = work.group
+        group = source.group
         if group is not None:
             if group.foreign:
-                if not self._may_begin(work, group):
+                if not self._may_begin(source, group):
                     return False
-            elif not group.begin(work):
-                group.park(work)
+            elif not group.begin(source):
+                group.park(source)
                 return False
-        held = HELD.get()
+        held = held_groups.get()
         if group is None or not group.exclusive:
             if held:
-                HELD.set(())
+                held_groups.set(())
         elif not held or held[0] is not group:
-            HELD.set((group,))
+            held_groups.set((group,))
         try:
-            outcome = work.run()
+            outcome = source.run()
             if outcome is not None and (type(outcome) is CoroutineType or isinstance(outcome, Coroutine)):
-                self._start(outcome, work, group)
+                self._start(outcome, source, group)
                 return True
         except BaseException:
-            self._end(work, group)
+            self._end(source, group)
             raise
-        self._end(work, group)
+        self._end(source, group)
         return True
 
-    def _end(self, work: Work, group: CallbackGroup | None) -> None:
+    def _end(self, source: CallbackSource, group: CallbackGroup | None) -> None:
         """Note that a callback has ended."""
         if group is not None:
-            group.ended(work)
+            group.ended(source)
             if group.foreign:
                 self._askings += 1
-        work.settle()
+        source.settle()
         if self._refused:
             self._ask_again()
 
-    def _may_begin(self, work: Work, group: CallbackGroup) -> bool:
+    def _may_begin(self, source: CallbackSource, group: CallbackGroup) -> bool:
         """Ask a group whose rule a program has written, and keep the work that it refuses.
 
         Who asks again counts first, then looks at what is kept; here it is the other way round.
         """
         askings = self._askings
-        if group.begin(work):
+        if group.begin(source):
             return True
-        self._refused.append(work)
+        self._refused.append(source)
         if self._askings != askings:
             self._ask_again()
         return False
@@ -135,15 +135,17 @@ class Engine:
         """Post what such groups have refused: they are asked after each callback, as in rclpy."""
         for _ in range(len(self._refused)):
             try:
-                work = self._refused.popleft()
+                source = self._refused.popleft()
             except IndexError:
                 return
-            work.home.post(work)
+            source.work_queue.post(source)
 
-    def _start(self, coroutine: Coroutine[Any, Any, object], work: Work, group: CallbackGroup | None) -> None:
+    def _start(
+        self, coroutine: Coroutine[Any, Any, object], source: CallbackSource, group: CallbackGroup | None
+    ) -> None:
         """Run a coroutine callback up to its first await, in the order of plain callbacks."""
-        lanes = self._lanes or self._open_lanes()
-        lanes.start(coroutine, copy_context(), partial(self._end, work, group), group)
+        runners = self._runners or self._open_runners()
+        runners.start(coroutine, copy_context(), partial(self._end, source, group), group)
 
     def _raise_failure(self) -> None:
         """Raise what a coroutine callback, or a callback on another thread, has raised."""
@@ -153,22 +155,22 @@ class Engine:
     def _fail(self, error: BaseException) -> None:
         self._failures.append(error)
 
-    def _open_lanes(self) -> Lanes:
-        from goalwire.execution.lane import Lanes
+    def _open_runners(self) -> RunnerPool:
+        from goalwire.execution.coroutine_runner import RunnerPool
 
-        with self._lanes_lock:
-            if self._lanes is None:
-                self._lanes = Lanes(self._make_lane, spread=self._spread_lanes)
+        with self._runners_lock:
+            if self._runners is None:
+                self._runners = RunnerPool(self._make_runner, spread=self._spread_runners)
         if self._is_shutdown:
-            self._lanes.close()
-        return self._lanes
+            self._runners.close()
+        return self._runners
 
-    def _make_lane(self) -> Lane:
-        from goalwire.execution.lane import Lane
+    def _make_runner(self) -> CoroutineRunner:
+        from goalwire.execution.coroutine_runner import CoroutineRunner
 
-        return Lane(self.home, self._readiness, self._clock, self._fail)
+        return CoroutineRunner(self.work_queue, self._fd_selector, self._clock, self._fail)
 
-    def _close_lanes(self) -> None:
-        if self._lanes is not None:
-            self._lanes.close()
-        self._readiness.close()
+    def _close_runners(self) -> None:
+        if self._runners is not None:
+            self._runners.close()
+        self._fd_selector.close()

@@ -12,7 +12,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from goalwire.execution import signals
-from goalwire.execution.outcomes import ExternalShutdownException
+from goalwire.execution.exceptions import ExternalShutdownException
 from goalwire.logging.tracebacks import is_library, is_standard, traceback_text
 
 if TYPE_CHECKING:

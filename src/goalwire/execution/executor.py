@@ -8,25 +8,32 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, NoReturn, Protocol, Self, TypeVar, overload
 from weakref import WeakSet
 
-from goalwire.execution.current import HELD, THREAD
+from goalwire.execution.current import active_executors, held_groups
 from goalwire.execution.engine import Engine
-from goalwire.execution.future import Future
-from goalwire.execution.home import Home
-from goalwire.execution.lifeline import ContextLike, default_context
-from goalwire.execution.outcomes import (
+from goalwire.execution.exceptions import (
     ConditionReachedException,
     ExternalShutdownException,
     ShutdownException,
     TimeoutException,
 )
-from goalwire.execution.readiness import Parker
-from goalwire.execution.spinning import NEVER, Ending, EndingWhen, Loan, ending_of, settled
-from goalwire.execution.steady import deadline_after
-from goalwire.execution.task import Handler, Task, TaskWork
+from goalwire.execution.fd_selector import FdWaiter
+from goalwire.execution.future import Future
+from goalwire.execution.monotonic import deadline_after
+from goalwire.execution.node_work_queue import NodeWorkQueue
+from goalwire.execution.shutdown_signal import ContextLike, default_context
+from goalwire.execution.spinning import (
+    NEVER,
+    ReleasedGroups,
+    StopCondition,
+    StopWhen,
+    settled,
+    stop_condition_of,
+)
+from goalwire.execution.task import Handler, Task, TaskSource
 
 if TYPE_CHECKING:
     from goalwire.execution.callback_groups import CallbackGroup
-    from goalwire.execution.work import Work
+    from goalwire.execution.callback_source import CallbackSource
 
 __all__ = [
     'ConditionReachedException',
@@ -46,7 +53,7 @@ class HandleLike(Protocol):
     """What stands behind a node."""
 
     @property
-    def home(self) -> Home:
+    def work_queue(self) -> NodeWorkQueue:
         """Where the node's entities post their work."""
 
 
@@ -111,7 +118,7 @@ class Executor(Engine):
 
     def __init__(self, *, context: ContextLike | None = None) -> None:
         self._context = default_context() if context is None else context
-        super().__init__(self._context.lifeline)
+        super().__init__(self._context.shutdown_signal)
         self._nodes: WeakSet[Any] = WeakSet()  # and some that have left: `get_nodes` knows
 
     # -- nodes and tasks
@@ -129,20 +136,20 @@ class Executor(Engine):
         if self._is_shutdown:
             self._refuse('add a node')
         try:
-            home = node.handle.home
+            work_queue = node.handle.work_queue
         except AttributeError as error:
             raise _no_node(node, error) from None
         ready = self._ready
-        if home.queue is ready:
+        if work_queue.queue is ready:
             return False
         previous = node.executor
         if previous is self:  # it has been here: rclpy.spin_once() and the like add it with each call
-            home.attach(ready, self._agenda)
+            work_queue.attach(ready, self._timer_heap)
         else:
             if previous is not None:
                 previous.remove_node(node)
             self._nodes.add(node)
-            home.attach(ready, self._agenda)
+            work_queue.attach(ready, self._timer_heap)
             node.executor = self
         if ready.wakers:
             ready.wake_one()
@@ -152,13 +159,13 @@ class Executor(Engine):
         """Run `node`'s callbacks no more. What is pending waits for the executor it is added to next."""
         if self._refused:
             self._ask_again()  # so that what was refused goes with its node
-        home = node.handle.home
-        if home.queue is self._ready:
-            home.detach()
+        work_queue = node.handle.work_queue
+        if work_queue.queue is self._ready:
+            work_queue.detach()
 
     def get_nodes(self) -> list[Any]:
         """The nodes that were added and are still alive."""
-        return [node for node in list(self._nodes) if node.handle.home.queue is self._ready]
+        return [node for node in list(self._nodes) if node.handle.work_queue.queue is self._ready]
 
     @overload
     def create_task(self, callback: Coroutine[Any, Any, T]) -> Task[T]: ...
@@ -176,7 +183,7 @@ class Executor(Engine):
         if self._is_shutdown:
             self._refuse('create a task')
         task: Task[T] = Task(callback, args, kwargs, executor=self)
-        self.home.post(TaskWork(task, self.home, self._fail))
+        self.work_queue.post(TaskSource(task, self.work_queue, self._fail))
         return task
 
     def can_execute(self, entity: object) -> bool:
@@ -188,7 +195,7 @@ class Executor(Engine):
         """Let a spinning thread look at what there is, and ask the waitables. Any thread."""
         self._askings += 1
         self._ask_again()
-        self._ready.stir()
+        self._ready.recheck()
 
     # -- spinning
 
@@ -197,7 +204,7 @@ class Executor(Engine):
 
         Raises ExternalShutdownException where the context ends while this waits, and what callbacks raise.
         """
-        while self._lifeline.alive and not self._is_shutdown:
+        while self._shutdown_signal.alive and not self._is_shutdown:
             self.spin_once()
 
     def spin_once(self, timeout_sec: Timeout = None) -> None:
@@ -207,7 +214,7 @@ class Executor(Engine):
     def spin_until_future_complete(self, future: Future[Any], timeout_sec: Timeout = None) -> None:
         """Run callbacks until `future` is done or cancelled, and those whose events came before that."""
         deadline = self._deadline(timeout_sec)
-        while self._lifeline.alive and not self._is_shutdown and not settled(future):
+        while self._shutdown_signal.alive and not self._is_shutdown and not settled(future):
             left = None if deadline is None else (deadline - self._clock.now()) / 1e9
             if left is not None and left < 0:
                 return
@@ -230,10 +237,12 @@ class Executor(Engine):
         TimeoutException, ShutdownException, ExternalShutdownException, ConditionReachedException.
         """
         deadline = self._deadline(timeout_sec)
-        work = self._take(self._parker(), EndingWhen(condition), deadline)
-        if work is not None:
-            node = next((node for node in self.get_nodes() if node.handle.home is work.home), None)
-            return Task(partial(self._perform_and_raise, work)), work.entity, node
+        source = self._take(self._new_waiter(), StopWhen(condition), deadline)
+        if source is not None:
+            node = next(
+                (node for node in self.get_nodes() if node.handle.work_queue is source.work_queue), None
+            )
+            return Task(partial(self._perform_and_raise, source)), source.entity, node
         if self._is_shutdown:
             raise ShutdownException
         if condition():
@@ -246,11 +255,11 @@ class Executor(Engine):
         for node in self.get_nodes():
             self.remove_node(node)
         self._ready.wake_all()
-        self._send_home()
-        self._close_lanes()
-        for work in self._ready.reclaim(self.home):
-            if isinstance(work, TaskWork):
-                work.settle()
+        self._wake_workers()
+        self._close_runners()
+        for source in self._ready.reclaim(self.work_queue):
+            if isinstance(source, TaskSource):
+                source.settle()
         return True
 
     def __enter__(self) -> Self:
@@ -268,40 +277,45 @@ class Executor(Engine):
 
     def _run(self, until: Future[Any] | None, deadline: int | None, *, once: bool) -> None:
         """Spin on the calling thread."""
-        ending = ending_of(until)
-        if not (ending._state and self._has_nothing_left(once=once)):  # noqa: SLF001
-            self._drive(self._parker(), ending, deadline, once=once)
+        stop = stop_condition_of(until)
+        if not (stop._state and self._has_nothing_left(once=once)):  # noqa: SLF001
+            self._drive(self._new_waiter(), stop, deadline, once=once)
 
     def _has_nothing_left(self, *, once: bool) -> bool:
         """Whether a spin that has come to its end has nothing to do: nothing that came before waits."""
-        return once or not self._ready.items or not self._lifeline.alive or self in THREAD.executors
+        return (
+            once
+            or not self._ready.items
+            or not self._shutdown_signal.alive
+            or self in active_executors.executors
+        )
 
     def thread_waits_alone(self) -> bool:
         """Whether nothing of this executor runs while the calling thread blocks."""
-        return self in THREAD.executors
+        return self in active_executors.executors
 
-    def _send_home(self) -> None:
+    def _wake_workers(self) -> None:
         """At shutdown: wake whoever else waits for this executor."""
 
-    def lend_thread(self, count: int) -> None:
+    def add_capacity(self, count: int) -> None:
         """Make up for `count` threads that block in a call of ours; negative: they are back."""
 
-    def _run_nested(self, ending: Ending, deadline: int | None, *, once: bool) -> None:
+    def _run_nested(self, stop: StopCondition, deadline: int | None, *, once: bool) -> None:
         """Spin inside a callback of this very executor, on its thread."""
-        loan = Loan()
+        released = ReleasedGroups()
         try:
-            self._drive(self._parker(), ending, deadline, once=once)
+            self._drive(self._new_waiter(), stop, deadline, once=once)
         finally:
-            loan.take_back(self.home, self._drive_until_free)
+            released.take_back(self.work_queue, self._drive_until_free)
 
     def _drive_until_free(self, ticket: Future[None]) -> None:
         """Run callbacks until a group is free again."""
-        self._drive(self._parker(), ticket, None, once=False, leave_at_once=True)
+        self._drive(self._new_waiter(), ticket, None, once=False, leave_at_once=True)
 
     def _drive(
         self,
-        parker: Parker,
-        ending: Ending,
+        waiter: FdWaiter,
+        stop: StopCondition,
         deadline: int | None,
         *,
         once: bool,
@@ -312,59 +326,61 @@ class Executor(Engine):
         Of what had come by the time of `ending` nothing is left to later spins, unless `leave_at_once`: the
         last feedback of a goal is seen before its result.
         """
-        executors = THREAD.executors
-        depth, held = len(executors), HELD.get()
+        executors = active_executors.executors
+        depth, held = len(executors), held_groups.get()
         try:
             executors.append(self)
-            if ending is not NEVER:
-                ending.add_waker(parker.wake)
-            if not ending._state:  # noqa: SLF001
-                self._run_callbacks(parker, ending, deadline, once=once)
-            if self._ready.items and not (once or leave_at_once) and ending._state:  # noqa: SLF001
+            if stop is not NEVER:
+                stop.add_waker(waiter.wake)
+            if not stop._state:  # noqa: SLF001
+                self._run_callbacks(waiter, stop, deadline, once=once)
+            if self._ready.items and not (once or leave_at_once) and stop._state:  # noqa: SLF001
                 self._work_off(deadline)
         finally:
             del executors[depth:]
-            if HELD.get() is not held:
-                HELD.set(held)
-            if ending is not NEVER and not ending._state:  # noqa: SLF001 - else the waker has been called
-                ending.remove_waker(parker.wake)
+            if held_groups.get() is not held:
+                held_groups.set(held)
+            if stop is not NEVER and not stop._state:  # noqa: SLF001 - else the waker has been called
+                stop.remove_waker(waiter.wake)
 
-    def _run_callbacks(self, parker: Parker, ending: Ending, deadline: int | None, *, once: bool) -> None:
+    def _run_callbacks(
+        self, waiter: FdWaiter, stop: StopCondition, deadline: int | None, *, once: bool
+    ) -> None:
         """Run callbacks until `ending`, at `deadline`, or after one."""
         if self._failures:
             self._raise_failure()
         while True:
-            work = self._take(parker, ending, deadline)
-            if work is None:
+            source = self._take(waiter, stop, deadline)
+            if source is None:
                 return
-            performed = self._perform(work)
+            performed = self._perform(source)
             if self._failures:
                 self._raise_failure()
-            if (performed and once) or not self._lifeline.alive or ending._state:  # noqa: SLF001
+            if (performed and once) or not self._shutdown_signal.alive or stop._state:  # noqa: SLF001
                 return
             if deadline is not None and not once and self._is_past(deadline):
                 return  # callbacks that are always due must not keep it from ending in time
 
     def _work_off(self, deadline: int | None) -> None:
         """Run as many callbacks as events wait now, each in its turn; what comes meanwhile stays."""
-        waiting = [(work, work.backlog) for work in self._ready.items.copy()]
+        waiting = [(source, source.backlog) for source in self._ready.items.copy()]
         while waiting:
             left = []
-            for work, events in waiting:
-                if self._is_shutdown or not self._lifeline.alive or self._is_past(deadline):
+            for source, events in waiting:
+                if self._is_shutdown or not self._shutdown_signal.alive or self._is_past(deadline):
                     return
-                if self._ready.take(work):  # else another spin has it
-                    self._perform(work)
+                if self._ready.take(source):  # else another spin has it
+                    self._perform(source)
                     self._raise_failure()
                     if events > 1:
-                        left.append((work, events - 1))
+                        left.append((source, events - 1))
             waiting = left
 
     def _is_past(self, deadline: int | None) -> bool:
         return deadline is not None and deadline <= self._clock.now()
 
-    def _parker(self) -> Parker:
-        return Parker(self._readiness, self._lifeline)
+    def _new_waiter(self) -> FdWaiter:
+        return FdWaiter(self._fd_selector, self._shutdown_signal)
 
     def _deadline(self, timeout: Timeout) -> int | None:
         return deadline_after(self._clock, timeout.timeout if isinstance(timeout, TimeoutObject) else timeout)
@@ -372,33 +388,33 @@ class Executor(Engine):
     def _refuse(self, what: str) -> NoReturn:
         raise ShutdownException(f'cannot {what}: this executor was shut down; make a new one')
 
-    def _take(self, parker: Parker, ending: Ending, deadline: int | None) -> Work | None:
+    def _take(self, waiter: FdWaiter, stop: StopCondition, deadline: int | None) -> CallbackSource | None:
         """The next ready work, after sleeping for it; None at `ending`, at shutdown and at `deadline`.
 
         Raises ExternalShutdownException when the context has ended.
         """
-        ready, readiness, agenda = self._ready, self._readiness, self._agenda
+        ready, fd_selector, timer_heap = self._ready, self._fd_selector, self._timer_heap
         while not self._is_shutdown:
-            if not self._lifeline.alive:
+            if not self._shutdown_signal.alive:
                 raise ExternalShutdownException
             # As `_next`, in two calls less before and after each sleep, where nothing of these is ready.
-            due = agenda.earliest
-            if (due is not None and due <= self._clock.now()) or readiness.watched or ready.lookouts:
+            due = timer_heap.earliest
+            if (due is not None and due <= self._clock.now()) or fd_selector.watched or ready.pollers:
                 self._look_around()
             if ready.items:
                 try:
                     return ready.items.popleft()
                 except IndexError:
                     continue  # another thread was quicker
-            if ending._state or (deadline is not None and deadline <= self._clock.now()):  # noqa: SLF001
+            if stop._state or (deadline is not None and deadline <= self._clock.now()):  # noqa: SLF001
                 return None
-            self._ready.park(parker, self._clock, ending, deadline, self._agenda)
+            self._ready.park(waiter, self._clock, stop, deadline, self._timer_heap)
         return None
 
-    def _perform_and_raise(self, work: Work) -> None:
-        held = HELD.get()
+    def _perform_and_raise(self, source: CallbackSource) -> None:
+        held = held_groups.get()
         try:
-            self._perform(work)
+            self._perform(source)
         finally:
-            HELD.set(held)
+            held_groups.set(held)
         self._raise_failure()

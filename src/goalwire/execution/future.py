@@ -7,17 +7,17 @@ import warnings
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, cast
 
-from goalwire.execution.bridge import running_loop, wait_on
-from goalwire.execution.steady import STEADY, SteadyClock
+from goalwire.execution.callback_source import CallbackSource
+from goalwire.execution.loop_waker import running_loop, wait_on
+from goalwire.execution.monotonic import STEADY, SteadyClock
 from goalwire.execution.waiting import Waiter
-from goalwire.execution.work import Work
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator
 
     from goalwire.execution.executor import Executor
-    from goalwire.execution.home import Home
-    from goalwire.execution.lifeline import Lifeline
+    from goalwire.execution.node_work_queue import NodeWorkQueue
+    from goalwire.execution.shutdown_signal import ShutdownSignal
 
 T = TypeVar('T')
 
@@ -38,13 +38,15 @@ class _Reminder:
             print(f'The following exception was never retrieved: {self.exception}', file=sys.stderr)  # noqa: T201
 
 
-class _DoneCallback(Work):
+class _DoneCallback(CallbackSource):
     """A user's done callback on its way through an executor."""
 
     __slots__ = ('_callback', '_future')
 
-    def __init__(self, home: Home, callback: Callable[[Future[T]], object], future: Future[T]) -> None:
-        self.home, self.group = home, None  # all that the base class would do, without that call
+    def __init__(
+        self, work_queue: NodeWorkQueue, callback: Callable[[Future[T]], object], future: Future[T]
+    ) -> None:
+        self.work_queue, self.group = work_queue, None  # all that the base class would do, without that call
         self._callback = callback
         self._future = future
 
@@ -64,7 +66,7 @@ class MakesTasks(Protocol):
         """Have `callback(*args)` called."""
 
 
-class _ForeignHome:
+class _ForeignWorkQueue:
     """The home of a future that belongs to an executor which is not ours."""
 
     __slots__ = ('_executor',)
@@ -72,17 +74,17 @@ class _ForeignHome:
     def __init__(self, executor: MakesTasks) -> None:
         self._executor = executor
 
-    def post(self, work: Work) -> None:
+    def post(self, source: CallbackSource) -> None:
         """Have the executor do this."""
-        if isinstance(work, _DoneCallback):
-            self._executor.create_task(*work.call)
+        if isinstance(source, _DoneCallback):
+            self._executor.create_task(*source.call)
         else:
-            self._executor.create_task(work.run)
+            self._executor.create_task(source.run)
 
 
-def _home_of(executor: Executor | MakesTasks) -> Home:
-    home: Home | None = getattr(executor, 'home', None)
-    return cast('Home', _ForeignHome(executor)) if home is None else home
+def _home_of(executor: Executor | MakesTasks) -> NodeWorkQueue:
+    work_queue: NodeWorkQueue | None = getattr(executor, 'work_queue', None)
+    return cast('NodeWorkQueue', _ForeignWorkQueue(executor)) if work_queue is None else work_queue
 
 
 class Future(Generic[T]):
@@ -101,18 +103,20 @@ class Future(Generic[T]):
         '__weakref__',
         '_callbacks',
         '_exception',
-        '_home',
         '_raw',
         '_result',
         '_state',
         '_wakers',
+        '_work_queue',
     )
 
     _reminder: _Reminder | None = None
     """Beside an exception, until somebody asks for it."""
 
-    def __init__(self, home: Home | None = None, /, *, executor: Executor | MakesTasks | None = None) -> None:
-        """It belongs to `executor`, as in rclpy, or to the one that `home` is in, or to none.
+    def __init__(
+        self, work_queue: NodeWorkQueue | None = None, /, *, executor: Executor | MakesTasks | None = None
+    ) -> None:
+        """It belongs to `executor`, as in rclpy, or to the one that `work_queue` is in, or to none.
 
         An executor may be anything that has `create_task`.
         """
@@ -122,7 +126,7 @@ class Future(Generic[T]):
         self._raw: object = None
         self._wakers: list[Callable[[], None]] = []
         self._callbacks: list[Callable[[Future[T]], object]] = []
-        self._home = home if executor is None else _home_of(executor)
+        self._work_queue = work_queue if executor is None else _home_of(executor)
 
     # -- what rclpy offers
 
@@ -197,8 +201,8 @@ class Future(Generic[T]):
             self._callbacks.append(callback)
             if self._state != PENDING:
                 self._tell()
-        elif self._home is not None:
-            self._home.post(_DoneCallback(self._home, callback, self))
+        elif self._work_queue is not None:
+            self._work_queue.post(_DoneCallback(self._work_queue, callback, self))
         else:
             callback(self)
 
@@ -250,35 +254,35 @@ class Future(Generic[T]):
         except ValueError:
             return  # it was called, or is about to be
 
-    def set_home(self, home: Home) -> None:
-        """Let the done callbacks run where `home` is; those that wait for completion, too."""
-        self._home = home
+    def set_work_queue(self, work_queue: NodeWorkQueue) -> None:
+        """Let the done callbacks run where `work_queue` is; those that wait for completion, too."""
+        self._work_queue = work_queue
 
     def wait(
         self,
         deadline: int | None = None,
         *,
         clock: SteadyClock = STEADY,
-        lifeline: Lifeline | None = None,
+        shutdown_signal: ShutdownSignal | None = None,
     ) -> bool:
-        """Block until it is done or cancelled (True); False at `deadline` (steady ns) or the lifeline's end.
+        """Block until it is done or cancelled (True); False at `deadline` (steady ns) or the shutdown.
 
         Needs no executor: the thread that completes this wakes the waiting one.
         """
         if self._state != PENDING:
             return True
-        waiter = Waiter() if lifeline is None else lifeline.borrow_waiter()
+        waiter = Waiter() if shutdown_signal is None else shutdown_signal.borrow_waiter()
         wake = waiter.wake
         self._wakers.append(wake)
         try:
-            while self._state == PENDING and (lifeline is None or lifeline.alive):
+            while self._state == PENDING and (shutdown_signal is None or shutdown_signal.alive):
                 if not clock.wait(waiter, deadline):
                     break
         finally:
             if self._wakers:
                 self.remove_waker(wake)
-            if lifeline is not None:
-                lifeline.idle_waiters.append(waiter)
+            if shutdown_signal is not None:
+                shutdown_signal.idle_waiters.append(waiter)
         return self._state != PENDING
 
     def decode(self, raw: object, /) -> T:
@@ -286,7 +290,7 @@ class Future(Generic[T]):
         return cast('T', raw)
 
     def _set_executor(self, executor: Executor | MakesTasks | None) -> None:
-        self._home = None if executor is None else _home_of(executor)
+        self._work_queue = None if executor is None else _home_of(executor)
 
     def _retrieved(self) -> None:
         reminder = self._reminder
@@ -323,9 +327,9 @@ class Future(Generic[T]):
                 callback = self._callbacks.pop(0)
             except IndexError:
                 return
-            home = self._home
-            if home is not None:
-                home.post(_DoneCallback(home, callback, self))
+            work_queue = self._work_queue
+            if work_queue is not None:
+                work_queue.post(_DoneCallback(work_queue, callback, self))
                 continue
             try:
                 callback(self)

@@ -5,18 +5,18 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from goalwire.errors import InvalidHandle
+from goalwire.execution.callback_source import CallbackSource
 from goalwire.execution.handle import handle_of
-from goalwire.execution.home import Home
-from goalwire.execution.work import Work
+from goalwire.execution.node_work_queue import NodeWorkQueue
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from goalwire.execution.callback_groups import CallbackGroup
-    from goalwire.execution.lifeline import ContextLike
+    from goalwire.execution.shutdown_signal import ContextLike
 
 
-class GuardCondition(Work):
+class GuardCondition(CallbackSource):
     """Triggers that come before the callback has run count as one."""
 
     __slots__ = ('__dict__', '_destroyed', '_posted', 'callback', 'events', 'watchers')
@@ -29,9 +29,9 @@ class GuardCondition(Work):
         callback_group: CallbackGroup | None,
         context: ContextLike | None = None,  # noqa: ARG002
         *,
-        home: Home | None = None,
+        work_queue: NodeWorkQueue | None = None,
     ) -> None:
-        super().__init__(Home() if home is None else home, callback_group)
+        super().__init__(NodeWorkQueue() if work_queue is None else work_queue, callback_group)
         self.callback = callback
         self._posted = self._destroyed = False
         self.events = 0
@@ -57,7 +57,7 @@ class GuardCondition(Work):
         self.events += 1
         if not self._posted:
             self._posted = True
-            self.home.post(self)
+            self.work_queue.post(self)
         for wake in self.watchers:
             wake()
 

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from types import TracebackType
 
     from goalwire.execution.clock import Clock
-    from goalwire.protocol.time import Duration
+    from goalwire.rules.time import Duration
 
 
 class ClockChange(IntEnum):

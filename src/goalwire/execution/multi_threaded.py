@@ -7,21 +7,21 @@ import threading
 import warnings
 from typing import TYPE_CHECKING, Any
 
-from goalwire.execution.crew import Crew
-from goalwire.execution.current import THREAD
+from goalwire.execution.current import active_executors
+from goalwire.execution.drain_tracker import DrainTracker
+from goalwire.execution.exceptions import ExternalShutdownException
 from goalwire.execution.executor import Executor, Timeout
-from goalwire.execution.outcomes import ExternalShutdownException
+from goalwire.execution.monotonic import STEADY, deadline_after
 from goalwire.execution.ready import ReadyQueue
-from goalwire.execution.remainder import Remainder
-from goalwire.execution.spinning import Ending, EndingWhen, Stay, ending_of
-from goalwire.execution.steady import STEADY, deadline_after
+from goalwire.execution.spinning import StopCondition, StopConditionScope, StopWhen, stop_condition_of
 from goalwire.execution.waiting import Waiter
+from goalwire.execution.worker_pool import WorkerPool
 
 if TYPE_CHECKING:
+    from goalwire.execution.callback_source import CallbackSource
+    from goalwire.execution.fd_selector import FdWaiter
     from goalwire.execution.future import Future
-    from goalwire.execution.lifeline import ContextLike
-    from goalwire.execution.readiness import Parker
-    from goalwire.execution.work import Work
+    from goalwire.execution.shutdown_signal import ContextLike
 
 _FEWEST_THREADS = 8
 """The default on small machines: threads are made on demand, and those that block cost nothing."""
@@ -38,7 +38,7 @@ class MultiThreadedExecutor(Executor):
     descriptors. While nobody spins, the workers sleep on the bench; `spin_once` hands single callbacks there.
     """
 
-    _spread_lanes = True
+    _spread_runners = True
 
     def __init__(self, num_threads: int | None = None, *, context: ContextLike | None = None) -> None:
         """`num_threads` None: as many as processors, 8 at least. Raises ValueError for less than one."""
@@ -53,14 +53,14 @@ class MultiThreadedExecutor(Executor):
                 'Use the SingleThreadedExecutor instead.',
                 stacklevel=2,
             )
-        self._crew = Crew(num_threads, self._serve, self._rouse)
+        self._pool = WorkerPool(num_threads, self._serve, self._wake_all)
         self._bench = ReadyQueue()
         self._spins = 0
         self._spins_lock = threading.Lock()
         self._coordinators: list[Waiter] = []
-        self._remainders: list[Remainder] = []
+        self._remainders: list[DrainTracker] = []
         self._watcher: Waiter | None = None
-        self._wanted, self._unwanted = EndingWhen(self._is_wanted), EndingWhen(self._is_unwanted)
+        self._wanted, self._unwanted = StopWhen(self._is_wanted), StopWhen(self._is_unwanted)
 
     def spin(self) -> None:
         self._run(None, None, once=False)
@@ -78,55 +78,55 @@ class MultiThreadedExecutor(Executor):
         if not wait_for_threads:
             return True
         if timeout_sec is None or timeout_sec < 0:
-            return self._crew.await_end(None)
-        return self._crew.await_end(deadline_after(STEADY, timeout_sec))
+            return self._pool.await_end(None)
+        return self._pool.await_end(deadline_after(STEADY, timeout_sec))
 
     def is_driven(self) -> bool:
         """Whether a thread spins this, or a callback still runs."""
-        return bool(self._coordinators or self._spins or self._crew.busy)
+        return bool(self._coordinators or self._spins or self._pool.busy)
 
     def thread_waits_alone(self) -> bool:
         """Whether this has one thread only, the calling one."""
-        return self._crew.limit <= 1 and self in THREAD.executors
+        return self._pool.limit <= 1 and self in active_executors.executors
 
-    def lend_thread(self, count: int) -> None:
+    def add_capacity(self, count: int) -> None:
         """Allow `count` more threads, while as many callbacks block in a call that others may answer."""
         with self._spins_lock:
-            self._crew.limit += count
+            self._pool.limit += count
         if count > 0:
             self._keep_watch()
 
     # -- the thread that spins
 
     def _run(self, until: Future[Any] | None, deadline: int | None, *, once: bool) -> None:
-        ending = ending_of(until)
-        if ending._state and self._has_nothing_left(once=once):  # noqa: SLF001
+        stop = stop_condition_of(until)
+        if stop._state and self._has_nothing_left(once=once):  # noqa: SLF001
             return
         try:
-            if self in THREAD.executors:
-                self._run_nested(ending, deadline, once=once)
+            if self in active_executors.executors:
+                self._run_nested(stop, deadline, once=once)
             elif once:
-                self._hand_over(ending, deadline)
+                self._hand_over(stop, deadline)
             else:
-                self._coordinate(ending, deadline)
+                self._coordinate(stop, deadline)
         except ExternalShutdownException:
             return  # as in rclpy, this executor's spin just ends
         finally:
-            if not self._lifeline.alive:
-                self._close_lanes()
+            if not self._shutdown_signal.alive:
+                self._close_runners()
 
-    def _coordinate(self, ending: Ending, deadline: int | None) -> None:
+    def _coordinate(self, stop: StopCondition, deadline: int | None) -> None:
         """Let the workers work, and wait."""
         waiter = Waiter()
         self._coordinators.append(waiter)
-        with Stay(self._lifeline, waiter, ending):
+        with StopConditionScope(self._shutdown_signal, waiter, stop):
             self._open()
             try:
                 while True:
                     self._raise_failure()
-                    if self._is_shutdown or not self._lifeline.alive:
+                    if self._is_shutdown or not self._shutdown_signal.alive:
                         return
-                    if ending._state:  # noqa: SLF001
+                    if stop._state:  # noqa: SLF001
                         self._await_remainder(waiter, deadline)
                         return
                     if not self._clock.wait(waiter, deadline):
@@ -137,32 +137,32 @@ class MultiThreadedExecutor(Executor):
 
     def _await_remainder(self, waiter: Waiter, deadline: int | None) -> None:
         """Let the workers run what has come by now, but do not wait for callbacks that block."""
-        if not self._ready.items and not self._crew.busy:
+        if not self._ready.items and not self._pool.busy:
             return
-        remainder = Remainder(waiter.wake)
-        self._remainders.append(remainder)
+        drain = DrainTracker(waiter.wake)
+        self._remainders.append(drain)
         try:
-            remainder.gather(self._ready.items.copy(), self._crew.busy.copy())
-            while not (remainder.over or self._is_shutdown or self._is_past(deadline)):
-                if not self._lifeline.alive:
+            drain.gather(self._ready.items.copy(), self._pool.busy.copy())
+            while not (drain.over or self._is_shutdown or self._is_past(deadline)):
+                if not self._shutdown_signal.alive:
                     return
-                ended = remainder.ended
+                ended = drain.ended
                 give_up = self._clock.now() + _PATIENCE
                 until = give_up if deadline is None else min(give_up, deadline)
-                if not self._clock.wait(waiter, until) and remainder.ended == ended:
+                if not self._clock.wait(waiter, until) and drain.ended == ended:
                     return
                 self._raise_failure()
         finally:
-            self._remainders.remove(remainder)
+            self._remainders.remove(drain)
 
-    def _hand_over(self, ending: Ending, deadline: int | None) -> None:
+    def _hand_over(self, stop: StopCondition, deadline: int | None) -> None:
         """Wait for one piece of ready work and give it to a worker."""
         self._raise_failure()
-        parker = self._parker()
-        with Stay(self._lifeline, parker, ending):
-            work = self._take(parker, ending, deadline)
-        if work is not None:
-            self._bench.post(work)
+        waiter = self._new_waiter()
+        with StopConditionScope(self._shutdown_signal, waiter, stop):
+            source = self._take(waiter, stop, deadline)
+        if source is not None:
+            self._bench.post(source)
             self._send_somebody()
 
     def _open(self) -> None:
@@ -183,7 +183,7 @@ class MultiThreadedExecutor(Executor):
         elif self._ready.sleepers:
             self._ready.wake_one()
         else:
-            self._crew.hire()
+            self._pool.start_worker()
 
     def _fail(self, error: BaseException) -> None:
         super()._fail(error)
@@ -194,56 +194,56 @@ class MultiThreadedExecutor(Executor):
 
     def _serve(self) -> None:
         """What a worker does, until it is sent home."""
-        parker, thread, bench = self._parker(), threading.current_thread(), self._bench
-        THREAD.executors.append(self)
+        waiter, thread, bench = self._new_waiter(), threading.current_thread(), self._bench
+        active_executors.executors.append(self)
         while not (self._retires() and self._leaves()):
-            work = bench.pop() if bench.items else None
-            if work is None and self._spins:
-                work = self._next()
-            if work is not None:
-                self._attend(work, thread)
+            source = bench.pop() if bench.items else None
+            if source is None and self._spins:
+                source = self._next()
+            if source is not None:
+                self._ensure_polled(source, thread)
             elif self._spins:
-                self._sleep_at_queue(parker)
+                self._sleep_at_queue(waiter)
             else:
-                bench.park(parker, self._clock, self._wanted, None)
+                bench.park(waiter, self._clock, self._wanted, None)
         self._pass_on()
 
     def _retires(self) -> bool:
         """Whether some worker is to end, this one perhaps."""
-        crew = self._crew
-        return crew.dismissed or not self._lifeline.alive or len(crew.serving) > crew.limit
+        pool = self._pool
+        return pool.closed or not self._shutdown_signal.alive or len(pool.serving) > pool.limit
 
     def _leaves(self) -> bool:
         """Whether the calling worker, of those that are to end, does so; it is then no longer counted."""
-        crew = self._crew
-        return crew.dismissed or not self._lifeline.alive or crew.let_go()
+        pool = self._pool
+        return pool.closed or not self._shutdown_signal.alive or pool.retire()
 
     def _is_wanted(self) -> bool:
         return bool(self._spins) or self._retires()
 
-    def _attend(self, work: Work, thread: threading.Thread) -> None:
-        busy = self._crew.busy
-        busy[thread] = work
+    def _ensure_polled(self, source: CallbackSource, thread: threading.Thread) -> None:
+        busy = self._pool.busy
+        busy[thread] = source
         if self._remainders:
-            self._tell_begun(thread, work)
+            self._tell_begun(thread, source)
         performed = True
         try:
             self._keep_watch()
-            performed = self._perform(work)
+            performed = self._perform(source)
         except BaseException as error:  # it comes out of spin
             self._fail(error)
         finally:
             del busy[thread]
             if self._remainders:
-                self._tell_ended(thread, work, performed=performed)
+                self._tell_ended(thread, source, performed=performed)
 
-    def _tell_begun(self, thread: threading.Thread, work: Work) -> None:
-        for remainder in tuple(self._remainders):
-            remainder.begun(thread, work)
+    def _tell_begun(self, thread: threading.Thread, source: CallbackSource) -> None:
+        for drain in tuple(self._remainders):
+            drain.begun(thread, source)
 
-    def _tell_ended(self, thread: threading.Thread, work: Work, *, performed: bool) -> None:
-        for remainder in tuple(self._remainders):
-            remainder.has_ended(thread, work, performed=performed)
+    def _tell_ended(self, thread: threading.Thread, source: CallbackSource, *, performed: bool) -> None:
+        for drain in tuple(self._remainders):
+            drain.has_ended(thread, source, performed=performed)
 
     def _keep_watch(self) -> None:
         """Before the calling thread turns to a callback: leave another one at the queue."""
@@ -251,19 +251,19 @@ class MultiThreadedExecutor(Executor):
             return
         if not self._ready.wakers:
             self._send_somebody()
-        elif self._watcher is None and (self._agenda.heap or self._readiness.watched):
+        elif self._watcher is None and (self._timer_heap.heap or self._fd_selector.watched):
             self._ready.wake_one()
 
-    def _sleep_at_queue(self, parker: Parker) -> None:
-        if self._watcher is None and (self._agenda.heap or self._readiness.watched):
-            self._watcher = parker
+    def _sleep_at_queue(self, waiter: FdWaiter) -> None:
+        if self._watcher is None and (self._timer_heap.heap or self._fd_selector.watched):
+            self._watcher = waiter
             try:
-                # The agenda is looked at after the watcher is known: a timer set in between wakes it.
-                self._ready.park(parker, self._clock, self._unwanted, None, self._agenda, last=True)
+                # The timer heap is looked at after the watcher is known: a timer set in between wakes it.
+                self._ready.park(waiter, self._clock, self._unwanted, None, self._timer_heap, last=True)
             finally:
                 self._watcher = None
         else:
-            self._ready.park(parker, self._clock, self._unwanted, None)
+            self._ready.park(waiter, self._clock, self._unwanted, None)
         if not self._spins:
             self._pass_on()
 
@@ -272,7 +272,7 @@ class MultiThreadedExecutor(Executor):
 
     def _pass_on(self) -> None:
         """A wake-up that this worker does not follow goes to the next sleeper."""
-        if self._ready.restless:
+        if self._ready.has_work:
             self._ready.wake_one()
 
     def _look_again(self) -> None:
@@ -282,10 +282,10 @@ class MultiThreadedExecutor(Executor):
         else:
             watcher.wake()
 
-    def _send_home(self) -> None:
-        self._crew.dismiss()
+    def _wake_workers(self) -> None:
+        self._pool.close()
 
-    def _rouse(self) -> None:
+    def _wake_all(self) -> None:
         self._ready.wake_all()
         self._bench.wake_all()
         for waiter in tuple(self._coordinators):

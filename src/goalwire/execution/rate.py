@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from goalwire.errors import ROSInterruptException
 
 if TYPE_CHECKING:
-    from goalwire.execution.lifeline import ContextLike
+    from goalwire.execution.shutdown_signal import ContextLike
     from goalwire.execution.timer import Timer
     from goalwire.execution.waiting import Waiter
 
@@ -39,7 +39,7 @@ class Rate:
         Raises RuntimeError when destroyed, ROSInterruptException when the context has ended.
         """
         self._check()
-        waiter, before = self._context.lifeline.new_waiter(), self._ticks
+        waiter, before = self._context.shutdown_signal.new_waiter(), self._ticks
         self._sleepers.append(waiter)
         try:
             while self._ticks == before:
@@ -56,7 +56,7 @@ class Rate:
         def moved() -> bool:
             return self._destroyed or self._ticks != before or timer.next_call_ns != target
 
-        reached = timer.clock.wait_until(target, waiter, self._context.lifeline, moved)
+        reached = timer.clock.wait_until(target, waiter, self._context.shutdown_signal, moved)
         if reached and self._ticks == before and timer.advance() is not None:
             self._ticks += 1
 

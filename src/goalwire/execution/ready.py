@@ -6,18 +6,18 @@ from collections import deque
 from typing import TYPE_CHECKING
 from weakref import ReferenceType, ref
 
-from goalwire.execution.steady import STEADY
+from goalwire.execution.monotonic import STEADY
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from goalwire.execution.agenda import Agenda
-    from goalwire.execution.home import Home
-    from goalwire.execution.lookout import Lookout
-    from goalwire.execution.spinning import Ending
-    from goalwire.execution.steady import SteadyClock
+    from goalwire.execution.callback_source import CallbackSource
+    from goalwire.execution.monotonic import SteadyClock
+    from goalwire.execution.node_work_queue import NodeWorkQueue
+    from goalwire.execution.spinning import StopCondition
+    from goalwire.execution.timer_heap import TimerHeap
+    from goalwire.execution.waitable_poller import WaitablePoller
     from goalwire.execution.waiting import Waiter
-    from goalwire.execution.work import Work
 
 
 class ReadyQueue:
@@ -28,70 +28,70 @@ class ReadyQueue:
     that went to sleep last is woken first: its caches are warm, and the others sleep on.
     """
 
-    __slots__ = ('_stirred', 'closed', 'is_driven', 'items', 'lookouts', 'wakers')
+    __slots__ = ('_recheck_wanted', 'closed', 'is_driven', 'items', 'pollers', 'wakers')
 
     def __init__(self, is_driven: Callable[[], bool] = bool) -> None:
         self.is_driven = is_driven
         """Tells whether somebody runs what is posted here."""
-        self.items: deque[Work] = deque()
-        self.lookouts: dict[ReferenceType[Lookout], None] = {}
+        self.items: deque[CallbackSource] = deque()
+        self.pollers: dict[ReferenceType[WaitablePoller], None] = {}
         """Who is to be asked for work before any is taken; they belong to their nodes."""
         self.wakers: list[Callable[[], None]] = []
         """What wakes those that sleep here; who went to sleep last stands last."""
         self.closed = False
         """Whether nobody sleeps here any more."""
-        self._stirred = False
+        self._recheck_wanted = False
 
-    def post(self, work: Work) -> None:
+    def post(self, source: CallbackSource) -> None:
         """Append `work` and wake one sleeper, if any: the poster's last act. Any thread."""
-        self.items.append(work)
+        self.items.append(source)
         if self.wakers:
             self.wake_one()
 
-    def pop(self) -> Work | None:
+    def pop(self) -> CallbackSource | None:
         """The oldest ready work, or None."""
         try:
             return self.items.popleft()
         except IndexError:
             return None
 
-    def take(self, work: Work) -> bool:
+    def take(self, source: CallbackSource) -> bool:
         """Take `work` out of turn; False where it is not here."""
         try:
-            self.items.remove(work)
+            self.items.remove(source)
         except ValueError:
             return False
         return True
 
-    def stir(self) -> None:
+    def recheck(self) -> None:
         """Let the lookouts be asked once more: by a sleeper, or by who is about to sleep. Any thread."""
-        self._stirred = True
+        self._recheck_wanted = True
         self.wake_one()
 
-    def add_lookout(self, lookout: Lookout) -> None:
-        """Ask `lookout` from now on. Adding twice is harmless."""
-        self.lookouts[ref(lookout, self._forget)] = None
-        self.stir()
+    def add_poller(self, poller: WaitablePoller) -> None:
+        """Ask `poller` from now on. Adding twice is harmless."""
+        self.pollers[ref(poller, self._forget)] = None
+        self.recheck()
 
-    def drop_lookout(self, lookout: Lookout) -> None:
-        """Ask `lookout` no more; nothing where it is not asked."""
-        self._forget(ref(lookout))
+    def remove_poller(self, poller: WaitablePoller) -> None:
+        """Ask `poller` no more; nothing where it is not asked."""
+        self._forget(ref(poller))
 
-    def _forget(self, reference: ReferenceType[Lookout]) -> None:
-        self.lookouts.pop(reference, None)
+    def _forget(self, reference: ReferenceType[WaitablePoller]) -> None:
+        self.pollers.pop(reference, None)
 
-    def look_out(self) -> None:
+    def poll_waitables(self) -> None:
         """Ask the lookouts; those with work post it here."""
-        self._stirred = False
-        for reference in list(self.lookouts):  # no tuple: see Lifeline._tell
-            lookout = reference()
-            if lookout is not None:
-                lookout.look()
+        self._recheck_wanted = False
+        for reference in list(self.pollers):  # no tuple: see ShutdownSignal._tell
+            poller = reference()
+            if poller is not None:
+                poller.look()
 
     @property
-    def restless(self) -> bool:
+    def has_work(self) -> bool:
         """Whether there is something to do before anybody sleeps."""
-        return bool(self.items) or (self._stirred and bool(self.lookouts))
+        return bool(self.items) or (self._recheck_wanted and bool(self.pollers))
 
     def wake_one(self) -> None:
         """Let one sleeper look again. Whoever leaves while there is work must call this."""
@@ -111,7 +111,7 @@ class ReadyQueue:
     def listen(self, waker: Callable[[], None]) -> None:
         """Call `waker` once when there may be work, at once where there is: how a loop sleeps here."""
         self.wakers.append(waker)
-        if self.restless:
+        if self.has_work:
             self.wake_one()
 
     def unlisten(self, waker: Callable[[], None]) -> None:
@@ -130,13 +130,13 @@ class ReadyQueue:
         self,
         waiter: Waiter,
         clock: SteadyClock,
-        ending: Ending,
+        stop: StopCondition,
         deadline: int | None,
-        agenda: Agenda | None = None,
+        timer_heap: TimerHeap | None = None,
         *,
         last: bool = False,
     ) -> None:
-        """Sleep in `waiter` until there may be work, `ending`, `deadline` (ns), or the agenda's next alarm.
+        """Sleep in `waiter` until there may be work, `ending`, `deadline` (ns), or the next timer.
 
         `last` makes this sleeper the last one to be woken by posts.
         """
@@ -147,11 +147,11 @@ class ReadyQueue:
             else:
                 wakers.append(wake)
             # The looks come last: who posts, or sets an earlier alarm, does that first and then looks here.
-            if agenda is not None:
-                due = agenda.earliest
+            if timer_heap is not None:
+                due = timer_heap.earliest
                 if due is not None and (deadline is None or due < deadline):
                     deadline = due
-            if self.items or (self._stirred and self.lookouts) or self.closed or ending._state:  # noqa: SLF001
+            if self.items or (self._recheck_wanted and self.pollers) or self.closed or stop._state:  # noqa: SLF001
                 return
             if clock is STEADY:  # its `wait` does this
                 waiter.wait(None if deadline is None else deadline - clock.now())
@@ -165,17 +165,17 @@ class ReadyQueue:
                 except ValueError:
                     pass
 
-    def reclaim(self, home: Home) -> list[Work]:
-        """Take out all work of `home`, oldest first; the order of the rest stays."""
+    def reclaim(self, work_queue: NodeWorkQueue) -> list[CallbackSource]:
+        """Take out all work of `work_queue`, oldest first; the order of the rest stays."""
         taken = []
         for _ in range(len(self.items)):
-            work = self.pop()
-            if work is None:
+            source = self.pop()
+            if source is None:
                 break
-            if work.home is home:
-                taken.append(work)
+            if source.work_queue is work_queue:
+                taken.append(source)
             else:
-                self.items.append(work)
+                self.items.append(source)
         if self.items:
             self.wake_one()
         return taken

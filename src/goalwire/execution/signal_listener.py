@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from types import FrameType
 
-    from goalwire.transport.contract import Vigil
+    from goalwire.transport.contract import WirePoller
 
 _CLOSE = 0
 """No signal has this number."""
@@ -44,7 +44,7 @@ class SignalListener:
 
     def __init__(self, on_signal: Callable[[int], bool]) -> None:
         self.main_thread = get_ident()
-        self.vigil: Vigil | None = None
+        self.wire_poller: WirePoller | None = None
         """What the main thread waits in, where no signal reaches it."""
         self._on_signal = on_signal
         self._process = os.getpid()
@@ -104,9 +104,9 @@ class SignalListener:
                         return
                     if self._on_signal(number) and self._nudges:
                         nudges, heard_ns = iter(_NUDGES_MS), monotonic_ns()
-                    vigil = self.vigil
-                    if vigil is not None:
-                        vigil.interrupt()
+                    wire_poller = self.wire_poller
+                    if wire_poller is not None:
+                        wire_poller.interrupt()
 
     def _has_more(self, wait_ms: int) -> bool:
         """Whether something is written into the pipe within that time."""

@@ -1,11 +1,12 @@
 """SIGINT and SIGTERM end the contexts (rclpy.signals).
 
-The handlers take no lock: they may interrupt the main thread anywhere. They end the registered lifelines,
-which wakes every thread that waits under them, and then do what was installed before them: for SIGINT that
-is Python's own handler, which raises KeyboardInterrupt.
+The handlers take no lock: they may interrupt the main thread anywhere. They end the registered shutdown
+signals, which wakes every thread that waits under them, and then do what was installed before them: for
+SIGINT that is Python's own handler, which raises KeyboardInterrupt.
 
-A listener thread ends the lifelines too, and first. Python runs handlers in the main thread, and a signal
-that comes in the microseconds before that thread falls asleep on a lock is noticed at its next waking only.
+A listener thread ends the shutdown signals too, and first. Python runs handlers in the main thread, and a
+signal that comes in the microseconds before that thread falls asleep on a lock is noticed at its next waking
+only.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from goalwire.execution.signal_listener import SignalListener
 if TYPE_CHECKING:
     from types import FrameType
 
-    from goalwire.execution.lifeline import ContextLike, Lifeline
+    from goalwire.execution.shutdown_signal import ContextLike, ShutdownSignal
 
 
 class SignalHandlerOptions(Enum):
@@ -44,7 +45,7 @@ _WANTED = {
     SignalHandlerOptions.SIGTERM: (signal.SIGTERM,),
     SignalHandlerOptions.ALL: (signal.SIGINT, signal.SIGTERM),
 }
-_lifelines: dict[int, ref[Lifeline]] = {}
+_lifelines: dict[int, ref[ShutdownSignal]] = {}
 _guards: dict[int, ref[GuardCondition]] = {}
 """By id. Copied in one step where they are gone through, since another thread may change them."""
 _previous: dict[signal.Signals, Any] = {}
@@ -52,15 +53,15 @@ _listeners: list[SignalListener] = []
 _came: set[int] = set()
 
 
-def register(lifeline: Lifeline) -> None:
-    """Let the handled signals end `lifeline`, which is held weakly."""
-    key = id(lifeline)
-    _lifelines[key] = ref(lifeline, lambda _: _lifelines.pop(key, None))
+def register(shutdown_signal: ShutdownSignal) -> None:
+    """Let the handled signals end `shutdown_signal`, which is held weakly."""
+    key = id(shutdown_signal)
+    _lifelines[key] = ref(shutdown_signal, lambda _: _lifelines.pop(key, None))
 
 
-def unregister(lifeline: Lifeline) -> None:
-    """Let signals leave `lifeline` alone."""
-    _lifelines.pop(id(lifeline), None)
+def unregister(shutdown_signal: ShutdownSignal) -> None:
+    """Let signals leave `shutdown_signal` alone."""
+    _lifelines.pop(id(shutdown_signal), None)
 
 
 def install_signal_handlers(options: SignalHandlerOptions = SignalHandlerOptions.ALL) -> None:
@@ -123,9 +124,9 @@ def _end_contexts(number: int) -> bool:
         return False
     _came.add(number)
     name = signal.Signals(number).name
-    for lifeline in [reference() for reference in tuple(_lifelines.values())]:
-        if lifeline is not None:
-            lifeline.end(name)
+    for shutdown_signal in [reference() for reference in tuple(_lifelines.values())]:
+        if shutdown_signal is not None:
+            shutdown_signal.end(name)
     for guard in [reference() for reference in tuple(_guards.values())]:
         if guard is not None:
             with suppress(InvalidHandle):

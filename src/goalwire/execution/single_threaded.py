@@ -5,14 +5,14 @@ from __future__ import annotations
 from threading import get_ident
 from typing import TYPE_CHECKING, Any
 
+from goalwire.execution.exceptions import ExternalShutdownException
 from goalwire.execution.executor import Executor, Timeout
 from goalwire.execution.future import Future
-from goalwire.execution.outcomes import ExternalShutdownException
-from goalwire.execution.spinning import NEVER, Ending, Stay, ending_of
+from goalwire.execution.spinning import NEVER, StopCondition, StopConditionScope, stop_condition_of
 from goalwire.execution.waiting import Waiter
 
 if TYPE_CHECKING:
-    from goalwire.execution.lifeline import ContextLike
+    from goalwire.execution.shutdown_signal import ContextLike
 
 
 _SEAT = 'seat'
@@ -28,7 +28,7 @@ class SingleThreadedExecutor(Executor):
     def __init__(self, *, context: ContextLike | None = None) -> None:
         super().__init__(context=context)
         self._driver: dict[str, int] = {}
-        self._driver_parker = self._parker()
+        self._driver_parker = self._new_waiter()
         self._successors: list[Waiter] = []
 
     def spin(self) -> None:
@@ -46,35 +46,35 @@ class SingleThreadedExecutor(Executor):
         return self._driver.get(_SEAT) == get_ident()
 
     def _run(self, until: Future[Any] | None, deadline: int | None, *, once: bool) -> None:
-        ending: Ending = NEVER
+        stop: StopCondition = NEVER
         if until is not None:  # it may be another library's
-            ending = until if isinstance(until, Future) else ending_of(until)  # type: ignore[redundant-expr]
-        if ending._state and self._has_nothing_left(once=once):  # noqa: SLF001
+            stop = until if isinstance(until, Future) else stop_condition_of(until)  # type: ignore[redundant-expr]
+        if stop._state and self._has_nothing_left(once=once):  # noqa: SLF001
             return
         driver, me = self._driver, get_ident()
         if _SEAT in driver and driver[_SEAT] == me:
-            self._run_nested(ending, deadline, once=once)
+            self._run_nested(stop, deadline, once=once)
             return
         try:
-            if driver.setdefault(_SEAT, me) == me or self._await_seat(ending, deadline):
-                self._drive(self._driver_parker, ending, deadline, once=once)
+            if driver.setdefault(_SEAT, me) == me or self._await_seat(stop, deadline):
+                self._drive(self._driver_parker, stop, deadline, once=once)
         finally:
             # No call before the seat is free: Python runs signal handlers after calls.
             if _SEAT in driver and driver[_SEAT] == me:
                 del driver[_SEAT]
-                if not self._lifeline.alive:
-                    self._close_lanes()
+                if not self._shutdown_signal.alive:
+                    self._close_runners()
                 if self._successors:
                     self._call_successor()
 
-    def _await_seat(self, ending: Ending, deadline: int | None) -> bool:
+    def _await_seat(self, stop: StopCondition, deadline: int | None) -> bool:
         """Wait for the seat of the thread that drives this; False where another one has it too long."""
         waiter = Waiter()
-        with Stay(self._lifeline, waiter, ending):
+        with StopConditionScope(self._shutdown_signal, waiter, stop):
             while not self._wait_for_seat(waiter, deadline):
-                if self._is_shutdown or ending._state or self._is_past(deadline):  # noqa: SLF001
+                if self._is_shutdown or stop._state or self._is_past(deadline):  # noqa: SLF001
                     return False
-                if not self._lifeline.alive:
+                if not self._shutdown_signal.alive:
                     raise ExternalShutdownException
         return True
 
@@ -99,5 +99,5 @@ class SingleThreadedExecutor(Executor):
         for waiter in tuple(self._successors):
             waiter.wake()
 
-    def _send_home(self) -> None:
+    def _wake_workers(self) -> None:
         self._call_successor()

@@ -5,9 +5,9 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
-from goalwire.execution.current import HELD
+from goalwire.execution.callback_source import CallbackSource
+from goalwire.execution.current import held_groups
 from goalwire.execution.future import Future
-from goalwire.execution.work import Work
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from types import TracebackType
 
     from goalwire.execution.callback_groups import CallbackGroup
-    from goalwire.execution.home import Home
-    from goalwire.execution.lifeline import Lifeline, Watch
+    from goalwire.execution.node_work_queue import NodeWorkQueue
+    from goalwire.execution.shutdown_signal import ShutdownSignal, ShutdownWatch
     from goalwire.execution.waiting import Waiter
 
 
@@ -25,7 +25,7 @@ def settled(future: Any) -> bool:
     return bool(future.done() or future.cancelled())
 
 
-class Ending(Protocol):
+class StopCondition(Protocol):
     """What ends a spin. A future of ours is one; the others are made by `ending_of`."""
 
     @property
@@ -39,7 +39,7 @@ class Ending(Protocol):
         """Take a waker back."""
 
 
-class EndingWhen:
+class StopWhen:
     """An ending for which a function is asked, with each look. Whoever makes it true wakes who waits."""
 
     __slots__ = ('_ask',)
@@ -58,7 +58,7 @@ class EndingWhen:
         """Nothing."""
 
 
-class _ForeignFuture(EndingWhen):
+class _ForeignFuture(StopWhen):
     """The end of another library's future."""
 
     __slots__ = ('_future',)
@@ -71,7 +71,7 @@ class _ForeignFuture(EndingWhen):
         self._future.add_done_callback(lambda _: waker())
 
 
-class _Never(EndingWhen):
+class _Never(StopWhen):
     """What `rclpy.spin` waits for."""
 
     __slots__ = ()
@@ -82,27 +82,27 @@ class _Never(EndingWhen):
 NEVER = _Never(bool)
 
 
-def ending_of(until: Any) -> Ending:
+def stop_condition_of(until: Any) -> StopCondition:
     """What ends a spin until a future is settled; None: nothing does."""
     if isinstance(until, Future):
         return until
     return NEVER if until is None else _ForeignFuture(until)
 
 
-class Stay:
-    """While it lasts, `waiter` is woken when `ending` comes or the lifeline ends."""
+class StopConditionScope:
+    """While it lasts, `waiter` is woken when `ending` comes or the shutdown begins."""
 
-    __slots__ = ('_ending', '_lifeline', '_waiter', '_watch')
+    __slots__ = ('_ending', '_shutdown_signal', '_waiter', '_watch')
 
-    def __init__(self, lifeline: Lifeline, waiter: Waiter, ending: Ending) -> None:
-        self._lifeline = lifeline
+    def __init__(self, shutdown_signal: ShutdownSignal, waiter: Waiter, stop: StopCondition) -> None:
+        self._shutdown_signal = shutdown_signal
         self._waiter = waiter
-        self._ending = ending
-        self._watch: Watch | None = None
+        self._ending = stop
+        self._watch: ShutdownWatch | None = None
 
     def __enter__(self) -> None:
         self._ending.add_waker(self._waiter.wake)
-        self._watch = self._lifeline.watch(self._waiter.wake)
+        self._watch = self._shutdown_signal.watch(self._waiter.wake)
 
     def __exit__(
         self, exc_type: type[BaseException] | None, exc: BaseException | None, traceback: TracebackType | None
@@ -112,7 +112,7 @@ class Stay:
         self._ending.remove_waker(self._waiter.wake)
 
 
-class Loan:
+class ReleasedGroups:
     """A callback that spins lends its exclusive group, as a monitor's wait() gives up its lock.
 
     So the callback may wait for what only its own group can do. It goes on when the group is free again.
@@ -121,36 +121,36 @@ class Loan:
     __slots__ = ('_entities', '_groups', '_token')
 
     def __init__(self) -> None:
-        self._groups = HELD.get()
+        self._groups = held_groups.get()
         self._entities = [group.active_entity for group in self._groups]
         self._token: Token[tuple[CallbackGroup, ...]] | None = None
         if self._groups:
-            self._token = HELD.set(())
+            self._token = held_groups.set(())
             for group, entity in zip(self._groups, self._entities, strict=True):
                 group.ending_execution(entity)
 
-    def take_back(self, home: Home, spin_until: Callable[[Future[None]], None]) -> None:
+    def take_back(self, work_queue: NodeWorkQueue, spin_until: Callable[[Future[None]], None]) -> None:
         """Take the groups back; `spin_until(future)` runs other work in the meantime."""
         try:
             for group, entity in zip(self._groups, self._entities, strict=True):
                 while not group.beginning_execution(entity):
-                    ticket = _Ticket(home)
+                    ticket = _Ticket(work_queue)
                     group.park(ticket)
                     spin_until(ticket.free)
                     if not ticket.free.done():
                         break  # the executor was shut down: nothing runs beside this callback any more
         finally:
             if self._token is not None:
-                HELD.reset(self._token)
+                held_groups.reset(self._token)
 
 
-class _Ticket(Work):
+class _Ticket(CallbackSource):
     """Stands in a group's queue for a callback that wants it back; `free` is done when its turn comes."""
 
     __slots__ = ('free',)
 
-    def __init__(self, home: Home) -> None:
-        super().__init__(home, None)
+    def __init__(self, work_queue: NodeWorkQueue) -> None:
+        super().__init__(work_queue, None)
         self.free: Future[None] = Future()
 
     def run(self) -> None:

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Coroutine
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, cast
 
+from goalwire.execution.callback_source import CallbackSource
 from goalwire.execution.future import FINISHED, Future
-from goalwire.execution.work import Work
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from goalwire.execution.executor import Executor
-    from goalwire.execution.home import Home
+    from goalwire.execution.node_work_queue import NodeWorkQueue
 
 T = TypeVar('T')
 Handler: TypeAlias = Callable[..., T] | Callable[..., Coroutine[Any, Any, T]] | Coroutine[Any, Any, T]
@@ -140,9 +140,9 @@ class Task(Future[T]):
 
     def _await_again(self, awaited: object) -> None:
         """Where an executor is known, let it go on when what is awaited is done; else the next call does."""
-        if self._home is not None and isinstance(awaited, Future):
-            home = self._home
-            awaited.add_waker(lambda: home.post(_Step(self, home)))
+        if self._work_queue is not None and isinstance(awaited, Future):
+            work_queue = self._work_queue
+            awaited.add_waker(lambda: work_queue.post(_Step(self, work_queue)))
 
     def _finish(self, result: T) -> None:
         self._forget()
@@ -158,13 +158,15 @@ def _nothing() -> Any:
     """Stand in for a handler that has run."""
 
 
-class TaskWork(Work):
+class TaskSource(CallbackSource):
     """A task on its way through an executor."""
 
     __slots__ = ('_fail', 'task')
 
-    def __init__(self, task: Task[Any], home: Home, fail: Callable[[BaseException], None]) -> None:
-        super().__init__(home, None)
+    def __init__(
+        self, task: Task[Any], work_queue: NodeWorkQueue, fail: Callable[[BaseException], None]
+    ) -> None:
+        super().__init__(work_queue, None)
         self.task = task
         self._fail = fail
 
@@ -180,13 +182,13 @@ class TaskWork(Work):
         self.task.abandon()
 
 
-class _Step(Work):
+class _Step(CallbackSource):
     """The next step of a task that was begun by hand, when what it awaited is done."""
 
     __slots__ = ('_task',)
 
-    def __init__(self, task: Task[Any], home: Home) -> None:
-        super().__init__(home, None)
+    def __init__(self, task: Task[Any], work_queue: NodeWorkQueue) -> None:
+        super().__init__(work_queue, None)
         self._task = task
 
     def run(self) -> object:

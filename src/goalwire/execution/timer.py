@@ -6,15 +6,15 @@ from threading import Lock
 from typing import TYPE_CHECKING, Self
 
 from goalwire.errors import InvalidHandle
+from goalwire.execution.callback_source import CallbackSource
 from goalwire.execution.clock import ClockChange, ROSClock
-from goalwire.execution.clock_alarm import ClockAlarm
+from goalwire.execution.clock_timer_entry import ClockTimerEntry
 from goalwire.execution.handle import entity_of, handle_of
-from goalwire.execution.home import Home
+from goalwire.execution.node_work_queue import NodeWorkQueue
 from goalwire.execution.rate import Rate
 from goalwire.execution.timer_info import TimerInfo, taking_info
-from goalwire.execution.work import Work
-from goalwire.protocol.latencies import Latencies
-from goalwire.protocol.time import S_TO_NS
+from goalwire.rules.latencies import Latencies
+from goalwire.rules.time import S_TO_NS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -22,15 +22,15 @@ if TYPE_CHECKING:
 
     from goalwire.execution.callback_groups import CallbackGroup
     from goalwire.execution.clock import Clock
-    from goalwire.execution.lifeline import ContextLike
-    from goalwire.protocol.statistics import TimerStatistics
+    from goalwire.execution.shutdown_signal import ContextLike
+    from goalwire.rules.statistics import TimerStatistics
 
 __all__ = ['Rate', 'Timer', 'TimerInfo']
 
 _INT64 = range(-(2**63), 2**63)
 
 
-class Timer(Work):
+class Timer(CallbackSource):
     """Calls `callback` every `timer_period_ns` on `clock`.
 
     Periods that were missed are made up for by one call, and the phase is kept, as in rcl. It is
@@ -71,13 +71,13 @@ class Timer(Work):
         *,
         context: ContextLike | None = None,  # noqa: ARG002
         autostart: bool = True,
-        home: Home | None = None,
+        work_queue: NodeWorkQueue | None = None,
     ) -> None:
-        """Raises TypeError for a period beyond an int64. Without `home` no executor ever calls it.
+        """Raises TypeError for a period beyond an int64. Without `work_queue` no executor ever calls it.
 
         `callback()` is called, or `callback(info)` where it asks for a TimerInfo.
         """
-        super().__init__(Home() if home is None else home, callback_group)
+        super().__init__(NodeWorkQueue() if work_queue is None else work_queue, callback_group)
         if int(timer_period_ns) not in _INT64:
             raise TypeError(
                 f'a timer period of {timer_period_ns} ns does not fit into 64 bits: make it shorter'
@@ -94,7 +94,7 @@ class Timer(Work):
         self._steady_due = self._clock.source.now() + self._period
         self._canceled = not autostart
         self._destroyed = self._posted = self._taken = False
-        self._alarm = ClockAlarm(self.home, clock, self._post)
+        self._alarm = ClockTimerEntry(self.work_queue, clock, self._post)
         if isinstance(clock, ROSClock):
             clock.watch_jumps(self)
         self._schedule()
@@ -263,7 +263,7 @@ class Timer(Work):
 
     def statistics(self) -> TimerStatistics:
         """Count its calls, and how late they came."""
-        from goalwire.protocol.statistics import TimerStatistics
+        from goalwire.rules.statistics import TimerStatistics
 
         lateness = self._lateness.histogram()
         return TimerStatistics(self._period / S_TO_NS, lateness.count, self._missed, lateness)
@@ -326,7 +326,7 @@ class Timer(Work):
     def _post(self) -> None:
         if not self._posted:
             self._posted = True
-            self.home.post(self)
+            self.work_queue.post(self)
 
     def _check(self) -> None:
         if self._destroyed:

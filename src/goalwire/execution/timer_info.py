@@ -6,7 +6,7 @@ import sys
 from types import FunctionType, MethodType
 from typing import TYPE_CHECKING
 
-from goalwire.protocol.time import ClockType, Time
+from goalwire.rules.time import ClockType, Time
 
 if TYPE_CHECKING:
     from collections.abc import Callable

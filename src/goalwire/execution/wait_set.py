@@ -1,6 +1,6 @@
 """The wait set that a waitable is asked with: what rclpy's programs use of rcl's, without any waiting.
 
-An entity that is in one tells the waitable's executor of its events; see `lookout`.
+An entity that is in one tells the waitable's executor of its events; see `poller`.
 """
 
 from __future__ import annotations
@@ -130,7 +130,7 @@ class WaitSet:
 
     def _add(self, kind: Kind, handle: object) -> int:
         found: Any = entity_of(handle)
-        entity: Waited = getattr(found, 'inbox', found)
+        entity: Waited = getattr(found, 'event_queue', found)
         if not hasattr(entity, 'watchers'):
             raise TypeError(
                 f'add_{kind}() takes the handle of a {kind.replace("_", " ")}, got {type(handle).__name__}'

@@ -9,8 +9,8 @@ if TYPE_CHECKING:
     from types import TracebackType
 
     from goalwire.execution.callback_groups import CallbackGroup
+    from goalwire.execution.event_queue import EventQueue
     from goalwire.execution.future import Future
-    from goalwire.execution.inbox import Inbox
     from goalwire.execution.wait_set import WaitSet
 
 T = TypeVar('T')
@@ -129,8 +129,8 @@ class SelfDriven(Waitable[T]):
         raise NotImplementedError
 
 
-class InboxWaitable(SelfDriven['tuple[Inbox[Any], Any] | None']):
-    """Something with several inboxes. Its methods do by hand, one by one, what executors do by themselves.
+class EventQueueWaitable(SelfDriven['tuple[EventQueue[Any], Any] | None']):
+    """Something with several event queues. Its methods do by hand, one by one, what executors do alone.
 
     Used as a context it is destroyed at the block's end.
     """
@@ -143,26 +143,26 @@ class InboxWaitable(SelfDriven['tuple[Inbox[Any], Any] | None']):
     ) -> None:
         self.destroy()
 
-    def inboxes(self) -> list[Inbox[Any]]:
+    def event_queues(self) -> list[EventQueue[Any]]:
         """Where its events wait."""
         raise NotImplementedError
 
     def is_ready(self, wait_set: WaitSet) -> bool:  # noqa: ARG002
         """Whether an event waits."""
-        return any(inbox.events for inbox in self.inboxes())
+        return any(event_queue.events for event_queue in self.event_queues())
 
-    def take_data(self) -> tuple[Inbox[Any], Any] | None:
+    def take_data(self) -> tuple[EventQueue[Any], Any] | None:
         """Take one event, so that no executor will; None where there is none."""
-        for inbox in self.inboxes():
-            event = inbox.take()
+        for event_queue in self.event_queues():
+            event = event_queue.take()
             if event is not None:
-                return inbox, event
+                return event_queue, event
         return None
 
-    async def execute(self, taken_data: tuple[Inbox[Any], Any] | None) -> None:
+    async def execute(self, taken_data: tuple[EventQueue[Any], Any] | None) -> None:
         """Run the callback for an event that was taken."""
         if taken_data is not None:
-            inbox, event = taken_data
-            outcome = inbox.handle(event)
+            event_queue, event = taken_data
+            outcome = event_queue.handle(event)
             if isinstance(outcome, Coroutine):
                 await outcome

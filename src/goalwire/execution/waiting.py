@@ -11,8 +11,8 @@ from goalwire.execution.signal_listener import LISTENING
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from goalwire.execution.lifeline import Lifeline
-    from goalwire.execution.readiness import Readiness
+    from goalwire.execution.fd_selector import FdSelector
+    from goalwire.execution.shutdown_signal import ShutdownSignal
 
 
 class Waiter:
@@ -50,65 +50,65 @@ SHORT_NS = 50_000_000
 long they may wait. The look costs 5 us (two system calls), so it is for long sleeps."""
 
 
-class Keeper(Waiter):
-    """A waiter whose thread waits on the wire itself, where the session of `lifeline` has a place for it.
+class WireWaiter(Waiter):
+    """A waiter whose thread waits on the wire itself, where the context's session has a place for it.
 
-    The lifeline's end wakes it.
+    The shutdown wakes it.
     """
 
-    __slots__ = ('__weakref__', '_lifeline', 'interrupt')
+    __slots__ = ('__weakref__', '_shutdown_signal', 'interrupt')
 
-    doze = Waiter.wait
+    wait_on_lock = Waiter.wait
     """Sleep on the lock, whatever the wire does."""
 
-    _readiness: Readiness | None = None
+    _fd_selector: FdSelector | None = None
     """What else it watches while it sleeps."""
 
-    def __init__(self, lifeline: Lifeline) -> None:
+    def __init__(self, shutdown_signal: ShutdownSignal) -> None:
         super().__init__()
         self.interrupt: Callable[[], None] | None = None
         """What ends this thread's sleep, where it sleeps elsewhere than on its lock."""
-        self._lifeline = lifeline
-        lifeline.wake_at_end(self)
+        self._shutdown_signal = shutdown_signal
+        shutdown_signal.wake_at_end(self)
 
     def wait(self, timeout_ns: int | None = None) -> bool:
         # All of it in one function, for the common cases: it begins and ends each sleep of an executor.
-        if self._readiness is not None and self._readiness.watched:
+        if self._fd_selector is not None and self._fd_selector.watched:
             return self._wait_on_descriptors(timeout_ns)
-        vigil = self._lifeline.vigil
-        if vigil is None or (timeout_ns is not None and timeout_ns <= 0):
-            return self.doze(timeout_ns)
+        wire_poller = self._shutdown_signal.wire_poller
+        if wire_poller is None or (timeout_ns is not None and timeout_ns <= 0):
+            return self.wait_on_lock(timeout_ns)
         if not LISTENING:
             if current_thread() is main_thread():
-                return self._doze_beside_wire(timeout_ns)
-            return vigil.wait(self, timeout_ns)
+                return self._wait_on_lock_beside_wire(timeout_ns)
+            return wire_poller.wait(self, timeout_ns)
         listener = LISTENING[0]
         if get_ident() != listener.main_thread:
-            return vigil.wait(self, timeout_ns)
+            return wire_poller.wait(self, timeout_ns)
         # A signal that came before this line has its handler run before the wait begins.
-        outer, listener.vigil = listener.vigil, vigil
+        outer, listener.wire_poller = listener.wire_poller, wire_poller
         try:
             if timeout_ns is not None and timeout_ns <= SHORT_NS:
-                return vigil.wait(self, timeout_ns)
-            if vigil.wait(self, SHORT_NS):
+                return wire_poller.wait(self, timeout_ns)
+            if wire_poller.wait(self, SHORT_NS):
                 return True
             left = None if timeout_ns is None else timeout_ns - SHORT_NS
             if listener.hears():
-                return vigil.wait(self, left)
+                return wire_poller.wait(self, left)
         finally:
-            listener.vigil = outer
-        return self._doze_beside_wire(left)
+            listener.wire_poller = outer
+        return self._wait_on_lock_beside_wire(left)
 
-    def _doze_beside_wire(self, timeout_ns: int | None) -> bool:
+    def _wait_on_lock_beside_wire(self, timeout_ns: int | None) -> bool:
         """Sleep in the main thread where no signal would bring it out of the wire's library.
 
         Python runs signal handlers in the main thread, and not while that is in there.
         """
         try:
-            self._lifeline.depend(self)
-            return self.doze(timeout_ns)
+            self._shutdown_signal.add_external_sleeper(self)
+            return self.wait_on_lock(timeout_ns)
         finally:
-            self._lifeline.depend_no_more(self)
+            self._shutdown_signal.remove_external_sleeper(self)
 
     def _wait_on_descriptors(self, timeout_ns: int | None) -> bool:
         raise NotImplementedError

@@ -11,7 +11,7 @@ from typing import TypeAlias
 
 from goalwire.transport.contract import EndpointKind, GraphEntity
 from goalwire.transport.failures import report_failure
-from goalwire.transport.outbox import Outbox
+from goalwire.transport.ordered_dispatcher import OrderedDispatcher
 
 _Topic: TypeAlias = tuple[EndpointKind, str]
 
@@ -40,7 +40,9 @@ class CounterpartWatchers:
     def __init__(self) -> None:
         self._lock = Lock()
         self._by_topic: dict[_Topic, tuple[CounterpartWatch, ...]] = {}
-        self._outbox: Outbox[tuple[CounterpartWatch, GraphEntity, bool]] = Outbox(_deliver)
+        self._dispatcher: OrderedDispatcher[tuple[CounterpartWatch, GraphEntity, bool]] = OrderedDispatcher(
+            _deliver
+        )
 
     def add(
         self,
@@ -54,7 +56,7 @@ class CounterpartWatchers:
         with self._lock:
             self._by_topic[watch.topic] = (*self._by_topic.get(watch.topic, ()), watch)
         for entity in there:
-            self._outbox.post((watch, entity, True))
+            self._dispatcher.post((watch, entity, True))
         return watch
 
     def remove(self, watch: CounterpartWatch) -> None:
@@ -70,11 +72,11 @@ class CounterpartWatchers:
     def note(self, entity: GraphEntity, *, is_there: bool) -> None:
         """An endpoint has come or gone; `tell` says so to who watches for it."""
         for watch in self._by_topic.get((entity.kind, entity.name), ()):
-            self._outbox.post((watch, entity, is_there))
+            self._dispatcher.post((watch, entity, is_there))
 
     def tell(self) -> None:
         """Tell what was noted, unless another thread is at it."""
-        self._outbox.drain()
+        self._dispatcher.drain()
 
 
 def _deliver(change: tuple[CounterpartWatch, GraphEntity, bool]) -> None:

@@ -16,8 +16,8 @@ from goalwire.graph.counterparts import CounterpartWatch, CounterpartWatchers
 from goalwire.graph.mismatch import Mismatch, find_mismatches, opposite
 from goalwire.graph.names import NamesAndTypes, actions_among
 from goalwire.graph.watch import Watch, Watchers
-from goalwire.protocol.names.actions import ActionNames
-from goalwire.protocol.qos_compatibility import incompatible_policy
+from goalwire.rules.names.actions import ActionNames
+from goalwire.rules.qos_compatibility import incompatible_policy
 from goalwire.transport.contract import Endpoint, EndpointKind, GraphEntity, GraphListener
 
 _NodeKey: TypeAlias = tuple[str, int]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TypeAlias
 
-from goalwire.protocol.names.validation import is_hidden_name
+from goalwire.rules.names.validation import is_hidden_name
 
 NamesAndTypes: TypeAlias = list[tuple[str, list[str]]]
 """Names in alphabetical order, each with its types in alphabetical order."""

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Generic
 
-from goalwire.entities.actions.decisions import ActionCallbacks, CancelResponse, GoalResponse
+from goalwire.entities.actions.goal_callbacks import ActionCallbacks, CancelResponse, GoalResponse
 from goalwire.entities.actions.server import ActionServerCore
 from goalwire.entities.actions.types import FeedbackT, GoalT, ResultT
 from goalwire.execution.callback_groups import ReentrantCallbackGroup
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from goalwire.entities.actions.goal_handle import ServerGoalHandle
     from goalwire.entities.node import NodeCore
     from goalwire.entities.type_support import ActionSupport
-    from goalwire.protocol.goals.ids import GoalId
+    from goalwire.rules.goals.ids import GoalId
 
 
 @dataclass

@@ -11,7 +11,7 @@ from goalwire.entities.graph_waiting import wait_for_graph
 from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import action_support, service_support
 from goalwire.errors import LocalError
-from goalwire.protocol.qos import DEFAULT, HistoryPolicy, QoS
+from goalwire.rules.qos import DEFAULT, HistoryPolicy, QoS
 from goalwire.testing.action import Conduct, FakeAction
 from goalwire.testing.calls import Outcome, call, send_goal
 from goalwire.testing.log import PATIENCE
@@ -108,7 +108,7 @@ class Graph:
         for program in self._programs:
             program.stop()
         if rclpy is not None and self._programs:
-            rclpy.get_default_context().lifeline.end('the graph was closed')  # what a signal does
+            rclpy.get_default_context().shutdown_signal.end('the graph was closed')  # what a signal does
         for program in self._programs:
             if not program.close():
                 self.blame(f"program '{program.name}' did not end with its context")

@@ -9,7 +9,7 @@ import threading
 from typing import TYPE_CHECKING, Any
 
 from goalwire.entities.exceptions import RCLError
-from goalwire.execution.outcomes import ExternalShutdownException
+from goalwire.execution.exceptions import ExternalShutdownException
 from goalwire.testing.log import PATIENCE
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 
 from goalwire.entities.service import ServiceCore
 from goalwire.execution.callback_groups import ReentrantCallbackGroup
-from goalwire.protocol.qos import SERVICES_DEFAULT
+from goalwire.rules.qos import SERVICES_DEFAULT
 from goalwire.testing.answers import NEVER, After, Script
 from goalwire.testing.log import PATIENCE, Log, differing
 from goalwire.testing.spinning import host

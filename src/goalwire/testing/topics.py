@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from goalwire.entities.node import NodeCore
-    from goalwire.protocol.qos import QoS
+    from goalwire.rules.qos import QoS
     from goalwire.transport.contract import Sample
 
 MsgT = TypeVar('MsgT')

@@ -14,11 +14,11 @@ from enum import Enum
 from functools import partial
 from typing import TYPE_CHECKING, NamedTuple, Protocol, TypeAlias
 
-from goalwire.protocol.qos import DEFAULT, QoS
 from goalwire.records import record
+from goalwire.rules.qos import DEFAULT, QoS
 
 if TYPE_CHECKING:
-    from goalwire.protocol.qos_events import EventStatus, EventType
+    from goalwire.rules.qos_events import EventStatus, EventType
 
 Payload: TypeAlias = bytes | bytearray | memoryview
 
@@ -249,20 +249,20 @@ class Sleeper(Protocol):
     interrupt: Callable[[], None] | None
     """What ends its sleep while it sleeps elsewhere than on its lock; `wake` calls it."""
 
-    def doze(self, timeout_ns: int | None = None) -> bool:
+    def wait_on_lock(self, timeout_ns: int | None = None) -> bool:
         """Sleep on a lock until `wake` (True) or for `timeout_ns` (False); 0 takes up a wake-up that came."""
 
     def wake(self) -> None:
         """End its sleep, wherever it sleeps. Any thread, signal handlers too."""
 
 
-class Vigil(ABC):
+class WirePoller(ABC):
     """Waiting on the wire itself, which one idle thread of the session does: so what comes wakes it at once.
 
     That thread then delivers what has come. The others sleep on their locks (the pattern Leader/Followers).
     """
 
-    dependants: set[object]
+    external_sleepers: set[object]
     """Who sleeps where the wire does not reach it, and so needs the session's own thread to wait here. While
     there are any, nobody else begins to."""
 
@@ -274,7 +274,7 @@ class Vigil(ABC):
         """
 
     @abstractmethod
-    def attend(self) -> None:
+    def ensure_polled(self) -> None:
         """See to it that somebody waits on the wire: there are dependants. Any thread."""
 
     @abstractmethod
@@ -291,7 +291,7 @@ class Session(ABC):
     """True where endpoints whose QoS do not go together exchange nothing (DDS); else QoS prevents nothing."""
     compares_definitions = True
     """True where different definitions of one type keep endpoints apart; DDS compares names alone."""
-    vigil: Vigil | None = None
+    wire_poller: WirePoller | None = None
     """Where idle threads may wait on this wire; None where it has threads of its own that must do that."""
 
     @abstractmethod

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from threading import Lock
 
-from goalwire.transport.rejects import LOGGER, is_told
+from goalwire.transport.reject_counters import LOGGER, is_told
 
 _PLACES_LIMIT = 1000
 """Places whose failures are told apart; beyond them nothing new is logged."""

@@ -16,7 +16,7 @@ from helpers.pending import left_pending
 from helpers.spinning import PATIENCE, Spinner, result_of
 
 from goalwire.entities.actions.client import ActionClientCore
-from goalwire.entities.actions.decisions import ActionCallbacks, CancelResponse, GoalResponse
+from goalwire.entities.actions.goal_callbacks import ActionCallbacks, CancelResponse, GoalResponse
 from goalwire.entities.actions.goal_handle import ServerGoalHandle
 from goalwire.entities.actions.server import ActionServerCore
 from goalwire.entities.context import Context
@@ -25,11 +25,11 @@ from goalwire.entities.type_support import action_support
 from goalwire.errors import DeadlineError, ServerLostError, TransportError
 from goalwire.execution.callback_groups import ReentrantCallbackGroup
 from goalwire.execution.future import Future
+from goalwire.execution.monotonic import STEADY
 from goalwire.execution.multi_threaded import MultiThreadedExecutor
-from goalwire.execution.steady import STEADY
-from goalwire.protocol import reasons
-from goalwire.protocol.goals.ids import GoalId
-from goalwire.protocol.goals.table import GoalStatus
+from goalwire.rules import reasons
+from goalwire.rules.goals.ids import GoalId
+from goalwire.rules.goals.table import GoalStatus
 from goalwire.transport.contract import Request
 from goalwire.transport.zenoh import queriers
 from goalwire.transport.zenoh.native import wire as native_wire

@@ -22,8 +22,8 @@ from rclpy.executors import Executor
 from unique_identifier_msgs.msg import UUID
 
 from goalwire.errors import EncodeError, WouldDeadlockError
-from goalwire.execution.inbox import Inbox
-from goalwire.protocol.goals.client import GoalIdTaken
+from goalwire.execution.event_queue import EventQueue
+from goalwire.rules.goals.client import GoalIdTaken
 
 pytestmark = pytest.mark.also_on_dds
 
@@ -118,15 +118,15 @@ def test_of_feedback_that_nobody_takes_the_newest_thousand_wait(
 
     handle = result_of(client.send_goal_async(Goal(), hear))
     result_of(handle.get_result_async())
-    inbox = client.goals.ended[id_of(handle)].feedback
-    assert isinstance(inbox, Inbox)
+    event_queue = client.goals.ended[id_of(handle)].feedback
+    assert isinstance(event_queue, EventQueue)
     node.create_timer(0.001, lambda: None)
     executor.add_node(node)
     while not last.is_set():
         executor.spin_once(timeout_sec=PATIENCE)
     assert heard == sorted(heard)
     assert heard[-1000:] == list(range(200, 1200))
-    assert len(heard) + inbox.dropped == 1200
+    assert len(heard) + event_queue.dropped == 1200
 
 
 def test_a_feedback_callback_that_raises_comes_out_of_spin(make_node: MakeNode, spin: Spin) -> None:

@@ -23,8 +23,8 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.task import Future
 
-from goalwire.execution.steady import STEADY
-from goalwire.protocol.goals.table import TABLE, GoalEvent, GoalStatus
+from goalwire.execution.monotonic import STEADY
+from goalwire.rules.goals.table import TABLE, GoalEvent, GoalStatus
 
 pytestmark = pytest.mark.timeout(400)  # a failure takes its time to be shrunk
 

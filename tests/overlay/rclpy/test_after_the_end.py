@@ -26,7 +26,7 @@ from std_srvs.srv import Trigger
 from tf2_ros import TransformBroadcaster
 
 from goalwire.entities.exceptions import ShutDownError
-from goalwire.execution.lifeline import Lifeline
+from goalwire.execution.shutdown_signal import ShutdownSignal
 
 pytestmark = pytest.mark.also_on_dds
 
@@ -125,7 +125,7 @@ def test_whatever_a_program_sends_after_the_end_raises_and_does_not_arrive(
 ) -> None:
     program = Program(context)
     other.told.expect(1, PATIENCE)  # the goal
-    context.lifeline.end('SIGTERM')  # what the handler does
+    context.shutdown_signal.end('SIGTERM')  # what the handler does
     assert not context.ok()
     outcomes: dict[str, object] = {}
     for what, attempt in program.attempts().items():
@@ -160,8 +160,8 @@ def test_who_sees_that_the_context_has_ended_is_refused(other: Other, context: C
             refused.append(type(error))
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Lifeline, '_tell', lambda _: command())  # the first moment in which ok() is False
-        context.lifeline.end('SIGTERM')
+        patch.setattr(ShutdownSignal, '_tell', lambda _: command())  # the first moment in which ok() is False
+        context.shutdown_signal.end('SIGTERM')
     assert refused == [ShutDownError]
 
 
@@ -203,7 +203,7 @@ def test_a_server_answers_what_it_was_asked_but_gives_no_feedback_any_more(
         begun.clear()
         answer = client.call_async(Trigger.Request())
         assert begun.wait(PATIENCE)
-        context.lifeline.end('SIGTERM')
+        context.shutdown_signal.end('SIGTERM')
         may_end.set()
         told = result_of(answer)
         assert told is not None
@@ -216,7 +216,7 @@ def test_lines_that_are_logged_and_parameters_that_are_set_after_the_end_raise_n
 ) -> None:
     node = Node('program', context=context)
     node.declare_parameter('speed', 1)
-    context.lifeline.end('SIGTERM')
+    context.shutdown_signal.end('SIGTERM')
     node.get_logger().info('goes to the console')
     get_logger('program').warning('so does this')
     node.set_parameters([node.get_parameter('speed')])
@@ -224,6 +224,6 @@ def test_lines_that_are_logged_and_parameters_that_are_set_after_the_end_raise_n
 
 def test_new_endpoints_are_refused_too(context: Context) -> None:
     node = Node('program', context=context)
-    context.lifeline.end('SIGTERM')
+    context.shutdown_signal.end('SIGTERM')
     with pytest.raises(ShutDownError):
         node.create_publisher(String, 'topic', 10)

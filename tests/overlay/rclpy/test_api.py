@@ -70,14 +70,14 @@ def test_the_list_is_whole() -> None:
 
 @pytest.mark.parametrize('module', API)
 def test_the_names_of_a_module_stand(module: str) -> None:
-    home = importlib.import_module(module)
-    assert [what for wanted in API[module] for what in missing(home, wanted)] == []
+    work_queue = importlib.import_module(module)
+    assert [what for wanted in API[module] for what in missing(work_queue, wanted)] == []
 
 
 def test_what_is_missing_is_found() -> None:
-    home = importlib.import_module('rclpy.node')
-    assert list(missing(home, Wanted('Nod', ()))) == ['Nod']
-    assert list(missing(home, Wanted('Node.nope', ()))) == ['Node.nope']
-    assert list(missing(home, Wanted('Node.create_timer', ('callback', 'nope')))) == [
+    work_queue = importlib.import_module('rclpy.node')
+    assert list(missing(work_queue, Wanted('Nod', ()))) == ['Nod']
+    assert list(missing(work_queue, Wanted('Node.nope', ()))) == ['Node.nope']
+    assert list(missing(work_queue, Wanted('Node.create_timer', ('callback', 'nope')))) == [
         'Node.create_timer(nope)'
     ]

@@ -23,8 +23,8 @@ from rclpy.service_introspection import ServiceIntrospectionState
 from std_srvs.srv import Trigger
 
 import goalwire
-from goalwire.execution.steady import SteadyClock
-from goalwire.protocol.goals.table import GoalStatus
+from goalwire.execution.monotonic import SteadyClock
+from goalwire.rules.goals.table import GoalStatus
 
 LATER = 4_000_000_000 * 10**9
 LAST = (2**31 - 1, 10**9 - 1)

@@ -239,7 +239,7 @@ def test_lost_messages_are_counted_by_their_numbers(node: Node, spin: Spin) -> N
         String, 'chat', nothing, 10, event_callbacks=SubscriptionEventCallbacks(message_lost=lost)
     )
     for number in (4, 5, 8, 6, 9, 11):
-        subscription.inbox.deliver(Sample(b'', number, 0, 0, b'publisher'))
+        subscription.event_queue.deliver(Sample(b'', number, 0, 0, b'publisher'))
     spin(node)
     assert lost.expect(1) == [QoSMessageLostInfo(total_count=3, total_count_change=3)]
 

@@ -368,7 +368,7 @@ def test_a_thread_that_waits_for_a_goal_gets_an_error_at_the_end_and_no_none(
         by_hand.accept.set()
         by_hand.asked.expect(2)
     if end == 'context':
-        context.lifeline.end('SIGTERM')
+        context.shutdown_signal.end('SIGTERM')
     elif end == 'client':
         client.destroy()
     else:

@@ -21,7 +21,7 @@ from rclpy.task import Future
 from goalwire.entities.actions import requests
 from goalwire.entities.exceptions import ShutDownError
 from goalwire.errors import DeadlineError, NoServerError, ServerLostError, TooManyCallsError
-from goalwire.execution.steady import STEADY
+from goalwire.execution.monotonic import STEADY
 
 Goal = Fibonacci.Goal
 FibonacciClient = ActionClient[Fibonacci.Goal, Fibonacci.Result, Fibonacci.Feedback]

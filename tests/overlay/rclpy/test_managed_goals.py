@@ -16,7 +16,7 @@ from rclpy.action.server import ServerGoalHandle
 
 import goalwire
 from goalwire.logging import add_sink
-from goalwire.protocol.goals.policy import GoalPolicy, OnClientLost
+from goalwire.rules.goals.policy import GoalPolicy, OnClientLost
 
 
 def managed(make_node: MakeNode, spin: Spin, patient: Patient, **options: Any) -> Arena:

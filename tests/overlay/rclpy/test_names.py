@@ -1,4 +1,4 @@
-"""The six one-function modules about names. The rules themselves are tested with goalwire.protocol.names."""
+"""The six one-function modules about names. The rules themselves are tested with goalwire.rules.names."""
 
 from __future__ import annotations
 

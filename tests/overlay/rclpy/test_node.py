@@ -494,7 +494,7 @@ def test_a_program_s_own_names_do_not_meet_those_of_its_node(
 def test_a_program_may_use_the_names_it_likes(context: Context) -> None:
     class Arm(Node):
         def __init__(self) -> None:
-            self.home, self.core, self._count, self._group, self._graph = 'h', 'c', 'n', 'g', 'w'
+            self.work_queue, self.core, self._count, self._group, self._graph = 'h', 'c', 'n', 'g', 'w'
             super().__init__('arm', context=context)
             self.create_timer(0.001, self._offer)
             self.offers = 0
@@ -512,5 +512,5 @@ def test_a_program_may_use_the_names_it_likes(context: Context) -> None:
         executor.add_node(arm)
         executor.spin_once(timeout_sec=10)
     assert arm.offers == 1
-    assert (arm.home, arm.core, arm._count, arm._group, arm._graph) == ('h', 'c', 'n', 'g', 'w')
+    assert (arm.work_queue, arm.core, arm._count, arm._group, arm._graph) == ('h', 'c', 'n', 'g', 'w')
     arm.destroy_node()

@@ -23,7 +23,7 @@ from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
 from rclpy.parameter_event_handler import ParameterEventHandler
 
-from goalwire.interfaces import type_name
+from goalwire.idl import type_name
 
 FINE = SetParametersResult(successful=True)
 

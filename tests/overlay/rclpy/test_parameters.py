@@ -29,7 +29,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from goalwire.entities.exceptions import RCLError, RCLInvalidROSArgsError
-from goalwire.protocol.parameters import CallbackError
+from goalwire.rules.parameters import CallbackError
 
 # Nothing here is the wire's business.
 pytestmark = pytest.mark.parametrize('transport_name', ['goalwire_memory'])

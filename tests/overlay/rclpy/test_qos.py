@@ -33,7 +33,7 @@ from rclpy.qos import (
     qos_profile_unknown,
 )
 
-from goalwire.protocol import qos as core
+from goalwire.rules import qos as core
 
 ZERO = (
     'lifespan=0 nanoseconds, deadline=0 nanoseconds, liveliness=0, '

@@ -20,7 +20,7 @@ from rclpy.qos import (
 from rclpy.qos_overriding_options import InvalidQosOverridesError, QosCallbackResult, QoSOverridingOptions
 from std_msgs.msg import String
 
-from goalwire.protocol.parameters import ParameterValue
+from goalwire.rules.parameters import ParameterValue
 
 TEN = QoSProfile(depth=10)
 DEFAULT = QoSOverridingOptions.with_default_policies()

@@ -221,7 +221,7 @@ def test_a_node_that_goes_leaves_its_fellows_publisher_alone(
 
 def test_nodes_of_one_name_may_be_destroyed_after_a_signal(context: Context, make_node: MakeNode) -> None:
     first, second = make_node('twin'), make_node('twin')
-    context.lifeline.end('SIGINT')
+    context.shutdown_signal.end('SIGINT')
     first.destroy_node()
     second.destroy_node()
     assert first.handle.destroyed

@@ -1,4 +1,4 @@
-"""rclpy's names for time. Their behaviour is tested with goalwire.protocol.time."""
+"""rclpy's names for time. Their behaviour is tested with goalwire.rules.time."""
 
 from __future__ import annotations
 

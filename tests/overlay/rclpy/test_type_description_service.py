@@ -16,7 +16,7 @@ from rclpy.type_description_service import START_TYPE_DESCRIPTION_SERVICE_PARAM,
 from std_msgs.msg import Header, String
 from type_description_interfaces.srv import GetTypeDescription
 
-from goalwire.interfaces import type_hash
+from goalwire.idl import type_hash
 
 
 @pytest.fixture

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from helpers.type_checking import editor_remarks, type_errors
 
-from goalwire.interfaces import hook, search_path
-from goalwire.interfaces.workspace import KINDS
+from goalwire.idl import hook, search_path
+from goalwire.idl.workspace import KINDS
 
 
 @pytest.mark.slow

@@ -32,8 +32,8 @@ from rclpy.waitable import NumberOfEntities, Waitable
 from std_msgs.msg import String
 from std_srvs.srv import SetBool
 
-from goalwire.execution.lookout import Lookout
 from goalwire.execution.wait_set import Kind, WaitSet
+from goalwire.execution.waitable_poller import WaitablePoller
 
 SECOND = 10**9
 
@@ -291,12 +291,12 @@ def test_who_comes_while_another_thread_asks_has_it_asked_again(make_node: MakeN
             return ready
 
     slow = Slow()
-    lookout = Lookout(make_node().handle.home, slow)
-    first = threading.Thread(target=lookout.look)
+    poller = WaitablePoller(make_node().handle.work_queue, slow)
+    first = threading.Thread(target=poller.look)
     first.start()
     asked.expect(1)
     slow.left = 1
-    lookout.look()  # returns at once
+    poller.look()  # returns at once
     go_on.set()
     first.join(PATIENCE)
     assert len(asked.items) == 2
@@ -530,11 +530,11 @@ def test_an_executor_keeps_no_node_alive_for_its_waitables(context: Context) -> 
     with SingleThreadedExecutor(context=context) as executor:
         executor.add_node(node)
         executor.spin_once(timeout_sec=0)
-        home = weakref.ref(node.handle.home)
+        work_queue = weakref.ref(node.handle.work_queue)
         node.handle.destroy()  # the context holds what is declared
         del node
         gc.collect()
-        assert home() is None
+        assert work_queue() is None
         executor.spin_once(timeout_sec=0)
 
 

@@ -11,9 +11,9 @@ import pytest
 from rosidl_adapter import parser
 from rosidl_adapter.parser import BaseType, Constant, Field, MessageSpecification, Type
 
-from goalwire.interfaces import registry, search_path
-from goalwire.interfaces.model import ActionDefinition, MessageDefinition, ServiceDefinition, Shape
-from goalwire.interfaces.model import Field as Known
+from goalwire.idl import registry, search_path
+from goalwire.idl.model import ActionDefinition, MessageDefinition, ServiceDefinition, Shape
+from goalwire.idl.model import Field as Known
 
 SHIPPED = sorted(Path(search_path.SHIPPED).glob('*/*/*.*'))
 TEXT = """\

@@ -8,30 +8,30 @@ from collections.abc import Callable
 import pytest
 
 from goalwire.testing.virtual.deadlock import DeadlockError
-from goalwire.testing.virtual.scheduler import Member, Scheduler, never
+from goalwire.testing.virtual.scheduler import Child, Scheduler, never
 
 PATIENCE = 10.0
 
 
-def _scheduler() -> tuple[Scheduler, Member]:
+def _scheduler() -> tuple[Scheduler, Child]:
     scheduler = Scheduler(threading.current_thread(), 0)
     here = scheduler.here()
     assert here is not None
     return scheduler, here
 
 
-def _start(scheduler: Scheduler, play: Callable[[Member], object]) -> threading.Thread:
+def _start(scheduler: Scheduler, play: Callable[[Child], object]) -> threading.Thread:
     """Start a thread that is a member."""
 
     def run() -> None:
-        scheduler.begin(member)
+        scheduler.begin(child)
         try:
-            play(member)
+            play(child)
         finally:
-            scheduler.end(member)
+            scheduler.end(child)
 
     thread = threading.Thread(target=run)
-    member = scheduler.enrol(thread)
+    child = scheduler.enrol(thread)
     thread.start()
     return thread
 
@@ -54,10 +54,10 @@ def test_of_several_that_can_go_on_the_one_that_waits_longest_does() -> None:
     threads = []
     for name in 'abc':
 
-        def play(member: Member, name: str = name) -> None:
+        def play(child: Child, name: str = name) -> None:
             for _ in range(3):
                 order.append(name)
-                scheduler.wait(member, lambda: True, None)
+                scheduler.wait(child, lambda: True, None)
 
         threads.append(_start(scheduler, play))
     scheduler.wait(here, lambda: len(order) == 9, None)
@@ -70,7 +70,7 @@ def test_of_several_that_can_go_on_the_one_that_waits_longest_does() -> None:
 
 def test_nobody_waits_for_a_thread_that_has_ended() -> None:
     scheduler, here = _scheduler()
-    thread = _start(scheduler, lambda member: None)
+    thread = _start(scheduler, lambda child: None)
     assert scheduler.wait(here, never, 50) is False
     thread.join(PATIENCE)
     assert scheduler.now == 50
@@ -119,7 +119,7 @@ def test_a_signal_handler_that_raises_ends_a_wait_and_leaves_the_order_whole() -
 def test_the_end_lets_everyone_go_on_in_real_time() -> None:
     scheduler, here = _scheduler()
     outcomes: list[bool | None] = []
-    thread = _start(scheduler, lambda member: outcomes.append(scheduler.wait(member, never, 900)))
+    thread = _start(scheduler, lambda child: outcomes.append(scheduler.wait(child, never, 900)))
     assert scheduler.wait(here, never, 10) is False
     scheduler.close()
     thread.join(PATIENCE)
@@ -143,7 +143,7 @@ def test_a_thread_that_blocks_in_the_real_world_is_named_after_a_while(
     scheduler, here = _scheduler()
     real = threading.Event()
 
-    def block_for_real(member: Member) -> None:
+    def block_for_real(child: Child) -> None:
         real.wait(PATIENCE)
 
     thread = _start(scheduler, block_for_real)

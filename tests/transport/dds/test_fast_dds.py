@@ -96,5 +96,5 @@ def test_a_session_that_may_not_call_fast_dds_has_no_translation(
     for switch, translates in ('0', False), ('1', True):
         monkeypatch.setenv('GOALWIRE_FASTDDS_SERVICES', switch)
         session = TRANSPORT.open(domain)
-        assert (session._core.translation is not None) == translates  # type: ignore[attr-defined]
+        assert (session._context.translation is not None) == translates  # type: ignore[attr-defined]
         session.close()

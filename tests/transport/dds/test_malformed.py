@@ -27,7 +27,7 @@ POUR = """
     import os, sys
     from ctypes import c_uint64
     from helpers.stranger import Stranger, write_unpadded
-    from goalwire.protocol.qos import QoS
+    from goalwire.rules.qos import QoS
     from goalwire.transport.dds.configuration import domain_configuration
     from goalwire.transport.dds.loading import load
     from goalwire.transport.dds.status import PUBLICATION_MATCHED

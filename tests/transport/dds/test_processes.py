@@ -14,7 +14,7 @@ from helpers.isolation import lease_variables
 from helpers.processes import Program
 from helpers.wire import PATIENCE, Side
 
-from goalwire.protocol.qos import HistoryPolicy, QoS
+from goalwire.rules.qos import HistoryPolicy, QoS
 from goalwire.transport.contract import EndpointKind, Sample, SessionOptions
 from goalwire.transport.dds import TRANSPORT
 
@@ -23,7 +23,7 @@ KEEP_ALL = QoS(history=HistoryPolicy.KEEP_ALL)
 ECHO = """
     import os, sys
     from helpers.wire import Side
-    from goalwire.protocol.qos import HistoryPolicy, QoS
+    from goalwire.rules.qos import HistoryPolicy, QoS
     from goalwire.transport.contract import SessionOptions
     from goalwire.transport.dds import TRANSPORT
 

@@ -11,8 +11,8 @@ from helpers.stranger import Stranger
 from helpers.wire import ADD, HASH, OTHER_HASH, Answers, Side, message, topic_endpoint
 
 from goalwire.errors import LocalError, TransportError
-from goalwire.protocol.qos import DurabilityPolicy, LivelinessPolicy, QoS
-from goalwire.protocol.qos_events import (
+from goalwire.rules.qos import DurabilityPolicy, LivelinessPolicy, QoS
+from goalwire.rules.qos_events import (
     EventStatus,
     LivelinessChanged,
     LivelinessLost,
@@ -26,6 +26,7 @@ from goalwire.transport.contract import Endpoint, EndpointKind, Request, Sample,
 from goalwire.transport.dds import TRANSPORT
 from goalwire.transport.dds.abi import BuiltinEndpoint
 from goalwire.transport.dds.client import DdsClient
+from goalwire.transport.dds.discovery_state import UNKNOWN_NAME
 from goalwire.transport.dds.names import DISCOVERY_TOPIC, DISCOVERY_TYPE, Role, dds_topic, dds_type
 from goalwire.transport.dds.qos import read_user_data
 from goalwire.transport.dds.service import DdsService
@@ -33,7 +34,6 @@ from goalwire.transport.dds.service_header import Header, unwrap, wrap
 from goalwire.transport.dds.session import DdsSession
 from goalwire.transport.dds.user_data import decode_endpoint
 from goalwire.transport.dds.wire import Reader, Writer
-from goalwire.transport.dds.world import UNKNOWN_NAME
 
 Sides = tuple[Side, Side]
 

@@ -9,21 +9,21 @@ from collections.abc import Callable
 from helpers.wire import Side
 
 from goalwire.logging import LogRecord
-from goalwire.protocol.qos import DurabilityPolicy, QoS
+from goalwire.rules.qos import DurabilityPolicy, QoS
 from goalwire.transport.contract import Sample
 
 Sides = tuple[Side, Side]
 
 
-def sequences_into(inbox: list[int]) -> Callable[[Sample], None]:
-    return lambda sample: inbox.append(sample.sequence)
+def sequences_into(event_queue: list[int]) -> Callable[[Sample], None]:
+    return lambda sample: event_queue.append(sample.sequence)
 
 
 def test_one_publisher_shared_by_many_threads_is_heard_in_order_by_everyone(sides: Sides) -> None:
     alpha, beta = sides
-    inboxes: list[list[int]] = [[] for _ in range(3)]
-    for inbox in inboxes:
-        beta.subscription('/chatter', sequences_into(inbox))
+    event_queues: list[list[int]] = [[] for _ in range(3)]
+    for event_queue in event_queues:
+        beta.subscription('/chatter', sequences_into(event_queue))
     publisher = alpha.publisher('/chatter')
 
     def pour() -> None:
@@ -35,7 +35,7 @@ def test_one_publisher_shared_by_many_threads_is_heard_in_order_by_everyone(side
         thread.start()
     for thread in threads:
         thread.join()
-    assert inboxes == [list(range(1, 4001))] * 3
+    assert event_queues == [list(range(1, 4001))] * 3
 
 
 def test_late_subscriptions_join_a_running_stream_without_gap_or_repetition(sides: Sides) -> None:

@@ -13,7 +13,7 @@ from helpers.collector import Collector
 from helpers.wire import HASH, PATIENCE, Side
 from zenoh import ext
 
-from goalwire.protocol.qos import DurabilityPolicy, QoS, ReliabilityPolicy
+from goalwire.rules.qos import DurabilityPolicy, QoS, ReliabilityPolicy
 from goalwire.transport.contract import EndpointKind, Sample
 from goalwire.transport.zenoh import history
 

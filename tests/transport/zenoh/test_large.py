@@ -12,7 +12,7 @@ from helpers.wire import HASH, PATIENCE, Side
 
 from goalwire.errors import TransportError
 from goalwire.logging import LogRecord
-from goalwire.protocol.qos import HistoryPolicy, QoS, ReliabilityPolicy
+from goalwire.rules.qos import HistoryPolicy, QoS, ReliabilityPolicy
 from goalwire.transport.contract import EndpointKind
 from goalwire.transport.zenoh import publisher
 

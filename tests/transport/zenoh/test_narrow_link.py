@@ -7,7 +7,7 @@ from helpers.isolation import free_port
 from helpers.processes import Program
 from helpers.wire import SeenGraph
 
-from goalwire.protocol.qos import QoS
+from goalwire.rules.qos import QoS
 from goalwire.transport.contract import EndpointKind
 
 from .conftest import OpenSide
@@ -20,7 +20,7 @@ SMALL = '#so_sndbuf=8192\\u003bso_rcvbuf=8192'
 
 OTHERS = """
 import os, sys, threading
-from goalwire.protocol.qos import QoS
+from goalwire.rules.qos import QoS
 from goalwire.transport.contract import (
     Endpoint, EndpointKind, GraphEntity, GraphListener, NodeName, SessionOptions,
 )

@@ -16,7 +16,7 @@ from helpers.wire import HASH, PATIENCE, Answers, Side
 from zenoh import ext
 
 from goalwire.logging import LogRecord
-from goalwire.protocol.qos import DurabilityPolicy, QoS
+from goalwire.rules.qos import DurabilityPolicy, QoS
 from goalwire.transport.contract import Endpoint, EndpointKind, Request, Sample
 from goalwire.transport.zenoh.session import ZenohSession
 

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from goalwire.errors import LocalError, RemoteError
-from goalwire.protocol.qos import (
+from goalwire.rules.qos import (
     INFINITE_NS,
     PARAMETERS,
     ROSOUT,

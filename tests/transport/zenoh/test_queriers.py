@@ -9,7 +9,7 @@ import pytest
 import zenoh
 from helpers.collector import Collector
 
-from goalwire.protocol.time import S_TO_NS
+from goalwire.rules.time import S_TO_NS
 from goalwire.transport.zenoh.queriers import Queriers
 
 KEY = '0/lamp/std_srvs::srv::dds_::Trigger_/RIHS01_' + 'a1' * 32

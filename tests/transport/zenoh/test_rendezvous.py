@@ -22,7 +22,7 @@ from goalwire.logging import LogRecord
 from goalwire.transport.contract import EndpointKind, SessionOptions
 from goalwire.transport.zenoh import TRANSPORT, holder, rendezvous
 from goalwire.transport.zenoh.holder import Holder
-from goalwire.transport.zenoh.rendezvous import PORT_IS_TAKEN, RENDEZVOUS, Offer, is_taken
+from goalwire.transport.zenoh.rendezvous import PORT_IS_TAKEN, RENDEZVOUS, EmbeddedRouter, is_taken
 
 from .conftest import OpenSide
 
@@ -84,7 +84,7 @@ def test_zenoh_still_says_that_a_port_is_taken_as_we_expect(world: dict[str, str
 
 def test_a_configuration_that_zenoh_refuses_is_not_taken_for_a_taken_port(world: dict[str, str]) -> None:
     with pytest.raises(TransportError, match='cannot be offered: Unicast not supported'):
-        Offer(1, router_config('nosuch/1'))
+        EmbeddedRouter(1, router_config('nosuch/1'))
 
 
 @pytest.mark.parametrize(
@@ -124,7 +124,7 @@ def test_while_a_port_is_taken_zenoh_is_not_asked_again(
     monkeypatch.setattr(zenoh, 'open', fail)
     monkeypatch.setattr(rendezvous, 'is_taken', look)
     monkeypatch.setattr(rendezvous, 'RETRY_S', 0.001)
-    offer = Offer(port, router_config(f'tcp/127.0.0.1:{port}'))
+    offer = EmbeddedRouter(port, router_config(f'tcp/127.0.0.1:{port}'))
     try:
         attempts.expect(2)
         assert len(looked.items) >= 4

@@ -17,8 +17,8 @@ from helpers.wire import HASH, PATIENCE, Side, topic_endpoint
 from zenoh import ext
 
 from goalwire.logging import LogRecord
-from goalwire.protocol.qos import DurabilityPolicy, HistoryPolicy, QoS, ReliabilityPolicy
 from goalwire.records import replace
+from goalwire.rules.qos import DurabilityPolicy, HistoryPolicy, QoS, ReliabilityPolicy
 from goalwire.transport.contract import EndpointKind, PublisherPort
 from goalwire.transport.zenoh.turn import Turn, Turns, Waiting
 
@@ -65,8 +65,8 @@ def test_an_advanced_subscriber_gets_all_that_several_threads_publish(
     else:
         number = 1 if kind == 'one publisher' else THREADS
         ports = [goalwire_side.publisher('/chatter', ALL) for _ in range(number)] * (THREADS // number)
-    place, rest = f'@ros2_lv/{domain}/{peer.zid()}/0/1/MS/%/%/theirs', KEY.removeprefix('/chatter')
-    token = peer.liveliness().declare_token(f'{place}/%chatter{rest}/::,10:,:,:,,')
+    state, rest = f'@ros2_lv/{domain}/{peer.zid()}/0/1/MS/%/%/theirs', KEY.removeprefix('/chatter')
+    token = peer.liveliness().declare_token(f'{state}/%chatter{rest}/::,10:,:,:,,')
     goalwire_side.graph.expect(EndpointKind.SUBSCRIPTION, '/chatter')  # it was declared after the subscribers
     publish_at_once(ports)
     stamps = [sample.timestamp for sample in heard.expect(THREADS * EACH)]

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from goalwire.transport.zenoh.stream import Stream, is_newer
+from goalwire.transport.zenoh.stream import StreamState, is_newer
 
 A, B = b'a' * 16, b'b' * 16
 
@@ -16,7 +16,9 @@ class Listener:
 
     def __init__(self, *, numbered: bool = True, recovers: bool = True) -> None:
         self.came: list[int] = []
-        self.stream: Stream[int] = Stream(self.came.append, 10, numbered=numbered, recovers=recovers)
+        self.stream: StreamState[int] = StreamState(
+            self.came.append, 10, numbered=numbered, recovers=recovers
+        )
 
     def live(self, *numbers: int, gid: bytes = A) -> list[str | None]:
         """Publish; returns the questions."""

@@ -10,7 +10,7 @@ from helpers.wire import Answers
 
 from goalwire.transport.contract import Request
 from goalwire.transport.zenoh import thread_state
-from goalwire.transport.zenoh.thread_state import pin
+from goalwire.transport.zenoh.thread_state import keep_thread_state
 
 from .conftest import OpenSide
 
@@ -22,9 +22,9 @@ def test_only_the_first_call_on_a_thread_runs_python_code() -> None:
         if event == 'call':
             entered.append(frame.f_code.co_filename)
 
-    pin()
+    keep_thread_state()
     sys.setprofile(note)
-    pin()
+    keep_thread_state()
     sys.setprofile(None)
     assert thread_state.__file__ not in entered
 

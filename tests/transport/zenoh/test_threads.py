@@ -6,7 +6,7 @@ from threading import Event, Thread
 
 from helpers.processes import Program
 
-from goalwire.protocol.qos import DurabilityPolicy, QoS
+from goalwire.rules.qos import DurabilityPolicy, QoS
 
 from .conftest import OpenSide
 
@@ -14,7 +14,7 @@ LASTING = QoS(depth=30, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 LATE = """
 import os, sys, threading
-from goalwire.protocol.qos import DurabilityPolicy, QoS
+from goalwire.rules.qos import DurabilityPolicy, QoS
 from goalwire.transport.contract import Endpoint, EndpointKind, NodeName, Sample, SessionOptions
 from goalwire.transport.zenoh import TRANSPORT
 
@@ -81,9 +81,9 @@ TAKE_BACK = """
 import json, os
 import zenoh
 from zenoh import ext
-from goalwire.transport.zenoh import lifecycle
+from goalwire.transport.zenoh import closing
 
-lifecycle.start()
+closing.start()
 port = os.environ['GOALWIRE_ROUTER_PORT']
 
 def open_session(listen, connect):

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from goalwire.errors import RemoteError, TransportError
-from goalwire.protocol.qos import DurabilityPolicy, QoS, ReliabilityPolicy
+from goalwire.rules.qos import DurabilityPolicy, QoS, ReliabilityPolicy
 from goalwire.transport.contract import Endpoint, EndpointKind, NodeName
 from goalwire.transport.zenoh.tokens import encode_endpoint, encode_node, gid_of, own_entity, parse
 

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar, cast
 from goalwire.aio.action.run import Limits, Run
 from goalwire.aio.entity import Entity, message_of
 from goalwire.entities.actions.client import ActionClientCore
-from goalwire.entities.attempt import Attempt
+from goalwire.entities.awaited_call import AwaitedCall
 from goalwire.entities.exceptions import InvalidHandle
 from goalwire.errors import CallError
 from goalwire.execution.callback_groups import ReentrantCallbackGroup
-from goalwire.execution.steady import timeout_ns
-from goalwire.protocol.goals.cancel import CancelCode
+from goalwire.execution.monotonic import timeout_ns
+from goalwire.rules.goals.cancel import CancelCode
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -23,9 +23,9 @@ if TYPE_CHECKING:
     from goalwire.entities.node import NodeCore
     from goalwire.entities.type_support import ActionSupport
     from goalwire.execution.future import Future
-    from goalwire.protocol.goals.ids import GoalId
-    from goalwire.protocol.statistics import ActionClientStatistics
-    from goalwire.protocol.time import Time
+    from goalwire.rules.goals.ids import GoalId
+    from goalwire.rules.statistics import ActionClientStatistics
+    from goalwire.rules.time import Time
 
 GoalT = TypeVar('GoalT')
 ResultT = TypeVar('ResultT')
@@ -133,7 +133,7 @@ class ActionClient(Entity, Generic[GoalT, ResultT, FeedbackT]):
         return await self._cancel(lambda: self._core.cancel_goals_before_async(stamp), timeout)
 
     async def _cancel(self, ask: Callable[[], Future[Any]], timeout: float | None) -> CancelAnswer:
-        attempt = Attempt(self._core.node.context, 'action', self.name, timeout)
+        attempt = AwaitedCall(self._core.node.context, 'action', self.name, timeout)
         await attempt.until(self._core.server_is_there, self._core.goal_service)
         asked = ask()
         try:
@@ -149,7 +149,7 @@ class ActionClient(Entity, Generic[GoalT, ResultT, FeedbackT]):
 
     async def wait_for_server(self, *, timeout: float | None = None) -> None:
         """Wait until there is a server. Raises NoServerError, InvalidHandle once closed, ShutDownError."""
-        attempt = Attempt(self._core.node.context, 'action', self.name, timeout)
+        attempt = AwaitedCall(self._core.node.context, 'action', self.name, timeout)
         await attempt.until(self._core.server_is_there, self._core.goal_service)
 
     def statistics(self) -> ActionClientStatistics:

@@ -7,12 +7,12 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from goalwire.execution.asyncio_waiting import delay_s
-from goalwire.execution.steady import timeout_ns
-from goalwire.protocol.goals.table import GoalStatus
+from goalwire.execution.monotonic import timeout_ns
+from goalwire.rules.goals.table import GoalStatus
 
 if TYPE_CHECKING:
     from goalwire.entities.actions.client_goal import ClientGoal
-    from goalwire.execution.steady import SteadyClock
+    from goalwire.execution.monotonic import SteadyClock
 
 
 class Heartbeat:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
 from goalwire.aio.action.heartbeat import Heartbeat
 from goalwire.entities.actions.goal_feedback import FEEDBACK_LIMIT
-from goalwire.entities.attempt import Attempt
+from goalwire.entities.awaited_call import AwaitedCall
 from goalwire.entities.exceptions import ShutDownError
 from goalwire.errors import (
     CallError,
@@ -24,12 +24,12 @@ from goalwire.errors import (
     ServerLostError,
     ServerStuckError,
 )
-from goalwire.execution.asyncio_stream import Stream
+from goalwire.execution.asyncio_queue import AsyncQueue
 from goalwire.execution.asyncio_waiting import delay_s, settle
 from goalwire.execution.future import Future
 from goalwire.logging import get_logger
-from goalwire.protocol.goals.ids import new_goal_id
-from goalwire.protocol.goals.table import GoalStatus
+from goalwire.rules.goals.ids import new_goal_id
+from goalwire.rules.goals.table import GoalStatus
 
 if TYPE_CHECKING:
     from types import TracebackType
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
     from goalwire.entities.actions.client import ActionClientCore
     from goalwire.entities.actions.client_goal import ClientGoalHandle
-    from goalwire.execution.lifeline import Watch
+    from goalwire.execution.shutdown_signal import ShutdownWatch
     from goalwire.transport.contract import Sample
 
 ResultT = TypeVar('ResultT')
@@ -64,12 +64,12 @@ class Run(Generic[ResultT, FeedbackT]):
         self._limits = limits
         self._id = new_goal_id()
         self._record = core.goal(self._id)
-        self._attempt: Attempt | None = None
+        self._attempt: AwaitedCall | None = None
         self._answer: Future[Any] | None = None
-        self._stream: Stream[Sample] = Stream(FEEDBACK_LIMIT)
+        self._stream: AsyncQueue[Sample] = AsyncQueue(FEEDBACK_LIMIT)
         self._alarm: asyncio.TimerHandle | None = None
         self._heartbeat: Heartbeat | None = None
-        self._watch: Watch | None = None
+        self._watch: ShutdownWatch | None = None
 
     # -- what it is ----------------------------------------------------------------------------------------
 
@@ -107,7 +107,7 @@ class Run(Generic[ResultT, FeedbackT]):
         """
         core = self._core
         limit = core.default_timeout if timeout is None else timeout
-        return await self._cancel(Attempt(core.node.context, 'action', core.full_name, limit))
+        return await self._cancel(AwaitedCall(core.node.context, 'action', core.full_name, limit))
 
     def __del__(self) -> None:
         if self._attempt is None:
@@ -130,24 +130,24 @@ class Run(Generic[ResultT, FeedbackT]):
             raise ClosedError('this run was entered before: send the goal again')
         core = self._core
         context = core.node.context
-        attempt = self._attempt = Attempt(context, 'action', core.full_name, self._limits.timeout)
+        attempt = self._attempt = AwaitedCall(context, 'action', core.full_name, self._limits.timeout)
         until_accepted = None if self._limits.timeout is None else attempt
         sending = core.send_as(self._id, self._goal, self._stream, until_accepted)
         self._record = core.goal(self._id)
         try:
-            if not await settle(sending, context.lifeline):
+            if not await settle(sending, context.shutdown_signal):
                 raise ShutDownError(attempt.title)
             self._take(sending)
         except asyncio.CancelledError:
             await self._give_up(sending)
             raise
         if attempt.deadline is not None:
-            delay = delay_s(attempt.deadline - context.lifeline.clock.now())
+            delay = delay_s(attempt.deadline - context.shutdown_signal.clock.now())
             self._alarm = asyncio.get_running_loop().call_later(delay, self._stream.close)
         if self._limits.heartbeat is not None:
-            clock = context.lifeline.clock
+            clock = context.shutdown_signal.clock
             self._heartbeat = Heartbeat(self._limits.heartbeat, self._record, clock, self._on_stuck)
-        self._watch = context.lifeline.watch(self._stream.close)
+        self._watch = context.shutdown_signal.watch(self._stream.close)
         return self
 
     def _take(self, sending: Future[ClientGoalHandle[Any, Any, Any]]) -> None:
@@ -157,7 +157,7 @@ class Run(Generic[ResultT, FeedbackT]):
             handle = sending.result()
         except RemoteError:  # an answer that is none: the server may have taken the goal
             self._core.drop(self._record, '')
-            self._core.call_off(self._id)
+            self._core.cancel_quietly(self._id)
             raise
         assert handle is not None
         assert attempt is not None
@@ -188,8 +188,8 @@ class Run(Generic[ResultT, FeedbackT]):
 
     # -- its end -------------------------------------------------------------------------------------------
 
-    def _limit(self) -> Attempt:
-        return Attempt(self._core.node.context, 'action', self._core.full_name, self._limits.grace)
+    def _limit(self) -> AwaitedCall:
+        return AwaitedCall(self._core.node.context, 'action', self._core.full_name, self._limits.grace)
 
     async def _give_up(self, sending: Future[ClientGoalHandle[Any, Any, Any]]) -> None:
         """Nobody waits for this goal any more, which the server may take yet: cancel it then."""
@@ -212,9 +212,9 @@ class Run(Generic[ResultT, FeedbackT]):
         if answer.pending():
             silence = f'the server has given no sign of life for {self._limits.heartbeat} s'
             answer.set_exception(attempt.error(ServerStuckError, silence))
-            self._core.call_off(self._id)
+            self._core.cancel_quietly(self._id)
 
-    async def _stop(self, limit: Attempt) -> None:
+    async def _stop(self, limit: AwaitedCall) -> None:
         """Cancel the goal and wait for its end."""
         assert self._answer is not None
         try:
@@ -227,10 +227,10 @@ class Run(Generic[ResultT, FeedbackT]):
         except (CallError, ClosedError):
             return  # its server is gone: so is the goal
 
-    async def _cancel(self, attempt: Attempt) -> bool:
-        asked = self._core.cancel_goal(self._id, terms=attempt)
+    async def _cancel(self, attempt: AwaitedCall) -> bool:
+        asked = self._core.cancel_goal(self._id, call_context=attempt)
         try:
-            if not await settle(asked, attempt.context.lifeline):
+            if not await settle(asked, attempt.context.shutdown_signal):
                 raise ShutDownError(attempt.title)
             response: Any = asked.result()
         finally:
@@ -265,7 +265,7 @@ def _look_at(future: Future[Any]) -> None:
     future.exception()
 
 
-def _failure(attempt: Attempt, response: Any, reason: str) -> CallError:
+def _failure(attempt: AwaitedCall, response: Any, reason: str) -> CallError:
     """What a result means that comes with another status than SUCCEEDED."""
     failure: GoalFailed
     if response.status == GoalStatus.ABORTED:
@@ -292,7 +292,7 @@ class _Result(Generic[ResultT]):
 class _Feedback(Generic[FeedbackT]):
     """The feedback of one goal, decoded when it is asked for."""
 
-    def __init__(self, core: ActionClientCore, stream: Stream[Sample]) -> None:
+    def __init__(self, core: ActionClientCore, stream: AsyncQueue[Sample]) -> None:
         self._core = core
         self._stream = stream
 

@@ -8,8 +8,8 @@ from inspect import isawaitable
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from goalwire.aio.entity import Entity, message_of
-from goalwire.entities.actions.decisions import ActionCallbacks, CancelResponse, GoalResponse
 from goalwire.entities.actions.execution import Failure
+from goalwire.entities.actions.goal_callbacks import ActionCallbacks, CancelResponse, GoalResponse
 from goalwire.entities.actions.server import ActionServerCore
 from goalwire.entities.callbacks import check_callback
 from goalwire.errors import GoalAborted
@@ -19,9 +19,9 @@ if TYPE_CHECKING:
     from goalwire.entities.actions.goal_handle import ServerGoalHandle
     from goalwire.entities.node import NodeCore
     from goalwire.entities.type_support import ActionSupport
-    from goalwire.protocol.goals.ids import GoalId
-    from goalwire.protocol.goals.server import GoalServer
-    from goalwire.protocol.statistics import ActionServerStatistics
+    from goalwire.rules.goals.ids import GoalId
+    from goalwire.rules.goals.server import GoalServer
+    from goalwire.rules.statistics import ActionServerStatistics
     from goalwire.transport.contract import Request
 
 GoalT = TypeVar('GoalT')

@@ -1,6 +1,6 @@
 """An action client: sends goals and completes the futures of what the server answers.
 
-The rules are in goalwire.protocol.goals.client. Replies complete futures on the thread that brings them, so
+The rules are in goalwire.rules.goals.client. Replies complete futures on the thread that brings them, so
 that no executor is needed to wait; feedback and statuses go through the executor, in the client's group.
 """
 
@@ -10,7 +10,7 @@ from collections.abc import Callable
 from math import inf
 from typing import TYPE_CHECKING, Any
 
-from goalwire.codec import cdr
+from goalwire.cdr import codec
 from goalwire.entities.actions.client_cancelling import Cancelling
 from goalwire.entities.actions.client_goal import ClientGoal, ClientGoalHandle, FeedbackQueue
 from goalwire.entities.actions.client_goals import ClientGoals
@@ -18,7 +18,7 @@ from goalwire.entities.actions.client_results import ClientResults
 from goalwire.entities.actions.endpoints import ActionQoS
 from goalwire.entities.actions.goal_feedback import GoalFeedback
 from goalwire.entities.actions.goal_ids import goal_id_bytes
-from goalwire.entities.actions.requests import GoalRequest, RawFuture
+from goalwire.entities.actions.requests import EncodedResponseFuture, GoalRequest
 from goalwire.entities.callbacks import check_callback
 from goalwire.entities.client import PENDING_LIMIT, unanswered
 from goalwire.entities.endpoint import describe_endpoint
@@ -27,21 +27,21 @@ from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import ActionSupport, MessageSupport
 from goalwire.errors import RemoteError, TooManyCallsError
 from goalwire.execution.callback_groups import CallbackGroup
+from goalwire.execution.event_queue import EventQueue
 from goalwire.execution.future import Future
-from goalwire.execution.inbox import Inbox
-from goalwire.protocol.goals import effects as effect
-from goalwire.protocol.goals import wire
-from goalwire.protocol.goals.ids import GoalId, new_goal_id
-from goalwire.protocol.goals.status import statuses_of
-from goalwire.protocol.latencies import Latencies
-from goalwire.protocol.qos import QoS
+from goalwire.rules.goals import effects as effect
+from goalwire.rules.goals import wire
+from goalwire.rules.goals.ids import GoalId, new_goal_id
+from goalwire.rules.goals.status import statuses_of
+from goalwire.rules.latencies import Latencies
+from goalwire.rules.qos import QoS
 from goalwire.transport.contract import EndpointKind, Port, Sample
-from goalwire.transport.rejects import log_rejected
+from goalwire.transport.reject_counters import log_rejected
 
 if TYPE_CHECKING:
     from goalwire.entities.actions.client_goals import Effects
-    from goalwire.entities.call_terms import CallTerms
-    from goalwire.protocol.statistics import ActionClientStatistics
+    from goalwire.entities.call_context import CallContext
+    from goalwire.rules.statistics import ActionClientStatistics
 
 LINGERING_LIMIT = 1000
 """Goals given up, of one client, that are cancelled where a server takes them late."""
@@ -72,11 +72,13 @@ class ActionClientCore(Cancelling):
         self._feedback_rejected = 0
         self._statuses_rejected = 0
         self._acceptances = Latencies()
-        self._clock = node.context.lifeline.clock
+        self._clock = node.context.shutdown_signal.clock
         self._goal_class = self.goal_type
-        self._encode_goal = cdr.encoder(self._goal_class)
+        self._encode_goal = codec.encoder(self._goal_class)
         names = self._names
-        self._statuses: Inbox[Sample] = Inbox(node.home, group, self._on_status, depth=_STATUS_LIMIT)
+        self._statuses: EventQueue[Sample] = EventQueue(
+            node.work_queue, group, self._on_status, depth=_STATUS_LIMIT
+        )
         self._feedback_port = self._subscription(
             names.feedback, support.feedback, qos.feedback, self._deliver_feedback
         )
@@ -103,11 +105,15 @@ class ActionClientCore(Cancelling):
         TooManyCallsError, InvalidHandle once destroyed.
         """
         goal_id = new_goal_id() if goal_uuid is None else goal_id_bytes(goal_uuid)
-        feedback = None if feedback_callback is None else self._feedback_inbox(feedback_callback)
+        feedback = None if feedback_callback is None else self._feedback_queue(feedback_callback)
         return self.send_as(goal_id, goal, feedback)
 
     def send_as(
-        self, goal_id: GoalId, goal: Any, feedback: FeedbackQueue | None, terms: CallTerms | None = None
+        self,
+        goal_id: GoalId,
+        goal: Any,
+        feedback: FeedbackQueue | None,
+        call_context: CallContext | None = None,
     ) -> Future[ClientGoalHandle[Any, Any, Any]]:
         """Send a goal; feedback goes to the queue, as it comes from the wire. Raises as `send` does.
 
@@ -121,10 +127,10 @@ class ActionClientCore(Cancelling):
         payload = wire.wrap(goal_id, self._encode_goal(goal))
         record = ClientGoal(goal_id, feedback, self._clock.system_now())
         self.goals.add(record)
-        future = RawFuture(
+        future = EncodedResponseFuture(
             self,
             lambda raw: ClientGoalHandle(self, record, self.support.send_goal.decode_response(raw)),
-            terms or self.new_terms(),
+            call_context or self.new_terms(),
         )
         try:
             GoalRequest(self, self._send_port, payload, future, record).begin()
@@ -146,7 +152,7 @@ class ActionClientCore(Cancelling):
                 'under way already; wait for the results of some of them first'
             )
 
-    def _feedback_inbox(self, callback: Callable[[Any], object]) -> GoalFeedback:
+    def _feedback_queue(self, callback: Callable[[Any], object]) -> GoalFeedback:
         check_callback(callback, ('feedback_message',), f"the feedback callback of the action '{self.name}'")
         decode = self.support.feedback.decode
 
@@ -158,7 +164,7 @@ class ActionClientCore(Cancelling):
                 return None
             return callback(message)
 
-        return GoalFeedback(self.node.home, self._group, handle, self)
+        return GoalFeedback(self.node.work_queue, self._group, handle, self)
 
     def reject_feedback(self, error: RemoteError) -> None:
         """Count a feedback message that cannot be decoded."""
@@ -169,7 +175,7 @@ class ActionClientCore(Cancelling):
         what = f"Action '{self.name}': a {kind} message was rejected"
         log_rejected(self._logger.name, what, count, error, is_error=True)
 
-    def on_goal_reply(self, record: ClientGoal, future: RawFuture, sample: Sample) -> None:
+    def on_goal_reply(self, record: ClientGoal, future: EncodedResponseFuture, sample: Sample) -> None:
         """A server has accepted or refused a goal."""
         rules = self.goals.rules
         for item in self.goals.feed(rules.on_goal_reply, record.goal_id, wire.is_acceptance(sample.payload)):
@@ -202,14 +208,14 @@ class ActionClientCore(Cancelling):
     def drop(self, record: ClientGoal, reason: str) -> None:
         """Forget a goal that no server has taken."""
         self.goals.drop(record.goal_id)
-        self.react(self.goals.rules.on_send_failed, record.goal_id, unanswered('goal', reason))
+        self.dispatch(self.goals.rules.on_send_failed, record.goal_id, unanswered('goal', reason))
 
     def give_up(self, sending: Future[ClientGoalHandle[Any, Any, Any]]) -> None:
         """Wait no longer for a server to take a goal; where one does so yet, it is cancelled."""
-        if isinstance(sending, RawFuture) and isinstance(sending.asked_with, GoalRequest):
-            sending.asked_with.give_up()
+        if isinstance(sending, EncodedResponseFuture) and isinstance(sending.request, GoalRequest):
+            sending.request.give_up()
 
-    def linger(self, request: GoalRequest) -> None:
+    def await_late_accept(self, request: GoalRequest) -> None:
         """Keep an ear open for a goal that was given up: the latest few."""
         self.lingering[request] = None
         if len(self.lingering) > LINGERING_LIMIT:
@@ -237,9 +243,9 @@ class ActionClientCore(Cancelling):
             self._statuses_rejected += 1
             self._log_rejected('status', self._statuses_rejected, error)
             return
-        self.react(self.goals.rules.on_status, statuses)
+        self.dispatch(self.goals.rules.on_status, statuses)
 
-    def react(self, event: Callable[..., Effects], *args: Any) -> None:
+    def dispatch(self, event: Callable[..., Effects], *args: Any) -> None:
         """Feed the rules and perform what they decide."""
         for item in self.goals.feed(event, *args):
             match item:
@@ -252,17 +258,17 @@ class ActionClientCore(Cancelling):
                 case effect.FailResult(waiter, error):
                     self._results.fail(waiter, error)
 
-    def get_result(self, goal_id: GoalId, terms: CallTerms | None = None) -> Future[Any]:
+    def get_result(self, goal_id: GoalId, call_context: CallContext | None = None) -> Future[Any]:
         """Ask for a goal's result; the future gives the action's GetResult response."""
         self._check_alive()
-        return self._results.get(goal_id, terms or self._terms_of_results())
+        return self._results.get(goal_id, call_context or self._terms_of_results())
 
-    def _terms_of_results(self) -> CallTerms | None:
+    def _terms_of_results(self) -> CallContext | None:
         """A goal may run for ever: where calls have a time, its result has none, but typed errors."""
-        terms = self.new_terms(inf if self.default_timeout is not None else None)
-        if terms is not None:
-            terms.see_servers(self.goal_service)
-        return terms
+        call_context = self.new_terms(inf if self.default_timeout is not None else None)
+        if call_context is not None:
+            call_context.see_servers(self.goal_service)
+        return call_context
 
     # -- what is kept, and the end -------------------------------------------------------------------------
 
@@ -270,14 +276,14 @@ class ActionClientCore(Cancelling):
         """What is kept of a goal; something new where nothing is."""
         return self.goals.known(goal_id)
 
-    def inboxes(self) -> list[Inbox[Any]]:
+    def event_queues(self) -> list[EventQueue[Any]]:
         """Where statuses and the feedback of each goal wait for the executor."""
         queues = self.goals.feedback_queues
-        return [self._statuses, *(queue for queue in queues if isinstance(queue, Inbox))]
+        return [self._statuses, *(queue for queue in queues if isinstance(queue, EventQueue))]
 
     def statistics(self) -> ActionClientStatistics:
         """Count goals and feedback."""
-        from goalwire.protocol.statistics import ActionClientStatistics
+        from goalwire.rules.statistics import ActionClientStatistics
 
         with self.goals.lock:
             counted = self.goals.rules.statistics()
@@ -303,6 +309,6 @@ class ActionClientCore(Cancelling):
         self._status_port.close()
         self._close_calls()
         self._statuses.close()
-        self.react(self.goals.rules.on_close, InvalidHandle())
+        self.dispatch(self.goals.rules.on_close, InvalidHandle())
         self.goals.close()
         self._results.close()

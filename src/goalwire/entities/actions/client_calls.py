@@ -11,21 +11,21 @@ from goalwire.entities.exceptions import InvalidHandle, ShutDownError
 from goalwire.entities.graph_waiting import tell_near_misses, wait_for_graph
 from goalwire.entities.timed_calls import TimedCalls
 from goalwire.errors import ClosedError
-from goalwire.execution.inbox import Arrivals
+from goalwire.execution.event_queue import ResponseTicks
 from goalwire.logging import get_logger
 from goalwire.transport.contract import EndpointKind
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from goalwire.entities.actions.requests import ActionRequest, RawFuture
-    from goalwire.entities.call_terms import CallTerms
-    from goalwire.entities.guard import Guard
+    from goalwire.entities.actions.requests import ActionRequest, EncodedResponseFuture
+    from goalwire.entities.call_context import CallContext
     from goalwire.entities.node import NodeCore
-    from goalwire.entities.server_line import ServerLine
+    from goalwire.entities.request_timeout import RequestTimeout
+    from goalwire.entities.server_wait_queue import ServerWaitQueue
     from goalwire.entities.type_support import ActionSupport, ServiceSupport
     from goalwire.execution.future import Future
-    from goalwire.protocol.qos import QoS
+    from goalwire.rules.qos import QoS
     from goalwire.transport.contract import ClientPort, Payload, Sample
 
 
@@ -44,13 +44,13 @@ class ActionCalls(TimedCalls):
         """What was said last of names and types that are near."""
         self.blocking: dict[Future[Any], None] = {}
         """What threads wait for in a call of ours."""
-        self._line: ServerLine | None = None
+        self._line: ServerWaitQueue | None = None
         self._destroyed = False
         self._names = names = node.resolve_action(name)
         self._send_port = self._client(names.send_goal, support.send_goal, qos.goal)
         self._result_port = self._client(names.get_result, support.get_result, qos.result)
         self._cancel_port = self._client(names.cancel_goal, support.cancel_goal, qos.cancel)
-        self._arrivals = Arrivals(node.home, self)
+        self._arrivals = ResponseTicks(node.work_queue, self)
 
     def _client(self, name: str, support: ServiceSupport, qos: QoS) -> ClientPort:
         return self.node.port.client(describe_endpoint(self.node, EndpointKind.CLIENT, name, support, qos))
@@ -72,28 +72,28 @@ class ActionCalls(TimedCalls):
             self._check_alive()
             raise ShutDownError(f"cannot use the action '{self.name}'") from None
 
-    def guard(self, terms: CallTerms, request: ActionRequest) -> Guard:
+    def guard(self, call_context: CallContext, request: ActionRequest) -> RequestTimeout:
         """Make what sees to the end of a request that has terms."""
-        from goalwire.entities.guard import Guard
-        from goalwire.entities.server_line import ServerLine
+        from goalwire.entities.request_timeout import RequestTimeout
+        from goalwire.entities.server_wait_queue import ServerWaitQueue
 
         line = self._line
         if line is None:
-            line = self._line = ServerLine(
+            line = self._line = ServerWaitQueue(
                 self.node.context, self.server_is_there, 'action', self.full_name, self.goal_service
             )
-        return Guard(terms, line, request, waits=request.waits)
+        return RequestTimeout(call_context, line, request, waits=request.waits)
 
-    def new_terms(self, timeout: float | None = None) -> CallTerms | None:
+    def new_terms(self, timeout: float | None = None) -> CallContext | None:
         """Terms for a request that may take `timeout` s, else the `default_timeout`; None without either."""
         limit = self.default_timeout if timeout is None else timeout
         if limit is None:
             return None
-        from goalwire.entities.call_terms import CallTerms
+        from goalwire.entities.call_context import CallContext
 
-        return CallTerms(self.node.context, 'action', self.full_name, limit)
+        return CallContext(self.node.context, 'action', self.full_name, limit)
 
-    def complete(self, future: RawFuture, payload: Payload) -> None:
+    def complete(self, future: EncodedResponseFuture, payload: Payload) -> None:
         """Give a future what it waits for."""
         if future.pending() and not future.set_raw(payload):  # else it was cancelled
             self._arrivals.deliver(None)

@@ -7,39 +7,41 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Any, NoReturn, cast
 
 from goalwire.entities.actions.client_calls import ActionCalls
-from goalwire.entities.actions.requests import LATE_S, ActionRequest, RawFuture
+from goalwire.entities.actions.requests import LATE_S, ActionRequest, EncodedResponseFuture
 from goalwire.entities.exceptions import ShutDownError
 from goalwire.errors import ClosedError
 from goalwire.execution.blocking import abandon, block_on
-from goalwire.protocol.goals import wire
-from goalwire.protocol.goals.ids import NO_ID
-from goalwire.protocol.time import S_TO_NS, Time
+from goalwire.rules.goals import wire
+from goalwire.rules.goals.ids import NO_ID
+from goalwire.rules.time import S_TO_NS, Time
 
 if TYPE_CHECKING:
     from action_msgs.srv import CancelGoal
     from builtin_interfaces.msg import Time as StampMessage
 
-    from goalwire.entities.call_terms import CallTerms
+    from goalwire.entities.call_context import CallContext
     from goalwire.execution.future import Future
-    from goalwire.protocol.goals.ids import GoalId
+    from goalwire.rules.goals.ids import GoalId
 
 
 class Cancelling(ActionCalls):
     """The part of an action client that cancels."""
 
-    def cancel_goal(self, goal_id: GoalId, stamp_ns: int = 0, terms: CallTerms | None = None) -> Future[Any]:
+    def cancel_goal(
+        self, goal_id: GoalId, stamp_ns: int = 0, call_context: CallContext | None = None
+    ) -> Future[Any]:
         """Ask for cancellation; the future gives an action_msgs/srv/CancelGoal response."""
         self._check_alive()
         make = self.support.cancel_goal.decode_response
-        future = RawFuture(self, make, terms or self.new_terms())
+        future = EncodedResponseFuture(self, make, call_context or self.new_terms())
         payload = wire.encode_cancel_request(goal_id, stamp_ns)
         ActionRequest(self, self._cancel_port, payload, future).begin()
         return future
 
-    def call_off(self, goal_id: GoalId) -> None:
+    def cancel_quietly(self, goal_id: GoalId) -> None:
         """Ask for cancellation, whatever the server says to that."""
         with suppress(ClosedError):
-            asked = self.cancel_goal(goal_id, terms=self.new_terms(LATE_S))
+            asked = self.cancel_goal(goal_id, call_context=self.new_terms(LATE_S))
             asked.add_waker(lambda: cast('None', asked.exception()))  # looked at
 
     def cancel_all_goals_async(self) -> Future[CancelGoal.Response]:
@@ -77,12 +79,12 @@ class Cancelling(ActionCalls):
         Raises WouldDeadlockError, with nothing asked, where the answer needs the thread that would wait;
         ShutDownError and InvalidHandle where the context ends, or this is destroyed, before it is there.
         """
-        self.node.context.local_servers.check(self.node.graph, self.goal_service)
+        self.node.context.deadlock_detector.check(self.node.graph, self.goal_service)
         future = ask()
         self.blocking[future] = None
         try:
             self._check_alive()
-            if not block_on(future, None, self.node.context.lifeline):
+            if not block_on(future, None, self.node.context.shutdown_signal):
                 self._refuse_after_the_end()
         except BaseException:
             abandon(future)

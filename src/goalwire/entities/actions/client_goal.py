@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Generic, Protocol
 
 from goalwire.entities.actions.goal_ids import goal_id_bytes, uuid_message
 from goalwire.entities.actions.types import FeedbackT, GoalT, ResultT
-from goalwire.protocol.goals.table import GoalStatus
+from goalwire.rules.goals.table import GoalStatus
 
 if TYPE_CHECKING:
     from action_msgs.srv import CancelGoal
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from goalwire.entities.actions.client import ActionClientCore
     from goalwire.entities.actions.types import ResultResponse
     from goalwire.execution.future import Future
-    from goalwire.protocol.goals.ids import GoalId
+    from goalwire.rules.goals.ids import GoalId
     from goalwire.transport.contract import Sample
 
 

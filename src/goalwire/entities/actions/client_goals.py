@@ -8,17 +8,17 @@ from threading import Lock
 from typing import TYPE_CHECKING, Any
 
 from goalwire.entities.actions.client_goal import ClientGoal
-from goalwire.protocol.goals.client import REMEMBERED, GoalClient
+from goalwire.rules.goals.client import REMEMBERED, GoalClient
 
 if TYPE_CHECKING:
     from goalwire.entities.actions.client_goal import FeedbackQueue
-    from goalwire.entities.actions.requests import RawFuture
-    from goalwire.protocol.goals.effects import ClientEffect
-    from goalwire.protocol.goals.ids import GoalId
-    from goalwire.protocol.goals.table import GoalStatus
+    from goalwire.entities.actions.requests import EncodedResponseFuture
+    from goalwire.rules.goals.effects import ClientEffect
+    from goalwire.rules.goals.ids import GoalId
+    from goalwire.rules.goals.table import GoalStatus
     from goalwire.transport.contract import Payload
 
-    Effects = list[ClientEffect[Any, RawFuture, Payload]]
+    Effects = list[ClientEffect[Any, EncodedResponseFuture, Payload]]
 
 
 class ClientGoals:
@@ -30,7 +30,7 @@ class ClientGoals:
     def __init__(self) -> None:
         self.lock = Lock()
         """Of the rules, and of what must change together with them."""
-        self.rules: GoalClient[Any, RawFuture, Payload] = GoalClient()
+        self.rules: GoalClient[Any, EncodedResponseFuture, Payload] = GoalClient()
         self.active: dict[GoalId, ClientGoal] = {}
         self.ended: OrderedDict[GoalId, ClientGoal] = OrderedDict()
         self._dropped = 0

@@ -10,35 +10,37 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from goalwire.entities.actions.goal_feedback import GoalFeedback
-from goalwire.entities.actions.requests import RawFuture
+from goalwire.entities.actions.requests import EncodedResponseFuture
 from goalwire.entities.client import end_with, unanswered
 from goalwire.entities.exceptions import InvalidHandle, ShutDownError
 from goalwire.errors import CallError, GoalwireError, peer_text
-from goalwire.execution.agenda import Alarm
-from goalwire.execution.steady import STEADY
-from goalwire.protocol import reasons
-from goalwire.protocol.goals import wire
-from goalwire.protocol.latencies import Latencies
+from goalwire.execution.monotonic import STEADY
+from goalwire.execution.timer_heap import TimerEntry
+from goalwire.rules import reasons
+from goalwire.rules.goals import wire
+from goalwire.rules.latencies import Latencies
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from goalwire.entities.actions.client import ActionClientCore
-    from goalwire.entities.call_terms import CallTerms
-    from goalwire.execution.lifeline import Lifeline
-    from goalwire.execution.steady import SteadyClock
-    from goalwire.protocol.goals.ids import GoalId
-    from goalwire.protocol.goals.table import GoalStatus
+    from goalwire.entities.call_context import CallContext
+    from goalwire.execution.monotonic import SteadyClock
+    from goalwire.execution.shutdown_signal import ShutdownSignal
+    from goalwire.rules.goals.ids import GoalId
+    from goalwire.rules.goals.table import GoalStatus
     from goalwire.transport.contract import ClientPort, Payload, Sample
 
 
-class ResultFuture(RawFuture):
+class ResultFuture(EncodedResponseFuture):
     """Of a goal that has a feedback callback: it is done after that callback's last turn."""
 
     __slots__ = ('_feedback',)
 
-    def __init__(self, results: ClientResults, terms: CallTerms | None, feedback: GoalFeedback) -> None:
-        super().__init__(results.client, results.client.support.get_result.decode_response, terms)
+    def __init__(
+        self, results: ClientResults, call_context: CallContext | None, feedback: GoalFeedback
+    ) -> None:
+        super().__init__(results.client, results.client.support.get_result.decode_response, call_context)
         self._feedback = feedback
 
     def add_waker(self, waker: Callable[[], None]) -> None:
@@ -51,17 +53,17 @@ class ResultFuture(RawFuture):
         deadline: int | None = None,
         *,
         clock: SteadyClock = STEADY,
-        lifeline: Lifeline | None = None,
+        shutdown_signal: ShutdownSignal | None = None,
     ) -> bool:
         if self.pending():
             self._feedback.hurry_if_stuck(blocks=True)
-        return super().wait(deadline, clock=clock, lifeline=lifeline)
+        return super().wait(deadline, clock=clock, shutdown_signal=shutdown_signal)
 
 
 class ResultWait:
     """One who waits for a goal's result; all who do share one request."""
 
-    def __init__(self, results: ClientResults, goal_id: GoalId, future: RawFuture) -> None:
+    def __init__(self, results: ClientResults, goal_id: GoalId, future: EncodedResponseFuture) -> None:
         self._results = results
         self._goal_id = goal_id
         self._future = future
@@ -102,7 +104,7 @@ class ResultRequest:
 
     def _on_end(self, reason: str) -> None:
         if reason == reasons.TIMEOUT:
-            self._results.client.node.context.sends.soon(Alarm(self._send_again))
+            self._results.client.node.context.sends.soon(TimerEntry(self._send_again))
         elif self._results.leave(self):
             self._results.on_lost(self.goal_id, reason)
 
@@ -127,16 +129,18 @@ class ClientResults:
         self._goals = client.goals
         self._requests: dict[GoalId, ResultRequest] = {}
 
-    def get(self, goal_id: GoalId, terms: CallTerms | None) -> RawFuture:
+    def get(self, goal_id: GoalId, call_context: CallContext | None) -> EncodedResponseFuture:
         """Ask for a goal's result; the future gives the action's GetResult response."""
         goal = self._goals.find(goal_id)
         future = (
-            ResultFuture(self, terms, goal.feedback)
+            ResultFuture(self, call_context, goal.feedback)
             if goal is not None and isinstance(goal.feedback, GoalFeedback)
-            else RawFuture(self.client, self.client.support.get_result.decode_response, terms)
+            else EncodedResponseFuture(
+                self.client, self.client.support.get_result.decode_response, call_context
+            )
         )
-        future.asked_with = ResultWait(self, goal_id, future)
-        self.client.react(self._goals.rules.on_result_request, goal_id, future)
+        future.request = ResultWait(self, goal_id, future)
+        self.client.dispatch(self._goals.rules.on_result_request, goal_id, future)
         return future
 
     def request(self, goal_id: GoalId) -> None:
@@ -153,7 +157,7 @@ class ClientResults:
             self._fail_all(goal_id, '')
             raise
 
-    def give_up(self, goal_id: GoalId, future: RawFuture) -> None:
+    def give_up(self, goal_id: GoalId, future: EncodedResponseFuture) -> None:
         """Complete this future no more. With the last one that waits for it the request is forgotten, too."""
         with self._goals.lock:
             is_last = self._goals.rules.on_result_given_up(goal_id, future)
@@ -196,7 +200,7 @@ class ClientResults:
         """Complete the futures of who waits for a result."""
         goals = self._goals
         goals.forget(goal_id)  # before anybody hears of the end, who may look at what is left
-        self.client.react(goals.rules.on_result, goal_id, status, payload)
+        self.client.dispatch(goals.rules.on_result, goal_id, status, payload)
         goals.advance(goal_id, status)
 
     def on_lost(self, goal_id: GoalId, reason: str) -> None:
@@ -206,19 +210,19 @@ class ClientResults:
         self.client.report_lost('result', reason)
 
     def _fail_all(self, goal_id: GoalId, reason: str) -> None:
-        self.client.react(self._goals.rules.on_result_failed, goal_id, unanswered('result', reason))
+        self.client.dispatch(self._goals.rules.on_result_failed, goal_id, unanswered('result', reason))
 
-    def fail(self, future: RawFuture, error: Exception) -> None:
+    def fail(self, future: EncodedResponseFuture, error: Exception) -> None:
         """End one who waits, where its terms say so; else it stays pending, as in ROS 2."""
-        terms = future.call_terms
-        if terms is None or not future.pending():
+        call_context = future.call_terms
+        if call_context is None or not future.pending():
             return
         if self.client.destroyed:
             end_with(future, InvalidHandle())
         elif not self.client.node.context.ok():
-            end_with(future, ShutDownError(terms.title))
+            end_with(future, ShutDownError(call_context.title))
         else:
-            end_with(future, terms.retold(error) if isinstance(error, CallError) else error)
+            end_with(future, call_context.retold(error) if isinstance(error, CallError) else error)
 
     def close(self) -> None:
         """Hold nothing any more."""

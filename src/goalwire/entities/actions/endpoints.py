@@ -13,8 +13,8 @@ from goalwire.entities.node import NodeCore
 from goalwire.entities.request_server import RequestServer
 from goalwire.entities.type_support import ActionSupport, MessageSupport, ServiceSupport
 from goalwire.execution.callback_groups import CallbackGroup
-from goalwire.protocol.goals import wire
-from goalwire.protocol.qos import ACTION_STATUS_DEFAULT, DEFAULT, SERVICES_DEFAULT, QoS
+from goalwire.rules.goals import wire
+from goalwire.rules.qos import ACTION_STATUS_DEFAULT, DEFAULT, SERVICES_DEFAULT, QoS
 from goalwire.transport.contract import EndpointKind, Payload, PublisherPort, Request
 
 Handle = Callable[[Request, Any], object]

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from goalwire.entities.enclosing import Enclosing
 from goalwire.entities.exceptions import ShutDownError
 from goalwire.errors import peer_text
-from goalwire.execution.work import Work
-from goalwire.protocol.goals import wire
-from goalwire.protocol.goals.table import GoalStatus
+from goalwire.execution.callback_source import CallbackSource
+from goalwire.rules.goals import wire
+from goalwire.rules.goals.table import GoalStatus
 
 if TYPE_CHECKING:
     from goalwire.entities.actions.goal_handle import ServerGoalHandle
@@ -29,7 +29,7 @@ class Failure(NamedTuple):
     """What clients that know goalwire are told."""
 
 
-class Execution(Work):
+class Execution(CallbackSource):
     """Runs an execute callback, in no callback group, as in rclpy."""
 
     __slots__ = ('_begun', '_callback', '_handle', '_server')
@@ -37,7 +37,7 @@ class Execution(Work):
     def __init__(
         self, server: ActionServerCore, handle: ServerGoalHandle, callback: Callable[[ServerGoalHandle], Any]
     ) -> None:
-        super().__init__(server.node.home, None)
+        super().__init__(server.node.work_queue, None)
         self._server = server
         self._handle = handle
         self._callback = callback

@@ -5,20 +5,20 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from goalwire.execution.blocking import current_groups, why_it_cannot_answer
-from goalwire.execution.inbox import Inbox
+from goalwire.execution.event_queue import EventQueue
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from goalwire.execution.callback_groups import CallbackGroup
-    from goalwire.execution.home import Home
+    from goalwire.execution.node_work_queue import NodeWorkQueue
     from goalwire.transport.contract import Sample
 
 FEEDBACK_LIMIT = 1000
 """Feedback messages that may wait for one goal's callback; the oldest is dropped and counted."""
 
 
-class GoalFeedback(Inbox['Sample | None']):
+class GoalFeedback(EventQueue['Sample | None']):
     """Calls back with each message. None, behind the last one, stands for the goal's end.
 
     Feedback, acceptance and result travel on different ways. What comes before the acceptance waits for
@@ -29,9 +29,13 @@ class GoalFeedback(Inbox['Sample | None']):
     __slots__ = ('_ends', '_is_ending', '_is_opening', '_owner', '_running', 'hurried')
 
     def __init__(
-        self, home: Home, group: CallbackGroup, handle: Callable[[Sample], object], owner: object
+        self,
+        work_queue: NodeWorkQueue,
+        group: CallbackGroup,
+        handle: Callable[[Sample], object],
+        owner: object,
     ) -> None:
-        super().__init__(home, group, handle, depth=FEEDBACK_LIMIT)  # type: ignore[arg-type]
+        super().__init__(work_queue, group, handle, depth=FEEDBACK_LIMIT)  # type: ignore[arg-type]
         self._posted = True  # so that nobody posts it before `open`
         self._owner = owner
         self._is_opening = self._is_ending = False
@@ -52,7 +56,7 @@ class GoalFeedback(Inbox['Sample | None']):
         """
         self._is_opening = in_a_turn
         if in_a_turn:
-            self.home.post(self)
+            self.work_queue.post(self)
         else:
             self._go_on()
 
@@ -79,12 +83,12 @@ class GoalFeedback(Inbox['Sample | None']):
 
         So it is where nobody spins, where the callback holds our group, and where it `blocks` our thread.
         """
-        queue = self.home.queue
+        queue = self.work_queue.queue
         if (
             queue is None
             or not queue.is_driven()
             or self.group in current_groups()
-            or (blocks and why_it_cannot_answer(self.home, self.group))
+            or (blocks and why_it_cannot_answer(self.work_queue, self.group))
         ):
             self.hurry()
 
@@ -99,7 +103,7 @@ class GoalFeedback(Inbox['Sample | None']):
         return None
 
     def run(self) -> object:
-        """As an inbox does, which this takes the place of for the sake of one call less."""
+        """As an event queue does, which this takes the place of for the sake of one call less."""
         if self._is_opening:
             self._is_opening = False
             self._go_on()

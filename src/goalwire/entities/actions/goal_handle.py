@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Generic
 
 from goalwire.entities.actions.goal_ids import goal_id_bytes, uuid_message
 from goalwire.entities.actions.types import FeedbackT, GoalT, ResultT
-from goalwire.protocol.goals.table import GoalEvent, GoalStatus
+from goalwire.rules.goals.table import GoalEvent, GoalStatus
 
 if TYPE_CHECKING:
     from action_msgs.msg import GoalInfo
     from unique_identifier_msgs.msg import UUID
 
     from goalwire.entities.actions.server import ActionServerCore
-    from goalwire.protocol.goals.ids import GoalId
+    from goalwire.rules.goals.ids import GoalId
 
 
 class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from goalwire.protocol.goals.ids import ID_LENGTH, GoalId
+from goalwire.rules.goals.ids import ID_LENGTH, GoalId
 
 if TYPE_CHECKING:
     from unique_identifier_msgs.msg import UUID

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 from goalwire.entities.client import MARGIN_S, end_with
 from goalwire.errors import DeadlineError
-from goalwire.execution.agenda import Alarm
 from goalwire.execution.future import Future
-from goalwire.protocol.goals import wire
+from goalwire.execution.timer_heap import TimerEntry
+from goalwire.rules.goals import wire
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -21,33 +21,35 @@ if TYPE_CHECKING:
     from goalwire.entities.actions.client_calls import ActionCalls
     from goalwire.entities.actions.client_goal import ClientGoal
     from goalwire.entities.actions.client_results import ResultWait
-    from goalwire.entities.call_terms import CallTerms
-    from goalwire.entities.guard import Guard
+    from goalwire.entities.call_context import CallContext
+    from goalwire.entities.request_timeout import RequestTimeout
     from goalwire.transport.contract import ClientPort, Payload, Sample
 
 LATE_S = 10.0
 """How long a goal that was given up may still be accepted: it is cancelled then."""
 
 
-class RawFuture(Future[Any]):
+class EncodedResponseFuture(Future[Any]):
     """Completed with a payload, which `make` turns into the result when somebody asks."""
 
-    __slots__ = ('asked_with', 'call_terms', 'decode')
+    __slots__ = ('call_terms', 'decode', 'request')
 
     decode: Callable[[Any], Any]
 
-    def __init__(self, client: ActionCalls, make: Callable[[Payload], Any], terms: CallTerms | None) -> None:
-        super().__init__(client.node.home)
+    def __init__(
+        self, client: ActionCalls, make: Callable[[Payload], Any], call_context: CallContext | None
+    ) -> None:
+        super().__init__(client.node.work_queue)
         self.decode = make
-        self.call_terms = terms
+        self.call_terms = call_context
         """What its errors tell; None: it stays pending where nobody answers."""
-        self.asked_with: ActionRequest | ResultWait | None = None
+        self.request: ActionRequest | ResultWait | None = None
         """What it waits for."""
 
     def cancel(self) -> None:
         """Give the answer up. A goal goes on, as in ROS 2."""
-        if self.asked_with is not None and self.pending():
-            self.asked_with.forget()
+        if self.request is not None and self.pending():
+            self.request.forget()
         super().cancel()
 
 
@@ -57,10 +59,12 @@ class ActionRequest:
     waits = False
     """Whether it waits for a server; who cancels a goal has had one."""
 
-    def __init__(self, client: ActionCalls, port: ClientPort, payload: bytes, future: RawFuture) -> None:
+    def __init__(
+        self, client: ActionCalls, port: ClientPort, payload: bytes, future: EncodedResponseFuture
+    ) -> None:
         self.client = client
         self.future = future
-        self.guard: Guard | None = None
+        self.guard: RequestTimeout | None = None
         self._port = port
         self._payload = payload
         self._sequence = 0
@@ -71,7 +75,7 @@ class ActionRequest:
     def begin(self) -> None:
         """Send it now, or as soon as there is a server; raises what sending raises, and leaves nothing."""
         self.client.requests[self] = None
-        self.future.asked_with = self
+        self.future.request = self
         try:
             if self.future.call_terms is None:
                 self.send()
@@ -85,8 +89,8 @@ class ActionRequest:
     def send(self) -> None:
         """Hand it to the wire."""
         self._was_sent = True
-        terms = self.future.call_terms
-        left = None if terms is None else terms.left_ns(LATE_S + MARGIN_S)
+        call_context = self.future.call_terms
+        left = None if call_context is None else call_context.left_ns(LATE_S + MARGIN_S)
         sequence = self.client.request(self._port, self._payload, self.on_reply, self.on_end, left)
         self._sequence = sequence
         if self._is_forgotten:
@@ -147,11 +151,16 @@ class GoalRequest(ActionRequest):
     client: ActionClientCore
 
     def __init__(
-        self, client: ActionClientCore, port: ClientPort, payload: bytes, future: RawFuture, goal: ClientGoal
+        self,
+        client: ActionClientCore,
+        port: ClientPort,
+        payload: bytes,
+        future: EncodedResponseFuture,
+        goal: ClientGoal,
     ) -> None:
         super().__init__(client, port, payload, future)
         self._goal = goal
-        self._alarm: Alarm | None = None
+        self._alarm: TimerEntry | None = None
 
     def on_reply(self, sample: Sample) -> None:
         if self._alarm is None:
@@ -160,7 +169,7 @@ class GoalRequest(ActionRequest):
             else:
                 super().on_reply(sample)
         elif wire.is_acceptance(sample.payload):
-            self.client.node.context.sends.soon(Alarm(self._call_off))
+            self.client.node.context.sends.soon(TimerEntry(self._cancel_quietly))
 
     def on_end(self, reason: str) -> None:
         if self._alarm is None:
@@ -179,7 +188,7 @@ class GoalRequest(ActionRequest):
         self._leave()
         self.client.drop(self._goal, '')
         if isinstance(error, DeadlineError) and self._was_sent:
-            self._linger()
+            self._await_late_accept()
         else:
             self.withdraw()
         if self.future.pending():
@@ -195,11 +204,11 @@ class GoalRequest(ActionRequest):
         if self.guard is not None:
             self.guard.fail(DeadlineError(f"the goal for '{self.client.full_name}' was given up"))
 
-    def _linger(self) -> None:
+    def _await_late_accept(self) -> None:
         context = self.client.node.context
-        self._alarm = Alarm(self.let_go)
-        self.client.linger(self)
-        context.deadlines.set(self._alarm, context.lifeline.clock.now() + int(LATE_S * 1e9))
+        self._alarm = TimerEntry(self.let_go)
+        self.client.await_late_accept(self)
+        context.deadlines.set(self._alarm, context.shutdown_signal.clock.now() + int(LATE_S * 1e9))
 
     def let_go(self) -> None:
         """It is too late even for that."""
@@ -208,6 +217,6 @@ class GoalRequest(ActionRequest):
         self.client.lingering.pop(self, None)
         self.withdraw()
 
-    def _call_off(self) -> None:
+    def _cancel_quietly(self) -> None:
         self.let_go()
-        self.client.call_off(self._goal.goal_id)
+        self.client.cancel_quietly(self._goal.goal_id)

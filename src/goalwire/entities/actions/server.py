@@ -1,6 +1,6 @@
 """An action server: feeds its reactor with what arrives, performs what the reactor decides.
 
-The rules are in goalwire.protocol.goals.server. Effects on the wire are performed in the reactor's order, by
+The rules are in goalwire.rules.goals.server. Effects on the wire are performed in the reactor's order, by
 one thread at a time and under no lock; the user's callbacks run on the executor, in the server's group, and
 hold nothing up. What is declared: `endpoints`. Asking the user: `decisions`. Running a goal: `execution`.
 """
@@ -12,10 +12,10 @@ from functools import partial
 from threading import Lock
 from typing import TYPE_CHECKING, Any
 
-from goalwire.codec import cdr
-from goalwire.entities.actions.decisions import ActionCallbacks, Decisions
+from goalwire.cdr import codec
 from goalwire.entities.actions.endpoints import ActionQoS, ActionServerEndpoints
 from goalwire.entities.actions.execution import Execution, Failure, Results
+from goalwire.entities.actions.goal_callbacks import ActionCallbacks, GoalCallbacks
 from goalwire.entities.actions.goal_handle import ServerGoalHandle
 from goalwire.entities.actions.lost_clients import LostClients
 from goalwire.entities.exceptions import InvalidHandle, RCLError, ShutDownError
@@ -23,23 +23,23 @@ from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import ActionSupport
 from goalwire.errors import ClosedError, TransportError
 from goalwire.execution.callback_groups import CallbackGroup
-from goalwire.execution.clock_alarm import ClockAlarm
-from goalwire.execution.home import Home
-from goalwire.execution.inbox import Inbox
-from goalwire.execution.work import Work
+from goalwire.execution.callback_source import CallbackSource
+from goalwire.execution.clock_timer_entry import ClockTimerEntry
+from goalwire.execution.event_queue import EventQueue
+from goalwire.execution.node_work_queue import NodeWorkQueue
 from goalwire.logging import RcutilsLogger, get_logger
-from goalwire.protocol.goals import effects as effect
-from goalwire.protocol.goals import wire
-from goalwire.protocol.goals.ids import GoalId
-from goalwire.protocol.goals.server import GoalServer
-from goalwire.protocol.goals.table import GoalEvent, GoalStatus, InvalidTransition
-from goalwire.protocol.latencies import Latencies
-from goalwire.protocol.reasons import described
+from goalwire.rules.goals import effects as effect
+from goalwire.rules.goals import wire
+from goalwire.rules.goals.ids import GoalId
+from goalwire.rules.goals.server import GoalServer
+from goalwire.rules.goals.table import GoalEvent, GoalStatus, InvalidTransition
+from goalwire.rules.latencies import Latencies
+from goalwire.rules.reasons import described
 from goalwire.transport.contract import Payload, Request
-from goalwire.transport.outbox import Outbox
+from goalwire.transport.ordered_dispatcher import OrderedDispatcher
 
 if TYPE_CHECKING:
-    from goalwire.protocol.statistics import ActionServerStatistics
+    from goalwire.rules.statistics import ActionServerStatistics
 
 Effects = list[effect.ServerEffect[Request, bytes]]
 _USERS = (effect.AskGoal, effect.Accepted, effect.AskCancel, effect.CalledOff)
@@ -68,15 +68,17 @@ class ActionServerCore:
         self.now = node.clock.now_ns
         """The time of the node's clock in ns, as rcl's action servers take it."""
         self._lock = Lock()
-        self._outbox: Outbox[effect.ServerEffect[Request, bytes]] = Outbox(self._perform)
-        self._alarm = ClockAlarm(node.home, node.clock, partial(self._later, self.expire))
+        self._dispatcher: OrderedDispatcher[effect.ServerEffect[Request, bytes]] = OrderedDispatcher(
+            self._perform
+        )
+        self._alarm = ClockTimerEntry(node.work_queue, node.clock, partial(self._later, self.expire))
         self._alarm.follow()
         self._destroyed = False
         self._feedback_class = support.cls.Feedback  # type: ignore[attr-defined]
-        self._decode_goal = cdr.decoder(support.cls.Goal)  # type: ignore[attr-defined]
-        self._encode_feedback = cdr.encoder(self._feedback_class)
+        self._decode_goal = codec.decoder(support.cls.Goal)  # type: ignore[attr-defined]
+        self._encode_feedback = codec.encoder(self._feedback_class)
         self._results = Results(support, name, self.logger)
-        self._decisions = Decisions(self)
+        self._goal_callbacks = GoalCallbacks(self)
         self.failed = 0
         """How many goals' execution raised."""
         self._feedback = 0
@@ -84,7 +86,7 @@ class ActionServerCore:
         """Of execute callbacks."""
         self._executions: dict[GoalId, Execution] = {}
         """Of goals whose turn to run has not come."""
-        self.steady_clock = node.context.lifeline.clock
+        self.steady_clock = node.context.shutdown_signal.clock
         self._lost_clients: LostClients | None = None
         self._open(qos or ActionQoS(), group)
 
@@ -97,7 +99,10 @@ class ActionServerCore:
             self._lost_clients = LostClients(node.graph, names.send_goal, self._on_client_lost)
         try:
             self._endpoints.open(
-                self._decisions.on_goal, self._on_result, self._decisions.on_cancel, self._split_goal
+                self._goal_callbacks.on_goal,
+                self._on_result,
+                self._goal_callbacks.on_cancel,
+                self._split_goal,
             )
         except BaseException:
             if self._lost_clients is not None:
@@ -113,7 +118,7 @@ class ActionServerCore:
 
     # -- the reactor, and what it decides ------------------------------------------------------------------
 
-    def react(self, event: Callable[..., Effects], *args: Any) -> Effects:
+    def dispatch(self, event: Callable[..., Effects], *args: Any) -> Effects:
         """Feed the reactor, perform its effects on the wire, return those that call the user."""
         asked: Effects = []
         with self._lock:
@@ -121,8 +126,8 @@ class ActionServerCore:
                 if isinstance(item, _USERS):
                     asked.append(item)
                 else:
-                    self._outbox.post(item)
-        self._outbox.drain()
+                    self._dispatcher.post(item)
+        self._dispatcher.drain()
         return asked
 
     def _perform(self, item: effect.ServerEffect[Request, bytes]) -> None:
@@ -143,7 +148,7 @@ class ActionServerCore:
                 case effect.Execute(goal_id):
                     execution = self._executions.pop(goal_id, None)
                     if execution is not None:  # else the server was destroyed meanwhile
-                        self.node.home.post(execution)
+                        self.node.work_queue.post(execution)
                 case effect.WakeAt(time_ns):
                     self._alarm.set(time_ns)
                 case effect.AssumedAborted(goal_id):
@@ -157,10 +162,10 @@ class ActionServerCore:
     def expire(self) -> None:
         """Forget the results whose time is over."""
         if not self._destroyed:
-            self.react(self.reactor.on_time, self.now())
+            self.dispatch(self.reactor.on_time, self.now())
 
     def _on_result(self, request: Request, goal_id: GoalId) -> None:
-        self.react(self.reactor.on_result_request, goal_id, request, self.now())
+        self.dispatch(self.reactor.on_result_request, goal_id, request, self.now())
 
     # -- what goal handles ask for -------------------------------------------------------------------------
 
@@ -175,12 +180,12 @@ class ActionServerCore:
         goal_id = handle.goal_id_bytes
         self._executions.setdefault(goal_id, Execution(self, handle, callback or self.callbacks.execute))
         try:
-            effects = self.react(self.reactor.on_execute, goal_id, self.now())
+            effects = self.dispatch(self.reactor.on_execute, goal_id, self.now())
         except InvalidTransition as error:
             self._executions.pop(goal_id, None)
             raise RCLError(str(error)) from None
         if self.reactor.policy.preempts:
-            self._call_off(effects)
+            self._cancel_quietly(effects)
 
     def publish_feedback(self, handle: ServerGoalHandle, feedback: Any) -> None:
         """Send a goal's feedback; raises TypeError for another type, InvalidHandle once destroyed."""
@@ -198,14 +203,14 @@ class ActionServerCore:
     def end(self, handle: ServerGoalHandle, event: GoalEvent) -> None:
         """End a goal; raises RCLError where its state does not allow that."""
         try:
-            self.react(self.reactor.on_event, handle.goal_id_bytes, event, self.now())
+            self.dispatch(self.reactor.on_event, handle.goal_id_bytes, event, self.now())
         except InvalidTransition as error:
             raise RCLError(str(error)) from None  # rclpy raises that, with this text
         self._forget(handle.goal_id_bytes)
 
     def finished(self, handle: ServerGoalHandle, outcome: object) -> None:
         """Execution is over. A result that cannot be sent is logged, and the default one sent instead."""
-        self.react(self.reactor.on_result, handle.goal_id_bytes, self._results.encode(outcome), self.now())
+        self.dispatch(self.reactor.on_result, handle.goal_id_bytes, self._results.encode(outcome), self.now())
         self._forget(handle.goal_id_bytes)
 
     def failure(self, handle: ServerGoalHandle, error: Exception) -> Failure:
@@ -220,7 +225,7 @@ class ActionServerCore:
         return Failure(result, described(error))
 
     def _forget(self, goal_id: GoalId) -> None:
-        self._decisions.forget(goal_id)
+        self._goal_callbacks.forget(goal_id)
         self._executions.pop(goal_id, None)
 
     def forget_ended(self, *goal_ids: GoalId) -> None:
@@ -233,15 +238,15 @@ class ActionServerCore:
 
     def _later(self, call: Callable[[], object]) -> None:
         """Call on the executor's thread."""
-        self.node.home.post(Errand(self.node.home, call))
+        self.node.work_queue.post(CallSoon(self.node.work_queue, call))
 
-    def _call_off(self, effects: Effects) -> None:
+    def _cancel_quietly(self, effects: Effects) -> None:
         """Tell the program of goals that a policy has cancelled or aborted; forget those that have ended."""
         for item in effects:
-            handle = self._decisions.handle(item.goal_id) if isinstance(item, effect.CalledOff) else None
+            handle = self._goal_callbacks.handle(item.goal_id) if isinstance(item, effect.CalledOff) else None
             if handle is not None and self.callbacks.called_off is not None:
                 self.callbacks.called_off(handle)
-        self.forget_ended(*self._decisions.goal_ids())
+        self.forget_ended(*self._goal_callbacks.goal_ids())
 
     def _on_client_lost(self, client: bytes) -> None:
         self._later(partial(self.give_up, client))
@@ -253,15 +258,15 @@ class ActionServerCore:
     def give_up(self, client: bytes) -> None:
         """Refuse, cancel or abort the goals of a client that has gone."""
         if not self._destroyed:
-            self._call_off(self.react(self.reactor.on_client_lost, client, self.now()))
+            self._cancel_quietly(self.dispatch(self.reactor.on_client_lost, client, self.now()))
 
-    def inboxes(self) -> list[Inbox[Any]]:
+    def event_queues(self) -> list[EventQueue[Any]]:
         """Where requests wait for the executor."""
-        return [server.inbox for server in self._endpoints.servers]
+        return [server.event_queue for server in self._endpoints.servers]
 
     def statistics(self) -> ActionServerStatistics:
         """Count goals, requests and feedback."""
-        from goalwire.protocol.statistics import ActionServerStatistics
+        from goalwire.rules.statistics import ActionServerStatistics
 
         servers = self._endpoints.servers
         with self._lock:
@@ -271,7 +276,7 @@ class ActionServerCore:
             goals,
             self._feedback,
             self.failed,
-            sum(len(server.inbox) for server in servers),
+            sum(len(server.event_queue) for server in servers),
             sum(server.refused for server in servers),
             sum(server.rejected for server in servers),
             self.durations.histogram(),
@@ -294,17 +299,17 @@ class ActionServerCore:
         if self._lost_clients is not None:
             self._lost_clients.close()
         self._endpoints.take_result_requests()
-        self.react(self.reactor.on_close)
+        self.dispatch(self.reactor.on_close)
         self._endpoints.close()
-        self._decisions.forget_all()
+        self._goal_callbacks.forget_all()
         self._executions.clear()
 
 
-class Errand(Work):
+class CallSoon(CallbackSource):
     """One call of the server's own, on the executor's thread: what it does is published."""
 
-    def __init__(self, home: Home, call: Callable[[], object]) -> None:
-        super().__init__(home, None)
+    def __init__(self, work_queue: NodeWorkQueue, call: Callable[[], object]) -> None:
+        super().__init__(work_queue, None)
         self._call = call
 
     def run(self) -> None:

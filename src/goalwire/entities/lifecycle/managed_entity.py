@@ -7,7 +7,7 @@ from functools import wraps
 from types import CoroutineType
 from typing import Any, Concatenate, ParamSpec, TypeVar, overload
 
-from goalwire.protocol.lifecycle import LifecycleState, TransitionCallbackReturnType
+from goalwire.rules.lifecycle import LifecycleState, TransitionCallbackReturnType
 
 P = ParamSpec('P')
 T = TypeVar('T')

@@ -12,14 +12,14 @@ from goalwire.entities.node import NodeCore
 from goalwire.entities.standard_types import standard_message
 from goalwire.errors import ClosedError, GoalwireError, peer_text
 from goalwire.logging import get_logger
-from goalwire.protocol.lifecycle import (
+from goalwire.rules.lifecycle import (
     SHUTDOWN,
     LifecycleMachine,
     LifecycleState,
     Transition,
     TransitionCallbackReturnType,
 )
-from goalwire.protocol.qos import DEFAULT
+from goalwire.rules.qos import DEFAULT
 from goalwire.transport.contract import EndpointKind, PublisherPort
 
 _NOT_REGISTERED = 'Failed to trigger lifecycle state machine transition: Transition is not registered.'

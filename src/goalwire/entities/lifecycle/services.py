@@ -10,7 +10,7 @@ from goalwire.entities.lifecycle.managed_node import LifecycleCore
 from goalwire.entities.standard_types import MakeService, standard_service
 from goalwire.errors import peer_text
 from goalwire.logging import get_logger
-from goalwire.protocol.lifecycle import STATES, TRANSITIONS, Transition, TransitionCallbackReturnType
+from goalwire.rules.lifecycle import STATES, TRANSITIONS, Transition, TransitionCallbackReturnType
 
 if TYPE_CHECKING:
     from lifecycle_msgs.msg import TransitionDescription

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from goalwire.entities.exceptions import InvalidParameterException
-from goalwire.protocol.parameters import SEPARATOR, Descriptor, Parameter, ParameterValue, Type
-from goalwire.protocol.parameters.messages import descriptor_of, value_of
+from goalwire.rules.parameters import SEPARATOR, Descriptor, Parameter, ParameterValue, Type
+from goalwire.rules.parameters.messages import descriptor_of, value_of
 
 if TYPE_CHECKING:
     from rcl_interfaces.msg import ParameterDescriptor

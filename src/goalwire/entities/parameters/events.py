@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from goalwire.entities.node import NodeCore
     from goalwire.entities.publisher import PublisherCore
-    from goalwire.protocol.parameters import Changes
+    from goalwire.rules.parameters import Changes
 
 PARAMETER_EVENTS_TOPIC = '/parameter_events'
 PARAMETER_EVENT = 'rcl_interfaces/msg/ParameterEvent'

@@ -6,12 +6,12 @@ import os
 from typing import TYPE_CHECKING
 
 from goalwire.files import LARGEST_PARAMETER_FILE, read_regular, shown
-from goalwire.protocol.arguments import ArgumentError, Arguments, ParameterFile
-from goalwire.protocol.names.lexer import RuleSyntaxError
 from goalwire.records import replace
+from goalwire.rules.arguments import ArgumentError, Arguments, ParameterFile
+from goalwire.rules.names.lexer import RuleSyntaxError
 
 if TYPE_CHECKING:
-    from goalwire.protocol.parameters.files import NodeValues
+    from goalwire.rules.parameters.files import NodeValues
 
 
 def with_files_read(arguments: Arguments) -> Arguments:
@@ -26,7 +26,7 @@ def with_files_read(arguments: Arguments) -> Arguments:
 
 
 def _read(path: str) -> NodeValues:
-    from goalwire.protocol.parameters.files import parse_parameter_file
+    from goalwire.rules.parameters.files import parse_parameter_file
 
     try:
         empty = path == os.devnull  # a usual way to say: no file

@@ -6,8 +6,8 @@ from io import BytesIO
 from typing import TYPE_CHECKING
 
 from goalwire.files import LARGEST_PARAMETER_FILE, read_regular
-from goalwire.protocol.parameters.parameter import value_message
-from goalwire.protocol.parameters.plain_yaml import FileShapeError, flat_values, typed_text, typed_value
+from goalwire.rules.parameters.parameter import value_message
+from goalwire.rules.parameters.plain_yaml import FileShapeError, flat_values, typed_text, typed_value
 
 if TYPE_CHECKING:
     from rcl_interfaces.msg import Parameter as ParameterMessage

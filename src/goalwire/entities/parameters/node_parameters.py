@@ -15,7 +15,7 @@ from goalwire.entities.exceptions import (
     ParameterUninitializedException,
 )
 from goalwire.entities.parameters.declaration import Described, declarations, described
-from goalwire.protocol.parameters import (
+from goalwire.rules.parameters import (
     RELATIVE_TOLERANCE,
     SEPARATOR,
     Descriptor,
@@ -27,9 +27,9 @@ from goalwire.protocol.parameters import (
     Type,
     WrongType,
 )
-from goalwire.protocol.parameters.callbacks import NOTHING_LEFT, After, Before, On
-from goalwire.protocol.parameters.listing import list_names
-from goalwire.protocol.parameters.messages import descriptor_message, result_message, value_of
+from goalwire.rules.parameters.callbacks import NOTHING_LEFT, After, Before, On
+from goalwire.rules.parameters.listing import list_names
+from goalwire.rules.parameters.messages import descriptor_message, result_message, value_of
 
 if TYPE_CHECKING:
     from rcl_interfaces.msg import (

@@ -11,8 +11,8 @@ from goalwire.entities.exceptions import (
     ParameterUninitializedException,
 )
 from goalwire.entities.standard_types import MakeService, standard_service
-from goalwire.protocol.parameters import Outcome, Parameter, Type
-from goalwire.protocol.parameters.messages import result_message
+from goalwire.rules.parameters import Outcome, Parameter, Type
+from goalwire.rules.parameters.messages import result_message
 
 if TYPE_CHECKING:
     from rcl_interfaces.msg import Parameter as ParameterMessage

@@ -8,7 +8,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from ament_index_python import _linked_prefixes
-from goalwire.interfaces import registered, search_path, workspace
+from goalwire.idl import entry_points, search_path, workspace
 
 PACKAGES = 'packages'
 INTERFACES = 'rosidl_interfaces'
@@ -34,7 +34,7 @@ def prefix(package: str) -> str | None:
     place = Path(folder)
     if place.parts[-2:] == ('share', package):
         return str(place.parent.parent)
-    return _linked_prefixes.around(package, folder, of_distribution=package in registered.registrations())
+    return _linked_prefixes.around(package, folder, of_distribution=package in entry_points.registrations())
 
 
 def content(resource_type: str, package: str) -> str:

@@ -16,7 +16,7 @@ import sys
 import sysconfig
 from pathlib import Path
 
-from goalwire.interfaces.registered import GROUP
+from goalwire.idl.entry_points import GROUP
 
 _MARKERS = 'share/ament_index/resource_index/packages'
 

@@ -1,6 +1,6 @@
 """rclpy.clock_type: which clock an instant was read from."""
 
-from goalwire.protocol.time import ClockType
+from goalwire.rules.time import ClockType
 from rclpy._borrowed import borrow
 
 __all__ = ['ClockType']

@@ -1,5 +1,5 @@
 """rclpy.constants: seconds in nanoseconds."""
 
-from goalwire.protocol.time import S_TO_NS
+from goalwire.rules.time import S_TO_NS
 
 __all__ = ['S_TO_NS']

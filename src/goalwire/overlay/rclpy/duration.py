@@ -1,6 +1,6 @@
 """rclpy.duration: spans of time."""
 
-from goalwire.protocol.time import Duration, DurationType, Infinite
+from goalwire.rules.time import Duration, DurationType, Infinite
 from rclpy._borrowed import borrow
 from rclpy.constants import S_TO_NS
 

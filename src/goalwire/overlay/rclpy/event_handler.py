@@ -13,7 +13,7 @@ from goalwire.entities.exceptions import InvalidHandle, UnsupportedEventTypeErro
 from goalwire.entities.publisher import PublisherCore
 from goalwire.entities.qos_warnings import default_callback
 from goalwire.execution.waitable import NumberOfEntities, SelfDriven
-from goalwire.protocol.qos_events import (
+from goalwire.rules.qos_events import (
     EventStatus,
     EventType,
     IncompatibleQoS,

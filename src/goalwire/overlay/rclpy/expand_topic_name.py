@@ -1,7 +1,7 @@
 """rclpy.expand_topic_name: from the names that users write to fully-qualified ones."""
 
 from goalwire.entities.exceptions import TopicExpansionError
-from goalwire.protocol import names
+from goalwire.rules import names
 from rclpy._borrowed import borrow
 
 

@@ -298,7 +298,7 @@ class Node(BaseNode):
             self._clock if clock is None else clock,
             context=self._context,
             autostart=autostart,
-            home=self.handle.home,
+            work_queue=self.handle.work_queue,
         )
         self._timers.append(timer)
         self.handle.own(timer)
@@ -311,7 +311,7 @@ class Node(BaseNode):
         """Create a guard condition, whose callback runs after each trigger()."""
         self.handle.check_open()
         group = self._ros_group(callback_group)
-        guard = GuardCondition(callback, group, context=self._context, home=self.handle.home)
+        guard = GuardCondition(callback, group, context=self._context, work_queue=self.handle.work_queue)
         self._guards.append(guard)
         self.handle.own(guard)
         group.add_entity(guard)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from goalwire.protocol.parameters import SEPARATOR, Parameter, ParameterValue
-from goalwire.protocol.parameters.messages import value_of
+from goalwire.rules.parameters import SEPARATOR, Parameter, ParameterValue
+from goalwire.rules.parameters.messages import value_of
 from rclpy._borrowed import borrow
 
 if TYPE_CHECKING:

@@ -1,4 +1,4 @@
-"""rclpy.qos: quality of service, as programs set it. What it means lives in goalwire.protocol.qos."""
+"""rclpy.qos: quality of service, as programs set it. What it means lives in goalwire.rules.qos."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from enum import Enum, IntEnum
 from typing import Self, TypedDict, TypeVar, Unpack
 
 from goalwire.errors import LocalError
-from goalwire.protocol import qos as core
-from goalwire.protocol.qos import (
+from goalwire.rules import qos as core
+from goalwire.rules.qos import (
     DurabilityPolicy,
     HistoryPolicy,
     LivelinessPolicy,
@@ -16,7 +16,7 @@ from goalwire.protocol.qos import (
     QoSPolicyEnum,
     ReliabilityPolicy,
 )
-from goalwire.protocol.qos_compatibility import QoSCompatibility, check_compatible
+from goalwire.rules.qos_compatibility import QoSCompatibility, check_compatible
 from rclpy._borrowed import borrow
 from rclpy.duration import Duration
 

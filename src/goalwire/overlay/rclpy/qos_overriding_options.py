@@ -1,6 +1,6 @@
 """rclpy.qos_overriding_options: the QoS of a publisher or subscription set by parameters of its node.
 
-The parameters' names and spellings live in goalwire.protocol.qos_overrides.
+The parameters' names and spellings live in goalwire.rules.qos_overrides.
 """
 
 from __future__ import annotations
@@ -9,8 +9,8 @@ from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Self, TypeAlias, Union
 
 from goalwire.entities.exceptions import InvalidQosOverridesError, ParameterAlreadyDeclaredException
-from goalwire.protocol import qos_overrides as rules
-from goalwire.protocol.qos import PolicyKind
+from goalwire.rules import qos_overrides as rules
+from goalwire.rules.qos import PolicyKind
 from rclpy._borrowed import borrow
 from rclpy.duration import Duration
 from rclpy.qos import (

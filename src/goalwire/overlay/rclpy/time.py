@@ -1,6 +1,6 @@
 """rclpy.time: instants."""
 
-from goalwire.protocol.time import Time
+from goalwire.rules.time import Time
 from rclpy._borrowed import borrow
 from rclpy.clock_type import ClockType
 from rclpy.constants import S_TO_NS

@@ -1,6 +1,6 @@
 """rclpy.topic_or_service_is_hidden: which names tools leave out unless asked."""
 
-from goalwire.protocol.names import is_hidden_name
+from goalwire.rules.names import is_hidden_name
 
 HIDDEN_TOPIC_PREFIX = '_'
 

@@ -1,7 +1,7 @@
 """rclpy.validate_full_topic_name: which fully-qualified topic and service names there may be."""
 
 from goalwire.entities.names import check_is_name, rclpy_exceptions
-from goalwire.protocol import names
+from goalwire.rules import names
 from rclpy._borrowed import borrow
 
 

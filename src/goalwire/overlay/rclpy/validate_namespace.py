@@ -1,7 +1,7 @@
 """rclpy.validate_namespace: which namespaces a node may live in."""
 
 from goalwire.entities.names import check_is_name, rclpy_exceptions
-from goalwire.protocol import names
+from goalwire.rules import names
 from rclpy._borrowed import borrow
 
 

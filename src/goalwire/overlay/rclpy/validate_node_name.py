@@ -1,7 +1,7 @@
 """rclpy.validate_node_name: which names a node may have."""
 
 from goalwire.entities.names import check_is_name, rclpy_exceptions
-from goalwire.protocol import names
+from goalwire.rules import names
 from rclpy._borrowed import borrow
 
 

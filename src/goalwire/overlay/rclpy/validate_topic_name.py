@@ -1,7 +1,7 @@
 """rclpy.validate_topic_name: which topic and service names users may write."""
 
 from goalwire.entities.names import check_is_name, rclpy_exceptions
-from goalwire.protocol import names
+from goalwire.rules import names
 from rclpy._borrowed import borrow
 
 TOPIC_SEPARATOR_STRING = '/'

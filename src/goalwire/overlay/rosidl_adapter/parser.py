@@ -1,6 +1,6 @@
 """rosidl_adapter.parser: the text of .msg, .srv and .action files as specifications, for tools.
 
-Classes come from goalwire.interfaces.grammar, which is stricter; this is what ROS 2's own tools ask.
+Classes come from goalwire.idl.grammar, which is stricter; this is what ROS 2's own tools ask.
 """
 
 from __future__ import annotations

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
-from goalwire.interfaces import modules, search_path, workspace
-from goalwire.interfaces.workspace import KINDS
+from goalwire.idl import modules, search_path, workspace
+from goalwire.idl.workspace import KINDS
 
 __all__ = [
     'get_action_interfaces',

@@ -7,7 +7,7 @@ from importlib import import_module
 from rosidl_parser.definition import NamespacedType
 
 from goalwire.errors import InterfaceError
-from goalwire.interfaces import type_names
+from goalwire.idl import type_names
 from rosidl_runtime_py.import_message import import_message_from_namespaced_type
 
 __all__ = [

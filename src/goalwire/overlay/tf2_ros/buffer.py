@@ -20,7 +20,7 @@ from tf2_msgs.srv import FrameGraph
 from tf2_py import BufferCore, TransformException
 from tf2_py.buffer_core import Instant
 
-from goalwire.execution.inbox import Inbox
+from goalwire.execution.event_queue import EventQueue
 from tf2_ros.buffer_interface import NO_TIME, BufferInterface
 from tf2_ros.hearing import wait_hearing
 
@@ -41,7 +41,7 @@ class Buffer(BufferCore, BufferInterface):
         BufferInterface.__init__(self)
         self._context: Context = get_default_context() if node is None else node.context
         self._waiting: dict[Future[TransformStamped], Lookup] = {}
-        self._inboxes: WeakSet[Inbox[Any]] = WeakSet()
+        self._event_queues: WeakSet[EventQueue[Any]] = WeakSet()
         self._waiting_lock = Lock()
         self.clock = Clock() if node is None else node.get_clock()
         if node is not None:
@@ -169,10 +169,10 @@ class Buffer(BufferCore, BufferInterface):
             )
         )
 
-    def hear(self, inbox: Inbox[Any]) -> None:
-        """Take transforms from a listener's inbox too, while somebody waits for one."""
+    def hear(self, event_queue: EventQueue[Any]) -> None:
+        """Take transforms from a listener's event queue too, while somebody waits for one."""
         with self._waiting_lock:
-            self._inboxes.add(inbox)
+            self._event_queues.add(event_queue)
 
     def _wait(self, lookup: Lookup, timeout: Duration) -> None:
         """Block until `lookup` succeeds, the time is over, by the buffer's clock, or the context ends."""
@@ -181,9 +181,9 @@ class Buffer(BufferCore, BufferInterface):
         future = self._future(lookup)
         until_ns = self.clock.now_ns() + timeout.nanoseconds
         with self._waiting_lock:
-            inboxes = list(self._inboxes)
+            event_queues = list(self._event_queues)
         try:
-            wait_hearing(future, inboxes, self.clock, until_ns, self._context.lifeline)
+            wait_hearing(future, event_queues, self.clock, until_ns, self._context.shutdown_signal)
         finally:
             future.cancel()
 

@@ -25,7 +25,7 @@ from tf2_py import (
 from tf2_py.buffer_core import Instant
 
 from goalwire.execution.blocking import block_on
-from goalwire.execution.steady import deadline_after
+from goalwire.execution.monotonic import deadline_after
 from tf2_ros.buffer_interface import NO_TIME, BufferInterface
 
 __all__ = ['BufferClient']
@@ -132,7 +132,7 @@ class BufferClient(BufferInterface):
     def _process(self, goal: LookupTransform.Goal, timeout: Duration) -> TransformStamped:
         if not self.action_client.server_is_ready():
             raise TimeoutException('The BufferServer is not ready.')
-        clock = self.node.context.lifeline.clock
+        clock = self.node.context.shutdown_signal.clock
         deadline = deadline_after(clock, (timeout.nanoseconds + self.timeout_padding.nanoseconds) / 1e9)
         handle = self._settled(self.action_client.send_goal_async(goal), deadline)
         if not handle.accepted:
@@ -144,7 +144,7 @@ class BufferClient(BufferInterface):
         raise _EXCEPTIONS.get(result.error.error, TransformException)(result.error.error_string)
 
     def _settled(self, future: Future[Any], deadline: int | None) -> Any:
-        if not block_on(future, deadline, self.node.context.lifeline):
+        if not block_on(future, deadline, self.node.context.shutdown_signal):
             raise TimeoutException(
                 'The LookupTransform goal sent to the BufferServer did not come back in the specified time: '
                 'the server hangs, or was shut down.'

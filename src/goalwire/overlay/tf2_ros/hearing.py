@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any
 from rclpy.task import Future
 
 from goalwire.execution.blocking import block_on_clock
-from goalwire.execution.inbox import Inbox
+from goalwire.execution.event_queue import EventQueue
 from goalwire.execution.wait_set import unwatch, watch
 
 if TYPE_CHECKING:
     from rclpy.clock import Clock
 
-    from goalwire.execution.lifeline import Lifeline
+    from goalwire.execution.shutdown_signal import ShutdownSignal
 
 __all__ = ['wait_hearing']
 
@@ -34,26 +34,30 @@ class _Arrivals:
 
 
 def wait_hearing(
-    future: Future[Any], inboxes: Iterable[Inbox[Any]], clock: Clock, until_ns: int, lifeline: Lifeline
+    future: Future[Any],
+    event_queues: Iterable[EventQueue[Any]],
+    clock: Clock,
+    until_ns: int,
+    shutdown_signal: ShutdownSignal,
 ) -> None:
-    """Handle what comes to the inboxes until `future` is settled, `clock` shows `until_ns`, or the end.
+    """Handle what comes to the event queues until `future` is settled, `clock` shows `until_ns`, or the end.
 
     Raises what the subscriptions' callbacks raise.
     """
-    heard = list(inboxes)
+    heard = list(event_queues)
     arrivals = _Arrivals()
-    for inbox in heard:
-        watch(inbox, arrivals.tell)
+    for event_queue in heard:
+        watch(event_queue, arrivals.tell)
     future.add_waker(arrivals.tell)
     try:
         while True:
             arrivals.next = Future()  # before looking: what comes from now on completes this one
-            for inbox in heard:
-                while future.pending() and (event := inbox.take()) is not None:
-                    inbox.handle(event)
-            if not future.pending() or not block_on_clock(arrivals.next, clock, until_ns, lifeline):
+            for event_queue in heard:
+                while future.pending() and (event := event_queue.take()) is not None:
+                    event_queue.handle(event)
+            if not future.pending() or not block_on_clock(arrivals.next, clock, until_ns, shutdown_signal):
                 return
     finally:
         future.remove_waker(arrivals.tell)
-        for inbox in heard:
-            unwatch(inbox, arrivals.tell)
+        for event_queue in heard:
+            unwatch(event_queue, arrivals.tell)

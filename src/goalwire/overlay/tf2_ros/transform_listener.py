@@ -15,7 +15,7 @@ from rclpy.subscription import Subscription
 from tf2_msgs.msg import TFMessage
 from tf2_py import BufferCore
 
-from goalwire.execution.home import Home
+from goalwire.execution.node_work_queue import NodeWorkQueue
 from tf2_ros.buffer import Buffer
 
 __all__ = ['TransformListener']
@@ -56,7 +56,7 @@ class TransformListener:
         self.group = ReentrantCallbackGroup()
         if spin_thread:
             self._thread_home = _ThreadHome()
-            self.group.home = self._thread_home.home
+            self.group.work_queue = self._thread_home.work_queue
         self._subscriptions: list[Subscription[Any]] = []  # their callbacks keep the listener alive
         if not static_only:
             moving = QoSProfile(depth=100) if qos is None else qos
@@ -96,7 +96,7 @@ class TransformListener:
         )
         self._subscriptions.append(subscription)
         if isinstance(self.buffer, Buffer):
-            self.buffer.hear(subscription.inbox)
+            self.buffer.hear(subscription.event_queue)
         return subscription
 
     def _start_thread(self) -> None:
@@ -118,7 +118,7 @@ class _ThreadHome:
     """The listener's place in its executor. `rclpy.spin(node)` takes the node out of it, but not this."""
 
     def __init__(self) -> None:
-        self.home = Home()
+        self.work_queue = NodeWorkQueue()
         self.executor: object = None
 
     @property

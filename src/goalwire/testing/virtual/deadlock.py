@@ -44,8 +44,8 @@ def describe_stall(running: Iterable[Thread], seconds: float) -> str:
 
 def _shown(places: StackSummary) -> str:
     """The innermost places, which are the last, outside the library and Python's own where there are any."""
-    own = [place for place in places if not _is_machinery(place.filename)] or places
-    return ''.join(f'\n    {place.filename}:{place.lineno} in {place.name}' for place in own[-_SHOWN:][::-1])
+    own = [state for state in places if not _is_machinery(state.filename)] or places
+    return ''.join(f'\n    {state.filename}:{state.lineno} in {state.name}' for state in own[-_SHOWN:][::-1])
 
 
 def _is_machinery(path: str) -> bool:
@@ -77,7 +77,7 @@ def _coroutines() -> list[tuple[str, StackSummary]]:
         frames = [] if task.done() else _frames_of(task.get_coro())
         if frames:
             places = StackSummary.extract((frame, frame.f_lineno) for frame in frames)
-            own = [place.name for place in places if not _is_machinery(place.filename)]
+            own = [state.name for state in places if not _is_machinery(state.filename)]
             found.append((own[0] if own else places[0].name, places))
     return found
 

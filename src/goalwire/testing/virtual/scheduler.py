@@ -32,7 +32,7 @@ def never() -> bool:
     return False
 
 
-class Member:
+class Child:
     """A thread of this time, and what it waits for while it does not run."""
 
     __slots__ = (
@@ -73,72 +73,72 @@ class Scheduler:
         """Virtual time, in ns."""
         self.closed = False
         self._lock = allocate_lock()
-        self._waiting: dict[Member, None] = {}
+        self._waiting: dict[Child, None] = {}
         self._running = 1
         self._turns = 0
-        self._owner = Member(owner)
-        self._members: dict[int, Member] = {get_ident(): self._owner}
+        self._owner = Child(owner)
+        self._children: dict[int, Child] = {get_ident(): self._owner}
 
-    def here(self) -> Member | None:
+    def here(self) -> Child | None:
         """The calling thread, if it is a member and may wait now."""
-        member = self._members.get(get_ident())
-        return None if member is None or member.busy or self.closed else member
+        child = self._children.get(get_ident())
+        return None if child is None or child.busy or self.closed else child
 
-    def read(self, member: Member) -> int:
+    def read(self, child: Child) -> int:
         """The time. Who reads it again and again, without waiting, lets some pass."""
-        member.polls += 1
-        if member.polls > _POLLS:
-            self.wait(member, never, self.now + _NAP_NS)
+        child.polls += 1
+        if child.polls > _POLLS:
+            self.wait(child, never, self.now + _NAP_NS)
         return self.now
 
     def holds_here(self) -> bool:
         """Whether the calling thread is a member, may it wait now or not."""
-        return get_ident() in self._members and not self.closed
+        return get_ident() in self._children and not self.closed
 
     # -- waiting
 
     def wait(
-        self, member: Member, ready: Callable[[], bool], deadline: int | None, *, outside: bool = False
+        self, child: Child, ready: Callable[[], bool], deadline: int | None, *, outside: bool = False
     ) -> bool | None:
         """Let others run until `ready()` (True) or `deadline` (False).
 
         None where this time has ended, or where only the real world can end the wait: wait there, then.
         Raises DeadlockError, on the owner's thread, where nothing could ever end the waits of all.
         """
-        member.busy = True
+        child.busy = True
         try:
             with self._lock:
                 if self.closed:
                     return None
-                member.ready, member.deadline, member.looks_outside = ready, deadline, outside
-                self._waiting[member] = None
+                child.ready, child.deadline, child.looks_outside = ready, deadline, outside
+                self._waiting[child] = None
                 self._leave()
-            self._sleep(member)
+            self._sleep(child)
         finally:
-            member.busy = False
-            member.polls = 0
-        if member.stuck:
-            member.stuck = False
-            raise DeadlockError(describe([each.thread for each in self._waiting], member.thread))
-        return member.outcome
+            child.busy = False
+            child.polls = 0
+        if child.stuck:
+            child.stuck = False
+            raise DeadlockError(describe([each.thread for each in self._waiting], child.thread))
+        return child.outcome
 
-    def _sleep(self, member: Member) -> None:
+    def _sleep(self, child: Child) -> None:
         try:
-            self._pass_gate(member)
+            self._pass_gate(child)
         except BaseException:  # raised by a signal handler, or since time stands still
             with self._lock:
-                if member in self._waiting:
-                    del self._waiting[member]
+                if child in self._waiting:
+                    del self._waiting[child]
                     self._running += 1
                 else:
-                    member.gate.acquire(blocking=False)
+                    child.gate.acquire(blocking=False)
             raise
 
-    def _pass_gate(self, member: Member) -> None:
+    def _pass_gate(self, child: Child) -> None:
         turns = -1
-        while not member.gate.acquire(timeout=_STALL_S):
-            if member is self._owner and turns == self._turns:
-                running = [each.thread for each in self._members.values() if each not in self._waiting]
+        while not child.gate.acquire(timeout=_STALL_S):
+            if child is self._owner and turns == self._turns:
+                running = [each.thread for each in self._children.values() if each not in self._waiting]
                 raise DeadlockError(describe_stall(running, 2 * _STALL_S))
             turns = self._turns
 
@@ -151,12 +151,12 @@ class Scheduler:
     def _go_on(self) -> None:
         """Nobody runs: find out who is next, and let time pass for that if need be."""
         while True:
-            for member in self._waiting:
-                if member.ready():
-                    self._resume(member, outcome=True)
+            for child in self._waiting:
+                if child.ready():
+                    self._resume(child, outcome=True)
                     return
-                if member.deadline is not None and member.deadline <= self.now:
-                    self._resume(member, outcome=False)
+                if child.deadline is not None and child.deadline <= self.now:
+                    self._resume(child, outcome=False)
                     return
             due = min((each.deadline for each in self._waiting if each.deadline is not None), default=None)
             if due is None:
@@ -170,42 +170,42 @@ class Scheduler:
         victim.stuck = True
         self._resume(victim, outcome=False)
 
-    def _resume(self, member: Member, *, outcome: bool | None) -> None:
-        del self._waiting[member]
+    def _resume(self, child: Child, *, outcome: bool | None) -> None:
+        del self._waiting[child]
         self._running += 1
         self._turns += 1
-        member.outcome = outcome
-        member.ready = never
-        member.gate.release()
+        child.outcome = outcome
+        child.ready = never
+        child.gate.release()
 
     # -- members
 
-    def enrol(self, thread: Thread) -> Member:
+    def enrol(self, thread: Thread) -> Child:
         """A thread that is about to be started becomes a member, whose turn comes after those who wait."""
-        member = Member(thread)
-        member.ready = lambda: True
+        child = Child(thread)
+        child.ready = lambda: True
         with self._lock:
-            self._waiting[member] = None
-        return member
+            self._waiting[child] = None
+        return child
 
-    def strike(self, member: Member) -> None:
+    def strike(self, child: Child) -> None:
         """The thread could not be started."""
         with self._lock:
-            self._waiting.pop(member, None)
-        member.over = True
+            self._waiting.pop(child, None)
+        child.over = True
 
-    def begin(self, member: Member) -> None:
+    def begin(self, child: Child) -> None:
         """On the new thread: wait for its first turn."""
-        member.busy = True
-        member.gate.acquire()
-        self._members[get_ident()] = member
-        member.busy = False
+        child.busy = True
+        child.gate.acquire()
+        self._children[get_ident()] = child
+        child.busy = False
 
-    def end(self, member: Member) -> None:
+    def end(self, child: Child) -> None:
         """On the thread: it is over."""
-        member.busy = member.over = True
+        child.busy = child.over = True
         with self._lock:
-            if self._members.pop(get_ident(), None) is member and not self.closed:
+            if self._children.pop(get_ident(), None) is child and not self.closed:
                 self._leave()
 
     def close(self) -> None:
@@ -213,5 +213,5 @@ class Scheduler:
         self._owner.busy = True
         with self._lock:
             self.closed = True
-            for member in tuple(self._waiting):
-                self._resume(member, outcome=None)
+            for child in tuple(self._waiting):
+                self._resume(child, outcome=None)

@@ -14,14 +14,14 @@ import time
 from typing import TYPE_CHECKING, Any, SupportsIndex, TypeAlias, cast
 from weakref import WeakKeyDictionary
 
-from goalwire.execution.bridge import BELLS
-from goalwire.execution.steady import SteadyClock
+from goalwire.execution.loop_waker import WAKE_FDS
+from goalwire.execution.monotonic import SteadyClock
 from goalwire.testing.virtual.scheduler import never
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from goalwire.testing.virtual.scheduler import Member, Scheduler
+    from goalwire.testing.virtual.scheduler import Child, Scheduler
 
 Ready: TypeAlias = list[tuple[selectors.SelectorKey, int]]
 
@@ -55,12 +55,12 @@ if hasattr(os, 'register_at_fork'):
     os.register_at_fork(after_in_child=_forget_in_child)
 
 
-def _here() -> tuple[Scheduler, Member] | None:
+def _here() -> tuple[Scheduler, Child] | None:
     scheduler = Running.scheduler
     if scheduler is None:
         return None
-    member = scheduler.here()
-    return None if member is None else (scheduler, member)
+    child = scheduler.here()
+    return None if child is None else (scheduler, child)
 
 
 def _deadline(scheduler: Scheduler, seconds: float) -> int:
@@ -81,8 +81,8 @@ def _clock(real: Callable[[], Any], *, system: bool, nanoseconds: bool) -> Calla
         if scheduler is None or not scheduler.holds_here():
             told: int | float = real()
             return told
-        member = scheduler.here()
-        now = scheduler.now if member is None else scheduler.read(member)
+        child = scheduler.here()
+        now = scheduler.now if child is None else scheduler.read(child)
         if system:
             now += Running.epoch_ns
         return now if nanoseconds else now / 1e9
@@ -103,9 +103,9 @@ def sleep(seconds: float | SupportsIndex, /) -> None:
     if found is None or wanted < 0:
         _real_sleep(seconds)  # which refuses what is no time
         return
-    scheduler, member = found
+    scheduler, child = found
     deadline = _deadline(scheduler, wanted)
-    if scheduler.wait(member, never, deadline) is None:
+    if scheduler.wait(child, never, deadline) is None:
         _real_sleep(_left(scheduler, deadline))
 
 
@@ -130,9 +130,9 @@ class Lock:
         found = _here()
         if found is None:
             return bool(take(True, timeout))
-        scheduler, member = found
+        scheduler, child = found
         deadline = None if timeout == -1 else _deadline(scheduler, timeout)
-        got = scheduler.wait(member, lambda: take(False), deadline)
+        got = scheduler.wait(child, lambda: take(False), deadline)
         if got is None:
             return bool(take(True, -1 if deadline is None else _left(scheduler, deadline)))
         return got
@@ -160,7 +160,7 @@ class Lock:
 
 # -- threads
 
-_members: WeakKeyDictionary[threading.Thread, Member] = WeakKeyDictionary()
+_children: WeakKeyDictionary[threading.Thread, Child] = WeakKeyDictionary()
 
 
 def start(thread: threading.Thread) -> None:
@@ -176,35 +176,35 @@ def start(thread: threading.Thread) -> None:
             _enrol(thread, scheduler)
         _real_start(thread)
     except BaseException:
-        if thread in _members:
-            scheduler.strike(_members[thread])
+        if thread in _children:
+            scheduler.strike(_children[thread])
         raise
     finally:
         starter.busy = False
 
 
 def _enrol(thread: threading.Thread, scheduler: Scheduler) -> None:
-    member = _members[thread] = scheduler.enrol(thread)
+    child = _children[thread] = scheduler.enrol(thread)
     run = thread.run
 
     def run_as_member() -> None:
         del thread.run
-        scheduler.begin(member)
+        scheduler.begin(child)
         try:
             run()
         finally:
-            scheduler.end(member)
+            scheduler.end(child)
 
     thread.run = run_as_member  # type: ignore[method-assign]
 
 
 def join(thread: threading.Thread, timeout: float | None = None) -> None:
     """Wait for a thread's end, which one that is no member comes to in real time."""
-    found, member = _here(), _members.get(thread)
-    if found is not None and member is not None and thread is not threading.current_thread():
+    found, child = _here(), _children.get(thread)
+    if found is not None and child is not None and thread is not threading.current_thread():
         scheduler, joiner = found
         deadline = None if timeout is None else _deadline(scheduler, timeout)
-        ended = scheduler.wait(joiner, lambda: member.over, deadline)
+        ended = scheduler.wait(joiner, lambda: child.over, deadline)
         if ended is False:
             return
         timeout = None if ended or deadline is None else _left(scheduler, deadline)
@@ -213,8 +213,8 @@ def join(thread: threading.Thread, timeout: float | None = None) -> None:
 
 def is_alive(thread: threading.Thread) -> bool:
     """Whether a thread runs. One whose turns are over takes a moment in real time to end: it is not alive."""
-    member = _members.get(thread)
-    if member is not None and member.over and thread is not threading.current_thread():
+    child = _children.get(thread)
+    if child is not None and child.over and thread is not threading.current_thread():
         _real_join(thread)
     return _real_is_alive(thread)
 
@@ -227,10 +227,10 @@ def select(selector: selectors.BaseSelector, timeout: float | None = None) -> Re
     found = _here()
     if found is None or (timeout is not None and timeout <= 0):
         return _real_select(selector, timeout)
-    scheduler, member = found
+    scheduler, child = found
     deadline = None if timeout is None else _deadline(scheduler, timeout)
-    outside = len(selector.get_map().keys() - BELLS) > 1
-    if scheduler.wait(member, lambda: _is_ready(selector), deadline, outside=outside) is None:
+    outside = len(selector.get_map().keys() - WAKE_FDS) > 1
+    if scheduler.wait(child, lambda: _is_ready(selector), deadline, outside=outside) is None:
         return _real_select(selector, None if deadline is None else _left(scheduler, deadline))
     return _real_select(selector, 0)
 

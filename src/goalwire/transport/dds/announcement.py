@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterable
 from threading import Lock
 
-from goalwire.protocol.qos import DurabilityPolicy, HistoryPolicy, QoS
+from goalwire.rules.qos import DurabilityPolicy, HistoryPolicy, QoS
 from goalwire.transport.contract import NodeName
 from goalwire.transport.dds.names import DISCOVERY_TOPIC, DISCOVERY_TYPE
 from goalwire.transport.dds.participant_info import (

@@ -12,17 +12,17 @@ from typing import TYPE_CHECKING, NamedTuple, NoReturn
 from goalwire.errors import RemoteError, TransportError
 from goalwire.transport.contract import ClientPort, Endpoint, Sample, new_sample
 from goalwire.transport.dds.configuration import FAST_DDS_SERVICES
-from goalwire.transport.dds.core import Core
-from goalwire.transport.dds.declaring import Declaration
-from goalwire.transport.dds.intake import Intake
+from goalwire.transport.dds.context import DdsContext
+from goalwire.transport.dds.endpoint_builder import EndpointBuilder
 from goalwire.transport.dds.names import Role
 from goalwire.transport.dds.peers import Peer
+from goalwire.transport.dds.reader_dispatcher import ReaderDispatcher
 from goalwire.transport.dds.refusal import refusal_reason
 from goalwire.transport.dds.service_ends import make_reader, make_writer
 from goalwire.transport.dds.service_header import unwrap, wrap
 from goalwire.transport.dds.status import PUBLICATION_MATCHED, SUBSCRIPTION_MATCHED
 from goalwire.transport.dds.user_data import EndpointData
-from goalwire.transport.dds.wire import Taken
+from goalwire.transport.dds.wire import RawSample
 
 if TYPE_CHECKING:
     from goalwire.transport.dds.fast_dds import Calls as FastDdsCalls
@@ -37,7 +37,7 @@ _MIXED = (
 )
 
 
-class Call(NamedTuple):
+class DdsCall(NamedTuple):
     """One request on its way, and the servers that may still answer."""
 
     servers: set[str]
@@ -45,8 +45,8 @@ class Call(NamedTuple):
     on_end: Callable[[str], None]
 
 
-_new_call: Callable[[tuple[set[str], Callable[[Sample], None], Callable[[str], None]]], Call] = partial(
-    tuple.__new__, Call
+_new_call: Callable[[tuple[set[str], Callable[[Sample], None], Callable[[str], None]]], DdsCall] = partial(
+    tuple.__new__, DdsCall
 )
 """Makes one as its class does, without a call of Python code."""
 
@@ -54,32 +54,34 @@ _new_call: Callable[[tuple[set[str], Callable[[Sample], None], Callable[[str], N
 class DdsClient(ClientPort):
     """A declared service client."""
 
-    def __init__(self, core: Core, new: Declaration, endpoint: Endpoint) -> None:
-        data = EndpointData(endpoint.type_hash, client_id=core.next_service_id(), takes_refusals=True)
-        self._core = core
-        self._place = new.place
-        self._writer = make_writer(core, Role.REQUEST, endpoint, data, new.undo)
-        self.reader = make_reader(core, Role.REPLY, endpoint, data, new.undo)
+    def __init__(self, context: DdsContext, new: EndpointBuilder, endpoint: Endpoint) -> None:
+        data = EndpointData(endpoint.type_hash, client_id=context.next_service_id(), takes_refusals=True)
+        self._context = context
+        self._state = new.state
+        self._writer = make_writer(context, Role.REQUEST, endpoint, data, new.undo)
+        self.reader = make_reader(context, Role.REPLY, endpoint, data, new.undo)
         self.gid = self._writer.guid
         self._next_sequence = count(1).__next__
         self._lock = Lock()
-        self._calls: dict[int, Call] = {}
+        self._calls: dict[int, DdsCall] = {}
         self._refusals: dict[int, str] = {}
         """Why one of several servers has refused a call that others may still answer."""
-        self._local = core.intakes.by_topic
-        self._known = core.peers.known
+        self._local = context.local_readers.by_topic
+        self._known = context.peers.known
         self._requested: list[Peer] = []
         self._answering: list[Peer] = []
         self._targets: tuple[frozenset[str], str] = frozenset(), ''
         """Who gets a request now, or nobody and why."""
-        self._fast_dds = None if core.translation is None else core.translation.add(self._writer, self.reader)
-        if core.translation is not None:
-            new.undo.callback(core.translation.remove, self._writer)
+        self._fast_dds = (
+            None if context.translation is None else context.translation.add(self._writer, self.reader)
+        )
+        if context.translation is not None:
+            new.undo.callback(context.translation.remove, self._writer)
         new.undo.callback(self.end_all)
-        self._intake = Intake(self.reader, new.place.title, self._on_message)
-        new.take_in(self.reader.topic, self._intake)
-        core.statuses.watch(self._writer.handle, PUBLICATION_MATCHED, self._look)
-        core.statuses.watch(self.reader.handle, SUBSCRIPTION_MATCHED, self._look)
+        self._dispatcher = ReaderDispatcher(self.reader, new.state.title, self._on_message)
+        new.take_in(self.reader.topic, self._dispatcher)
+        context.statuses.watch(self._writer.handle, PUBLICATION_MATCHED, self._look)
+        context.statuses.watch(self.reader.handle, SUBSCRIPTION_MATCHED, self._look)
 
     def request(
         self,
@@ -89,9 +91,9 @@ class DdsClient(ClientPort):
         timeout_ns: int | None = None,  # noqa: ARG002 - it is forgotten in time
     ) -> int:
         """Send one request to every server."""
-        place = self._place
-        if place.closed or place.guard.is_silent:
-            place.check_sending()
+        state = self._state
+        if state.closed or state.guard.is_silent:
+            state.check_sending()
         sequence = self._next_sequence()
         if not self._targets[0]:
             self._look()
@@ -104,7 +106,7 @@ class DdsClient(ClientPort):
         # What has changed since it was read above may have missed this call.
         if self._targets is not targets:
             self._look()
-        if place.closed:
+        if state.closed:
             self.end_all()
             return sequence
         writer = self._writer
@@ -115,21 +117,21 @@ class DdsClient(ClientPort):
         if result:
             self._refused(sequence, result)
         if writer.topic in self._local:
-            self._core.intakes.drain(writer.topic)
+            self._context.local_readers.drain(writer.topic)
         return sequence
 
     def _refused(self, sequence: int, result: int) -> NoReturn:
         self.forget(sequence)
-        self._place.check()
-        error = self._core.library.dds_strretcode(result).decode()
-        raise TransportError(f'{self._place.title}: Cyclone DDS refused a request: {error}')
+        self._state.check()
+        error = self._context.library.dds_strretcode(result).decode()
+        raise TransportError(f'{self._state.title}: Cyclone DDS refused a request: {error}')
 
     def forget(self, sequence: int) -> None:
         """Hold nothing for this request any more."""
         with self._lock:
             self._pop(sequence)
 
-    def _pop(self, sequence: int) -> Call | None:
+    def _pop(self, sequence: int) -> DdsCall | None:
         if self._fast_dds is not None:
             self._fast_dds.end(sequence)
         self._refusals.pop(sequence, None)
@@ -163,7 +165,7 @@ class DdsClient(ClientPort):
 
     def _look(self) -> None:
         """See who is matched, tell who waits for that, and end the calls that nobody can answer now."""
-        peers = self._core.peers
+        peers = self._context.peers
         with self._lock:
             before = self._requested, self._answering
             self._requested = peers.subscriptions(self._writer.handle)
@@ -175,10 +177,10 @@ class DdsClient(ClientPort):
                 self._writer.forget_waiting()
             orphaned = any(call.servers.isdisjoint(there) for call in list(self._calls.values()))
         if orphaned:
-            self._intake.drain_own()  # a server that has gone may have answered before
+            self._dispatcher.drain_own()  # a server that has gone may have answered before
             self._end_orphans()
         if changed:
-            self._core.feed.connected()
+            self._context.notifier.connected()
 
     def _end_orphans(self) -> None:
         ended = []
@@ -192,12 +194,12 @@ class DdsClient(ClientPort):
         for call, reason in ended:
             call.on_end(reason)
 
-    def _on_message(self, message: Taken) -> None:
+    def _on_message(self, message: RawSample) -> None:
         content, sent, publication = message
         try:
             (client, sequence), payload = unwrap(content)
         except RemoteError as error:
-            self._core.rejects.add('reply', error, self._place)
+            self._context.rejects.add('reply', error, self._state)
             return
         if client != self._writer.instance:
             return  # another client's
@@ -216,7 +218,7 @@ class DdsClient(ClientPort):
 
     def _answered(self, sequence: int, publication: int, reason: str = '') -> None:
         """Cross the server off that has just answered or refused; the last one ends the call."""
-        peer = self._core.peers.publication(self.reader.handle, publication)
+        peer = self._context.peers.publication(self.reader.handle, publication)
         with self._lock:
             call = self._calls.get(sequence)
             if call is None:
@@ -245,4 +247,4 @@ class DdsClient(ClientPort):
 
     def close(self) -> None:
         """Undeclare and end every call."""
-        self._place.give_up()
+        self._state.close()

@@ -8,7 +8,7 @@ from ctypes import c_void_p
 from typing import TypeVar
 
 from goalwire.errors import RemoteError
-from goalwire.protocol.qos import DEFAULT
+from goalwire.rules.qos import DEFAULT
 from goalwire.transport.dds.abi import (
     ALIVE,
     ANY_STATE,
@@ -20,15 +20,15 @@ from goalwire.transport.dds.abi import (
     SampleInfo,
 )
 from goalwire.transport.dds.announcement import Announcement
-from goalwire.transport.dds.feed import Feed
+from goalwire.transport.dds.discovery_state import Change, DiscoveryState, Found
+from goalwire.transport.dds.graph_notifier import GraphNotifier
 from goalwire.transport.dds.names import DISCOVERY_TOPIC, Role, ros_topic, ros_type
 from goalwire.transport.dds.participant_info import decode
-from goalwire.transport.dds.pump import Pump
 from goalwire.transport.dds.qos import read_qos, read_user_data
 from goalwire.transport.dds.user_data import decode_endpoint, enclave_of
+from goalwire.transport.dds.waitset_thread import WaitsetThread
 from goalwire.transport.dds.wire import Participant, check
-from goalwire.transport.dds.world import Change, Found, World
-from goalwire.transport.rejects import Rejects, check_names
+from goalwire.transport.reject_counters import RejectCounters, check_names
 
 GRACE_NS = 1_000_000_000
 """How long an endpoint waits for its node to be told."""
@@ -40,19 +40,19 @@ B = TypeVar('B', BuiltinEndpoint, BuiltinParticipant)
 class Discovery:
     """Keeps a feed up to date with what the others have, and the others with what this session has."""
 
-    def __init__(self, participant: Participant, feed: Feed, rejects: Rejects) -> None:
+    def __init__(self, participant: Participant, notifier: GraphNotifier, rejects: RejectCounters) -> None:
         self._participant = participant
         self._library = participant.library
-        self._feed = feed
+        self._notifier = notifier
         self._rejects = rejects
-        self._world = World()
+        self._state_of_discovery = DiscoveryState()
         self._waiting: frozenset[bytes] = frozenset()
         self.announcement = Announcement(participant)
-        self.pump = Pump(participant, 'goalwire-dds-discovery')
-        self.pump.on_wake(self.announcement.publish)
+        self.waitset_thread = WaitsetThread(participant, 'goalwire-dds-discovery')
+        self.waitset_thread.on_wake(self.announcement.publish)
         self._readers = [self._builtin(topic) for topic in (PUBLICATIONS, SUBSCRIPTIONS, PARTICIPANTS)]
         for condition in (*(condition for _, condition in self._readers), self.announcement.reader.condition):
-            self.pump.watch(condition, self._look)
+            self.waitset_thread.watch(condition, self._look)
 
     def _builtin(self, topic: int) -> tuple[int, int]:
         library = self._library
@@ -62,7 +62,7 @@ class Discovery:
 
     def close(self) -> None:
         """Listen no more."""
-        self.pump.close()
+        self.waitset_thread.close()
 
     def _look(self) -> None:
         """Take what is new. Participants are taken last and told first: so each endpoint's is known."""
@@ -86,23 +86,23 @@ class Discovery:
         gone: list[bytes],
         departed: list[bytes],
     ) -> None:
-        world = self._world
+        discovered = self._state_of_discovery
         changes: list[Change] = []
         for found in came:
             if found.name == DISCOVERY_TOPIC:
-                world.ros_speaker_came(found.participant)
+                discovered.ros_speaker_came(found.participant)
         for found in came:
-            changes += world.endpoint_came(found)
+            changes += discovered.endpoint_came(found)
         for payload in infos:
             try:
-                changes += world.told(decode(payload))
+                changes += discovered.told(decode(payload))
             except RemoteError as error:
                 self._rejects.add('ros_discovery_info', error)
         for gid in gone:
-            changes += world.endpoint_went(gid)
+            changes += discovered.endpoint_went(gid)
         for guid in departed:
-            changes += world.participant_went(guid)
-        self._feed.change(changes)
+            changes += discovered.participant_went(guid)
+        self._notifier.change(changes)
         self._wait_for_claims()
 
     def _infos(self) -> list[bytes]:
@@ -122,7 +122,7 @@ class Discovery:
                 continue
             if is_there:
                 enclave = enclave_of(read_user_data(self._library, participant.qos))
-                self._world.participant_came(guid, enclave)
+                self._state_of_discovery.participant_came(guid, enclave)
             else:
                 departed.append(guid)
         return departed
@@ -169,11 +169,11 @@ class Discovery:
 
     def _wait_for_claims(self) -> None:
         """See to it that endpoints which no node claims are shown in the end."""
-        if self._world.unclaimed and not self._waiting:
-            self._waiting = frozenset(self._world.unclaimed)
-            self.pump.alarm(GRACE_NS, self._lose_patience)
+        if self._state_of_discovery.unclaimed and not self._waiting:
+            self._waiting = frozenset(self._state_of_discovery.unclaimed)
+            self.waitset_thread.call_in(GRACE_NS, self._lose_patience)
 
     def _lose_patience(self) -> None:
         waiting, self._waiting = self._waiting, frozenset()
-        self._feed.change(self._world.give_up_on(waiting))
+        self._notifier.change(self._state_of_discovery.give_up_on(waiting))
         self._wait_for_claims()

@@ -7,7 +7,7 @@ from threading import Lock
 from goalwire.errors import TransportError
 from goalwire.transport.dds.abi import Library
 from goalwire.transport.dds.configuration import LARGEST_DOMAIN, domain_configuration
-from goalwire.transport.dds.intake import LocalIntakes
+from goalwire.transport.dds.reader_dispatcher import LocalReaders
 from goalwire.transport.fork import in_child
 
 
@@ -17,7 +17,7 @@ class Domain:
     def __init__(self, handle: int) -> None:
         self.handle = handle
         self.users = 0
-        self.intakes = LocalIntakes()
+        self.local_readers = LocalReaders()
 
 
 class Domains:

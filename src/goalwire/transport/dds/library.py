@@ -58,7 +58,7 @@ def _of_wheel() -> list[Path]:
     spec = find_spec('cyclonedds')
     places = [] if spec is None else list(spec.submodule_search_locations or ())
     patterns = _PATTERNS.get(sys.platform, ())
-    return [path for place in places for pattern in patterns for path in Path(place).parent.glob(pattern)]
+    return [path for state in places for pattern in patterns for path in Path(state).parent.glob(pattern)]
 
 
 def _advice() -> str:

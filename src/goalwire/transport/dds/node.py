@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from typing import TypeVar
 
 from goalwire.records import replace
+from goalwire.transport.children import Children
 from goalwire.transport.contract import (
     ClientPort,
     Endpoint,
@@ -20,12 +21,11 @@ from goalwire.transport.contract import (
     Sample,
 )
 from goalwire.transport.dds.client import DdsClient
-from goalwire.transport.dds.core import Core
-from goalwire.transport.dds.declaring import Declaration
+from goalwire.transport.dds.context import DdsContext
+from goalwire.transport.dds.endpoint_builder import EndpointBuilder
 from goalwire.transport.dds.service import DdsService
 from goalwire.transport.dds.topics import DdsPublisher, DdsSubscription
-from goalwire.transport.members import Members
-from goalwire.transport.place import Place
+from goalwire.transport.endpoint_state import EndpointState
 
 P = TypeVar('P', bound=Port)
 
@@ -33,62 +33,62 @@ P = TypeVar('P', bound=Port)
 class DdsNode(NodePort):
     """A declared node and its endpoints."""
 
-    def __init__(self, core: Core, name: NodeName, forget: Callable[[bytes], None]) -> None:
-        self.id = core.next_id()
-        self.gid = core.participant.guid[:12] + self.id.to_bytes(4, 'big')
-        self._core = core
+    def __init__(self, context: DdsContext, name: NodeName, forget: Callable[[bytes], None]) -> None:
+        self.id = context.next_id()
+        self.gid = context.participant.guid[:12] + self.id.to_bytes(4, 'big')
+        self._context = context
         self._forget = forget
         self._entity = GraphEntity(
-            EndpointKind.NODE, core.id, self.id, replace(name, enclave=core.enclave), gid=self.gid
+            EndpointKind.NODE, context.id, self.id, replace(name, enclave=context.enclave), gid=self.gid
         )
-        self._place = Place(f"node '{name.qualified}'", core.guard, self._leave, name.logger)
-        self._ports = Members(self._place)
-        core.announcement.add_node(self.id, name)
-        core.announce()
-        core.feed.change([(True, self._entity)])
+        self._state = EndpointState(f"node '{name.qualified}'", context.guard, self._leave, name.logger)
+        self._ports = Children(self._state)
+        context.announcement.add_node(self.id, name)
+        context.announce()
+        context.notifier.change([(True, self._entity)])
 
     def publisher(self, endpoint: Endpoint) -> PublisherPort:
         """Declare a publisher."""
         with self._declaring(endpoint) as new:
-            port = DdsPublisher(self._core, new, endpoint)
+            port = DdsPublisher(self._context, new, endpoint)
             return self._keep(port, new, endpoint, (), (port.gid,))
 
     def subscription(self, endpoint: Endpoint, deliver: Callable[[Sample], None]) -> Port:
         """Declare a subscription."""
         with self._declaring(endpoint) as new:
-            port = DdsSubscription(self._core, new, endpoint, deliver)
+            port = DdsSubscription(self._context, new, endpoint, deliver)
             return self._keep(port, new, endpoint, (port.gid,), ())
 
     def service(self, endpoint: Endpoint, deliver: Callable[[Request], None]) -> Port:
         """Declare a service server."""
         with self._declaring(endpoint) as new:
-            port = DdsService(self._core, new, endpoint, deliver)
+            port = DdsService(self._context, new, endpoint, deliver)
             return self._keep(port, new, endpoint, *port.gids)
 
     def client(self, endpoint: Endpoint) -> ClientPort:
         """Declare a service client."""
         with self._declaring(endpoint) as new:
-            port = DdsClient(self._core, new, endpoint)
+            port = DdsClient(self._context, new, endpoint)
             return self._keep(port, new, endpoint, *port.gids)
 
     @contextmanager
-    def _declaring(self, endpoint: Endpoint) -> Iterator[Declaration]:
+    def _declaring(self, endpoint: Endpoint) -> Iterator[EndpointBuilder]:
         """Prepare an endpoint; whatever was declared of it is undone where the block fails."""
-        self._place.check()
-        new = Declaration(self._core)
+        self._state.check()
+        new = EndpointBuilder(self._context)
         title = f"{endpoint.kind.value} '{endpoint.name}'"
-        new.place = Place(title, self._core.guard, new.undo.close, self._entity.node.logger)
+        new.state = EndpointState(title, self._context.guard, new.undo.close, self._entity.node.logger)
         try:
             yield new
         except BaseException:
-            new.place.give_up()
-            self._place.check()  # closed by another thread in the meantime
+            new.state.close()
+            self._state.check()  # closed by another thread in the meantime
             raise
 
     def _keep(
         self,
         port: P,
-        new: Declaration,
+        new: EndpointBuilder,
         endpoint: Endpoint,
         readers: Iterable[bytes],
         writers: Iterable[bytes],
@@ -104,20 +104,20 @@ class DdsNode(NodePort):
             qos=endpoint.qos.stated(),
             gid=port.gid,
         )
-        self._core.feed.change([(True, entity)])
-        new.undo.callback(self._core.feed.change, [(False, entity)])
+        self._context.notifier.change([(True, entity)])
+        new.undo.callback(self._context.notifier.change, [(False, entity)])
         new.show(self.id, readers, writers)
         return port
 
     def close(self) -> None:
         """Close every endpoint, then leave the graph."""
-        self._place.give_up()
+        self._state.close()
 
     def _leave(self) -> None:
         self._ports.close()
-        self._core.announcement.remove_node(self.id)
-        self._core.announce()
-        self._core.feed.change([(False, self._entity)])
+        self._context.announcement.remove_node(self.id)
+        self._context.announce()
+        self._context.notifier.change([(False, self._entity)])
         self._forget(self.gid)
 
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from ctypes import byref, c_int32, c_int64, c_size_t, c_void_p, string_at
 
-from goalwire.protocol.qos import (
+from goalwire.rules.qos import (
     DurabilityPolicy,
     HistoryPolicy,
     LivelinessPolicy,

@@ -8,7 +8,7 @@ from __future__ import annotations
 import time
 
 from goalwire.errors import GoalwireError
-from goalwire.protocol.qos import QoS
+from goalwire.rules.qos import QoS
 from goalwire.transport.dds.abi import Library
 from goalwire.transport.dds.qos import endpoint_qos, read_qos, read_user_data
 from goalwire.transport.dds.wire import Participant, Reader, Writer

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from contextlib import ExitStack
 
-from goalwire.protocol.qos import HistoryPolicy
 from goalwire.records import replace
+from goalwire.rules.qos import HistoryPolicy
 from goalwire.transport.contract import Endpoint
-from goalwire.transport.dds.core import Core
+from goalwire.transport.dds.context import DdsContext
 from goalwire.transport.dds.names import Role, dds_topic, dds_type
-from goalwire.transport.dds.patient_writer import PatientWriter
 from goalwire.transport.dds.qos import endpoint_qos
+from goalwire.transport.dds.queueing_writer import QueueingWriter
 from goalwire.transport.dds.user_data import EndpointData, encode_endpoint
 from goalwire.transport.dds.wire import Reader, Writer
 
@@ -28,39 +28,41 @@ def _user_data(role: Role, endpoint: Endpoint, data: EndpointData) -> bytes:
 
 
 def make_writer(
-    core: Core, role: Role, endpoint: Endpoint, data: EndpointData, undo: ExitStack
-) -> PatientWriter:
+    context: DdsContext, role: Role, endpoint: Endpoint, data: EndpointData, undo: ExitStack
+) -> QueueingWriter:
     """Declare the sending end. It keeps all: of a burst, ROS 2's ten drop what is not there yet.
 
-    Only replies may take a detour: a request's writer is its client, by which the graph knows that one.
+    Only replies may take a fallback writer: a request's writer is its client, by which the graph knows it.
     """
     topic = dds_topic(role, endpoint.name, verbatim=endpoint.qos.avoid_ros_namespace_conventions)
-    where = core.participant, topic, dds_type(role, endpoint.type_name)
+    where = context.participant, topic, dds_type(role, endpoint.type_name)
     said = _user_data(role, endpoint, data)
 
     def make_detour() -> Writer:
         short = replace(endpoint.qos, history=HistoryPolicy.KEEP_LAST, depth=_DETOUR_DEPTH)
-        with endpoint_qos(core.library, short, said, blocking_ns=0) as qos:
+        with endpoint_qos(context.library, short, said, blocking_ns=0) as qos:
             return Writer(*where, qos)
 
     kept = replace(endpoint.qos, history=HistoryPolicy.KEEP_ALL)
-    with endpoint_qos(core.library, kept, said, blocking_ns=0) as qos:
+    with endpoint_qos(context.library, kept, said, blocking_ns=0) as qos:
         if role is Role.REPLY:
-            writer = PatientWriter(*where, qos, make_detour)
+            writer = QueueingWriter(*where, qos, make_detour)
         else:
-            writer = PatientWriter(*where, qos, guard=core.guard)
+            writer = QueueingWriter(*where, qos, guard=context.guard)
     undo.callback(writer.delete)
-    undo.callback(core.statuses.forget, writer.handle)
+    undo.callback(context.statuses.forget, writer.handle)
     return writer
 
 
-def make_reader(core: Core, role: Role, endpoint: Endpoint, data: EndpointData, undo: ExitStack) -> Reader:
+def make_reader(
+    context: DdsContext, role: Role, endpoint: Endpoint, data: EndpointData, undo: ExitStack
+) -> Reader:
     """Declare the receiving end. It keeps all: what it drops would be a call without an answer."""
     verbatim = endpoint.qos.avoid_ros_namespace_conventions
     topic = dds_topic(role, endpoint.name, verbatim=verbatim)
     kept = replace(endpoint.qos, history=HistoryPolicy.KEEP_ALL)
-    with endpoint_qos(core.library, kept, _user_data(role, endpoint, data)) as qos:
-        reader = Reader(core.participant, topic, dds_type(role, endpoint.type_name), qos)
+    with endpoint_qos(context.library, kept, _user_data(role, endpoint, data)) as qos:
+        reader = Reader(context.participant, topic, dds_type(role, endpoint.type_name), qos)
     undo.callback(reader.delete)
-    undo.callback(core.statuses.forget, reader.handle)
+    undo.callback(context.statuses.forget, reader.handle)
     return reader

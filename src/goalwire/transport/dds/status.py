@@ -7,8 +7,8 @@ from ctypes import byref, c_uint32
 from threading import Lock
 from typing import NamedTuple, TypeAlias
 
-from goalwire.protocol.qos import PolicyKind
-from goalwire.protocol.qos_events import (
+from goalwire.rules.qos import PolicyKind
+from goalwire.rules.qos_events import (
     NOTHING_YET,
     EventStatus,
     EventType,
@@ -23,7 +23,7 @@ from goalwire.protocol.qos_events import (
     SubscriptionEvent,
 )
 from goalwire.transport.dds.abi import AliveCounts, Counts, Library
-from goalwire.transport.dds.pump import Pump
+from goalwire.transport.dds.waitset_thread import WaitsetThread
 
 PUBLICATION_MATCHED = 1 << 11
 SUBSCRIPTION_MATCHED = 1 << 12
@@ -89,9 +89,9 @@ _SOURCES: dict[EventType, _Source] = {
 class Statuses:
     """Calls who wants to know of an entity's statuses, on the discovery thread."""
 
-    def __init__(self, library: Library, pump: Pump) -> None:
+    def __init__(self, library: Library, waitset_thread: WaitsetThread) -> None:
         self._library = library
-        self._pump = pump
+        self._waitset_thread = waitset_thread
         self._lock = Lock()
         self._handlers: dict[int, dict[int, Callable[[], None]]] = {}
 
@@ -102,7 +102,7 @@ class Statuses:
             handlers = self._handlers[entity] = {**self._handlers.get(entity, {}), bit: handler}
             self._library.dds_set_status_mask(entity, sum(handlers))
         if first:
-            self._pump.watch(entity, lambda: self._changed(entity))
+            self._waitset_thread.watch(entity, lambda: self._changed(entity))
 
     def watch_event(self, entity: int, event: EventType, changed: Changed) -> bool:
         """Tell `changed` of an event with its totals; False where the library does not notice it."""
@@ -128,7 +128,7 @@ class Statuses:
         with self._lock:
             known = self._handlers.pop(entity, None)
         if known is not None:
-            self._pump.unwatch(entity)
+            self._waitset_thread.unwatch(entity)
 
     def reset(self, entity: int, bits: int) -> None:
         """Take note of changes: waiting for the next ones sleeps again."""

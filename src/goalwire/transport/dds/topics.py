@@ -6,18 +6,18 @@ from collections.abc import Callable
 from time import time_ns
 
 from goalwire.errors import TransportError
-from goalwire.protocol.qos import QoS
-from goalwire.protocol.qos_events import EventStatus, EventType
 from goalwire.records import replace
+from goalwire.rules.qos import QoS
+from goalwire.rules.qos_events import EventStatus, EventType
 from goalwire.transport.contract import Endpoint, Port, PublisherPort, Sample, new_sample
 from goalwire.transport.dds.abi import INFINITY
-from goalwire.transport.dds.core import Core
-from goalwire.transport.dds.declaring import Declaration
-from goalwire.transport.dds.intake import Intake
+from goalwire.transport.dds.context import DdsContext
+from goalwire.transport.dds.endpoint_builder import EndpointBuilder
 from goalwire.transport.dds.names import Role, dds_topic, dds_type
 from goalwire.transport.dds.qos import endpoint_qos
+from goalwire.transport.dds.reader_dispatcher import ReaderDispatcher
 from goalwire.transport.dds.user_data import EndpointData, encode_endpoint
-from goalwire.transport.dds.wire import Reader, Taken, Writer
+from goalwire.transport.dds.wire import RawSample, Reader, Writer
 
 NOT_COUNTED = 0
 """The sequence number of a message: DDS does not tell."""
@@ -39,93 +39,97 @@ def wire_qos(endpoint: Endpoint) -> QoS:
 class DdsPublisher(PublisherPort):
     """A declared publisher."""
 
-    def __init__(self, core: Core, new: Declaration, endpoint: Endpoint) -> None:
+    def __init__(self, context: DdsContext, new: EndpointBuilder, endpoint: Endpoint) -> None:
         verbatim = endpoint.qos.avoid_ros_namespace_conventions
         topic = dds_topic(Role.TOPIC, endpoint.name, verbatim=verbatim)
         data = encode_endpoint(EndpointData(endpoint.type_hash))
-        with endpoint_qos(core.library, wire_qos(endpoint), data) as qos:
-            writer = Writer(core.participant, topic, dds_type(Role.TOPIC, endpoint.type_name), qos)
+        with endpoint_qos(context.library, wire_qos(endpoint), data) as qos:
+            writer = Writer(context.participant, topic, dds_type(Role.TOPIC, endpoint.type_name), qos)
         new.undo.callback(writer.delete)
-        new.undo.callback(core.statuses.forget, writer.handle)
+        new.undo.callback(context.statuses.forget, writer.handle)
         self.gid = writer.guid
         self.writer = writer
-        self._core = core
-        self._place = new.place
+        self._context = context
+        self._state = new.state
         self._topic = topic
         self._write = writer.write
-        self._local = core.intakes.by_topic
+        self._local = context.local_readers.by_topic
 
     def publish(self, payload: bytes) -> None:
         """Write one message; what several threads publish at once may arrive in either order."""
-        place = self._place
-        if place.closed or place.guard.is_silent:
-            place.check_sending()
+        state = self._state
+        if state.closed or state.guard.is_silent:
+            state.check_sending()
         result = self._write(payload)
         if result:
-            place.check()  # closed by another thread in the meantime
+            state.check()  # closed by another thread in the meantime
             raise TransportError(
-                f'{place.title}: Cyclone DDS refused a message: '
-                f'{self._core.library.dds_strretcode(result).decode()}'
+                f'{state.title}: Cyclone DDS refused a message: '
+                f'{self._context.library.dds_strretcode(result).decode()}'
             )
         if self._topic in self._local:
-            self._core.intakes.drain(self._topic)
+            self._context.local_readers.drain(self._topic)
 
     def watch_event(self, event: EventType, changed: Callable[[EventStatus], None]) -> bool:
         """Tell of an event that the library notices."""
-        return self._core.statuses.watch_event(self.writer.handle, event, changed)
+        return self._context.statuses.watch_event(self.writer.handle, event, changed)
 
     def assert_liveliness(self) -> None:
         """Show that the publisher is alive, where that is up to its user."""
-        self._place.check_sending()
-        self._core.library.dds_assert_liveliness(self.writer.handle)
+        self._state.check_sending()
+        self._context.library.dds_assert_liveliness(self.writer.handle)
 
     def wait_for_acknowledgements(self, timeout_ns: int | None) -> bool:
         """Wait until every reliable reader has all that was published; False where that takes too long."""
-        self._place.check()
+        self._state.check()
         patience = INFINITY if timeout_ns is None else timeout_ns
-        return self._core.library.dds_wait_for_acks(self.writer.handle, patience) == 0
+        return self._context.library.dds_wait_for_acks(self.writer.handle, patience) == 0
 
     def close(self) -> None:
         """Undeclare."""
-        self._place.give_up()
+        self._state.close()
 
 
 class DdsSubscription(Port):
     """A declared subscription."""
 
     def __init__(
-        self, core: Core, new: Declaration, endpoint: Endpoint, deliver: Callable[[Sample], None]
+        self, context: DdsContext, new: EndpointBuilder, endpoint: Endpoint, deliver: Callable[[Sample], None]
     ) -> None:
         verbatim = endpoint.qos.avoid_ros_namespace_conventions
         topic = dds_topic(Role.TOPIC, endpoint.name, verbatim=verbatim)
         data = encode_endpoint(EndpointData(endpoint.type_hash))
-        with endpoint_qos(core.library, wire_qos(endpoint), data, ignore_local=endpoint.ignore_local) as qos:
-            reader = Reader(core.participant, topic, dds_type(Role.TOPIC, endpoint.type_name), qos)
+        with endpoint_qos(
+            context.library, wire_qos(endpoint), data, ignore_local=endpoint.ignore_local
+        ) as qos:
+            reader = Reader(context.participant, topic, dds_type(Role.TOPIC, endpoint.type_name), qos)
         new.undo.callback(reader.delete)
-        new.undo.callback(core.statuses.forget, reader.handle)
+        new.undo.callback(context.statuses.forget, reader.handle)
         self.gid = reader.guid
         self.reader = reader
-        self._core = core
-        self._known = core.peers.known
-        self._place = new.place
+        self._context = context
+        self._known = context.peers.known
+        self._state = new.state
         self._deliver = deliver
-        self._intake = Intake(reader, new.place.title, self._on_message)
-        new.take_in(topic, self._intake)
+        self._dispatcher = ReaderDispatcher(reader, new.state.title, self._on_message)
+        new.take_in(topic, self._dispatcher)
 
-    def _on_message(self, message: Taken) -> None:
+    def _on_message(self, message: RawSample) -> None:
         payload, sent, publication = message
-        peer = self._known.get(publication) or self._core.peers.publication(self.reader.handle, publication)
+        peer = self._known.get(publication) or self._context.peers.publication(
+            self.reader.handle, publication
+        )
         gid = publication.to_bytes(16, 'little') if peer is None else peer.gid
         self._deliver(new_sample((payload, NOT_COUNTED, sent, time_ns(), gid)))
 
     def catch_up(self) -> None:
         """Deliver what the reader holds: readers are looked at in no order."""
-        self._intake.drain_own()
+        self._dispatcher.drain_own()
 
     def watch_event(self, event: EventType, changed: Callable[[EventStatus], None]) -> bool:
         """Tell of an event that the library notices."""
-        return self._core.statuses.watch_event(self.reader.handle, event, changed)
+        return self._context.statuses.watch_event(self.reader.handle, event, changed)
 
     def close(self) -> None:
         """Undeclare."""
-        self._place.give_up()
+        self._state.close()

@@ -46,7 +46,7 @@ class OutPiece(ctypes.Structure):
     _fields_ = [(field[0], ctypes.c_char_p if field[0] == 'base' else field[1]) for field in Piece._fields_]
 
 
-class Taken(NamedTuple):
+class RawSample(NamedTuple):
     """One message as it came out of a reader; the time in ns since the UNIX epoch."""
 
     payload: bytes
@@ -77,7 +77,7 @@ class _Threads(threading.local):
 
 
 _here = _Threads()
-_taken: Callable[[tuple[bytes, int, int]], Taken] = partial(tuple.__new__, Taken)
+_new_raw_sample: Callable[[tuple[bytes, int, int]], RawSample] = partial(tuple.__new__, RawSample)
 """Makes one as its class does, without a call of Python code."""
 _read_info = struct.Struct('=12x?3xq8xQ').unpack_from
 """Of dds_sample_info_t: valid_data, source_timestamp, publication_handle."""
@@ -229,13 +229,13 @@ class Reader:
         self.condition = library.dds_create_readcondition(self.handle, ANY_STATE)
         self.guid = guid_of(library, self.handle)
 
-    def take(self) -> tuple[int, list[Taken]]:
+    def take(self) -> tuple[int, list[RawSample]]:
         """Take up to `at_once` samples; return how many there were, and the messages among them."""
         scratch = _here.scratch
         count = self._take(
             self.handle, scratch.samples_address, self.at_once, scratch.infos_address, ANY_STATE
         )
-        taken: list[Taken] = []
+        taken: list[RawSample] = []
         size = 0
         library, samples, infos, room = self.library, scratch.samples, scratch.infos, scratch.room
         for index in range(count):
@@ -248,7 +248,7 @@ class Reader:
                     payload: bytes = room[:size]  # type: ignore[assignment]
                 else:
                     payload = _large_content(library, sample, size)
-                taken.append(_taken((payload, sent, publication)))
+                taken.append(_new_raw_sample((payload, sent, publication)))
             library.ddsi_serdata_unref(sample)
         if taken:
             self.at_once = BATCH if size < LARGE else 1

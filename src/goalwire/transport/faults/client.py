@@ -11,10 +11,10 @@ from goalwire.transport.failures import report_failure
 from goalwire.transport.faults.plan import Faults
 
 if TYPE_CHECKING:
-    from goalwire.protocol.qos_events import EventStatus, EventType
+    from goalwire.rules.qos_events import EventStatus, EventType
 
 
-class Call:
+class FaultyCall:
     """One request that waits. It ends once, by the wire or because its servers are out of sight."""
 
     def __init__(
@@ -46,7 +46,7 @@ class FaultyClient(ClientPort):
         self._faults = faults
         self._is_blind = is_blind
         self._lock = Lock()
-        self._calls: dict[int, Call] = {}
+        self._calls: dict[int, FaultyCall] = {}
 
     def request(
         self,
@@ -57,7 +57,7 @@ class FaultyClient(ClientPort):
     ) -> int:
         """Send one request."""
         self._faults.call('client.request')
-        call = Call(self, on_reply, on_end)
+        call = FaultyCall(self, on_reply, on_end)
         sequence = self._inner.request(payload, call.on_reply, call.on_end, timeout_ns)
         with self._lock:
             if not call.is_over:
@@ -68,7 +68,7 @@ class FaultyClient(ClientPort):
             self._end(call)
         return sequence
 
-    def ended(self, call: Call) -> bool:
+    def ended(self, call: FaultyCall) -> bool:
         """A call has ended; False where it had before."""
         with self._lock:
             was_over, call.is_over = call.is_over, True
@@ -93,7 +93,7 @@ class FaultyClient(ClientPort):
         for call in calls:
             self._end(call)
 
-    def _end(self, call: Call) -> None:
+    def _end(self, call: FaultyCall) -> None:
         """End a call of which the wire has not said that it has ended."""
         try:
             call.on_end('')

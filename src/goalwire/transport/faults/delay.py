@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from random import Random
 
-from goalwire.transport.faults.crossing import Crossing
 from goalwire.transport.faults.fault import Fault, to_ns
+from goalwire.transport.faults.packet import Packet
 
 
 @dataclass(eq=False)
@@ -21,6 +21,6 @@ class Delay(Fault):
         to_ns(self.seconds)
         to_ns(self.jitter)
 
-    def strike(self, crossing: Crossing, luck: Random, now: int) -> tuple[Crossing, ...]:  # noqa: ARG002
-        extra = luck.uniform(0.0, self.jitter) if self.jitter else 0.0
-        return (crossing._replace(delay_ns=crossing.delay_ns + to_ns(self.seconds + extra)),)
+    def strike(self, packet: Packet, rng: Random, now: int) -> tuple[Packet, ...]:  # noqa: ARG002
+        extra = rng.uniform(0.0, self.jitter) if self.jitter else 0.0
+        return (packet._replace(delay_ns=packet.delay_ns + to_ns(self.seconds + extra)),)

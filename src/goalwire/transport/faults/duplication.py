@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from random import Random
 
-from goalwire.transport.faults.crossing import Crossing, Kind
 from goalwire.transport.faults.fault import Fault
+from goalwire.transport.faults.packet import Kind, Packet
 
 
 @dataclass(eq=False)
@@ -15,5 +15,5 @@ class Duplication(Fault):
 
     strikes_on = frozenset({Kind.MESSAGE, Kind.REQUEST})
 
-    def strike(self, crossing: Crossing, luck: Random, now: int) -> tuple[Crossing, ...]:  # noqa: ARG002
-        return crossing, crossing
+    def strike(self, packet: Packet, rng: Random, now: int) -> tuple[Packet, ...]:  # noqa: ARG002
+        return packet, packet

@@ -8,7 +8,7 @@ from fnmatch import fnmatchcase
 from random import Random
 from typing import ClassVar
 
-from goalwire.transport.faults.crossing import Crossing, Kind
+from goalwire.transport.faults.packet import Kind, Packet
 
 EVERYTHING: frozenset[Kind] = frozenset(Kind)
 
@@ -35,27 +35,27 @@ class Fault(ABC):
             raise ValueError(f'the rate of a fault is a share from 0 to 1, got {self.rate}')
         self.source, self.target = qualified(self.source), qualified(self.target)
 
-    def meets(self, crossing: Crossing) -> bool:
+    def meets(self, packet: Packet) -> bool:
         """Whether it is about this one at all."""
         return (
-            crossing.kind in self.strikes_on
-            and self.kind in {None, crossing.kind}
-            and fnmatchcase(crossing.name, self.name)
-            and fnmatchcase(crossing.source, self.source)
-            and fnmatchcase(crossing.target, self.target)
+            packet.kind in self.strikes_on
+            and self.kind in {None, packet.kind}
+            and fnmatchcase(packet.name, self.name)
+            and fnmatchcase(packet.source, self.source)
+            and fnmatchcase(packet.target, self.target)
         )
 
-    def apply(self, crossing: Crossing, luck: Random, now: int) -> tuple[Crossing, ...]:
+    def apply(self, packet: Packet, rng: Random, now: int) -> tuple[Packet, ...]:
         """Return what becomes of a crossing at `now` (ns): nothing, itself, something else, several."""
-        if (self.times is not None and self.struck >= self.times) or not self.meets(crossing):
-            return (crossing,)
-        if self.rate < 1.0 and luck.random() >= self.rate:
-            return (crossing,)
+        if (self.times is not None and self.struck >= self.times) or not self.meets(packet):
+            return (packet,)
+        if self.rate < 1.0 and rng.random() >= self.rate:
+            return (packet,)
         self.struck += 1
-        return self.strike(crossing, luck, now)
+        return self.strike(packet, rng, now)
 
     @abstractmethod
-    def strike(self, crossing: Crossing, luck: Random, now: int) -> tuple[Crossing, ...]:
+    def strike(self, packet: Packet, rng: Random, now: int) -> tuple[Packet, ...]:
         """Do it."""
 
 

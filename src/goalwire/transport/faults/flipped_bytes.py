@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from random import Random
 
-from goalwire.transport.faults.crossing import Crossing
 from goalwire.transport.faults.fault import Fault
+from goalwire.transport.faults.packet import Packet
 
 _HEADER = 4
 """Bytes of encapsulation before every message; a wire may read them itself, so they are left alone."""
@@ -18,8 +18,8 @@ class FlippedBytes(Fault):
 
     number: int = 1
 
-    def strike(self, crossing: Crossing, luck: Random, now: int) -> tuple[Crossing, ...]:  # noqa: ARG002
-        content = bytearray(crossing.payload)
+    def strike(self, packet: Packet, rng: Random, now: int) -> tuple[Packet, ...]:  # noqa: ARG002
+        content = bytearray(packet.payload)
         for _ in range(self.number if len(content) > _HEADER else 0):
-            content[luck.randrange(_HEADER, len(content))] ^= luck.randrange(1, 256)
-        return (crossing._replace(payload=bytes(content)),)
+            content[rng.randrange(_HEADER, len(content))] ^= rng.randrange(1, 256)
+        return (packet._replace(payload=bytes(content)),)

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from enum import Enum
 from fnmatch import fnmatchcase
 
-from goalwire.transport.faults.crossing import Crossing, Kind
 from goalwire.transport.faults.fault import qualified
+from goalwire.transport.faults.packet import Kind, Packet
 
 _ENCAPSULATION = 4
 
@@ -56,16 +56,16 @@ class Kill:
     def __post_init__(self) -> None:
         self.node = qualified(self.node)
 
-    def strikes(self, moment: Moment, crossing: Crossing) -> bool:
+    def strikes(self, moment: Moment, packet: Packet) -> bool:
         """Count a crossing of its server; whether this is the one."""
         kind, suffix, when = self.point.value
-        server = crossing.target if kind is Kind.REQUEST else crossing.source
+        server = packet.target if kind is Kind.REQUEST else packet.source
         if (
             self.struck
-            or (kind, when) != (crossing.kind, moment)
+            or (kind, when) != (packet.kind, moment)
             or not fnmatchcase(server, self.node)
-            or not fnmatchcase(crossing.name, self.name + suffix)
-            or (self.point is Point.GOAL_ACCEPTED and not crossing.payload[_ENCAPSULATION])
+            or not fnmatchcase(packet.name, self.name + suffix)
+            or (self.point is Point.GOAL_ACCEPTED and not packet.payload[_ENCAPSULATION])
         ):
             return False
         self._met += 1

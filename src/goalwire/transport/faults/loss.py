@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from random import Random
 
-from goalwire.transport.faults.crossing import Crossing
 from goalwire.transport.faults.fault import Fault
+from goalwire.transport.faults.packet import Packet
 
 
 @dataclass(eq=False)
 class Loss(Fault):
     """Lost, at the fault's rate."""
 
-    def strike(self, crossing: Crossing, luck: Random, now: int) -> tuple[Crossing, ...]:  # noqa: ARG002
+    def strike(self, packet: Packet, rng: Random, now: int) -> tuple[Packet, ...]:  # noqa: ARG002
         return ()

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from goalwire.transport.faults.crossing import Kind
 from goalwire.transport.faults.loss import Loss
+from goalwire.transport.faults.packet import Kind
 
 
 @dataclass(eq=False)

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from random import Random
 
-from goalwire.transport.faults.crossing import Crossing
 from goalwire.transport.faults.fault import Fault, qualified, to_ns
+from goalwire.transport.faults.packet import Packet
 
 LEASE_S = 10.0
 """How long a silent peer stays in the graph: Zenoh's link lease and Cyclone's participant lease."""
@@ -43,8 +43,8 @@ class Partition(Fault):
     def _forth(self, source: str, target: str) -> bool:
         return source != target and fnmatchcase(source, self.here) and fnmatchcase(target, self.there)
 
-    def meets(self, crossing: Crossing) -> bool:
-        return super().meets(crossing) and self.cuts(crossing.source, crossing.target)
+    def meets(self, packet: Packet) -> bool:
+        return super().meets(packet) and self.cuts(packet.source, packet.target)
 
-    def strike(self, crossing: Crossing, luck: Random, now: int) -> tuple[Crossing, ...]:  # noqa: ARG002
+    def strike(self, packet: Packet, rng: Random, now: int) -> tuple[Packet, ...]:  # noqa: ARG002
         return ()

@@ -9,11 +9,11 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Self, TypeAlias, TypeVar
 
 from goalwire.transport import registry
-from goalwire.transport.faults.courier import Clock, Courier, RealTime
-from goalwire.transport.faults.crossing import Crossing, Path
+from goalwire.transport.faults.delay_queue import Clock, DelayQueue, RealTime
 from goalwire.transport.faults.failed_call import FailedCall
 from goalwire.transport.faults.fault import Fault
 from goalwire.transport.faults.kill import Kill, Moment
+from goalwire.transport.faults.packet import Packet, Path
 from goalwire.transport.faults.partition import LEASE_S, Partition
 
 if TYPE_CHECKING:
@@ -35,9 +35,9 @@ class Faults:
     def __init__(self, *faults: AnyFault, seed: int = 0, clock: Clock | None = None) -> None:
         self.seed = seed
         self._clock: Clock = clock or RealTime()
-        self._courier = Courier(self._clock)
+        self._delay_queue = DelayQueue(self._clock)
         self._lock = Lock()
-        self._luck: dict[Path, Random] = {}
+        self._rng: dict[Path, Random] = {}
         self._faults: tuple[AnyFault, ...] = ()
         self._sessions: tuple[FaultySession, ...] = ()
         self._dead: frozenset[str] = frozenset()
@@ -70,7 +70,7 @@ class Faults:
 
     def discard(self) -> None:
         """Lose what is under way."""
-        self._courier.clear()
+        self._delay_queue.clear()
 
     @property
     def active(self) -> tuple[AnyFault, ...]:
@@ -85,7 +85,7 @@ class Faults:
     @property
     def under_way(self) -> int:
         """How many deliveries wait for their time."""
-        return self._courier.under_way
+        return self._delay_queue.under_way
 
     def over(self, transport: Transport) -> Transport:
         """Return `transport` with these faults."""
@@ -117,7 +117,7 @@ class Faults:
             self._sessions = tuple(each for each in self._sessions if each is not session)
             was_last = not self._sessions
         if was_last:
-            self._courier.clear()
+            self._delay_queue.clear()
 
     def revive(self, node: str) -> None:
         """A node of that name begins, which may have died before."""
@@ -130,12 +130,12 @@ class Faults:
             if isinstance(fault, FailedCall):
                 fault.check(method)
 
-    def passes(self, moment: Moment, crossing: Crossing) -> bool:
+    def passes(self, moment: Moment, packet: Packet) -> bool:
         """Whether a crossing goes on at this moment; false from the moment on that an end of it is dead."""
         for fault in self._faults:
-            if isinstance(fault, Kill) and fault.strikes(moment, crossing):
-                self._kill(crossing.target if moment is Moment.ARRIVED else crossing.source, fault)
-        return not self._dead.intersection((crossing.source, crossing.target))
+            if isinstance(fault, Kill) and fault.strikes(moment, packet):
+                self._kill(packet.target if moment is Moment.ARRIVED else packet.source, fault)
+        return not self._dead.intersection((packet.source, packet.target))
 
     def _kill(self, node: str, fault: Kill) -> None:
         if fault.process:
@@ -143,38 +143,38 @@ class Faults:
         fault.struck_at = self._clock.now()
         with self._lock:
             self._dead |= {node}
-        # A session may not be touched from where it delivers: the courier's thread takes the endpoints away.
-        self._courier.do_later(0, lambda: self._bury(node))
+        # A session may not be touched from where it delivers: the delay queue's thread removes the endpoints.
+        self._delay_queue.do_later(0, lambda: self._kill_at(node))
 
-    def send(self, crossing: Crossing, deliver: Callable[[Crossing], None]) -> bool:
+    def send(self, packet: Packet, deliver: Callable[[Packet], None]) -> bool:
         """Deliver what the faults make of a crossing, each thing when its time has come; False: nothing."""
         with self._lock:
-            results = self._fate(crossing)
+            results = self._fate(packet)
         for result in results:
-            self._courier.carry(
-                crossing.path,
+            self._delay_queue.carry(
+                packet.path,
                 result.delay_ns,
                 lambda result=result: deliver(result),  # type: ignore[misc]
                 overtakes=result.overtakes,
             )
         return bool(results)
 
-    def _fate(self, crossing: Crossing) -> tuple[Crossing, ...]:
-        results: tuple[Crossing, ...] = (crossing,)
+    def _fate(self, packet: Packet) -> tuple[Packet, ...]:
+        results: tuple[Packet, ...] = (packet,)
         faults = [fault for fault in self._faults if isinstance(fault, Fault)]
         if faults:
             now = self._clock.now()
-            luck = self._luck_on(crossing.path)
+            rng = self._luck_on(packet.path)
             for fault in faults:
-                results = tuple(after for each in results for after in fault.apply(each, luck, now))
+                results = tuple(after for each in results for after in fault.apply(each, rng, now))
         return results
 
     def _luck_on(self, path: Path) -> Random:
-        luck = self._luck.get(path)
-        if luck is None:
+        rng = self._rng.get(path)
+        if rng is None:
             kind, *names = path
-            luck = self._luck[path] = Random(f'{self.seed} {kind.value} {names}')  # noqa: S311
-        return luck
+            rng = self._rng[path] = Random(f'{self.seed} {kind.value} {names}')  # noqa: S311
+        return rng
 
     def parted(self, source: str, target: str) -> bool:
         """Whether `target` has noticed by now that it hears nothing of `source`."""
@@ -191,12 +191,12 @@ class Faults:
         now = self._clock.now()
         for fault in self._faults if self._sessions else ():
             if isinstance(fault, Partition) and fault.noticed_at > now:
-                self._courier.do_later(fault.noticed_at - now, self._notice)
+                self._delay_queue.do_later(fault.noticed_at - now, self._notice)
 
     def _notice(self) -> None:
         for session in self._sessions:
             session.look_again()
 
-    def _bury(self, node: str) -> None:
+    def _kill_at(self, node: str) -> None:
         for session in self._sessions:
-            session.bury(node)
+            session.kill(node)

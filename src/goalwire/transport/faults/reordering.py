@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from random import Random
 
-from goalwire.transport.faults.crossing import Crossing
 from goalwire.transport.faults.fault import Fault, to_ns
+from goalwire.transport.faults.packet import Packet
 
 
 @dataclass(eq=False)
@@ -19,5 +19,5 @@ class Reordering(Fault):
         super().__post_init__()
         to_ns(self.by)
 
-    def strike(self, crossing: Crossing, luck: Random, now: int) -> tuple[Crossing, ...]:  # noqa: ARG002
-        return (crossing._replace(delay_ns=crossing.delay_ns + to_ns(self.by), overtakes=True),)
+    def strike(self, packet: Packet, rng: Random, now: int) -> tuple[Packet, ...]:  # noqa: ARG002
+        return (packet._replace(delay_ns=packet.delay_ns + to_ns(self.by), overtakes=True),)

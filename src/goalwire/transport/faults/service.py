@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 
 from goalwire.errors import LocalError
 from goalwire.transport.contract import Port, Request, Sample
-from goalwire.transport.faults.crossing import Crossing, Kind
 from goalwire.transport.faults.kill import Moment
+from goalwire.transport.faults.packet import Kind, Packet
 from goalwire.transport.faults.plan import Faults
 
 if TYPE_CHECKING:
-    from goalwire.protocol.qos_events import EventStatus, EventType
+    from goalwire.rules.qos_events import EventStatus, EventType
 
 _KEPT = 10_000
 """How many requests without an answer are remembered; the oldest is then given up."""
@@ -45,14 +45,14 @@ class FaultyService(Port):
     def _receive(self, request: Request) -> None:
         client = self._owner_of(request.sample.gid)
         arrival = Arrival(self, request, client)
-        crossing = Crossing(Kind.REQUEST, self.name, client, self.node, request.sample.payload)
+        packet = Packet(Kind.REQUEST, self.name, client, self.node, request.sample.payload)
         if not (
-            self.faults.passes(Moment.ARRIVED, crossing)
-            and self.faults.send(crossing, lambda result: self._arrive(arrival, result))
+            self.faults.passes(Moment.ARRIVED, packet)
+            and self.faults.send(packet, lambda result: self._arrive(arrival, result))
         ):
             self.keep(request)
 
-    def _arrive(self, arrival: Arrival, result: Crossing) -> None:
+    def _arrive(self, arrival: Arrival, result: Packet) -> None:
         sample = arrival.inner.sample
         received = sample.received_timestamp + result.delay_ns
         if not self._is_closed:
@@ -102,14 +102,14 @@ class Arrival:
             was_answered, self._is_answered = self._is_answered, True
         if was_answered:
             return
-        crossing = Crossing(Kind.REPLY, service.name, service.node, self._client, payload)
-        is_alive = service.faults.passes(Moment.SENDING, crossing)
-        if not (is_alive and service.faults.send(crossing, self._send)):
+        packet = Packet(Kind.REPLY, service.name, service.node, self._client, payload)
+        is_alive = service.faults.passes(Moment.SENDING, packet)
+        if not (is_alive and service.faults.send(packet, self._send)):
             service.keep(self.inner)
 
-    def _send(self, crossing: Crossing) -> None:
-        self.inner.reply(bytes(crossing.payload))
-        self._service.faults.passes(Moment.SENT, crossing)
+    def _send(self, packet: Packet) -> None:
+        self.inner.reply(bytes(packet.payload))
+        self._service.faults.passes(Moment.SENT, packet)
 
     def drop(self, reason: str) -> None:
         """Give it up, once nobody has a copy that may be answered yet."""
@@ -120,8 +120,8 @@ class Arrival:
             is_over = self._copies == 0 and not self._is_answered
         if is_over:
             # The reason travels as a reply does, without a content that a fault could change.
-            crossing = Crossing(Kind.REPLY, service.name, service.node, self._client, b'')
-            if not service.faults.send(crossing, lambda _: self.inner.drop(reason)):
+            packet = Packet(Kind.REPLY, service.name, service.node, self._client, b'')
+            if not service.faults.send(packet, lambda _: self.inner.drop(reason)):
                 service.keep(self.inner)
 
 

@@ -21,9 +21,9 @@ from goalwire.transport.contract import (
     Transport,
 )
 from goalwire.transport.faults.client import FaultyClient
+from goalwire.transport.faults.filtered_graph import FilteredGraph, Nobody
 from goalwire.transport.faults.plan import Faults
 from goalwire.transport.faults.service import FaultyService
-from goalwire.transport.faults.sight import Nobody, Sight
 from goalwire.transport.faults.topics import FaultyPublisher, FaultySubscription
 
 
@@ -50,13 +50,13 @@ class FaultySession(Session):
         self.id = inner.id
         self.enforces_qos = inner.enforces_qos
         self.compares_definitions = inner.compares_definitions
-        self.vigil = inner.vigil
+        self.wire_poller = inner.wire_poller
         self._lock = Lock()
         self._nodes: tuple[FaultyNode, ...] = ()
-        self.sight = Sight(Nobody(), self._is_hidden)
-        self._sights: tuple[Sight, ...] = (self.sight,)
+        self.filtered_graph = FilteredGraph(Nobody(), self._is_hidden)
+        self._sights: tuple[FilteredGraph, ...] = (self.filtered_graph,)
         try:
-            inner.watch_graph(self.sight)
+            inner.watch_graph(self.filtered_graph)
         except BaseException:
             inner.close()
             raise
@@ -74,10 +74,10 @@ class FaultySession(Session):
     def watch_graph(self, listener: GraphListener) -> None:
         """Tell `listener` of what can be seen in spite of the faults."""
         self.faults.call('session.watch_graph')
-        sight = Sight(listener, self._is_hidden)
+        filtered_graph = FilteredGraph(listener, self._is_hidden)
         with self._lock:
-            self._sights += (sight,)
-        self.inner.watch_graph(sight)
+            self._sights += (filtered_graph,)
+        self.inner.watch_graph(filtered_graph)
 
     def silence(self) -> None:
         """Have publishers and clients send nothing more."""
@@ -98,12 +98,12 @@ class FaultySession(Session):
 
     def look_again(self) -> None:
         """What is parted may have changed."""
-        for sight in self._sights:
-            sight.look_again()
+        for filtered_graph in self._sights:
+            filtered_graph.look_again()
         for node in self._nodes:
             node.look_again()
 
-    def bury(self, name: str) -> None:
+    def kill(self, name: str) -> None:
         """Let a dead node's endpoints vanish from the graph."""
         for node in self._nodes:
             if node.name == name:
@@ -142,7 +142,7 @@ class FaultyNode(NodePort):
         self._faults.call('node.subscription')
         return FaultySubscription(
             lambda receive: self.inner.subscription(endpoint, receive),
-            deliver, endpoint.name, self.name, self._faults, self._session.sight.owner_of,
+            deliver, endpoint.name, self.name, self._faults, self._session.filtered_graph.owner_of,
         )  # fmt: skip
 
     def service(self, endpoint: Endpoint, deliver: Callable[[Request], None]) -> Port:
@@ -150,15 +150,15 @@ class FaultyNode(NodePort):
         self._faults.call('node.service')
         return FaultyService(
             lambda receive: self.inner.service(endpoint, receive),
-            deliver, endpoint.name, self.name, self._faults, self._session.sight.owner_of,
+            deliver, endpoint.name, self.name, self._faults, self._session.filtered_graph.owner_of,
         )  # fmt: skip
 
     def client(self, endpoint: Endpoint) -> ClientPort:
         """Declare a service client."""
         self._faults.call('node.client')
-        sight = self._session.sight
+        filtered_graph = self._session.filtered_graph
         client = FaultyClient(
-            self.inner.client(endpoint), self._faults, lambda: sight.has_lost_servers(endpoint.name)
+            self.inner.client(endpoint), self._faults, lambda: filtered_graph.has_lost_servers(endpoint.name)
         )
         with self._lock:
             self._clients += (client,)

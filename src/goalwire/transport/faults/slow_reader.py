@@ -7,8 +7,8 @@ from collections import defaultdict, deque
 from dataclasses import dataclass, field
 from random import Random
 
-from goalwire.transport.faults.crossing import Crossing, Kind, Path
 from goalwire.transport.faults.fault import Fault, to_ns
+from goalwire.transport.faults.packet import Kind, Packet, Path
 
 
 @dataclass(eq=False)
@@ -32,14 +32,14 @@ class SlowReader(Fault):
         if not self.bytes_per_s > 0:
             raise ValueError(f'a reader takes some bytes a second, got {self.bytes_per_s}')
 
-    def strike(self, crossing: Crossing, luck: Random, now: int) -> tuple[Crossing, ...]:  # noqa: ARG002
-        busy = self._busy[crossing.path]
+    def strike(self, packet: Packet, rng: Random, now: int) -> tuple[Packet, ...]:  # noqa: ARG002
+        busy = self._busy[packet.path]
         while busy and busy[0] <= now:
             busy.popleft()
-        if crossing.kind is Kind.MESSAGE and len(busy) > self.room:
+        if packet.kind is Kind.MESSAGE and len(busy) > self.room:
             self.lost += 1
             return ()
-        arrival = now + crossing.delay_ns
+        arrival = now + packet.delay_ns
         due = max(arrival, busy[-1]) if busy else arrival
-        busy.append(due + to_ns(self.period + len(crossing.payload) / self.bytes_per_s))
-        return (crossing._replace(delay_ns=due - now),)
+        busy.append(due + to_ns(self.period + len(packet.payload) / self.bytes_per_s))
+        return (packet._replace(delay_ns=due - now),)

@@ -7,7 +7,6 @@ from functools import cache
 from typing import TypeAlias
 
 from goalwire.errors import TransportError
-from goalwire.transport.faults.crossing import Kind
 from goalwire.transport.faults.delay import Delay
 from goalwire.transport.faults.duplication import Duplication
 from goalwire.transport.faults.failed_call import FailedCall
@@ -15,6 +14,7 @@ from goalwire.transport.faults.flipped_bytes import FlippedBytes
 from goalwire.transport.faults.kill import Kill, Point
 from goalwire.transport.faults.loss import Loss
 from goalwire.transport.faults.lost_reply import LostReply
+from goalwire.transport.faults.packet import Kind
 from goalwire.transport.faults.partition import Partition
 from goalwire.transport.faults.plan import AnyFault, Faults
 from goalwire.transport.faults.reordering import Reordering

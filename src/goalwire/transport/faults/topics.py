@@ -6,12 +6,12 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from goalwire.transport.contract import Port, PublisherPort, Sample
-from goalwire.transport.faults.crossing import Crossing, Kind
 from goalwire.transport.faults.kill import Moment
+from goalwire.transport.faults.packet import Kind, Packet
 from goalwire.transport.faults.plan import Faults
 
 if TYPE_CHECKING:
-    from goalwire.protocol.qos_events import EventStatus, EventType
+    from goalwire.rules.qos_events import EventStatus, EventType
 
 
 class FaultyPublisher(PublisherPort):
@@ -32,10 +32,10 @@ class FaultyPublisher(PublisherPort):
     def publish(self, payload: bytes) -> None:
         """Send one message; that of a dead node goes nowhere."""
         self._faults.call('publisher.publish')
-        crossing = Crossing(Kind.MESSAGE, self._name, self._node, '', payload)
-        if self._faults.passes(Moment.SENDING, crossing):
+        packet = Packet(Kind.MESSAGE, self._name, self._node, '', payload)
+        if self._faults.passes(Moment.SENDING, packet):
             self._inner.publish(payload)
-            self._faults.passes(Moment.SENT, crossing)
+            self._faults.passes(Moment.SENT, packet)
 
     def assert_liveliness(self) -> None:
         """Show that the publisher is alive."""
@@ -81,11 +81,11 @@ class FaultySubscription(Port):
 
     def _receive(self, sample: Sample) -> None:
         source = self._owner_of(sample.gid)
-        crossing = Crossing(Kind.MESSAGE, self._name, source, self._node, sample.payload)
-        if self._faults.passes(Moment.ARRIVED, crossing):
-            self._faults.send(crossing, lambda result: self._arrive(sample, result))
+        packet = Packet(Kind.MESSAGE, self._name, source, self._node, sample.payload)
+        if self._faults.passes(Moment.ARRIVED, packet):
+            self._faults.send(packet, lambda result: self._arrive(sample, result))
 
-    def _arrive(self, sample: Sample, result: Crossing) -> None:
+    def _arrive(self, sample: Sample, result: Packet) -> None:
         if not self._is_closed:
             received = sample.received_timestamp + result.delay_ns
             self._deliver(sample._replace(payload=result.payload, received_timestamp=received))

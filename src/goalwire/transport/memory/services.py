@@ -13,14 +13,14 @@ from time import time_ns
 from goalwire.errors import LocalError
 from goalwire.transport.contract import ClientPort, Port, Request, Sample
 from goalwire.transport.failures import report_failure
-from goalwire.transport.memory.port import Membership
+from goalwire.transport.memory.endpoint_state import MemoryEndpointState
 
 
 def _to_nobody(_: object) -> None:
     """Stand in for the functions of a caller that has given up."""
 
 
-class Call:
+class MemoryCall:
     """One request on its way at the client's side."""
 
     __slots__ = ('_client', '_lock', '_on_end', '_on_reply', '_open', '_reason', '_sequence', 'requests')
@@ -84,7 +84,7 @@ class MemoryRequest(Request):
 
     __slots__ = ('_call', '_is_answered', '_server', 'sample')
 
-    def __init__(self, server: MemoryService, call: Call, sample: Sample) -> None:
+    def __init__(self, server: MemoryService, call: MemoryCall, sample: Sample) -> None:
         self.sample = sample
         self._server = server
         self._call = call
@@ -93,7 +93,7 @@ class MemoryRequest(Request):
     def reply(self, payload: bytes) -> None:
         """Answer on this thread. Raises LocalError the second time; a caller that has gone hears nothing."""
         if self._is_answered:
-            raise LocalError(f'{self._server.place.title}: this request was answered before; answer it once')
+            raise LocalError(f'{self._server.state.title}: this request was answered before; answer it once')
         self._is_answered = True
         if self._server.release(self):
             now = time_ns()
@@ -112,26 +112,26 @@ class MemoryRequest(Request):
 class MemoryService(Port):
     """A declared service server."""
 
-    def __init__(self, place: Membership, deliver: Callable[[Request], None]) -> None:
-        self.place = place
-        self.gid = place.entity.gid
+    def __init__(self, state: MemoryEndpointState, deliver: Callable[[Request], None]) -> None:
+        self.state = state
+        self.gid = state.entity.gid
         self._deliver = deliver
         self._lock = Lock()
         self._waiting: set[MemoryRequest] = set()
 
-    def accept(self, call: Call, sample: Sample) -> None:
+    def accept(self, call: MemoryCall, sample: Sample) -> None:
         """Take one call in; where the server has just gone, or fails, the call ends at once."""
         request = MemoryRequest(self, call, sample)
         call.requests.append(request)
         with self._lock:
             self._waiting.add(request)
-        if self.place.closed:
+        if self.state.closed:
             request.drop()
             return
         try:
             self._deliver(request)
         except Exception as error:
-            report_failure(self.place.title, error)
+            report_failure(self.state.title, error)
             request.drop()
 
     def release(self, request: MemoryRequest) -> bool:
@@ -144,7 +144,7 @@ class MemoryService(Port):
 
     def close(self) -> None:
         """Undeclare and give every unanswered request up."""
-        self.place.give_up()
+        self.state.close()
 
     def drop_all(self) -> None:
         """Give every unanswered request up."""
@@ -157,13 +157,13 @@ class MemoryService(Port):
 class MemoryClient(ClientPort):
     """A declared service client."""
 
-    def __init__(self, place: Membership, servers: Callable[[], tuple[MemoryService, ...]]) -> None:
-        self.place = place
-        self.gid = place.entity.gid
+    def __init__(self, state: MemoryEndpointState, servers: Callable[[], tuple[MemoryService, ...]]) -> None:
+        self.state = state
+        self.gid = state.entity.gid
         self._servers = servers
         self._lock = Lock()
         self._sequence = 0
-        self._calls: dict[int, Call] = {}
+        self._calls: dict[int, MemoryCall] = {}
 
     def request(
         self,
@@ -173,19 +173,19 @@ class MemoryClient(ClientPort):
         timeout_ns: int | None = None,  # noqa: ARG002 - it is forgotten in time
     ) -> int:
         """Hand one request to every server, on this thread."""
-        self.place.check_sending()
+        self.state.check_sending()
         payload = bytes(payload)
         servers = self._servers()
         with self._lock:
             self._sequence += 1
             sequence = self._sequence
-            call = Call(self, sequence, len(servers), on_reply, on_end)
+            call = MemoryCall(self, sequence, len(servers), on_reply, on_end)
             if servers:
                 self._calls[sequence] = call
         if not servers:
             self.run(on_end, '')
             return sequence
-        if self.place.closed:  # closed since the check above: close() may have missed this call
+        if self.state.closed:  # closed since the check above: close() may have missed this call
             call.cancel()
         now = time_ns()
         for server in servers:
@@ -197,7 +197,7 @@ class MemoryClient(ClientPort):
         try:
             callback(*arguments)
         except Exception as error:
-            report_failure(self.place.title, error)
+            report_failure(self.state.title, error)
 
     def forget(self, sequence: int) -> None:
         """Hold nothing for a call that has ended, or that nobody waits for any more."""
@@ -207,7 +207,7 @@ class MemoryClient(ClientPort):
 
     def close(self) -> None:
         """Undeclare and end every call."""
-        self.place.give_up()
+        self.state.close()
 
     def cancel_all(self) -> None:
         """End every call."""

@@ -1,7 +1,7 @@
 """Publishers and subscriptions of the memory transport.
 
-All a publisher sends goes through its outbox, the history for a late subscription too: so each subscription
-sees one publisher's messages in order, each once, whichever threads publish.
+All a publisher sends goes through its dispatcher, the history for a late subscription too: so each
+subscription sees one publisher's messages in order, each once, whichever threads publish.
 """
 
 from __future__ import annotations
@@ -11,11 +11,11 @@ from collections.abc import Callable
 from threading import Lock
 from time import time_ns
 
-from goalwire.protocol.qos import QoS
+from goalwire.rules.qos import QoS
 from goalwire.transport.contract import Port, PublisherPort, Sample
 from goalwire.transport.failures import report_failure
-from goalwire.transport.memory.port import Membership
-from goalwire.transport.outbox import Outbox
+from goalwire.transport.memory.endpoint_state import MemoryEndpointState
+from goalwire.transport.ordered_dispatcher import OrderedDispatcher
 
 _DEFAULT_DEPTH = 42
 """What rmw_zenoh takes for a depth of 0."""
@@ -30,47 +30,49 @@ class MemorySubscription(Port):
     """A declared subscription."""
 
     def __init__(
-        self, place: Membership, deliver: Callable[[Sample], None], *, ignore_local: bool = False
+        self, state: MemoryEndpointState, deliver: Callable[[Sample], None], *, ignore_local: bool = False
     ) -> None:
-        self.place = place
-        self.gid = place.entity.gid
+        self.state = state
+        self.gid = state.entity.gid
         self._deliver = deliver
         self._ignore_local = ignore_local
-        self.history_length = _history_length(place.entity.qos)
+        self.history_length = _history_length(state.entity.qos)
 
     def wants(self, publisher: MemoryPublisher) -> bool:
         """Return whether this publisher's messages are meant for us; QoS prevents nothing."""
-        return not (self._ignore_local and publisher.place.entity.session == self.place.entity.session)
+        return not (self._ignore_local and publisher.state.entity.session == self.state.entity.session)
 
     def receive(self, sample: Sample) -> None:
         """Deliver one message, unless we have been closed meanwhile."""
-        if self.place.closed:
+        if self.state.closed:
             return
         try:
             self._deliver(sample)
         except Exception as error:
-            report_failure(self.place.title, error)
+            report_failure(self.state.title, error)
 
     def close(self) -> None:
         """Undeclare."""
-        self.place.give_up()
+        self.state.close()
 
 
 class MemoryPublisher(PublisherPort):
     """A declared publisher."""
 
-    def __init__(self, place: Membership) -> None:
-        self.place = place
-        self.gid = place.entity.gid
+    def __init__(self, state: MemoryEndpointState) -> None:
+        self.state = state
+        self.gid = state.entity.gid
         self._sequence = 0
-        self._history: deque[Sample] = deque(maxlen=_history_length(place.entity.qos))
+        self._history: deque[Sample] = deque(maxlen=_history_length(state.entity.qos))
         self._targets: tuple[MemorySubscription, ...] = ()
         self._lock = Lock()
-        self._outbox: Outbox[tuple[Sample, tuple[MemorySubscription, ...]]] = Outbox(self._deliver)
+        self._dispatcher: OrderedDispatcher[tuple[Sample, tuple[MemorySubscription, ...]]] = (
+            OrderedDispatcher(self._deliver)
+        )
 
     def publish(self, payload: bytes) -> None:
         """Deliver one message to every matched subscription."""
-        self.place.check_sending()
+        self.state.check_sending()
         payload = bytes(payload)
         with self._lock:
             self._sequence += 1
@@ -78,8 +80,8 @@ class MemoryPublisher(PublisherPort):
             sample = Sample(payload, self._sequence, now, now, self.gid)
             self._history.append(sample)
             if self._targets:
-                self._outbox.post((sample, self._targets))
-        self._outbox.drain()
+                self._dispatcher.post((sample, self._targets))
+        self._dispatcher.drain()
 
     @staticmethod
     def _deliver(item: tuple[Sample, tuple[MemorySubscription, ...]]) -> None:
@@ -96,7 +98,7 @@ class MemoryPublisher(PublisherPort):
             )
             now = time_ns()
             for sample in wanted:
-                self._outbox.post((sample._replace(received_timestamp=now), (subscription,)))
+                self._dispatcher.post((sample._replace(received_timestamp=now), (subscription,)))
 
     def disconnect(self, subscription: MemorySubscription) -> None:
         """Send no more to this subscription."""
@@ -105,8 +107,8 @@ class MemoryPublisher(PublisherPort):
 
     def flush(self) -> None:
         """Deliver what is queued."""
-        self._outbox.drain()
+        self._dispatcher.drain()
 
     def close(self) -> None:
         """Undeclare; the history goes with us."""
-        self.place.give_up()
+        self.state.close()

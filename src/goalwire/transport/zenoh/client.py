@@ -8,15 +8,15 @@ from time import time_ns
 
 from goalwire.errors import RemoteError, TransportError, peer_text
 from goalwire.transport.contract import ClientPort, Sample
-from goalwire.transport.place import Place
+from goalwire.transport.endpoint_state import EndpointState
 from goalwire.transport.zenoh.attachment import GID_SIZE, encode
-from goalwire.transport.zenoh.core import Core
+from goalwire.transport.zenoh.context import ZenohContext
 from goalwire.transport.zenoh.protocol.network import ReplyError
 from goalwire.transport.zenoh.samples import sample_of
 from goalwire.transport.zenoh.wire import Message, Querier
 
 
-class Call:
+class ZenohCall:
     """One request on its way."""
 
     __slots__ = ('_client', '_on_end', '_on_reply', '_reason', '_sequence', 'asked')
@@ -61,12 +61,12 @@ class Call:
 class ZenohClient(ClientPort):
     """A declared service client."""
 
-    def __init__(self, place: Place, core: Core, gid: bytes, querier: Querier) -> None:
+    def __init__(self, state: EndpointState, context: ZenohContext, gid: bytes, querier: Querier) -> None:
         self.gid = gid
-        self.core = core
-        self.waiting: dict[int, Call] = {}
+        self.context = context
+        self.waiting: dict[int, ZenohCall] = {}
         """The requests that have not ended, by their sequence numbers."""
-        self._place = place
+        self._state = state
         self._querier = querier
         self._next_sequence = count(1).__next__
 
@@ -78,26 +78,26 @@ class ZenohClient(ClientPort):
         timeout_ns: int | None = None,
     ) -> int:
         """Send one request to every server."""
-        place = self._place
-        if place.closed or place.guard.is_silent:
-            place.check_sending()
+        state = self._state
+        if state.closed or state.guard.is_silent:
+            state.check_sending()
         sequence = self._next_sequence()
-        call = Call(self, sequence, on_reply, on_end)
+        call = ZenohCall(self, sequence, on_reply, on_end)
         self.waiting[sequence] = call
         attachment = encode(sequence, time_ns(), GID_SIZE, self.gid)
         try:
             call.asked = self._querier.ask(payload, attachment, call.answered, call.end, timeout_ns)
-        except self.core.errors as error:
+        except self.context.errors as error:
             self.waiting.pop(sequence, None)
-            place.check()  # closed by another thread in the meantime
-            reason = self.core.wire.explain(error)
-            raise TransportError(f'{place.title}: zenoh refused a request: {reason}') from None
+            state.check()  # closed by another thread in the meantime
+            reason = self.context.wire.explain(error)
+            raise TransportError(f'{state.title}: zenoh refused a request: {reason}') from None
         return sequence
 
     def forget(self, sequence: int) -> None:
         """Hold nothing for this request any more; a reply that is being handed over is waited for."""
         call = self.waiting.pop(sequence, None)
-        if call is not None and call.asked is not None and not self._place.guard.is_forked:
+        if call is not None and call.asked is not None and not self._state.guard.is_forked:
             self._querier.cancel(call.asked)
 
     def release(self) -> None:
@@ -108,8 +108,8 @@ class ZenohClient(ClientPort):
 
     def reject(self, error: RemoteError | str) -> None:
         """Count a reply that cannot be used."""
-        self.core.rejects.add('reply', error, self._place)
+        self.context.rejects.add('reply', error, self._state)
 
     def close(self) -> None:
         """Undeclare and end every call."""
-        self._place.give_up()
+        self._state.close()

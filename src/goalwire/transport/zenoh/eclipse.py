@@ -16,14 +16,14 @@ from zenoh import ext
 from zenoh.handlers import Callback
 
 from goalwire.errors import TransportError
-from goalwire.transport.outbox import Outbox
-from goalwire.transport.zenoh import config, lifecycle, wire
-from goalwire.transport.zenoh.core import Declared, InFlight, undeclare
+from goalwire.transport.ordered_dispatcher import OrderedDispatcher
+from goalwire.transport.zenoh import closing, config, wire
+from goalwire.transport.zenoh.context import Declared, InFlight, undeclare
 from goalwire.transport.zenoh.protocol.network import Payload, ReplyError
 from goalwire.transport.zenoh.protocol.primitives import SourceInfo, Timestamp, read_id
 from goalwire.transport.zenoh.protocol.queries import Answer, Query
 from goalwire.transport.zenoh.queriers import Queriers
-from goalwire.transport.zenoh.thread_state import pin
+from goalwire.transport.zenoh.thread_state import keep_thread_state
 
 CLOSING_S = 1.0
 """How long closing waits for callbacks under way; they only append to a queue."""
@@ -105,7 +105,7 @@ class _Asked:
 
     def replied(self, reply: zenoh.Reply) -> None:
         """Hand a reply over; runs on zenoh's thread, or the caller's within one session."""
-        pin()
+        keep_thread_state()
         if reply.ok is not None:
             self._on_answer(_message(reply.ok))
         elif reply.err is not None:
@@ -113,7 +113,7 @@ class _Asked:
 
     def dropped(self) -> None:
         """Zenoh has let go of the query: no reply can come any more."""
-        pin()
+        keep_thread_state()
         try:
             self._on_end()
         finally:
@@ -199,7 +199,9 @@ class _TokenWatch:
     def __init__(self, in_flight: InFlight, on_token: wire.OnToken) -> None:
         self._in_flight = in_flight
         self._on_token = on_token
-        self._changes: Outbox[tuple[str, bool]] = Outbox(lambda change: on_token(*change))
+        self._changes: OrderedDispatcher[tuple[str, bool]] = OrderedDispatcher(
+            lambda change: on_token(*change)
+        )
 
     def start(self, session: zenoh.Session, key: str, *, waits: bool) -> zenoh.Subscriber[None]:
         """Tell of everything there is, then follow the changes."""
@@ -217,12 +219,12 @@ class _TokenWatch:
         return subscriber
 
     def _on_answer(self, reply: zenoh.Reply) -> None:
-        pin()
+        keep_thread_state()
         if reply.ok is not None:
             self._on_token(str(reply.ok.key_expr), True)  # ahead of the changes, which wait for their turn
 
     def _on_change(self, sample: zenoh.Sample) -> None:
-        pin()
+        keep_thread_state()
         self._changes.post((str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT))
         self._changes.drain()
 
@@ -234,11 +236,11 @@ class EclipseWire(wire.Wire):
     """A session of eclipse-zenoh."""
 
     errors = (zenoh.ZError, RuntimeError)
-    vigil = None
+    wire_poller = None
 
     def __init__(self, settings: zenoh.Config) -> None:
         """Open it. Raises TransportError or ForkedError."""
-        lifecycle.start()
+        closing.start()
         try:
             self._zenoh = zenoh.open(settings)
         except zenoh.ZError as error:
@@ -291,7 +293,7 @@ class EclipseWire(wire.Wire):
         in_flight = self._in_flight
 
         def on_sample(raw: zenoh.Sample) -> None:
-            pin()
+            keep_thread_state()
             on_message(_message(raw))
 
         in_flight.enter(on_sample)
@@ -303,7 +305,7 @@ class EclipseWire(wire.Wire):
         in_flight = self._in_flight
 
         def on_asked(query: zenoh.Query) -> None:
-            pin()
+            keep_thread_state()
             on_query(EclipseQuery(query))
 
         in_flight.enter(on_asked)
@@ -363,7 +365,7 @@ class EclipseWire(wire.Wire):
         in_flight = self._in_flight
 
         def on_link(event: zenoh.LinkEvent) -> None:
-            pin()
+            keep_thread_state()
             if event.kind == zenoh.SampleKind.PUT:
                 on_router(str(event.link.zid), event.link.dst)
 

@@ -12,11 +12,11 @@ from threading import Lock
 from typing import NamedTuple
 
 from goalwire.transport.contract import Sample
-from goalwire.transport.outbox import Outbox
-from goalwire.transport.zenoh.core import Core, Declared, undeclare
+from goalwire.transport.ordered_dispatcher import OrderedDispatcher
+from goalwire.transport.zenoh.context import Declared, ZenohContext, undeclare
 from goalwire.transport.zenoh.protocol.network import ReplyError
 from goalwire.transport.zenoh.protocol.primitives import show_id
-from goalwire.transport.zenoh.stream import Stream
+from goalwire.transport.zenoh.stream import StreamState
 from goalwire.transport.zenoh.wire import Message
 
 UNNUMBERED = 'uhlc'
@@ -50,9 +50,9 @@ class HistorySubscriber:
     """One declared subscription; `read` drops what breaks the rules."""
 
     def __init__(
-        self, core: Core, key: str, depth: int, read: Read, deliver: Callable[[Sample], None]
+        self, context: ZenohContext, key: str, depth: int, read: Read, deliver: Callable[[Sample], None]
     ) -> None:
-        self._core = core
+        self._context = context
         self._key = key
         self._depth = depth
         self._read = read
@@ -60,8 +60,8 @@ class HistorySubscriber:
         self._recovers = False
         self._takes_own = True
         self._lock = Lock()  # over the streams, never over calls of zenoh or of `deliver`
-        self._streams: dict[str, Stream[Sample]] = {}
-        self._outbox: Outbox[Sample] = Outbox(self._tell)
+        self._streams: dict[str, StreamState[Sample]] = {}
+        self._dispatcher: OrderedDispatcher[Sample] = OrderedDispatcher(self._tell)
         self._declared: list[Declared] = []
         self._is_open = True
 
@@ -78,7 +78,7 @@ class HistorySubscriber:
             raise
 
     def _declare_all(self) -> None:
-        wire, of_publishers = self._core.wire, f'{self._key}/@adv/pub/**'
+        wire, of_publishers = self._context.wire, f'{self._key}/@adv/pub/**'
         live = wire.declare_subscriber(self._key, self._on_live, takes_own=self._takes_own)
         self._declared.append(live)
         self._declared.append(wire.watch_tokens(of_publishers, self._on_token, waits=False))
@@ -97,14 +97,16 @@ class HistorySubscriber:
         if self._is_open:
             self._deliver(sample)
 
-    def _stream(self, address: str) -> Stream[Sample]:
+    def _stream(self, address: str) -> StreamState[Sample]:
         """Return the stream of an address, a new one where it was not known; under the lock."""
         stream = self._streams.get(address)
         if stream is None:
             if len(self._streams) >= KEPT_STREAMS:
                 self._forget_one()
             numbered = not address.endswith(f'/{UNNUMBERED}')
-            stream = Stream(self._outbox.post, self._depth, numbered=numbered, recovers=self._recovers)
+            stream = StreamState(
+                self._dispatcher.post, self._depth, numbered=numbered, recovers=self._recovers
+            )
             self._streams[address] = stream
         return stream
 
@@ -125,7 +127,7 @@ class HistorySubscriber:
         with self._lock:
             stream = self._stream(address)
             question = stream.live(sample.gid, number, sample, is_first=is_first)
-        self._outbox.drain()
+        self._dispatcher.drain()
         self._ask(address, stream, question)
 
     def _on_token(self, token: str, is_there: bool) -> None:
@@ -151,7 +153,7 @@ class HistorySubscriber:
         chunks = key.removeprefix(f'{self._key}/@adv/pub/').split('/')
         return '/'.join(chunks[:2])
 
-    def _ask(self, address: str, stream: Stream[Sample], question: str | None) -> None:
+    def _ask(self, address: str, stream: StreamState[Sample], question: str | None) -> None:
         """Put a question to the publishers of an address; their answers may come before this returns."""
         if question is None:
             return
@@ -164,20 +166,20 @@ class HistorySubscriber:
                 number = _came(reply, sample).number
                 with self._lock:
                     stream.answer(sample.gid, number, sample)
-                self._outbox.drain()
+                self._dispatcher.drain()
 
         def on_end() -> None:
             with self._lock:
                 stream.end()
-            self._outbox.drain()
+            self._dispatcher.drain()
 
         try:
-            self._core.wire.ask_all(
+            self._context.wire.ask_all(
                 f'{self._key}/@adv/pub/{address}/**',
                 question,
                 on_answer,
                 on_end,
                 asks_own=self._takes_own,
             )
-        except self._core.errors:  # the session is closing
+        except self._context.errors:  # the session is closing
             on_end()

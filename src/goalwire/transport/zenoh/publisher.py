@@ -10,10 +10,10 @@ from typing import NamedTuple
 
 from goalwire.errors import TransportError
 from goalwire.transport.contract import Endpoint, PublisherPort
-from goalwire.transport.place import Place
-from goalwire.transport.rejects import LOGGER
+from goalwire.transport.endpoint_state import EndpointState
+from goalwire.transport.reject_counters import LOGGER
 from goalwire.transport.zenoh.attachment import GID_SIZE, encode
-from goalwire.transport.zenoh.core import Core, taken_back
+from goalwire.transport.zenoh.context import ZenohContext, taken_back
 from goalwire.transport.zenoh.qos_text import actual_depth
 from goalwire.transport.zenoh.turn import LARGE, Turn, Waiting
 from goalwire.transport.zenoh.wire import Publisher, Wire
@@ -74,19 +74,19 @@ class ZenohPublisher(PublisherPort):
 
     def __init__(
         self,
-        core: Core,
-        place: Place,
+        context: ZenohContext,
+        state: EndpointState,
         gid: bytes,
         publisher: Publisher,
         turn: Turn,
         large: Large,
     ) -> None:
         self.gid = gid
-        self._core = core
-        self._place = place
+        self._context = context
+        self._state = state
         self._put: Callable[..., None] = publisher.put
         self._has_room = publisher.has_room
-        self._refusals: tuple[type[Exception], ...] = (*core.errors, MemoryError)
+        self._refusals: tuple[type[Exception], ...] = (*context.errors, MemoryError)
         self._next_sequence = count(1).__next__
         self._turn = turn
         self._lock = turn.lock
@@ -100,33 +100,33 @@ class ZenohPublisher(PublisherPort):
 
     def publish(self, payload: bytes) -> None:
         """Put one message; all subscriptions get those of several threads in the same order."""
-        place = self._place
-        if place.closed or place.guard.is_silent:  # in a forked child the turn may be another thread's
-            place.check_sending()
+        state = self._state
+        if state.closed or state.guard.is_silent:  # in a forked child the turn may be another thread's
+            state.check_sending()
         try:
             with self._lock:
-                if place.guard.is_silent:  # since then: the turn may have been long in coming
-                    place.check_sending()
+                if state.guard.is_silent:  # since then: the turn may have been long in coming
+                    state.check_sending()
                 if len(payload) >= LARGE or self._turn.is_busy:
                     self._publish_large(payload)
                     return
                 self._put(payload, attachment=encode(self._next_sequence(), time_ns(), GID_SIZE, self.gid))
-        except self._core.errors as error:
-            place.check()  # closed by another thread in the meantime
-            reason = self._core.wire.explain(error)
-            raise TransportError(f'{place.title}: zenoh refused a message: {reason}') from None
+        except self._context.errors as error:
+            state.check()  # closed by another thread in the meantime
+            reason = self._context.wire.explain(error)
+            raise TransportError(f'{state.title}: zenoh refused a message: {reason}') from None
 
     def _publish_large(self, payload: bytes) -> None:
         """Publish a large message, or one behind such; the turn is held."""
         if len(payload) > LARGEST:
             raise TransportError(
-                f'{self._place.title}: a message of {len(payload)} bytes cannot be sent, for peers take '
+                f'{self._state.title}: a message of {len(payload)} bytes cannot be sent, for peers take '
                 f'{LARGEST} bytes at most; publish it in parts'
             )
         large, turn = self._large, self._turn
         if large.blocks:
             turn.wait()
-            self._place.check_sending()  # the context may have ended meanwhile
+            self._state.check_sending()  # the context may have ended meanwhile
         attachment = encode(self._next_sequence(), time_ns(), GID_SIZE, self.gid)
         if large.blocks or (not turn.is_busy and (large.put is None or self._has_room(len(payload)))):
             self._put(payload, attachment=attachment)
@@ -142,7 +142,7 @@ class ZenohPublisher(PublisherPort):
         try:
             put()
         except self._refusals as error:
-            reason = self._core.wire.explain(error) or type(error).__name__
+            reason = self._context.wire.explain(error) or type(error).__name__
             self._note_drop([size], f'zenoh refused it: {reason}')
 
     def _note_drop(self, sizes: Sequence[int], why: str) -> None:
@@ -153,7 +153,7 @@ class ZenohPublisher(PublisherPort):
             from goalwire.logging import get_logger
 
             get_logger(LOGGER).warning(
-                f'{self._place.title}: a message of {sizes[0]} bytes was dropped: {why}; '
+                f'{self._state.title}: a message of {sizes[0]} bytes was dropped: {why}; '
                 f'further ones are counted only'
             )
 
@@ -168,4 +168,4 @@ class ZenohPublisher(PublisherPort):
 
     def close(self) -> None:
         """Undeclare."""
-        self._place.give_up()
+        self._state.close()

@@ -11,7 +11,7 @@ from functools import lru_cache
 from typing import TypeVar
 
 from goalwire.errors import LocalError, RemoteError
-from goalwire.protocol.qos import (
+from goalwire.rules.qos import (
     INFINITE_NS,
     DurabilityPolicy,
     HistoryPolicy,

@@ -14,8 +14,8 @@ from typing import Any
 
 import zenoh
 
-from goalwire.protocol.time import S_TO_NS
-from goalwire.transport.zenoh.core import taken_back, undeclare
+from goalwire.rules.time import S_TO_NS
+from goalwire.transport.zenoh.context import taken_back, undeclare
 
 UNTIMED_S: float | None = None
 """Of requests without a time; None: what the session's configuration says, ten minutes as under rmw_zenoh.

@@ -17,9 +17,9 @@ import zenoh
 
 from goalwire.errors import TransportError
 from goalwire.transport.fork import in_child
-from goalwire.transport.rejects import LOGGER
+from goalwire.transport.reject_counters import LOGGER
+from goalwire.transport.zenoh.closing import closes_at_exit
 from goalwire.transport.zenoh.config import reason
-from goalwire.transport.zenoh.lifecycle import closes_at_exit
 
 PORT_IS_TAKEN = 'listener'
 """How zenoh's error tells a port that cannot be bound from a configuration that it cannot use."""
@@ -50,7 +50,7 @@ def is_taken(endpoints: str) -> bool:
     return False
 
 
-class Offer:
+class EmbeddedRouter:
     """One router, from the first attempt to open it until `close`.
 
     zenoh could retry by itself, but a session that still does so closes only by its time limit of 10 s, with
@@ -114,7 +114,7 @@ class Rendezvous:
 
     def __init__(self) -> None:
         self._lock = Lock()
-        self._routers: dict[int, tuple[Offer, int]] = {}
+        self._routers: dict[int, tuple[EmbeddedRouter, int]] = {}
         self._left: set[int] = set()
         in_child(self._forget)
 
@@ -129,7 +129,7 @@ class Rendezvous:
             elif port in self._left:
                 return
             else:
-                router, users = Offer(port, config), 0
+                router, users = EmbeddedRouter(port, config), 0
             self._routers[port] = router, users + 1
         closes_at_exit(self)
 

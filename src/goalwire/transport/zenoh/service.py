@@ -7,11 +7,11 @@ from threading import Lock
 from time import time_ns
 
 from goalwire.errors import LocalError, RemoteError
-from goalwire.protocol.reasons import CLOSING
+from goalwire.rules.reasons import CLOSING
 from goalwire.transport.contract import Port, Request, Sample
-from goalwire.transport.place import Place
+from goalwire.transport.endpoint_state import EndpointState
 from goalwire.transport.zenoh.attachment import GID_SIZE, encode
-from goalwire.transport.zenoh.core import Core
+from goalwire.transport.zenoh.context import ZenohContext
 from goalwire.transport.zenoh.protocol.queries import Query
 from goalwire.transport.zenoh.samples import sample_of
 from goalwire.transport.zenoh.wire import Declared
@@ -32,7 +32,7 @@ class ZenohRequest(Request):
         """Answer on the server's own key. Raises LocalError the second time, ForkedError after a fork."""
         service = self._service
         if self._is_answered:
-            raise LocalError(f'{service.place.title}: this request was answered before; answer it once')
+            raise LocalError(f'{service.state.title}: this request was answered before; answer it once')
         self._is_answered = True
         if not service.release(self):
             return  # the server has closed or the request was dropped: the client was told
@@ -40,30 +40,35 @@ class ZenohRequest(Request):
         attachment = encode(sequence, time_ns(), GID_SIZE, gid)
         try:
             self._query.answer(service.key, payload, attachment)
-        except service.core.errors as error:
-            service.core.rejects.add('reply', service.core.wire.explain(error), service.place)
+        except service.context.errors as error:
+            service.context.rejects.add('reply', service.context.wire.explain(error), service.state)
 
     def drop(self, reason: str = '') -> None:
         """Give the request up, with an error report where there is a reason; harmless after an answer."""
         if not self._service.release(self):
             return
-        core = self._service.core
+        context = self._service.context
         try:
             if reason:
                 self._query.reply_error(reason.encode())
             self._query.end()
-        except core.errors as error:
-            core.rejects.add('reply', core.wire.explain(error), self._service.place)
+        except context.errors as error:
+            context.rejects.add('reply', context.wire.explain(error), self._service.state)
 
 
 class ZenohService(Port):
     """A declared service server."""
 
     def __init__(
-        self, core: Core, place: Place, key: str, gid: bytes, deliver: Callable[[Request], None]
+        self,
+        context: ZenohContext,
+        state: EndpointState,
+        key: str,
+        gid: bytes,
+        deliver: Callable[[Request], None],
     ) -> None:
-        self.core = core
-        self.place = place
+        self.context = context
+        self.state = state
         self.key = key
         self.gid = gid
         self._deliver = deliver
@@ -73,7 +78,7 @@ class ZenohService(Port):
 
     def declare(self) -> Declared:
         """Let requests in."""
-        return self.core.wire.declare_queryable(self.key, self._on_query)
+        return self.context.wire.declare_queryable(self.key, self._on_query)
 
     def _on_query(self, query: Query) -> None:
         """Put a query on the list and deliver it; one that breaks the rules is refused."""
@@ -100,14 +105,14 @@ class ZenohService(Port):
             raise  # the wire logs it
 
     def _refuse(self, query: Query, reason: str) -> None:
-        self.core.rejects.add('request', reason, self.place)
+        self.context.rejects.add('request', reason, self.state)
         query.reply_error(reason.encode())
         query.end()
 
     def release(self, request: ZenohRequest) -> bool:
         """Take a request off the list; True for the one caller that found it there."""
-        if self.place.guard.is_forked:
-            self.place.check()
+        if self.state.guard.is_forked:
+            self.state.check()
         _, sequence, _, _, gid = request.sample
         call = gid, sequence
         with self._lock:
@@ -126,4 +131,4 @@ class ZenohService(Port):
 
     def close(self) -> None:
         """Undeclare and give every unanswered request up."""
-        self.place.give_up()
+        self.state.close()

@@ -9,12 +9,12 @@ from threading import Lock
 import zenoh
 
 from goalwire.errors import TransportError
+from goalwire.transport.children import Children
 from goalwire.transport.contract import GraphListener, NodeName, NodePort, Session, SessionOptions
-from goalwire.transport.members import Members
-from goalwire.transport.place import Place
-from goalwire.transport.rejects import LOGGER
-from goalwire.transport.zenoh import config, discovery, environment, holder, lifecycle, opening, settings
-from goalwire.transport.zenoh.core import Core, Declared, undeclare
+from goalwire.transport.endpoint_state import EndpointState
+from goalwire.transport.reject_counters import LOGGER
+from goalwire.transport.zenoh import closing, config, discovery, environment, holder, opening, settings
+from goalwire.transport.zenoh.context import Declared, ZenohContext, undeclare
 from goalwire.transport.zenoh.holder import Holder
 from goalwire.transport.zenoh.node import ZenohNode
 from goalwire.transport.zenoh.rendezvous import RENDEZVOUS
@@ -32,7 +32,7 @@ TAKE_OVER_S = 1.0
 
 def open_session(options: SessionOptions) -> Session:
     """Offer the rendezvous, where it is wanted, and connect. Raises TransportError or ForkedError."""
-    lifecycle.start()
+    closing.start()
     plan = config.plan()
     if plan.rendezvous is not None:
         RENDEZVOUS.acquire(plan.port, plan.rendezvous)
@@ -43,10 +43,10 @@ def open_session(options: SessionOptions) -> Session:
         _stop_offering(plan)
         raise
     _look_for_router(wire, plan, found)
-    core = Core(wire, options.domain_id)
-    opened = ZenohSession(core, lambda: _stop_offering(plan))
+    context = ZenohContext(wire, options.domain_id)
+    opened = ZenohSession(context, lambda: _stop_offering(plan))
     if plan.rendezvous is not None and plan.gives_way:
-        opened.watchers.append(_watch_port(core, plan.port))
+        opened.watchers.append(_watch_port(context, plan.port))
     return opened
 
 
@@ -73,14 +73,14 @@ def _greet_holder(plan: config.Plan) -> Holder:
     return found
 
 
-def _watch_port(core: Core, port: int) -> Declared:
+def _watch_port(context: ZenohContext, port: int) -> Declared:
     """Leave the port of the rendezvous to somebody else's router from the moment the session meets it."""
 
     def on_router(zid: str, address: str) -> None:
         if config.local_port([address], '') == port and not settings.is_rendezvous_id(zid):
             RENDEZVOUS.leave_to_other(port)
 
-    return core.wire.watch_routers(on_router)
+    return context.wire.watch_routers(on_router)
 
 
 def _stop_offering(plan: config.Plan) -> None:
@@ -123,26 +123,26 @@ def _endpoints(session: zenoh.Config) -> list[str]:
 class ZenohSession(Session):
     """An open session and its nodes."""
 
-    def __init__(self, core: Core, stop_offering: Callable[[], None]) -> None:
-        self.id = core.id
-        self.vigil = core.wire.vigil
-        self._core = core
+    def __init__(self, context: ZenohContext, stop_offering: Callable[[], None]) -> None:
+        self.id = context.id
+        self.wire_poller = context.wire.wire_poller
+        self._context = context
         self._stop_offering = stop_offering
-        self._place = Place(f'session of domain {core.domain_id}', core.guard, self._leave)
+        self._state = EndpointState(f'session of domain {context.domain_id}', context.guard, self._leave)
         self._lock = Lock()
-        self._nodes = Members(self._place)
+        self._nodes = Children(self._state)
         self.watchers: list[Declared] = []
         """What was declared beside the nodes."""
-        lifecycle.closes_at_exit(self)
+        closing.closes_at_exit(self)
 
     def node(self, name: NodeName) -> NodePort:
         """Declare a node."""
-        self._place.check()
+        self._state.check()
         try:
-            node = ZenohNode(self._core, name, self._nodes.forget)
-        except self._core.errors as error:
-            self._place.check()
-            reason = self._core.wire.explain(error)
+            node = ZenohNode(self._context, name, self._nodes.forget)
+        except self._context.errors as error:
+            self._state.check()
+            reason = self._context.wire.explain(error)
             raise TransportError(
                 f"node '{name.qualified}': zenoh refused the declaration: {reason}"
             ) from None
@@ -150,22 +150,22 @@ class ZenohSession(Session):
 
     def watch_graph(self, listener: GraphListener) -> None:
         """Tell `listener` of every token of the domain."""
-        self._place.check()
-        watcher = discovery.watch(self._core, listener)
+        self._state.check()
+        watcher = discovery.watch(self._context, listener)
         with self._lock:
             self.watchers.append(watcher)
 
     def statistics(self) -> dict[str, int]:
         """Return how many messages, requests, replies and tokens broke the rules and were ignored."""
-        return self._core.rejects.counts()
+        return self._context.rejects.counts()
 
     def silence(self) -> None:
         """Have publishers and clients send nothing more."""
-        self._core.guard.silence()
+        self._context.guard.silence()
 
     def close(self) -> None:
         """Undeclare everything, send what is queued, and wait for callbacks under way."""
-        self._place.give_up()
+        self._state.close()
 
     def _leave(self) -> None:
         with self._lock:
@@ -181,9 +181,9 @@ class ZenohSession(Session):
     def _disconnect(self) -> None:
         """Send what is queued and hang up."""
         try:
-            self._core.wire.close()
-        except self._core.errors as error:
+            self._context.wire.close()
+        except self._context.errors as error:
             from goalwire.logging import get_logger  # needed only when something is broken
 
-            reason = self._core.wire.explain(error)
-            get_logger(LOGGER).warning(f'{self._place.title}: closing was cut short: {reason}')
+            reason = self._context.wire.explain(error)
+            get_logger(LOGGER).warning(f'{self._state.title}: closing was cut short: {reason}')

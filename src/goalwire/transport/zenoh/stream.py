@@ -21,7 +21,7 @@ def is_newer(number: int, other: int | None) -> bool:
     return other is None or 0 < ((number - other) & _MASK) < _HALF
 
 
-class Stream(Generic[T]):
+class StreamState(Generic[T]):
     """The publishers of one address: one that numbers its messages, or all of a session that do not.
 
     `emit` gets each message that is due. Where `recovers`, what is missing is asked for again.

@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 from goalwire.errors import RemoteError
 from goalwire.transport.contract import Endpoint, Port, Sample
-from goalwire.transport.place import Place
-from goalwire.transport.zenoh.core import Core, Declared
+from goalwire.transport.endpoint_state import EndpointState
+from goalwire.transport.zenoh.context import Declared, ZenohContext
 from goalwire.transport.zenoh.history import HistorySubscriber
 from goalwire.transport.zenoh.keyexpr import CPU_BUFFERS
 from goalwire.transport.zenoh.qos_text import actual_depth
@@ -17,26 +17,30 @@ from goalwire.transport.zenoh.wire import Message, OnMessage
 
 
 def declare(
-    core: Core, place: Place, key: str, endpoint: Endpoint, deliver: Callable[[Sample], None]
+    context: ZenohContext,
+    state: EndpointState,
+    key: str,
+    endpoint: Endpoint,
+    deliver: Callable[[Sample], None],
 ) -> list[Declared]:
     """Declare what brings messages of `key` to `deliver`: one subscriber, or two for types with buffers."""
-    reject = _rejecter(core, place)
+    reject = _rejecter(context, state)
     takes_own = not endpoint.ignore_local
     if endpoint.qos.is_transient_local:
-        subscriber = HistorySubscriber(core, key, actual_depth(endpoint.qos), _reader(reject), deliver)
+        subscriber = HistorySubscriber(context, key, actual_depth(endpoint.qos), _reader(reject), deliver)
         subscriber.declare(recovers=endpoint.qos.is_reliable, takes_own=takes_own)
         return [subscriber]
     keys = [key]
     if uses_cpu_channel(endpoint):  # each message comes through exactly one of the two
         keys.append(f'{key}/{CPU_BUFFERS}')
     return [
-        core.wire.declare_subscriber(each, _handler(reject, deliver), takes_own=takes_own) for each in keys
+        context.wire.declare_subscriber(each, _handler(reject, deliver), takes_own=takes_own) for each in keys
     ]
 
 
-def _rejecter(core: Core, place: Place) -> Callable[[RemoteError], None]:
+def _rejecter(context: ZenohContext, state: EndpointState) -> Callable[[RemoteError], None]:
     """Return what counts a message that breaks the rules."""
-    return lambda error: core.rejects.add('message', error, place)
+    return lambda error: context.rejects.add('message', error, state)
 
 
 def _reader(reject: Callable[[RemoteError], None]) -> Callable[[Message], Sample | None]:
@@ -67,10 +71,10 @@ def _handler(reject: Callable[[RemoteError], None], deliver: Callable[[Sample], 
 class ZenohSubscription(Port):
     """A declared subscription."""
 
-    def __init__(self, place: Place, gid: bytes) -> None:
+    def __init__(self, state: EndpointState, gid: bytes) -> None:
         self.gid = gid
-        self._place = place
+        self._state = state
 
     def close(self) -> None:
         """Undeclare."""
-        self._place.give_up()
+        self._state.close()

@@ -36,5 +36,5 @@ def _make_pin() -> Callable[[], object]:
     return partial(getattr, Pinned(), 'done')
 
 
-pin: Callable[[], object] = _make_pin()
+keep_thread_state: Callable[[], object] = _make_pin()
 """Call first in every zenoh callback: only the first call on a thread does anything, or runs Python code."""

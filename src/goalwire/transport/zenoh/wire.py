@@ -10,7 +10,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from typing import Protocol, TypeAlias
 
-from goalwire.transport.contract import Vigil
+from goalwire.transport.contract import WirePoller
 from goalwire.transport.zenoh.protocol.network import Payload, ReplyError
 from goalwire.transport.zenoh.protocol.primitives import SourceInfo, Timestamp
 from goalwire.transport.zenoh.protocol.queries import Query
@@ -103,7 +103,7 @@ class Wire(ABC):
 
     id: str
     """The session's id, as keys and users show it."""
-    vigil: Vigil | None
+    wire_poller: WirePoller | None
     """Where idle threads may wait on the wire; None where it has threads of its own that must."""
     errors: tuple[type[Exception], ...]
     """What any of these methods raises where it refuses or has been closed."""

@@ -26,7 +26,7 @@ from std_srvs.srv import SetBool
 from type_description_interfaces.srv import GetTypeDescription
 
 from goalwire.entities.exceptions import ShutDownError
-from goalwire.interfaces import type_hash
+from goalwire.idl import type_hash
 from goalwire.logging import add_sink
 
 MakeAsyncNode = Callable[..., AsyncNode]
@@ -35,7 +35,7 @@ MakeAsyncNode = Callable[..., AsyncNode]
 def test_nothing_of_it_is_imported_before_it_is_asked_for(tmp_path: Path) -> None:
     program = """
         import sys, rclpy, rclpy.node, rclpy.experimental
-        heavy = {'asyncio', 'goalwire.execution.asyncio_engine'}
+        heavy = {'asyncio', 'goalwire.execution.asyncio_executor'}
         print(heavy & set(sys.modules))
         from rclpy.experimental import AsyncNode
         print(heavy <= set(sys.modules))

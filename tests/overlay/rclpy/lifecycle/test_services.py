@@ -18,7 +18,7 @@ from rclpy.lifecycle import LifecycleNode, LifecycleNodeMixin, LifecycleState, T
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 
-from goalwire.protocol.lifecycle import STATES, TRANSITIONS
+from goalwire.rules.lifecycle import STATES, TRANSITIONS
 
 Call = Callable[..., Any]
 

@@ -18,7 +18,7 @@ from goalwire.entities.actions.types import (
 )
 from goalwire.entities.type_support import action_support
 from goalwire.execution.callback_groups import checked_group
-from goalwire.execution.waitable import InboxWaitable
+from goalwire.execution.waitable import EventQueueWaitable
 from rclpy._borrowed import borrow
 from rclpy.action._making import action_qos, refusing_bad_names
 from rclpy.callback_groups import CallbackGroup
@@ -39,7 +39,7 @@ __all__ = ['ActionClient', 'ClientGoalHandle', 'FeedbackMessage', 'ResultRespons
 _FEEDBACK_QOS = QoSProfile(depth=10)
 
 
-class ActionClient(ActionClientCore, InboxWaitable, Generic[GoalT, ResultT, FeedbackT]):
+class ActionClient(ActionClientCore, EventQueueWaitable, Generic[GoalT, ResultT, FeedbackT]):
     """Calls one action."""
 
     def __init__(
@@ -65,7 +65,7 @@ class ActionClient(ActionClientCore, InboxWaitable, Generic[GoalT, ResultT, Feed
         )
         group = node.default_callback_group if callback_group is None else checked_group(callback_group)
         support = action_support(action_type)
-        InboxWaitable.__init__(self, group)
+        EventQueueWaitable.__init__(self, group)
         with refusing_bad_names('client', action_name):
             ActionClientCore.__init__(self, node.handle, support, action_name, group, qos)
         self._node = node
@@ -78,8 +78,8 @@ class ActionClient(ActionClientCore, InboxWaitable, Generic[GoalT, ResultT, Feed
 
     def add_to_wait_set(self, wait_set: WaitSet) -> None:
         """Have `wait_set` watch for statuses and feedback; replies need no executor."""
-        for inbox in self.inboxes():
-            wait_set.add_subscription(inbox)
+        for event_queue in self.event_queues():
+            wait_set.add_subscription(event_queue)
 
     @overload
     def send_goal_async(

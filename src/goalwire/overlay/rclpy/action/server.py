@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Awaitable, Callable
 from typing import TYPE_CHECKING, Generic, TypeAlias
 
-from goalwire.entities.actions.decisions import ActionCallbacks, CancelResponse, GoalResponse
+from goalwire.entities.actions.goal_callbacks import ActionCallbacks, CancelResponse, GoalResponse
 from goalwire.entities.actions.goal_handle import ServerGoalHandle
 from goalwire.entities.actions.server import ActionServerCore
 from goalwire.entities.actions.types import ActionType, FeedbackT, GoalT, ResultT
@@ -13,10 +13,10 @@ from goalwire.entities.callbacks import check_callback, what_was_given
 from goalwire.entities.exceptions import RCLError
 from goalwire.entities.type_support import action_support
 from goalwire.execution.callback_groups import checked_group
-from goalwire.execution.waitable import InboxWaitable
-from goalwire.protocol.goals.policy import UNLIMITED, GoalPolicy, OnClientLost
-from goalwire.protocol.goals.server import GoalServer
-from goalwire.protocol.goals.table import GoalEvent
+from goalwire.execution.waitable import EventQueueWaitable
+from goalwire.rules.goals.policy import UNLIMITED, GoalPolicy, OnClientLost
+from goalwire.rules.goals.server import GoalServer
+from goalwire.rules.goals.table import GoalEvent
 from rclpy._borrowed import borrow
 from rclpy.action._making import action_qos, refusing_bad_names
 from rclpy.callback_groups import CallbackGroup
@@ -68,7 +68,7 @@ def default_cancel_callback(cancel_request: object) -> CancelResponse:
     return CancelResponse.REJECT
 
 
-class ActionServer(ActionServerCore, InboxWaitable, Generic[GoalT, ResultT, FeedbackT]):
+class ActionServer(ActionServerCore, EventQueueWaitable, Generic[GoalT, ResultT, FeedbackT]):
     """Serves one action."""
 
     def __init__(
@@ -128,7 +128,7 @@ class ActionServer(ActionServerCore, InboxWaitable, Generic[GoalT, ResultT, Feed
         )
         group = node.default_callback_group if callback_group is None else checked_group(callback_group)
         support = action_support(action_type)
-        InboxWaitable.__init__(self, group)
+        EventQueueWaitable.__init__(self, group)
         with refusing_bad_names('server', action_name):
             ActionServerCore.__init__(self, node.handle, support, action_name, callbacks, group, qos, reactor)
         self._node = node
@@ -141,8 +141,8 @@ class ActionServer(ActionServerCore, InboxWaitable, Generic[GoalT, ResultT, Feed
 
     def add_to_wait_set(self, wait_set: WaitSet) -> None:
         """Have `wait_set` watch for requests."""
-        for inbox in self.inboxes():
-            wait_set.add_service(inbox)
+        for event_queue in self.event_queues():
+            wait_set.add_service(event_queue)
 
     @property
     def action_type(self) -> type[ActionType[GoalT, ResultT, FeedbackT]]:

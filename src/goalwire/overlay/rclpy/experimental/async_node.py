@@ -12,9 +12,9 @@ from goalwire.entities.exceptions import RCLError, ShutDownError
 from goalwire.entities.graph_waiting import graph_shows
 from goalwire.entities.type_support import ServiceSupport, ServiceType, service_support
 from goalwire.errors import DestroyedError
+from goalwire.execution.asyncio_callback_tasks import CallbackTasks
 from goalwire.execution.asyncio_clock import AsyncClock
-from goalwire.execution.asyncio_host import LoopHost
-from goalwire.execution.asyncio_runs import Runs
+from goalwire.execution.asyncio_shared_loop import SharedLoop
 from rclpy.callback_groups import CallbackGroup, MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
 from rclpy.clock_type import ClockType
 from rclpy.event_handler import event_handlers
@@ -28,7 +28,7 @@ from rclpy.qos import QoSProfile, qos_profile_services_default
 
 if TYPE_CHECKING:
     from goalwire.entities.subscription import MessageInfo
-    from goalwire.execution.work import Work
+    from goalwire.execution.callback_source import CallbackSource
     from rclpy.subscription_content_filter_options import ContentFilterOptions
 
 MsgT = TypeVar('MsgT')
@@ -48,8 +48,8 @@ class AsyncNode(BaseNode):
     _clock: AsyncClock
 
     def _ros_prepare(self) -> None:
-        self._ros_runs = Runs()
-        self._ros_host = LoopHost(self.handle.home, self.context.lifeline, self._ros_runs)
+        self._ros_runs = CallbackTasks()
+        self._ros_host = SharedLoop(self.handle.work_queue, self.context.shutdown_signal, self._ros_runs)
 
     # -- its life ------------------------------------------------------------------------------------------
 
@@ -201,7 +201,9 @@ class AsyncNode(BaseNode):
         subscription.qos_profile = profile
         subscription.callback_group = group
         subscription.event_handlers = event_handlers(subscription, None, _group(False))
-        subscription.on_destroy = self._ros_adopted(subscription, self._subscriptions, subscription.inbox)
+        subscription.on_destroy = self._ros_adopted(
+            subscription, self._subscriptions, subscription.event_queue
+        )
         if content_filter_options is not None:
             self._logger.warning(
                 f"Topic '{subscription.full_name}': this wire cannot filter by content "
@@ -240,7 +242,7 @@ class AsyncNode(BaseNode):
         )
         service.qos_profile = qos_profile
         service.callback_group = group
-        service.on_destroy = self._ros_adopted(service, self._services, service.inbox)
+        service.on_destroy = self._ros_adopted(service, self._services, service.event_queue)
         return service
 
     def create_client(
@@ -273,13 +275,20 @@ class AsyncNode(BaseNode):
         self._ros_check_alive()
         period_ns = timer_period_ns(timer_period_sec)
         timer = AsyncTimer(
-            callback, _group(False), period_ns, self._clock, autostart=autostart, home=self.handle.home
+            callback,
+            _group(False),
+            period_ns,
+            self._clock,
+            autostart=autostart,
+            work_queue=self.handle.work_queue,
         )
         self.handle.own(timer)
         timer.on_destroy = self._ros_adopted(timer, self._timers, timer)
         return timer
 
-    def _ros_adopted(self, entity: Any, owned: list[Any], work: Work | None = None) -> Callable[[], None]:
+    def _ros_adopted(
+        self, entity: Any, owned: list[Any], work: CallbackSource | None = None
+    ) -> Callable[[], None]:
         """List an entity among the node's own, and return what is to be done when it is destroyed."""
         owned.append(entity)
 
@@ -293,8 +302,10 @@ class AsyncNode(BaseNode):
         return forget
 
     def _ros_make_clock(self) -> AsyncClock:
-        lifeline = self.context.lifeline
-        return AsyncClock(clock_type=ClockType.ROS_TIME, source=lifeline.clock, lifeline=lifeline)
+        shutdown_signal = self.context.shutdown_signal
+        return AsyncClock(
+            clock_type=ClockType.ROS_TIME, source=shutdown_signal.clock, shutdown_signal=shutdown_signal
+        )
 
     def _ros_check_alive(self) -> None:
         if self.handle.destroyed:

@@ -20,7 +20,7 @@ from goalwire.entities.parameters.node_parameters import NodeParameters
 from goalwire.entities.standard_types import standard_message
 from goalwire.entities.type_support import ServiceSupport
 from goalwire.execution.waitable import SelfDriven, Waitable
-from goalwire.protocol.qos import PARAMETER_EVENTS
+from goalwire.rules.qos import PARAMETER_EVENTS
 from goalwire.transport.contract import EndpointKind
 from rclpy.callback_groups import CallbackGroup, MutuallyExclusiveCallbackGroup
 from rclpy.client import Client
@@ -240,14 +240,14 @@ class BaseNode(NodeGraph, NodeParameters):
         """Let the node's executor run `waitable`, too."""
         self._ros_waitables.append(waitable)
         if not isinstance(waitable, SelfDriven):
-            from goalwire.execution.lookout import Lookout
+            from goalwire.execution.waitable_poller import WaitablePoller
 
-            self.handle.home.add_lookout(Lookout(self.handle.home, waitable))
+            self.handle.work_queue.add_poller(WaitablePoller(self.handle.work_queue, waitable))
 
     def remove_waitable(self, waitable: Waitable[Any]) -> None:
         """Forget a waitable; raises ValueError where it is not the node's."""
         self._ros_waitables.remove(waitable)
-        self.handle.home.drop_lookout(waitable)
+        self.handle.work_queue.remove_poller(waitable)
 
     def get_publishers_info_by_topic(
         self, topic_name: str, no_mangle: bool = False

@@ -14,7 +14,7 @@ from rclpy.service_introspection import ServiceIntrospectionState
 
 if TYPE_CHECKING:
     from goalwire.entities.node import NodeCore
-    from goalwire.protocol.qos import QoS
+    from goalwire.rules.qos import QoS
     from rclpy.event_handler import EventHandler
 
 

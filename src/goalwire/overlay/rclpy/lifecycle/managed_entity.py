@@ -1,7 +1,7 @@
 """rclpy.lifecycle.managed_entity: what goes through a node's transitions with it."""
 
 from goalwire.entities.lifecycle.managed_entity import ManagedEntity, SimpleManagedEntity
-from goalwire.protocol.lifecycle import TransitionCallbackReturnType
+from goalwire.rules.lifecycle import TransitionCallbackReturnType
 from rclpy._borrowed import borrow
 
 TransitionCallbackReturn = TransitionCallbackReturnType

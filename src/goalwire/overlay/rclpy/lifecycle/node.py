@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 from goalwire.entities.lifecycle.managed_entity import ManagedEntity
 from goalwire.entities.lifecycle.managed_node import LifecycleCore
 from goalwire.entities.lifecycle.services import LifecycleServices
-from goalwire.protocol.lifecycle import (
+from goalwire.rules.lifecycle import (
     ACTIVATE,
     CLEANUP,
     CONFIGURE,

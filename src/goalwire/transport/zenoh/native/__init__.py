@@ -6,6 +6,6 @@
     dialler     connects, again and again where that is asked for
     session     a session: opens, listens, waits, closes
 
-No thread is needed as long as somebody waits in the session's `vigil`, an executor for one; else the
+No thread is needed as long as somebody waits in the session's `wire_poller`, an executor for one; else the
 session's one thread does.
 """

@@ -13,8 +13,8 @@ from time import monotonic, time_ns
 from goalwire.errors import TransportError
 from goalwire.records import record
 from goalwire.transport.fork import ForkGuard
-from goalwire.transport.rejects import LOGGER
-from goalwire.transport.vigil import LeaderFollowers
+from goalwire.transport.reject_counters import LOGGER
+from goalwire.transport.wire_poller import LeaderFollowers
 from goalwire.transport.zenoh.native.dialler import Dial, Retry
 from goalwire.transport.zenoh.native.endpoints import locators_of, parse, resolve
 from goalwire.transport.zenoh.native.poller import IN, Poller
@@ -66,7 +66,7 @@ class _Sleeper:
         self._gate = allocate_lock()
         self._gate.acquire()
 
-    def doze(self, timeout_ns: int | None = None) -> bool:
+    def wait_on_lock(self, timeout_ns: int | None = None) -> bool:
         """Sleep on the lock."""
         if timeout_ns is None:
             return self._gate.acquire()
@@ -119,7 +119,7 @@ class _Protocol(SessionProtocol):
 
 
 class NativeSession:
-    """One open session. `protocol` declares, puts and asks; in `vigil` idle threads may wait."""
+    """One open session. `protocol` declares, puts and asks; in `wire_poller` idle threads may wait."""
 
     def __init__(self, settings: Settings) -> None:
         """Open it, and wait until it knows what those know whom it meets. Raises TransportError."""
@@ -130,7 +130,7 @@ class NativeSession:
         name = f'goalwire-zenoh {self.id[:8]}'
         self._settings = settings
         self._poller = Poller(f'Zenoh session {self.id}', portable=settings.portable)
-        self.vigil = LeaderFollowers(self._poller, name)
+        self.wire_poller = LeaderFollowers(self._poller, name)
         self._lock = Lock()
         self._links: dict[Link, SocketLink] = {}
         self._dials: dict[object, Dial] = {}
@@ -145,7 +145,7 @@ class NativeSession:
         try:
             for each in settings.listen:
                 self._listen(each)
-            self.vigil.start()
+            self.wire_poller.start()
             self._dial_configured()
             self._wait_until_settled()
         except BaseException:
@@ -371,7 +371,7 @@ class NativeSession:
                 left = deadline - monotonic()
                 if left <= 0:
                     return False
-                self.vigil.wait(sleeper, int(min(left, 1e6) * 1e9))
+                self.wire_poller.wait(sleeper, int(min(left, 1e6) * 1e9))
             return True
         finally:
             self._sleepers.discard(sleeper)
@@ -393,7 +393,7 @@ class NativeSession:
 
     def _wait_for_room(self, socket_link: SocketLink) -> None:
         """Wait until a link has room; whoever reads does not wait, for reading is what makes room."""
-        if self.vigil.leads():
+        if self.wire_poller.leads():
             return
         link = socket_link.link
         deadline = monotonic() + ROOM_S
@@ -405,7 +405,7 @@ class NativeSession:
                 if left <= 0:
                     self._poller.call(partial(self._give_up, socket_link))
                     return
-                self.vigil.wait(sleeper, int(left * 1e9))
+                self.wire_poller.wait(sleeper, int(left * 1e9))
         finally:
             socket_link.waiting.discard(sleeper)
 
@@ -433,7 +433,7 @@ class NativeSession:
             self._flush(links)
         for each in links:
             each.end('the session is closed', GENERIC)
-        self.vigil.close()
+        self.wire_poller.close()
         self._is_closed = True
         for listener in self._listeners:
             self._poller.unregister(listener.fileno())
@@ -452,4 +452,4 @@ class NativeSession:
             left = deadline - monotonic()
             if left <= 0:
                 return
-            self.vigil.wait(sleeper, int(left * 1e9))
+            self.wire_poller.wait(sleeper, int(left * 1e9))

@@ -163,7 +163,7 @@ class NativeWire(wire.Wire):
         """Open it. Raises TransportError."""
         self.session = NativeSession(settings)
         self.id = self.session.id
-        self.vigil = self.session.vigil
+        self.wire_poller = self.session.wire_poller
         self._protocol = self.session.protocol
         _open.add(self)
 

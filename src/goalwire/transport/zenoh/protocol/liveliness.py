@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from goalwire.transport.outbox import Outbox
+from goalwire.transport.ordered_dispatcher import OrderedDispatcher
 from goalwire.transport.zenoh.protocol.key_expressions import intersects, is_wild
 from goalwire.transport.zenoh.protocol.key_index import KeyIndex
 from goalwire.transport.zenoh.protocol.network import Sample
@@ -23,7 +23,7 @@ class Liveliness:
         self._callback_failed = callback_failed
         self._declared: dict[str, int] = {}
         self._watchers: KeyIndex[Watcher] = KeyIndex()
-        self._changes: Outbox[tuple[Watcher, Sample]] = Outbox(self._deliver)
+        self._changes: OrderedDispatcher[tuple[Watcher, Sample]] = OrderedDispatcher(self._deliver)
         self.tell = self._changes.drain
         """Tell the watchers of the changes since, in their order."""
 

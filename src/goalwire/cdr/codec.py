@@ -1,0 +1,77 @@
+"""Messages to bytes and back: XCDR1, written in little endian, read in both.
+
+An encoder or decoder is generated when a class first needs one, and kept. Any class with rosidl's surface
+will do.
+"""
+
+from __future__ import annotations
+
+import linecache
+from collections.abc import Callable
+from functools import cache, partial
+from typing import Any, TypeVar, cast
+
+from goalwire.cdr import explain
+from goalwire.cdr.decoder_source import decoder_source
+from goalwire.cdr.encoder_source import encoder_source
+from goalwire.idl.type_names import type_name
+
+Data = bytes | bytearray | memoryview
+MessageT = TypeVar('MessageT')
+
+
+def encode(message: object) -> bytes:
+    """Return a message as CDR, header included; raises EncodeError where a value does not fit its field."""
+    cls: type = type(message)
+    return encoder(cls)(message)
+
+
+def decode(data: Data, cls: type[MessageT]) -> MessageT:
+    """Return the message of a class that CDR bytes hold; raises DecodeError for any others."""
+    return cast('MessageT', decoder(cls)(data))
+
+
+@cache
+def encoder(cls: type) -> Callable[[object], bytes]:
+    """Return `encode(message) -> bytes` for one message class."""
+    source, names = encoder_source(cls)
+    names['explain'] = partial(explain.explain_encode, cls)
+    return cast(
+        'Callable[[object], bytes]',
+        _compiled(source, names, f'<goalwire encoder {type_name(cls)}>', 'encode'),
+    )
+
+
+def decoder(cls: type) -> Callable[[Data], Any]:
+    """Return `decode(data) -> message` for one message class."""
+    return _decoder(cls, '<', view=False)
+
+
+@cache
+def _decoder(cls: type, order: str, *, view: bool) -> Callable[[Data], Any]:
+    source, names = decoder_source(cls, order, view=view)
+    names['explain'] = partial(explain.explain_decode, cls)
+    names['otherwise'] = partial(_decode_otherwise, cls)
+    kind = f'{"big" if order == ">" else "little"} endian{" view" if view else ""}'
+    return cast(
+        'Callable[[Data], Any]',
+        _compiled(source, names, f'<goalwire decoder {type_name(cls)}, {kind}>', 'decode'),
+    )
+
+
+def _decode_otherwise(cls: type, data: Data) -> object:
+    """Decode what is not bytes with a little-endian header."""
+    if not isinstance(data, (bytes, bytearray, memoryview)):
+        raise TypeError(f'expected bytes, got {type(data).__name__}')
+    if isinstance(data, bytes):
+        return _decoder(cls, explain.byte_order(cls, data), view=False)(data)
+    view = memoryview(data)
+    view = view.cast('B') if view.c_contiguous else memoryview(bytes(view))
+    return _decoder(cls, explain.byte_order(cls, view), view=True)(view)
+
+
+def _compiled(source: str, names: dict[str, object], filename: str, function: str) -> object:
+    """Run the source; tracebacks show its lines."""
+    linecache.cache[filename] = (len(source), None, source.splitlines(keepends=True), filename)
+    exec(compile(source, filename, 'exec'), names)  # noqa: S102 - made from checked names
+    return names[function]

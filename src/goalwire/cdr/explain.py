@@ -1,0 +1,286 @@
+"""Which field was it? A slow second look at what was refused, to name field, value and offset."""
+
+from __future__ import annotations
+
+import math
+import struct
+from array import array
+from collections.abc import Collection, Iterator
+from typing import TypeVar
+
+from goalwire.cdr import layout, reading
+from goalwire.cdr.layout import HEADER_SIZE, Leaf
+from goalwire.errors import DecodeError, EncodeError, EncodeTypeError, EncodeValueError
+from goalwire.idl.model import FLOATS, Shape, integer_range
+from goalwire.idl.runtime import DTYPES, TYPECODES
+from goalwire.idl.type_names import type_name
+
+_FLOAT32_LIMIT = 3.4028235677973366e38  # the first magnitude that rounds to infinity
+_LITTLE_ENDIAN, _BIG_ENDIAN = 1, 0  # representation identifiers; XCDR2's are 6 to 11, parameter lists 2 and 3
+
+E = TypeVar('E', bound=Exception)
+
+
+def raising(read: str) -> list[str]:
+    """Return the lines of an encoder or decoder that raise `failure`, whose traceback holds their frame.
+
+    So the frame lets go of the error, which it would hold in a circle, and of what it was given to `read`.
+    """
+    return ['    try:', '        raise failure', '    finally:', f'        del failure, {read}']
+
+
+def explain_encode(cls: type, message: object, error: Exception) -> EncodeError:
+    """Return the error to raise for a message that an encoder refused; it holds nothing of the message."""
+    return _detached(_encode_error(cls, message, error))
+
+
+def _encode_error(cls: type, message: object, error: Exception) -> EncodeError:
+    try:
+        if not isinstance(message, cls):
+            return EncodeTypeError(type_name(cls), '', f'expected {cls.__name__}, got {_shown(message)}')
+        for path, leaf, value in _values(cls, message, ''):
+            _judge(type_name(cls), path, leaf, value)
+    except EncodeError as found:
+        found.__context__ = None  # it says all that the encoder's own error does
+        return found.with_traceback(None)
+    except Exception as other:
+        return EncodeValueError(type_name(cls), '', f'cannot be encoded: {other!r}')
+    return EncodeValueError(type_name(cls), '', f'cannot be encoded: {error!r}')
+
+
+def _values(cls: type, message: object, prefix: str) -> Iterator[tuple[str, Leaf, object]]:
+    """Yield path, field and value of all fields, nested ones after the field that holds them."""
+    for leaf in layout.leaves(cls):
+        path = prefix + leaf.name
+        value = getattr(message, f'_{leaf.name}', None)
+        yield path, leaf, value
+        if leaf.cls is None:
+            continue
+        if leaf.type.shape is Shape.SINGLE:
+            yield from _values(leaf.cls, value, f'{path}.')
+        elif isinstance(value, Collection):
+            for index, item in enumerate(value):
+                yield from _values(leaf.cls, item, f'{path}[{index}].')
+
+
+def _judge(root: str, path: str, leaf: Leaf, value: object) -> None:
+    """Raise where a value does not fit its field."""
+    if leaf.type.shape is Shape.SINGLE:
+        _judge_single(root, path, leaf, value)
+        return
+    if not isinstance(value, Collection):
+        raise EncodeTypeError(root, path, f'expected a sequence, got {_shown(value)}')
+    size = int(getattr(value, 'size', len(value)))
+    capacity = leaf.type.capacity
+    if leaf.type.shape is Shape.ARRAY and size != capacity:
+        raise EncodeValueError(root, path, f'expected exactly {capacity} values, got {size}')
+    if leaf.type.shape is Shape.BOUNDED and size > capacity:
+        raise EncodeValueError(root, path, f'expected at most {capacity} values, got {size}')
+    if leaf.type.is_number and leaf.type.shape is Shape.ARRAY:
+        dtype = DTYPES[TYPECODES[leaf.type.base]]
+        if str(getattr(value, 'dtype', '')) != dtype:
+            raise EncodeTypeError(root, path, f'expected a numpy array of {dtype}, got {_shown(value)}')
+    elif not (isinstance(value, array) and value.typecode == TYPECODES.get(leaf.type.base)):
+        octets = leaf.type.base == 'byte' and isinstance(value, (bytes, bytearray))
+        for index, item in enumerate(() if octets else value):
+            _judge_single(root, f'{path}[{index}]', leaf, item)
+
+
+def _judge_single(root: str, path: str, leaf: Leaf, value: object) -> None:
+    base = leaf.type.base
+    if leaf.cls is not None:
+        if not isinstance(value, leaf.cls):
+            raise EncodeTypeError(root, path, f'expected {leaf.cls.__name__}, got {_shown(value)}')
+    elif leaf.type.is_string:
+        _judge_text(root, path, leaf, value)
+    elif base == 'bool':
+        if not isinstance(value, bool):
+            hint = (
+                f' (write {value == 1})'
+                if hasattr(value, '__index__') or type(value).__module__ == 'numpy'
+                else ''
+            )
+            raise EncodeTypeError(root, path, f'expected bool, got {_shown(value)}{hint}')
+    elif base == 'byte':
+        if not isinstance(value, bytes) or len(value) != 1:
+            raise EncodeTypeError(root, path, f'expected bytes of length 1, got {_shown(value)}')
+    elif base in FLOATS:
+        _judge_float(root, path, base, value)
+    else:
+        _judge_integer(root, path, base, value)
+
+
+def _judge_text(root: str, path: str, leaf: Leaf, value: object) -> None:
+    if not isinstance(value, str):
+        raise EncodeTypeError(root, path, f'expected str, got {_shown(value)}')
+    try:
+        data = value.encode()
+    except UnicodeEncodeError as error:
+        raise EncodeValueError(
+            root, path, f'no valid Unicode at character {error.start}: {error.reason}'
+        ) from None
+    if leaf.type.base == 'string' and 0 in data:
+        raise EncodeValueError(
+            root, path, f'a string cannot contain a NUL (at character {value.index(chr(0))})'
+        )
+    size = len(data) if leaf.type.base == 'string' else len(value.encode('utf-16-le')) // 2
+    if 0 < leaf.type.string_capacity < size:
+        unit = 'bytes of UTF-8' if leaf.type.base == 'string' else 'UTF-16 units'
+        raise EncodeValueError(root, path, f'expected at most {leaf.type.string_capacity} {unit}, got {size}')
+
+
+def _judge_float(root: str, path: str, base: str, value: object) -> None:
+    if not isinstance(value, float):
+        number = hasattr(value, '__float__') and not isinstance(value, str)
+        hint = f' (write {value!r}.0)' if type(value) is int else ' (write float(…))' if number else ''
+        raise EncodeTypeError(root, path, f'expected float, got {_shown(value)}{hint}')
+    if base == 'float32' and math.isfinite(value) and abs(value) >= _FLOAT32_LIMIT:
+        raise EncodeValueError(root, path, f'{value!r} is outside the range of float32')
+
+
+def _judge_integer(root: str, path: str, base: str, value: object) -> None:
+    if not hasattr(value, '__index__'):
+        hint = f' (write {int(value)})' if isinstance(value, float) and value.is_integer() else ''
+        raise EncodeTypeError(root, path, f'expected int, got {_shown(value)}{hint}')
+    low, high = integer_range(base)
+    if not low <= value.__index__() <= high:
+        raise EncodeValueError(root, path, f'{value!r} is outside the range of {base}, [{low}, {high}]')
+
+
+def _shown(value: object) -> str:
+    cls = type(value)
+    if hasattr(cls, 'get_fields_and_field_types'):
+        return type_name(cls)
+    text = repr(value)
+    name = cls.__name__ if cls.__module__ == 'builtins' else f'{cls.__module__}.{cls.__name__}'
+    return f'{name} {text if len(text) <= 60 else text[:57] + "..."}'
+
+
+def byte_order(cls: type, data: reading.Buffer) -> str:
+    """Return '<' or '>' as the header tells; raises DecodeError for a header that is not XCDR1's."""
+    if len(data) < HEADER_SIZE:
+        raise DecodeError(
+            type_name(cls), '', len(data), f'the header has {HEADER_SIZE} bytes, the data {len(data)}'
+        )
+    kind = data[0] << 8 | data[1]
+    if kind not in (_LITTLE_ENDIAN, _BIG_ENDIAN):
+        names = {2: 'a parameter list', 3: 'a parameter list', **dict.fromkeys(range(6, 12), 'XCDR2')}
+        what = names.get(kind, 'unknown')
+        raise DecodeError(
+            type_name(cls),
+            '',
+            0,
+            f'representation {bytes(data[:2]).hex()} is {what}; ROS 2 messages are plain CDR (0000, 0001)',
+        )
+    return '<' if kind == _LITTLE_ENDIAN else '>'
+
+
+def explain_decode(cls: type, data: reading.Buffer, error: Exception) -> DecodeError:
+    """Return the error to raise for bytes that a decoder refused; it holds nothing of them."""
+    return _detached(_decode_error(cls, data, error))
+
+
+def _detached(error: E) -> E:
+    """Return an error without the frames, and the error before it, that hold what was read or written."""
+    error.__context__ = None
+    return error.with_traceback(None)
+
+
+def _decode_error(cls: type, data: reading.Buffer, error: Exception) -> DecodeError:
+    if isinstance(error, DecodeError):
+        return error
+    at = 0
+    try:
+        walk = _Walk(type_name(cls), data, byte_order(cls, data))
+        walk.message(cls, '')
+        at = walk.at
+    except DecodeError as found:
+        found.__context__ = None
+        return found.with_traceback(None)
+    except Exception as other:
+        error = other
+    return DecodeError(type_name(cls), '', at, f'cannot be decoded: {error!r}')
+
+
+class _Walk:
+    """Reads a message field by field, until one cannot be read."""
+
+    def __init__(self, root: str, data: reading.Buffer, order: str) -> None:
+        self.at = HEADER_SIZE
+        self._root = root
+        self._data = data
+        self._order = order
+
+    def fail(self, path: str, problem: str) -> None:
+        raise DecodeError(self._root, path, self.at, problem)
+
+    def message(self, cls: type, prefix: str) -> None:
+        if not layout.leaves(cls):
+            self._take(prefix.rstrip('.'), 1, 1)
+        for leaf in layout.leaves(cls):
+            self._leaf(leaf, prefix + leaf.name)
+
+    def _leaf(self, leaf: Leaf, path: str) -> None:
+        if leaf.type.shape is Shape.SINGLE:
+            self._single(leaf, path)
+            return
+        count = leaf.type.capacity if leaf.type.shape is Shape.ARRAY else self._length(path)
+        if leaf.type.shape is Shape.BOUNDED and count > leaf.type.capacity:
+            self.fail(path, f'has {count} values, its type at most {leaf.type.capacity}')
+        least = count * layout.element_minimum(leaf)
+        if least > len(self._data) - self.at:
+            self.fail(
+                path,
+                f'has {count} values of at least {least} bytes, but {len(self._data) - self.at} are left',
+            )
+        if leaf.type.is_number:
+            if count:
+                self._take(path, count * layout.SIZES[leaf.type.base], layout.SIZES[leaf.type.base])
+            return
+        for index in range(count):
+            self._single(leaf, f'{path}[{index}]')
+
+    def _single(self, leaf: Leaf, path: str) -> None:
+        if leaf.cls is not None:
+            self.message(leaf.cls, f'{path}.')
+        elif leaf.type.is_string:
+            self._text(leaf, path)
+        else:
+            size = layout.SIZES[leaf.type.base]
+            start = self._take(path, size, size)
+            if leaf.type.base == 'bool' and self._data[start] > 1:
+                self.at = start
+                self.fail(path, f'a bool is 0 or 1, not {self._data[start]}')
+
+    def _text(self, leaf: Leaf, path: str) -> None:
+        size = self._length(path)
+        wide = leaf.type.base == 'wstring'
+        limit = leaf.type.string_capacity
+        if 0 < limit < size - (not wide):
+            self.fail(
+                path,
+                f'has {size} {"units" if wide else "bytes with the NUL"}, its type at most {limit} without',
+            )
+        start = self._take(path, size * 4 if wide else size, 1)
+        try:
+            if wide:
+                reading.wide_text(self._data, start, size, self._order)
+            else:
+                reading.text(self._data, start, size)
+        except ValueError as error:
+            self.at = start
+            reason = error.reason if isinstance(error, UnicodeDecodeError) else str(error)
+            self.fail(path, f'no valid {"UTF-16" if wide else "UTF-8"} ({reason})')
+
+    def _length(self, path: str) -> int:
+        start = self._take(path, 4, 4)
+        (length,) = struct.unpack_from(f'{self._order}I', self._data, start)
+        return int(length)
+
+    def _take(self, path: str, size: int, alignment: int) -> int:
+        """Step over `size` bytes and return where they start."""
+        start = self.at + -(self.at - HEADER_SIZE) % alignment
+        if start + size > len(self._data):
+            self.fail(path, f'needs {size} bytes, but the data ends at byte {len(self._data)}')
+        self.at = start + size
+        return start

@@ -1,0 +1,121 @@
+"""What generated decoders call.
+
+All of these raise ValueError or IndexError for bytes that cannot be right, before they allocate anything for
+them; codec/diagnosis.py finds out which field it was.
+"""
+
+from __future__ import annotations
+
+import struct
+import sys
+from array import array
+from collections.abc import Callable, Iterable
+from typing import NoReturn
+
+from goalwire.cdr.layout import Item, run_struct
+
+Buffer = bytes | memoryview
+Unpack = Callable[[Buffer, int], tuple[object, ...]]
+
+BOOLS = (False, True)  # any other byte is an IndexError
+OCTETS = tuple(bytes((value,)) for value in range(256))
+_LENGTHS = {order: struct.Struct(f'{order}I').unpack_from for order in '<>'}
+_FOREIGN_ORDER = '>' if sys.byteorder == 'little' else '<'
+_SMALL = 2048  # bytes; a slice of this size is copied faster than a view of it is made
+
+
+def plain_unpackers(items: Iterable[Item], order: str) -> tuple[tuple[Unpack, int], ...]:
+    """Return how to read a run, and its size, by offset & 7."""
+    kept = tuple(items)
+    structs = [run_struct(kept, offset, order=order) for offset in range(8)]
+    return tuple((run.unpack_from, run.size) for run in structs)
+
+
+def refuse() -> NoReturn:
+    """Say that the bytes are no such message."""
+    raise ValueError('malformed message')
+
+
+def numbers(typecode: str, data: Buffer, at: int, end: int, order: str) -> array[float]:
+    """Return data[at:end] as an array of numbers; a large one is copied once."""
+    if end > len(data):
+        refuse()
+    values: array[float]
+    if end - at < _SMALL:
+        values = array(typecode, bytes(data[at:end]))
+    else:
+        values = array(typecode)
+        values.frombytes(memoryview(data)[at:end])
+    if order == _FOREIGN_ORDER:
+        values.byteswap()
+    return values
+
+
+def bools(data: Buffer, at: int, end: int) -> list[bool]:
+    """Return bytes of 0 and 1 as a list."""
+    block = bytes(data[at:end])
+    if len(block) != end - at or block.strip(b'\0\1'):
+        refuse()
+    return list(map(bool, block))
+
+
+def octets(data: Buffer, at: int, end: int) -> list[bytes]:
+    """Return the bytes as a list of bytes objects of length 1."""
+    if end > len(data):
+        refuse()
+    return [OCTETS[value] for value in data[at:end]]
+
+
+def text(data: Buffer, at: int, size: int) -> str:
+    """Return the string of `size` bytes at `at`. As Fast-CDR does, one without its NUL is taken as it is."""
+    end = at + size
+    if end > len(data):
+        refuse()
+    return str(data[at : end - 1 if size and not data[end - 1] else end], 'utf-8')
+
+
+def wide_text(data: Buffer, at: int, units: int, order: str) -> str:
+    """Return the wstring of `units` four-byte code units at `at`; surrogates pair up as in UTF-16."""
+    values = numbers('I', data, at, at + 4 * units, order)
+    if not units:
+        return ''
+    greatest = max(values)
+    if greatest > sys.maxunicode:
+        refuse()
+    if greatest <= 0xFFFF:
+        return array('H', values).tobytes().decode(f'utf-16-{"le" if sys.byteorder == "little" else "be"}')
+    # A peer wrote code points; among these, surrogates are refused.
+    return ''.join(chr(int(value)) for value in values).encode().decode()
+
+
+def texts(data: Buffer, at: int, count: int, order: str, limit: int) -> tuple[list[str], int]:
+    """Return `count` strings of at most `limit` bytes (0: any) and the offset behind them."""
+    if count * 4 > len(data) - at:
+        refuse()
+    length = _LENGTHS[order]
+    most = limit + 1 if limit else 2**32
+    found = []
+    for _ in range(count):
+        at += -at & 3
+        (size,) = length(data, at)
+        start, at = at + 4, at + 4 + size
+        if size > most:
+            refuse()
+        found.append(text(data, start, size) if data[at - 1] else str(data[start : at - 1], 'utf-8'))
+    return found, at
+
+
+def wide_texts(data: Buffer, at: int, count: int, order: str, limit: int) -> tuple[list[str], int]:
+    """Return `count` wstrings of at most `limit` code units (0: any) and the offset behind them."""
+    if count * 4 > len(data) - at:
+        refuse()
+    length = _LENGTHS[order]
+    found = []
+    for _ in range(count):
+        at += -at & 3
+        (units,) = length(data, at)
+        if 0 < limit < units:
+            refuse()
+        found.append(wide_text(data, at + 4, units, order))
+        at += 4 + 4 * units
+    return found, at

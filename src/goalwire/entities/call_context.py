@@ -1,0 +1,114 @@
+"""What is known of one call or goal, by whoever waits for it: its name, its servers, since and until when."""
+
+from __future__ import annotations
+
+from math import inf
+from typing import TYPE_CHECKING, TypeVar
+
+from goalwire.entities.exceptions import ShutDownError
+from goalwire.errors import CallError, NoServerError
+from goalwire.execution.monotonic import timeout_ns
+from goalwire.transport.contract import EndpointKind
+from goalwire.transport.registry import selected_identifier
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from goalwire.entities.context import Context
+    from goalwire.transport.contract import GraphEntity
+
+ErrorT = TypeVar('ErrorT', bound=CallError)
+
+
+def where(context: Context) -> str:
+    """Return where a context looks for servers: its domain and its wire."""
+    return f'in domain {context.get_domain_id()} ({selected_identifier()})'
+
+
+class CallContext:
+    """Begins when it is made. The errors that it makes name the service or action, its nodes, the time."""
+
+    __slots__ = ('attempts', 'begun', 'context', 'deadline', 'kind', 'name', 'servers')
+
+    def __init__(self, context: Context, kind: str, name: str, timeout: float | None) -> None:
+        """`kind` is 'service' or 'action', `name` fully qualified; a `timeout` (s) of None or inf has no end.
+
+        Raises TypeError for a timeout that is no number, ValueError for nan.
+        """
+        self.context = context
+        self.kind = kind
+        self.name = name
+        self.servers: Sequence[GraphEntity] = ()
+        """Who served when the request went out."""
+        self.attempts = 1
+        """How often the request went out."""
+        self.begun = self.context.shutdown_signal.clock.now()
+        self.deadline: int | None = None
+        """On the context's steady clock, in ns; None where there is none."""
+        if timeout is not None and timeout != inf:
+            try:
+                self.deadline = self.begun + max(timeout_ns(timeout), 0)
+            except (TypeError, ValueError) as error:
+                raise type(error)(f'{self.title}: {error}') from None
+
+    def now(self) -> int:
+        """The time on the context's steady clock, in ns."""
+        return self.context.shutdown_signal.clock.now()
+
+    @property
+    def title(self) -> str:
+        """ "service '/name'"."""
+        return f"{self.kind} '{self.name}'"
+
+    def see_servers(self, served_as: str) -> None:
+        """Note who serves now. `served_as` is the service's name, or that of the action's first service."""
+        self.servers = self.context.graph.entities(EndpointKind.SERVICE, served_as)
+
+    @property
+    def peers(self) -> tuple[str, ...]:
+        """The nodes that served when the request went out."""
+        return tuple(dict.fromkeys(server.node.qualified for server in self.servers))
+
+    @property
+    def waited(self) -> float:
+        """s since the beginning."""
+        return (self.now() - self.begun) / 1e9
+
+    def left_ns(self, margin_s: float) -> int | None:
+        """How long the wire has to hold a request: what is left, and `margin_s` for us to be first."""
+        deadline = self.deadline
+        if deadline is None:
+            return None
+        left = deadline - self.context.shutdown_signal.clock.now()
+        return max(left, 0) + int(margin_s * 1e9)
+
+    def retold(self, error: CallError) -> CallError:
+        """Add what is known here to an error of a client; one that tells it already stays as it is."""
+        return error if error.name else self.error(type(error), str(error))
+
+    def error(self, kind: type[ErrorT], problem: str) -> ErrorT:
+        """Make an error that says which, who and how long."""
+        waited, peers = self.waited, self.peers
+        served = f' of node {" and ".join(map(repr, peers))}' if peers else ''
+        often = f', {self.attempts} attempts' if self.attempts > 1 else ''
+        text = f'{self.title}{served}: {problem}; waited {waited:.3f} s{often}'
+        return kind(text, name=self.name, peers=peers, waited=waited)
+
+    def no_server(self) -> NoServerError:
+        """Make the error of a call to which no server came: where it was looked for, and what is near."""
+        error = self.error(NoServerError, f'no server came {where(self.context)}')
+        hint = self.hint()
+        if hint:
+            error.args = (f'{error}; {hint}',)
+        return error
+
+    def hint(self) -> str:
+        """What in the graph is near to what was not found; '' where nothing is."""
+        from goalwire.graph.near_misses import near_misses
+
+        return near_misses(self.context.graph, self.name, is_action=self.kind == 'action')
+
+    def check_alive(self) -> None:
+        """Raise ShutDownError where the context has ended."""
+        if not self.context.ok():
+            raise ShutDownError(self.title)

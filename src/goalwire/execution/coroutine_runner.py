@@ -1,0 +1,250 @@
+"""Where coroutine callbacks run: as asyncio tasks, on whichever thread of the executor is free."""
+
+from __future__ import annotations
+
+import asyncio
+import atexit
+from _thread import allocate_lock
+from collections import deque
+from threading import Lock
+from typing import TYPE_CHECKING, Any, NamedTuple
+from weakref import WeakKeyDictionary, WeakSet
+
+from goalwire.execution.callback_source import CallbackSource
+from goalwire.execution.stepped_loop import new_loop
+from goalwire.execution.timer_heap import TimerEntry
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Coroutine
+    from contextvars import Context
+
+    from goalwire.execution.callback_groups import CallbackGroup
+    from goalwire.execution.fd_selector import FdSelector
+    from goalwire.execution.monotonic import SteadyClock
+    from goalwire.execution.node_work_queue import NodeWorkQueue
+
+
+class Start(NamedTuple):
+    """A coroutine callback to be run: `ended` is called when it is over."""
+
+    coroutine: Coroutine[Any, Any, object]
+    context: Context
+    ended: Callable[[], None]
+
+
+MOST_RUNNERS = 256
+"""Coroutines of reentrant groups share runners beyond this many."""
+
+
+class CoroutineRunner(CallbackSource):
+    """An asyncio loop that is bound to no thread. It is ready work like any other: one turn, one step.
+
+    One thread at a time drives it; a thread that finds it driven leaves a note and goes on. `fail` is told
+    what the coroutines raise.
+    """
+
+    __slots__ = (
+        '_alarm',
+        '_carried',
+        '_closing',
+        '_fail',
+        '_missed',
+        '_posted',
+        '_starting',
+        '_turn',
+        'loop',
+    )
+
+    def __init__(
+        self,
+        work_queue: NodeWorkQueue,
+        fd_selector: FdSelector,
+        clock: SteadyClock,
+        fail: Callable[[BaseException], None],
+    ) -> None:
+        super().__init__(work_queue, None)
+        self._fail = fail
+        self._posted = self._missed = self._closing = False
+        self._turn = allocate_lock()
+        self._carried: dict[int, asyncio.Task[Any]] = {}
+        """By the id of their coroutines. asyncio itself holds its tasks weakly."""
+        self._starting: deque[Start] = deque()
+        self._alarm = TimerEntry(self.wake)
+        self.loop = new_loop(fd_selector, clock, self.wake)
+
+    @property
+    def driven(self) -> bool:
+        """Whether a thread is in the middle of a step."""
+        return self._turn.locked()
+
+    @property
+    def load(self) -> int:
+        """How many callbacks run here."""
+        return len(self._carried) + len(self._starting)
+
+    def start(self, start: Start) -> None:
+        """Make a task of a coroutine with the next step. Any thread."""
+        self._starting.append(start)
+
+    def wake(self) -> None:
+        """Ask for a step. Any thread."""
+        if not self._posted:
+            self._posted = True
+            try:
+                self.work_queue.post(self)
+            except BaseException:  # of a signal's handler, anywhere: once more is harmless, never is not
+                self.work_queue.post(self)
+                raise
+
+    def run(self) -> None:
+        """Do one step, and ask for the next one where there is more to do."""
+        self._posted = False
+        if not self._turn.acquire(blocking=False):
+            self._missed = True
+            if not self._turn.locked():
+                self.wake()
+            return
+        self._missed = False
+        due = None
+        is_whole = False
+        try:
+            if not self._closing:
+                loop = self.loop
+                loop.step(self._begin if self._starting else None)
+                if loop.whens:
+                    due = loop.next_due()
+            is_whole = True
+        finally:
+            self._turn.release()
+            if self._closing:
+                self.close()
+            elif not is_whole:  # Ctrl-C, or a callback of the loop's that exits: the others go on later
+                self.loop.more = True
+                self.wake()
+        if self._closing:
+            return
+        if self._missed or self.loop.more or self._starting:
+            self.wake()
+        elif due is not None:
+            before = self._alarm.due  # another thread may ring it meanwhile
+            if before is None or due < before:
+                self.work_queue.set_alarm(self._alarm, due)
+
+    def close(self) -> None:
+        """Cancel what runs here and close the loop; a thread in mid-step does so when that is over."""
+        self._closing = True
+        self.work_queue.drop_alarm(self._alarm)
+        if self._turn.acquire(blocking=False):
+            try:
+                self._close_loop()
+            finally:
+                self._turn.release()
+
+    def _begin(self) -> None:
+        while self._starting:
+            start = self._starting.popleft()
+            task = self.loop.create_task(self._carry(start), context=start.context)
+            self._carried[id(start.coroutine)] = task
+
+    async def _carry(self, start: Start) -> None:
+        try:
+            await start.coroutine
+        except (asyncio.CancelledError, GeneratorExit):
+            raise
+        except BaseException as error:  # it comes out of spin
+            self._fail(error)
+        finally:
+            del self._carried[id(start.coroutine)]
+            start.ended()
+
+    def _close_loop(self) -> None:
+        """Give cancelled tasks a bounded number of steps to end in."""
+        loop = self.loop
+        if loop.is_closed():
+            return
+        if self._carried or self._starting:
+            loop.step(self._begin)  # what never began could not clean up
+        left = asyncio.all_tasks(loop)
+        for task in left:
+            task.cancel()
+        for _ in range(10):
+            if not left:
+                break
+            loop.step()
+            left = {task for task in left if not task.done()}
+        loop.close()
+
+
+class RunnerPool:
+    """The runners of one executor.
+
+    `spread` False: all coroutines share one runner, as one thread drives them anyway. True: each exclusive
+    group has a runner of its own and each callback of other groups has one while it runs, so that one that
+    blocks holds up nobody but its group.
+    """
+
+    def __init__(self, make: Callable[[], CoroutineRunner], *, spread: bool) -> None:
+        self._make = make
+        self._spread = spread
+        self._lock = Lock()
+        self._closed = False
+        self._shared: list[CoroutineRunner] = []
+        self._of_group: WeakKeyDictionary[CallbackGroup, CoroutineRunner] = WeakKeyDictionary()
+        _open.add(self)
+
+    def start(
+        self,
+        coroutine: Coroutine[Any, Any, object],
+        context: Context,
+        ended: Callable[[], None],
+        group: CallbackGroup | None,
+    ) -> None:
+        """Let a coroutine run in the runner that is right for `group`, and drive it to its first await.
+
+        Once these are closed it is cancelled there, in a runner of its own. `ended` is called at its end.
+        """
+        with self._lock:
+            runner = self._make() if self._closed else self._lane_for(group)
+            runner.start(Start(coroutine, context, ended))
+        if self._closed:
+            runner.close()
+        else:
+            runner.run()
+
+    def close(self) -> None:
+        """Cancel all coroutines and close all runners, now and later ones."""
+        self._closed = True
+        with self._lock:
+            runners = [*self._shared, *self._of_group.values()]
+        for runner in runners:
+            runner.close()
+
+    def _lane_for(self, group: CallbackGroup | None) -> CoroutineRunner:
+        if self._spread and group is not None and group.exclusive:
+            runner = self._of_group.get(group)
+            if runner is None:
+                runner = self._of_group[group] = self._make()
+            if not runner.driven:
+                return runner
+        return self._idle_lane()
+
+    def _idle_lane(self) -> CoroutineRunner:
+        """A shared runner that nobody drives right now: a nested spin cannot go on with the one it is in."""
+        for runner in self._shared:
+            if not runner.driven and (not self._spread or runner.load == 0):
+                return runner
+        if len(self._shared) < MOST_RUNNERS:
+            runner = self._make()
+            self._shared.append(runner)
+            return runner
+        return min(self._shared, key=lambda runner: runner.load)
+
+
+_open: WeakSet[RunnerPool] = WeakSet()
+
+
+@atexit.register
+def _close_all() -> None:
+    """At the interpreter's exit: let the coroutines of executors that nobody shut down clean up."""
+    for runners in tuple(_open):
+        runners.close()

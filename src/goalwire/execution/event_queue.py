@@ -1,0 +1,180 @@
+"""The queue between the transport's threads and a subscription's or service's callback."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import TYPE_CHECKING, Generic, TypeVar
+
+from goalwire.execution.callback_source import CallbackSource
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from goalwire.execution.callback_groups import CallbackGroup
+    from goalwire.execution.node_work_queue import NodeWorkQueue
+
+E = TypeVar('E')
+
+TICKS_LIMIT = 1000
+"""Turns that one client saves up for spins to come; a program that never spins needs none."""
+
+
+class EventQueue(CallbackSource, Generic[E]):
+    """Events that wait for their callback, `depth` of them at most (None: without limit).
+
+    When it is full, the oldest event is dropped; where there is a `refuse`, that gets the new one instead.
+    `dropped` counts both. However many events wait, the event queue is in the executor's queue once.
+    """
+
+    __slots__ = (
+        '_alone',
+        '_events',
+        '_handle',
+        '_posted',
+        '_refuse',
+        'closed',
+        'depth',
+        'dropped',
+        'note',
+        'watchers',
+    )
+
+    counts_up = False
+
+    def __init__(
+        self,
+        work_queue: NodeWorkQueue,
+        group: CallbackGroup | None,
+        handle: Callable[[E], object],
+        *,
+        depth: int | None = None,
+        refuse: Callable[[E], object] | None = None,
+    ) -> None:
+        """`refuse` gets what comes once it is closed, too; on the thread that brings it."""
+        super().__init__(work_queue, group)
+        self.depth = depth
+        self.dropped = 0
+        self.closed = False
+        self.note: Callable[[E], object] | None = None
+        """Is told of each event before it is queued."""
+        self.watchers: Sequence[Callable[[], None]] = ()
+        self._handle = handle
+        self._events: deque[E] = deque(maxlen=depth if refuse is None else None)
+        self._refuse = refuse
+        self._posted = False
+        self._alone = group is not None and group.exclusive
+
+    def __len__(self) -> int:
+        return len(self._events)
+
+    def __bool__(self) -> bool:
+        return True
+
+    @property
+    def entity(self) -> object:
+        """What handles the events, or what that says that it is a part of."""
+        owner = getattr(self._handle, '__self__', None)
+        return getattr(owner, 'entity', owner)
+
+    @property
+    def backlog(self) -> int:
+        return len(self._events)
+
+    @property
+    def events(self) -> int:
+        """How many events wait; see wait_set.Waited."""
+        return len(self._events)
+
+    def deliver(self, event: E) -> None:
+        """Queue `event`. Any thread; short, takes no lock. What a transport calls with all that comes.
+
+        The append comes before the look at `_posted`, and `_go_on` resets that before it looks for events.
+        """
+        if self.note is not None:
+            self.note(event)
+        events = self._events
+        if self.depth is not None and len(events) >= self.depth:
+            self.dropped += 1
+            if self._refuse is not None:
+                self._refuse(event)
+                return
+        if self.closed:
+            if self._refuse is not None:
+                self._refuse(event)
+            return
+        events.append(event)
+        if not self._posted:
+            self._posted = True
+            try:
+                self.work_queue.post(self)
+            except BaseException:  # of a signal's handler, anywhere: once more is harmless, never is not
+                self.work_queue.post(self)
+                raise
+        if self.watchers:
+            self._tell()
+
+    def _tell(self) -> None:
+        for wake in self.watchers:
+            wake()
+
+    def handle(self, event: E) -> object:
+        """Run the callback for `event`, which was taken; as `run` does."""
+        return self._handle(event)
+
+    def take(self) -> E | None:
+        """Take the oldest event out, past the callback; None where there is none."""
+        try:
+            return self._events.popleft()
+        except IndexError:
+            return None
+
+    def close(self) -> None:
+        """Drop what waits and refuse what comes. A callback that runs goes on."""
+        self.closed = True
+        self._events.clear()
+
+    def run(self) -> object:
+        """Run the callback for the oldest event."""
+        try:
+            event = self._events.popleft()
+        except IndexError:
+            self._go_on()
+            return None
+        if not self._alone:
+            self._go_on()  # the callback may run beside itself: let another thread have the next event
+        return self._handle(event)
+
+    def settle(self) -> None:
+        if self._alone:
+            self._posted = False
+            if self._events:  # asked here, too: mostly that is all, and one call less
+                self._go_on()
+
+    def _go_on(self) -> None:
+        """Post again if events wait."""
+        self._posted = False
+        if self._events:
+            self._posted = True
+            try:
+                self.work_queue.post(self)
+            except BaseException:  # as in `deliver`
+                self.work_queue.post(self)
+                raise
+
+
+class ResponseTicks(EventQueue[None]):
+    """Answers whose futures nobody waits for: each is one callback's turn, in which nothing is left to do.
+
+    rclpy takes an answer in a turn of the executor, so `while not future.done(): rclpy.spin_once(node)` ends.
+    Here the future is done before that; the turn lets `spin_once` return. `owner` is whose turn it is.
+    """
+
+    __slots__ = ('_owner',)
+
+    def __init__(self, work_queue: NodeWorkQueue, owner: object) -> None:
+        super().__init__(work_queue, None, bool, depth=TICKS_LIMIT)
+        self._owner = owner
+
+    @property
+    def entity(self) -> object:
+        return self._owner

@@ -1,0 +1,176 @@
+"""File descriptors: which are ready, for the asyncio loops; and the sleep that watches them."""
+
+from __future__ import annotations
+
+from _thread import allocate_lock
+from contextlib import suppress
+from typing import TYPE_CHECKING
+
+from goalwire.execution.waiting import WireWaiter
+
+if TYPE_CHECKING:
+    import selectors
+    import socket
+    from collections.abc import Callable
+
+    from goalwire.execution.shutdown_signal import ShutdownSignal
+
+
+class FdSelector:
+    """One selector for all asyncio loops of an executor; made when the first descriptor is watched.
+
+    A descriptor is reported once, then left alone until its loop arms it again, so that one which a busy
+    loop has not served yet keeps nobody awake.
+    """
+
+    __slots__ = (
+        '_closed',
+        '_interrupt',
+        '_listener',
+        '_lock',
+        '_on_armed',
+        '_selecting',
+        '_selector',
+        '_turn',
+        'wanted',
+        'watched',
+    )
+
+    def __init__(self, on_armed: Callable[[], None]) -> None:
+        """`on_armed` gets a sleeper to look again, which then watches the descriptors."""
+        self.watched = 0
+        self.wanted = False
+        self._on_armed = on_armed
+        self._selector: selectors.BaseSelector | None = None
+        self._interrupt: socket.socket | None = None
+        self._listener: socket.socket | None = None
+        self._selecting = False
+        self._turn = allocate_lock()
+        self._lock = allocate_lock()
+        self._closed = False
+
+    def arm(self, fd: int, events: int, report: Callable[[int, int], None]) -> None:
+        """Call `report(fd, ready_events)` once when one of `events` is ready."""
+        with self._lock:
+            if self._closed:
+                return
+            selector = self._selector or self._open()
+            selector.register(fd, events, report)
+            self.watched += 1
+        if self._selecting:
+            self.interrupt()
+        else:
+            self._on_armed()
+
+    def disarm(self, fd: int) -> None:
+        """Watch `fd` no more, if it is watched."""
+        with self._lock:
+            if self._selector is None:
+                return
+            try:
+                self._selector.unregister(fd)
+            except KeyError:
+                return  # it has been reported
+            self.watched -= 1
+
+    def poll(self) -> None:
+        """Report what is ready now; nothing where another thread is at it."""
+        self.wait(0, bool)
+
+    def wait(self, timeout: float | None, woken: Callable[[], bool]) -> bool:
+        """Report what is ready, after waiting up to `timeout` s; False where another thread is at it.
+
+        `woken` is asked once this thread has its turn: from then on no other thread's look can take up an
+        `interrupt` that is meant for this one.
+        """
+        if not self._turn.acquire(blocking=False):
+            return False
+        try:
+            self._selecting = timeout != 0
+            selector = self._selector
+            ready = [] if selector is None or woken() else selector.select(timeout)
+            if any(key.data is None for key, _ in ready):
+                self._drain()
+        finally:
+            self._selecting = False
+            self._turn.release()
+            if self.wanted:
+                # A sleeper found the selector taken: let it look again, as this thread may be long away.
+                self.wanted = False
+                self._on_armed()
+        for key, events in ready:
+            if key.data is not None:
+                self.disarm(key.fd)
+                key.data(key.fd, events)
+        return True
+
+    @property
+    def attended(self) -> bool:
+        """Whether a thread waits in the selector now."""
+        return self._turn.locked()
+
+    def interrupt(self) -> None:
+        """End a `poll` that waits. Any thread."""
+        if self._interrupt is not None:
+            # Full: it is being interrupted already. Closed: nobody waits.
+            with suppress(OSError):
+                self._interrupt.send(b'\0')
+
+    def close(self) -> None:
+        """Close the selector, once the thread that waits in it has left, and watch nothing from now on."""
+        with self._lock:
+            self._closed = True
+            selector, self._selector = self._selector, None
+            self.watched = 0
+        if selector is None:
+            return
+        self.interrupt()
+        with self._turn:
+            selector.close()
+            for end in (self._interrupt, self._listener):
+                if end is not None:
+                    end.close()
+
+    def _open(self) -> selectors.BaseSelector:
+        import selectors
+        import socket
+
+        self._listener, self._interrupt = socket.socketpair()
+        self._listener.setblocking(False)
+        self._interrupt.setblocking(False)
+        selector = self._selector = selectors.DefaultSelector()
+        selector.register(self._listener, selectors.EVENT_READ, None)
+        return selector
+
+    def _drain(self) -> None:
+        if self._listener is not None:
+            self._listener.recv(4096)
+
+
+class FdWaiter(WireWaiter):
+    """A waiter that watches file descriptors while it sleeps, where there are any and nobody else does."""
+
+    __slots__ = ('_fd_selector',)
+
+    def __init__(self, fd_selector: FdSelector, shutdown_signal: ShutdownSignal) -> None:
+        super().__init__(shutdown_signal)
+        self._fd_selector: FdSelector = fd_selector
+
+    def _wait_on_descriptors(self, timeout_ns: int | None) -> bool:
+        fd_selector = self._fd_selector
+        timeout = None if timeout_ns is None else max(timeout_ns, 0) / 1e9
+        try:
+            self.interrupt = fd_selector.interrupt
+            self._shutdown_signal.add_external_sleeper(self)
+            if not fd_selector.wait(timeout, self._is_woken):
+                fd_selector.wanted = True
+                if not fd_selector.wait(timeout, self._is_woken):
+                    self.interrupt = None
+                    return self.wait_on_lock(timeout_ns)
+        finally:
+            self.interrupt = None
+            self._shutdown_signal.remove_external_sleeper(self)
+        return self.wait_on_lock(0)
+
+    def _is_woken(self) -> bool:
+        return not self._gate.locked()

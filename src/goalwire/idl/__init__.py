@@ -1,0 +1,37 @@
+"""Interfaces without a build step: .msg, .srv and .action files become classes when asked for."""
+
+TYPE_CHECKING = False  # typing costs 5 ms, and the import hook loads this package at every start
+if TYPE_CHECKING:
+    from goalwire.cdr.type_hash import has_buffer_fields as has_buffer_fields
+    from goalwire.cdr.type_hash import type_hash as type_hash
+    from goalwire.idl.registry import definition as definition
+    from goalwire.idl.registry import register_definitions as register_definitions
+    from goalwire.idl.type_names import get_action as get_action
+    from goalwire.idl.type_names import get_interface as get_interface
+    from goalwire.idl.type_names import get_message as get_message
+    from goalwire.idl.type_names import get_service as get_service
+    from goalwire.idl.type_names import type_name as type_name
+
+_HOMES = {
+    'definition': 'goalwire.idl.registry',
+    'get_action': 'goalwire.idl.type_names',
+    'get_interface': 'goalwire.idl.type_names',
+    'get_message': 'goalwire.idl.type_names',
+    'get_service': 'goalwire.idl.type_names',
+    'has_buffer_fields': 'goalwire.cdr.type_hash',
+    'register_definitions': 'goalwire.idl.registry',
+    'type_hash': 'goalwire.cdr.type_hash',
+    'type_name': 'goalwire.idl.type_names',
+}
+__all__ = list(_HOMES)
+
+
+def __getattr__(name: str) -> object:
+    home = _HOMES.get(name)
+    if home is None:
+        raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
+    from importlib import import_module  # costs 0.3 ms
+
+    value = getattr(import_module(home), name)
+    globals()[name] = value
+    return value

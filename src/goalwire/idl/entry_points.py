@@ -1,0 +1,99 @@
+"""Interface packages that installed distributions register under the entry point `goalwire.interfaces`.
+
+In pyproject.toml of such a distribution:
+
+    [project.entry-points."goalwire.interfaces"]
+    humanoid_interfaces = "humanoid_definitions"   # the Python package whose folder holds msg/, srv/, action/
+
+importlib.metadata costs 20 ms to import and stumbles over broken files, so the few lines are read here.
+"""
+
+import os
+import sys
+
+from goalwire.files import LARGEST_DEFINITION, read_regular
+
+TYPE_CHECKING = False  # typing would cost 5 ms
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+GROUP = 'goalwire.interfaces'
+_cache: dict[tuple[str, ...], dict[str, str]] = {}
+
+
+def registrations() -> dict[str, str]:
+    """Interface package name -> name of the Python package that holds its definitions."""
+    key = python_path()
+    if key not in _cache:
+        found: dict[str, str] = {}
+        for folder in key:
+            for text in _entry_points(folder or '.'):
+                for name, value in _entries(text):
+                    found.setdefault(name, value)
+        _cache[key] = found
+    return _cache[key]
+
+
+def python_path() -> tuple[str, ...]:
+    """What of sys.path Python itself takes: programs put other things there too."""
+    entries: list[object] = list(sys.path)
+    return tuple(entry for entry in entries if isinstance(entry, str))
+
+
+def folder_of(value: str, *, regular: bool = False) -> str | None:
+    """The folder of a Python package, as Python's own finders know it; nothing is imported for it.
+
+    With `regular` only of one with __init__.py.
+    """
+    from goalwire.idl.hook import InterfaceFinder
+
+    finders = [finder for finder in sys.meta_path if not isinstance(finder, InterfaceFinder)]
+    path: Sequence[str] | None = None
+    name = ''
+    for part in value.split('.'):
+        name = f'{name}.{part}' if name else part
+        try:
+            specs = [finder.find_spec(name, path, None) for finder in finders]
+            found = [spec for spec in specs if spec is not None]
+            spec = next((spec for spec in found if spec.loader is not None), found[0] if found else None)
+            if spec is None or not spec.submodule_search_locations or (regular and spec.loader is None):
+                return None
+            path = list(spec.submodule_search_locations)
+        except Exception:  # other people's finders, and names that are none
+            return None
+    return os.path.abspath(path[0]) if path else None
+
+
+def forget() -> None:
+    _cache.clear()
+
+
+def _entry_points(folder: str) -> list[str]:
+    """The entry_points.txt of what is installed in a folder; files that cannot be read are passed over."""
+    try:
+        with os.scandir(folder) as entries:
+            names = [entry.name for entry in entries if entry.name.endswith(('.dist-info', '.egg-info'))]
+    except (OSError, ValueError):  # a zip file, or nothing at all
+        return []
+    found = []
+    for name in sorted(names):
+        try:
+            data = read_regular(os.path.join(folder, name, 'entry_points.txt'), LARGEST_DEFINITION)
+        except OSError:
+            continue
+        if GROUP.encode() in data:
+            found.append(data.decode(errors='replace'))
+    return found
+
+
+def _entries(text: str) -> list[tuple[str, str]]:
+    """The entries of our group: lines `name = value` below `[goalwire.interfaces]`."""
+    entries = []
+    group = ''
+    for line in map(str.strip, text.splitlines()):
+        name, equals, value = line.partition('=')
+        if line.startswith('[') and line.endswith(']'):
+            group = line[1:-1].strip()
+        elif equals and group == GROUP and line[0] not in '#;':
+            entries.append((name.strip(), value.strip()))
+    return entries

@@ -1,0 +1,259 @@
+"""The import hook: serves interface packages from their definition files, and orders the overlay.
+
+goalwire.pth loads this module at every interpreter start, so it imports nothing but what Python has
+loaded by then. The finder stands just before the path finder and asks it (and those behind) first:
+
+- A regular package or module always wins; a folder without __init__.py (which Python would take for a
+  namespace package) does not: ./humanoid_interfaces/ may be a source folder.
+- Whatever lies in goalwire/overlay/ (rclpy and its companions) comes last, wherever the overlay stands
+  in sys.path, unless GOALWIRE_FIRST=1, which `python -m goalwire.run` sets.
+- A Python package may have interfaces of its own name: it is Python's, but for msg, srv and action.
+- Beside a real rclpy the hook serves nothing: that ROS 2 has its own packages.
+
+Every program passes here, pip too, and what lies below its folder may be anything. So whatever goes wrong
+while packages are looked for is warned about, and the name counts as not found.
+"""
+
+import os
+import sys
+from _frozen_importlib_external import FileFinder, PathFinder  # importlib.machinery would cost 0.3 ms
+
+TYPE_CHECKING = False  # typing would cost 5 ms
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+    from importlib.machinery import ModuleSpec
+    from types import ModuleType
+
+    from goalwire.idl.search_path import InterfacePackage
+
+OVERLAY = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), 'overlay')
+OVERLAY_FIRST = 'GOALWIRE_FIRST'
+# Python itself tries to import these and is used to missing them.
+NEVER_PACKAGES = frozenset({'sitecustomize', 'usercustomize', 'org', 'java'}) | sys.stdlib_module_names
+KINDS = ('msg', 'srv', 'action')
+TELLING_ENDINGS = ('_msgs', '_srvs', '_interfaces', '_actions')
+
+
+class InterfaceFinder:
+    """A meta path finder for std_msgs, humanoid_interfaces and the like."""
+
+    def __init__(self) -> None:
+        self._served: set[str] = set()  # packages, and of Python's own packages 'name.msg' and the like
+
+    def find_spec(
+        self, fullname: str, path: 'Sequence[str] | None' = None, target: 'ModuleType | None' = None
+    ) -> 'ModuleSpec | None':
+        """Find a module as importlib asks for it.
+
+        Raises ImportError for a type that a served package lacks, and ModuleNotFoundError, with the places
+        that were searched, for an import statement that names a missing package like foo_msgs. Nothing else.
+        """
+        if path is not None:
+            package, _, rest = fullname.partition('.')
+            if package in self._served or fullname.rpartition('.')[0] in self._served:
+                return _carefully(self._inner_spec, fullname)
+            if rest not in KINDS or _is_regular(self._ask_behind(fullname, target, path)):
+                return None
+            return _carefully(lambda name: self._kind_spec(name, path), fullname)
+        found = self._module_spec(fullname, target)
+        if _is_regular(found):
+            return found
+        return _carefully(lambda name: self._package_spec(name, found), fullname) or found
+
+    def invalidate_caches(self) -> None:
+        """Part of importlib.invalidate_caches(): search for packages afresh."""
+        if search_path := sys.modules.get('goalwire.idl.search_path'):
+            search_path.forget()
+
+    def _module_spec(self, fullname: str, target: 'ModuleType | None') -> 'ModuleSpec | None':
+        """A regular module or package (the overlay's where there is no other), else a namespace folder."""
+        if os.environ.get(OVERLAY_FIRST) == '1' and (spec := _regular(fullname, [OVERLAY])):
+            return spec
+        found = self._ask_behind(fullname, target)
+        if found is not None and found.loader is not None:
+            return _not_ours(fullname, found) or found
+        return _regular(fullname, [OVERLAY]) or found
+
+    def _ask_behind(
+        self, fullname: str, target: 'ModuleType | None', path: 'Sequence[str] | None' = None
+    ) -> 'ModuleSpec | None':
+        """What the finders behind this one find: a module, else a namespace folder, else nothing."""
+        namespace = None
+        for finder in _behind(self):
+            spec = finder.find_spec(fullname, path, target)
+            if spec is not None and spec.loader is not None:
+                return spec
+            namespace = namespace or spec
+        return namespace
+
+    def _package_spec(self, name: str, namespace: 'ModuleSpec | None') -> 'ModuleSpec | None':
+        if name in NEVER_PACKAGES or name[0] == '_':
+            return None
+        from goalwire.idl import search_path, workspace
+
+        if not workspace.is_package_name(name) or self._real_rclpy():
+            return None
+        found = search_path.find_package(name)
+        if found and (beside := _python_beside(found, namespace)):
+            return beside
+        if found or _registered(name):
+            from goalwire.idl import modules
+
+            self._served.add(name)
+            return modules.package_spec(name)
+        if name.endswith(TELLING_ENDINGS) and _asked_by_import_statement():
+            text = f'No module named {name!r}, and {search_path.explain_missing(name)}'
+            raise ModuleNotFoundError(text, name=name)
+        return None
+
+    def _kind_spec(self, fullname: str, path: 'Sequence[str]') -> 'ModuleSpec | None':
+        """The spec of name.msg, .srv or .action for a Python package `name`, whose folders are `path`."""
+        package = fullname.partition('.')[0]
+        if package in NEVER_PACKAGES or package[0] == '_':
+            return None
+        from goalwire.idl import search_path, workspace
+
+        if not workspace.is_package_name(package) or self._real_rclpy():
+            return None
+        if not (search_path.find_package(package) or _registered(package)):
+            if _asked_by_import_statement():
+                _refuse_unnamed(fullname, path)
+            return None
+        from goalwire.idl import modules
+
+        spec = modules.inner_spec(fullname)
+        if spec is not None:
+            self._served.add(fullname)
+        return spec
+
+    def _inner_spec(self, fullname: str) -> 'ModuleSpec | None':
+        from goalwire.idl import modules
+
+        spec = modules.inner_spec(fullname)
+        if spec is None and _asked_by_import_statement() and (text := modules.explain_unknown(fullname)):
+            # Of a name in a from-import, importlib forgets a ModuleNotFoundError and what it says.
+            of_a_type = fullname.count('.') > 1 or fullname.rpartition('.')[2][0].isupper()
+            raise (ImportError if of_a_type else ModuleNotFoundError)(text, name=fullname)
+        return spec
+
+    def _real_rclpy(self) -> bool:
+        """Whether `import rclpy` means a rclpy that is not goalwire's."""
+        loaded = sys.modules.get('rclpy')
+        spec = loaded.__spec__ if loaded is not None else self._module_spec('rclpy', None)
+        return spec is not None and spec.origin is not None and not spec.origin.startswith(OVERLAY)
+
+
+class OverlayFinder(FileFinder):
+    """Finds the overlay's modules, and no namespace packages: its folders without __init__.py hold stubs."""
+
+    def find_spec(self, fullname: str, target: 'ModuleType | None' = None) -> 'ModuleSpec | None':
+        spec = super().find_spec(fullname, target)
+        return None if spec is None or spec.loader is None else spec
+
+
+def install() -> None:
+    """Put the finder before the path finder, once; goalwire.pth calls this at interpreter start."""
+    if any(isinstance(finder, InterfaceFinder) for finder in sys.meta_path):
+        return
+    if finder := _overlay_finder():
+        sys.path_importer_cache[OVERLAY] = finder
+    place = sys.meta_path.index(PathFinder) if PathFinder in sys.meta_path else len(sys.meta_path)
+    sys.meta_path.insert(place, InterfaceFinder())
+
+
+def _carefully(search: 'Callable[[str], ModuleSpec | None]', name: str) -> 'ModuleSpec | None':
+    """Search; what goes wrong, but for ImportError, is warned about and nothing is found."""
+    try:
+        return search(name)
+    except ImportError:
+        raise
+    except Warning as warning:  # the program has warnings raised: an import can fail in one way only
+        if _asked_by_import_statement():
+            raise ImportError(str(warning), name=name) from None
+    except Exception as error:
+        import warnings
+
+        text = f'goalwire cannot look for interfaces of {name!r}: {type(error).__name__}: {error}'
+        try:
+            warnings.warn(text, RuntimeWarning, stacklevel=2)
+        except Warning:
+            raise ImportError(text, name=name) from error
+    return None
+
+
+def _overlay_finder() -> 'FileFinder | None':
+    for make in sys.path_hooks:
+        try:
+            finder = make(OVERLAY)
+        except ImportError:  # not this kind of path
+            continue
+        if isinstance(finder, FileFinder):
+            finder.__class__ = OverlayFinder  # it knows the suffixes of modules, which have no public name
+            return finder
+    return None
+
+
+def _python_beside(found: 'InterfacePackage', namespace: 'ModuleSpec | None') -> 'ModuleSpec | None':
+    """The Python package that lies in a source folder beside the interfaces: my_robot/my_robot/__init__.py.
+
+    Only where Python's own search, or GOALWIRE_INTERFACE_PATH, leads to that folder: what else lies below the
+    working directory may be anybody's, and is not run.
+    """
+    from goalwire.idl.search_path import INTERFACE_PATH
+
+    places = getattr(namespace, 'submodule_search_locations', None) or ()
+    if found.origin == INTERFACE_PATH or found.folder in (os.path.abspath(place) for place in places):
+        return _regular(found.name, [found.folder])
+    return None
+
+
+def _refuse_unnamed(fullname: str, path: 'Sequence[str]') -> None:
+    """Raise where name.msg is a folder of definitions, not of modules, and package.xml is what is missing."""
+    from goalwire.idl import workspace
+
+    package, _, kind = fullname.partition('.')
+    for folder in map(os.path.abspath, path):
+        inside = os.path.join(folder, kind)
+        modules = os.path.isdir(inside) and any(name.endswith('.py') for name in os.listdir(inside))
+        if not modules and (text := workspace.explain_unnamed(folder, package)):
+            raise ModuleNotFoundError(f'No module named {fullname!r}: {text}', name=fullname)
+
+
+def _registered(package: str) -> bool:
+    """Whether register_definitions gave this package types."""
+    # Another thread may be in the middle of importing it: then nothing is registered yet.
+    types = getattr(sys.modules.get('goalwire.idl.registry'), 'registered_types', None)
+    return types is not None and bool(types(package))
+
+
+def _behind(finder: InterfaceFinder) -> 'Iterator[type[PathFinder]]':
+    """The finders after this one; all have PathFinder's find_spec."""
+    finders = sys.meta_path
+    for other in finders[finders.index(finder) + 1 :]:
+        if hasattr(other, 'find_spec'):
+            yield other  # type: ignore[misc]
+
+
+def _is_regular(spec: 'ModuleSpec | None') -> bool:
+    return spec is not None and spec.loader is not None
+
+
+def _not_ours(fullname: str, found: 'ModuleSpec') -> 'ModuleSpec | None':
+    """For a module of the overlay: the same name elsewhere in sys.path, which then comes first."""
+    if found.origin is None or not found.origin.startswith(OVERLAY):
+        return None
+    return _regular(fullname, [entry for entry in sys.path if entry != OVERLAY])
+
+
+def _regular(fullname: str, path: list[str]) -> 'ModuleSpec | None':
+    spec = PathFinder.find_spec(fullname, path)
+    return spec if spec is not None and spec.loader is not None else None
+
+
+def _asked_by_import_statement() -> bool:
+    """Whether importlib's import itself asks, and not importlib.util.find_spec, which wants None."""
+    frame = sys._getframe(1)  # noqa: SLF001  # inspect would cost 10 ms
+    while frame.f_back is not None and frame.f_code.co_filename == __file__:
+        frame = frame.f_back  # leave this file: then _find_spec, then who called it
+    caller = frame.f_back
+    return caller is not None and caller.f_code.co_name == '_find_and_load_unlocked'

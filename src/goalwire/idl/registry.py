@@ -1,0 +1,142 @@
+"""Every interface definition by its full name, parsed once: from files or registered text."""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections.abc import Callable, Iterator, Mapping
+
+from goalwire.errors import InterfaceError, InterfaceSyntaxError, UnknownInterfaceError
+from goalwire.files import LARGEST_DEFINITION, read_regular, shown
+from goalwire.idl import grammar, search_path, workspace
+from goalwire.idl.model import ActionDefinition, Definition, MessageDefinition, ServiceDefinition
+
+_Parser = Callable[..., Definition]
+_PARSERS: dict[str, _Parser] = {
+    'msg': grammar.parse_message,
+    'srv': grammar.parse_service,
+    'action': grammar.parse_action,
+}
+
+_lock = threading.Lock()
+_parsed: dict[str, Definition] = {}
+_texts: dict[str, dict[str, str]] = {}  # package -> 'msg/Name' -> text, from register_definitions
+
+
+def register_definitions(package: str, definitions: Mapping[str, str]) -> None:
+    """Make the types of a package known by their text: {'msg/Foo': 'int32 x', 'srv/Bar': …}.
+
+    Registered text is found before any file. Raises InterfaceError where a type has other text already.
+    """
+    for name, text in definitions.items():
+        kind, _, type_name = name.partition('/')
+        if kind not in _PARSERS:
+            raise InterfaceError(f'{package}/{name}: a definition is named msg/Name, srv/Name or action/Name')
+        parsed = _PARSERS[kind](text, package, type_name, source=f'{package}/{name}.{kind}')
+        known = _parsed.get(parsed.full_name)
+        if known is not None and known != parsed:
+            raise InterfaceError(f'{package}/{name} is already defined differently')
+    with _lock:
+        _texts.setdefault(package, {}).update(definitions)
+
+
+def registered_types(package: str) -> frozenset[str]:
+    """Return the names, such as 'msg/Foo', that register_definitions gave this package."""
+    with _lock:
+        return frozenset(_texts.get(package, ()))
+
+
+def definition(full_name: str) -> Definition:
+    """Return what defines 'pkg/msg/Name', 'pkg/srv/Name', 'pkg/action/Name' or a type derived from these.
+
+    Raises UnknownInterfaceError, or InterfaceSyntaxError for text that breaks the grammar.
+    """
+    found = _parsed.get(full_name)
+    if found is None:
+        package, kind, name = split_name(full_name)
+        parsed = _parse(package, kind, name.partition('_')[0])
+        with _lock:
+            for item in with_derived(parsed):
+                _parsed.setdefault(item.full_name, item)
+        found = _parsed.get(full_name)
+        if found is None:
+            raise UnknownInterfaceError(f'{full_name}: {parsed.full_name} has no part of this name')
+    return found
+
+
+def definition_text(full_name: str) -> str:
+    """Return the text that 'pkg/msg/Name' was defined by; raises as `definition`."""
+    return _text(*split_name(full_name))[0]
+
+
+def message_definition(full_name: str) -> MessageDefinition:
+    """Return the definition of a message; raises as `definition`, and for services and actions."""
+    found = definition(full_name)
+    if not isinstance(found, MessageDefinition):
+        raise UnknownInterfaceError(f'{full_name} is no message')
+    return found
+
+
+def split_name(full_name: str) -> tuple[str, str, str]:
+    """Split 'pkg/msg/Name'; raises UnknownInterfaceError for anything else."""
+    parts = full_name.split('/')
+    # Identifiers: a package of another form would be a path, or an import, that leads elsewhere.
+    if len(parts) != 3 or parts[1] not in _PARSERS or not all(map(str.isidentifier, parts)):
+        raise UnknownInterfaceError(
+            f'{full_name!r} is no interface name (write package/msg/Name, …/srv/… or …/action/…)'
+        )
+    return parts[0], parts[1], parts[2]
+
+
+def with_derived(parsed: Definition) -> Iterator[Definition]:
+    """Yield a definition and those that ROS 2 derives from it."""
+    yield parsed
+    if isinstance(parsed, (ServiceDefinition, ActionDefinition)):
+        yield from parsed.messages
+    if isinstance(parsed, ActionDefinition):
+        yield parsed.send_goal
+        yield parsed.get_result
+
+
+def _parse(package: str, kind: str, name: str) -> Definition:
+    text, source = _text(package, kind, name)
+    return _PARSERS[kind](text, package, name, source=source)
+
+
+def _text(package: str, kind: str, name: str) -> tuple[str, str]:
+    """Return the text of a definition and the name of its file."""
+    key = f'{kind}/{name}'
+    with _lock:
+        text = _texts.get(package, {}).get(key)
+    if text is not None:
+        return text, f'{package}/{key}.{kind}'
+    found = search_path.find_package(package)
+    names = workspace.definition_names(found.folder, kind) if found else []
+    if found and name in names:
+        file = os.path.join(found.folder, kind, f'{name}.{kind}')
+        return read_definition(file), file
+    if found is None and package not in _texts:
+        raise UnknownInterfaceError(
+            f'{package}/{key}: no package {package!r} was found '
+            '(name its folder in GOALWIRE_INTERFACE_PATH, or source the workspace that has it)'
+        )
+    known = {*(f'{kind}/{other}' for other in names), *registered_types(package)}
+    from difflib import get_close_matches
+
+    close = get_close_matches(key, known, n=3, cutoff=0.7)
+    hint = f'; close: {", ".join(close)}' if close else ''
+    place = f' in {found.folder}' if found else ''
+    raise UnknownInterfaceError(f'{package}/{key}: the package has no such type{place}{hint}')
+
+
+def read_definition(file: str) -> str:
+    """Read a definition file; InterfaceSyntaxError where it is no UTF-8, InterfaceError for the rest."""
+    try:
+        data = read_regular(file, LARGEST_DEFINITION)
+    except OSError as error:
+        raise InterfaceError(f'{shown(file)}: cannot be read: {error.strerror}') from error
+    try:
+        return data.decode('utf-8-sig')
+    except UnicodeDecodeError as error:
+        line = data.count(b'\n', 0, error.start) + 1
+        raise InterfaceSyntaxError(file, line, 1, 'this line is no UTF-8 text') from None

@@ -1,0 +1,33 @@
+"""Goals: the table of their life, and server and client as pure reactors over it."""
+
+from goalwire.rules.goals.cancel import CancelCode
+from goalwire.rules.goals.client import GoalClient, GoalIdTaken, SentGoals
+from goalwire.rules.goals.ids import NO_ID, GoalId, new_goal_id
+from goalwire.rules.goals.policy import GoalPolicy, OnClientLost, parallel, preempt, queue, single
+from goalwire.rules.goals.server import RESULT_TIMEOUT_NS, GoalServer, ServedGoals
+from goalwire.rules.goals.status import decode_status_array
+from goalwire.rules.goals.table import TABLE, GoalEvent, GoalStatus, InvalidTransition
+
+__all__ = [
+    'NO_ID',
+    'RESULT_TIMEOUT_NS',
+    'TABLE',
+    'CancelCode',
+    'GoalClient',
+    'GoalEvent',
+    'GoalId',
+    'GoalIdTaken',
+    'GoalPolicy',
+    'GoalServer',
+    'GoalStatus',
+    'InvalidTransition',
+    'OnClientLost',
+    'SentGoals',
+    'ServedGoals',
+    'decode_status_array',
+    'new_goal_id',
+    'parallel',
+    'preempt',
+    'queue',
+    'single',
+]

@@ -1,0 +1,92 @@
+"""Which goals a cancel request means, and what is answered (action_msgs/srv/CancelGoal).
+
+| goal id | stamp | asks for                                  |
+|---------|-------|-------------------------------------------|
+| zero    | zero  | every goal that can still be cancelled    |
+| zero    | set   | those accepted at or before the stamp     |
+| set     | zero  | that goal                                 |
+| set     | set   | that goal, and those accepted at or before the stamp |
+
+Only the third kind can fail: UNKNOWN_GOAL_ID, or GOAL_TERMINATED where the goal has ended or is being
+cancelled already. REJECTED is never sent: rclpy answers a refusal with NONE and an empty list, and so does
+this server.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import IntEnum
+from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
+
+from goalwire.rules.goals.ids import NO_ID
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from goalwire.rules.goals.ids import GoalId
+    from goalwire.rules.goals.table import GoalStatus
+
+RequestT = TypeVar('RequestT')
+
+
+class CancelCode(IntEnum):
+    """return_code of a cancel reply."""
+
+    NONE = 0
+    REJECTED = 1
+    UNKNOWN_GOAL_ID = 2
+    GOAL_TERMINATED = 3
+
+
+class Candidate(Protocol):
+    """What the choice needs to know about a goal."""
+
+    @property
+    def stamp_ns(self) -> int:
+        """When it was accepted (ROS time)."""
+
+    @property
+    def status(self) -> GoalStatus:
+        """Where it stands."""
+
+
+@dataclass(slots=True)
+class Cancellation(Generic[RequestT]):
+    """One cancel request while the user is asked about its goals."""
+
+    request: RequestT
+    goals: tuple[GoalId, ...]
+    is_for_one: bool
+    """True where a single goal was asked for, by its id alone."""
+    undecided: set[GoalId] = field(init=False)
+    canceling: dict[GoalId, int] = field(default_factory=dict)
+    """Those that went to CANCELING, with the stamps of their acceptance."""
+    came_too_late: bool = False
+    """True once the user has decided about a goal that could no longer be cancelled."""
+
+    def __post_init__(self) -> None:
+        self.undecided = set(self.goals)
+
+    @property
+    def code(self) -> CancelCode:
+        """What to answer when nothing is undecided any more."""
+        return CancelCode.GOAL_TERMINATED if self.is_for_one and self.came_too_late else CancelCode.NONE
+
+
+def choose(
+    goals: Mapping[GoalId, Candidate], goal_id: GoalId, stamp_ns: int
+) -> tuple[CancelCode, tuple[GoalId, ...]]:
+    """Return the goals to ask the user about, in the order of `goals`, or the code of a refusal."""
+    if goal_id != NO_ID and stamp_ns == 0:
+        goal = goals.get(goal_id)
+        if goal is None:
+            return CancelCode.UNKNOWN_GOAL_ID, ()
+        if not goal.status.is_cancelable:
+            return CancelCode.GOAL_TERMINATED, ()
+        return CancelCode.NONE, (goal_id,)
+    everything = goal_id == NO_ID and stamp_ns == 0
+    return CancelCode.NONE, tuple(
+        id_
+        for id_, goal in goals.items()
+        if goal.status.is_cancelable and (everything or id_ == goal_id or goal.stamp_ns <= stamp_ns)
+    )

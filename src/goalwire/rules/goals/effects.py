@@ -1,0 +1,199 @@
+"""What the reactors ask to be done. Whoever drives them performs effects one by one, in the order given.
+
+`request` is whatever the driver handed in with the request it answers; ids are 16 bytes; times are
+nanoseconds.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Generic, TypeAlias, TypeVar
+
+from goalwire.records import record
+
+if TYPE_CHECKING:
+    from goalwire.rules.goals.cancel import CancelCode
+    from goalwire.rules.goals.ids import GoalId
+    from goalwire.rules.goals.table import GoalStatus
+
+RequestT = TypeVar('RequestT')
+ResultT = TypeVar('ResultT')
+FeedbackT = TypeVar('FeedbackT')
+WaiterT = TypeVar('WaiterT')
+
+# ---- the server's ----
+
+
+@record
+class AskGoal:
+    """Ask the user whether the goal is accepted; answer with `on_goal_decision`."""
+
+    goal_id: GoalId
+
+
+@record
+class ReplyGoal(Generic[RequestT]):
+    """Answer a send_goal request. `stamp_ns` is 0 for a goal that is not accepted."""
+
+    request: RequestT
+    accepted: bool
+    stamp_ns: int
+
+
+@record
+class Accepted:
+    """Hand the goal to the user's handle_accepted callback, which may execute it at once or later."""
+
+    goal_id: GoalId
+
+
+@record
+class Execute:
+    """Start the user's execute callback; hand what it returns to `on_result`.
+
+    With a policy its turn may come by the end of another goal.
+    """
+
+    goal_id: GoalId
+
+
+@record
+class CalledOff:
+    """Tell who executes the goal that it is CANCELING, or ABORTED, though no client has asked for that."""
+
+    goal_id: GoalId
+
+
+@record
+class AskCancel:
+    """Ask the user whether the goal is to be cancelled; answer with `on_cancel_decision`."""
+
+    cancellation: int
+    goal_id: GoalId
+
+
+@record
+class ReplyCancel(Generic[RequestT]):
+    """Answer a cancel_goal request; `goals`: ids and acceptance stamps of those that are CANCELING now."""
+
+    request: RequestT
+    code: CancelCode
+    goals: tuple[tuple[GoalId, int], ...]
+
+
+@record
+class ReplyResult(Generic[RequestT, ResultT]):
+    """Answer a get_result request; a `result` of None stands for the type's default."""
+
+    request: RequestT
+    status: GoalStatus
+    result: ResultT | None
+
+
+@record
+class PublishStatus:
+    """Publish what `take_status()` returns; None means that an earlier array has told it all."""
+
+
+@record
+class AssumedAborted:
+    """Warn that the execute callback set no terminal state."""
+
+    goal_id: GoalId
+
+
+@record
+class WakeAt:
+    """Call `on_time` at `time_ns`; replaces an earlier WakeAt."""
+
+    time_ns: int
+
+
+ServerEffect: TypeAlias = (
+    AskGoal
+    | ReplyGoal[RequestT]
+    | Accepted
+    | Execute
+    | CalledOff
+    | AskCancel
+    | ReplyCancel[RequestT]
+    | ReplyResult[RequestT, ResultT]
+    | PublishStatus
+    | AssumedAborted
+    | WakeAt
+)
+
+# ---- the client's ----
+
+
+@record
+class GoalAccepted:
+    """Tell the sender that its goal was accepted; `status` is what the status topic has said by now."""
+
+    goal_id: GoalId
+    status: GoalStatus
+
+
+@record
+class GoalRejected:
+    """Tell the sender that its goal was refused."""
+
+    goal_id: GoalId
+
+
+@record
+class UnexpectedReply:
+    """Warn of an answer to a goal that waits for none: more than one server may serve the action."""
+
+    goal_id: GoalId
+
+
+@record
+class StatusChanged:
+    """The goal has moved on."""
+
+    goal_id: GoalId
+    status: GoalStatus
+
+
+@record
+class DeliverFeedback(Generic[FeedbackT]):
+    """Hand feedback to the goal's own callback."""
+
+    goal_id: GoalId
+    feedback: FeedbackT
+
+
+@record
+class RequestResult:
+    """Send a get_result request; hand its outcome to `on_result` or `on_result_failed`."""
+
+    goal_id: GoalId
+
+
+@record
+class DeliverResult(Generic[WaiterT, ResultT]):
+    """Complete a waiter with the result."""
+
+    waiter: WaiterT
+    status: GoalStatus
+    result: ResultT
+
+
+@record
+class FailResult(Generic[WaiterT]):
+    """Complete a waiter with the reason why there is no result."""
+
+    waiter: WaiterT
+    error: Exception
+
+
+ClientEffect: TypeAlias = (
+    GoalAccepted
+    | GoalRejected
+    | UnexpectedReply
+    | StatusChanged
+    | DeliverFeedback[FeedbackT]
+    | RequestResult
+    | DeliverResult[WaiterT, ResultT]
+    | FailResult[WaiterT]
+)

@@ -1,0 +1,110 @@
+"""How many goals a server runs at a time, and what becomes of the others.
+
+| policy        | at once | wait for their turn | one too many               |
+|---------------|---------|---------------------|----------------------------|
+| `UNLIMITED`   | any     | none                | there is none              |
+| `parallel(n)` | n       | none                | is refused                 |
+| `single()`    | 1       | none                | is refused                 |
+| `queue(n)`    | 1       | n                   | is refused                 |
+| `preempt()`   | 1       | the latest          | cancels those before it    |
+
+A goal that waits is ACCEPTED; it is EXECUTING when its turn has come. One that is cancelled before that ends
+at once. The place of a goal that runs is free when its execution is over, not when it has told its end.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal, TypeAlias, get_args
+
+if TYPE_CHECKING:
+    from goalwire.rules.goals.ids import GoalId
+
+OnClientLost: TypeAlias = Literal['keep', 'cancel', 'abort']
+"""What becomes of the goals of a client that has gone; ROS 2 keeps them."""
+
+ON_CLIENT_LOST: tuple[str, ...] = get_args(OnClientLost)
+
+
+@dataclass(frozen=True, slots=True)
+class GoalPolicy:
+    """Made by the functions below. Raises TypeError for no number, ValueError for one that makes no sense."""
+
+    at_once: int | None = None
+    """How many goals run; None: any number."""
+    waiting: int = 0
+    """How many more are accepted, and wait."""
+    preempts: bool = False
+    """True where a new goal cancels those before it instead of waiting behind them."""
+
+    def __post_init__(self) -> None:
+        for number in (self.at_once, self.waiting):
+            if number is not None and not isinstance(number, int):
+                raise TypeError(f'a number of goals is an int, not {number!r}')
+        if self.at_once is not None and self.at_once < 1:
+            raise ValueError(f'a server runs at least 1 goal at a time, not {self.at_once}')
+        if self.waiting < 0:
+            raise ValueError(f'at least 0 goals wait for their turn, not {self.waiting}')
+
+
+UNLIMITED = GoalPolicy()
+"""ROS 2's own: every goal runs at once."""
+
+
+def parallel(n: int) -> GoalPolicy:
+    """Run up to `n` goals beside each other; refuse more."""
+    return GoalPolicy(n)
+
+
+def single() -> GoalPolicy:
+    """Run one goal; refuse others meanwhile."""
+    return GoalPolicy(1)
+
+
+def preempt() -> GoalPolicy:
+    """Run the latest goal: it cancels the one that runs, and starts when that has ended."""
+    return GoalPolicy(1, 1, preempts=True)
+
+
+def queue(n: int) -> GoalPolicy:
+    """Run one goal after the other; up to `n` wait for their turn, more are refused."""
+    return GoalPolicy(1, n)
+
+
+class Places:
+    """Who runs and who waits, under one policy."""
+
+    def __init__(self, policy: GoalPolicy) -> None:
+        self.policy = policy
+        self.unfinished: dict[GoalId, None] = {}
+        """Goals from their acceptance until their execution is over, in the order of acceptance."""
+        self.running = 0
+        self.waiting: dict[GoalId, None] = {}
+        """In the order of their turns."""
+
+    @property
+    def are_taken(self) -> bool:
+        """True where one more goal is refused."""
+        policy = self.policy
+        if policy.at_once is None or policy.preempts:
+            return False
+        return len(self.unfinished) >= policy.at_once + policy.waiting
+
+    @property
+    def has_room(self) -> bool:
+        """True where one more goal may run."""
+        return self.policy.at_once is None or self.running < self.policy.at_once
+
+    def next(self) -> GoalId | None:
+        """Take the goal whose turn it is; None where nobody waits, or there is no room."""
+        if not self.waiting or not self.has_room:
+            return None
+        goal_id = next(iter(self.waiting))
+        del self.waiting[goal_id]
+        return goal_id
+
+    def clear(self) -> None:
+        """Forget everybody."""
+        self.running = 0
+        self.unfinished.clear()
+        self.waiting.clear()

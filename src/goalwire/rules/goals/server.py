@@ -1,0 +1,467 @@
+"""The action server as a pure reactor: events in, effects out. No I/O, no threads, no clock.
+
+    send_goal ─► on_goal_request ─► AskGoal ─► on_goal_decision ─► ReplyGoal, Accepted
+    execute() ─► on_execute ─► PublishStatus, Execute ─► on_result ─► PublishStatus, ReplyResult…, WakeAt
+    cancel_goal ─► on_cancel_request ─► AskCancel… ─► on_cancel_decision… ─► PublishStatus, ReplyCancel
+    get_result ─► on_result_request ─► ReplyResult, now or when the goal has ended
+    a client is gone ─► on_client_lost ─► PublishStatus, CalledOff
+
+Under a policy other than UNLIMITED on_execute may let a goal wait for its turn; then the effects of whatever
+ends another goal begin with that end and go on with [PublishStatus, Execute] of the goal whose turn it is.
+
+Whoever drives it calls one method at a time (under a lock of its own), appends the effects to one queue and
+performs them from there in order, one thread at a time and outside the lock. Then a status array is published
+before the reply that relies on it, and transitions that come together share one array.
+
+`now` and `stamp_ns` are times of the node's clock in nanoseconds, which may jump. Events about goals that are
+no longer retained do nothing, since a user's goal handle may outlive the goal.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from heapq import heappop, heappush
+from typing import TYPE_CHECKING, Generic
+
+from goalwire.rules.goals.cancel import Cancellation, choose
+from goalwire.rules.goals.effects import (
+    Accepted,
+    AskCancel,
+    AskGoal,
+    AssumedAborted,
+    CalledOff,
+    Execute,
+    PublishStatus,
+    ReplyCancel,
+    ReplyGoal,
+    ReplyResult,
+    RequestT,
+    ResultT,
+    WakeAt,
+)
+from goalwire.rules.goals.policy import ON_CLIENT_LOST, UNLIMITED, GoalPolicy, Places
+from goalwire.rules.goals.status import StatusArray
+from goalwire.rules.goals.table import GoalEvent, GoalStatus, after
+
+if TYPE_CHECKING:
+    from goalwire.rules.goals.effects import ServerEffect
+    from goalwire.rules.goals.ids import GoalId
+    from goalwire.rules.goals.policy import OnClientLost
+
+RESULT_TIMEOUT_NS = 10_000_000_000
+"""How long results are kept (rcl_action's default)."""
+
+
+@dataclass(slots=True)
+class _Goal(Generic[RequestT, ResultT]):
+    stamp_ns: int
+    client: bytes = b''
+    status: GoalStatus = GoalStatus.ACCEPTED
+    started: bool = False
+    """True once it has been handed to the execute callback."""
+    ended: bool = False
+    """True once status and result are both final."""
+    result: ResultT | None = None
+    waiting: list[RequestT] = field(default_factory=list)
+
+
+@dataclass(frozen=True, slots=True)
+class ServedGoals:
+    """How much a server holds at the moment, and how many goals it has had."""
+
+    deciding: int
+    active: int
+    running: int
+    """Handed to the execute callback, which has not returned yet."""
+    waiting: int
+    """Accepted, their turn to come."""
+    retained: int
+    cancellations: int
+    waiting_for_results: int
+    accepted: int
+    refused: int
+    succeeded: int
+    canceled: int
+    aborted: int
+
+
+class GoalServer(Generic[RequestT, ResultT]):
+    """Every goal of one action server, from its request until its result is forgotten.
+
+    `result_timeout_ns` after its end a goal is forgotten: at once for 0 (clients that wait already get the
+    result), never for a negative one.
+    """
+
+    def __init__(
+        self,
+        result_timeout_ns: int = RESULT_TIMEOUT_NS,
+        policy: GoalPolicy = UNLIMITED,
+        on_client_lost: OnClientLost = 'keep',
+    ) -> None:
+        """Raises ValueError for an `on_client_lost` that is none, TypeError for what is no policy."""
+        if not isinstance(policy, GoalPolicy):
+            raise TypeError(f'policy is what goalwire.single(), preempt(), … return, not {policy!r}')
+        if on_client_lost not in ON_CLIENT_LOST:
+            raise ValueError(
+                f'on_client_lost is {" or ".join(map(repr, ON_CLIENT_LOST))}, not {on_client_lost!r}'
+            )
+        self._result_timeout_ns = result_timeout_ns
+        self._lost = on_client_lost
+        self._places = Places(policy)
+        self._reached = [0] * len(GoalStatus)
+        """How many goals have come to each status; UNKNOWN stands for those refused."""
+        self._deciding: dict[GoalId, tuple[RequestT, bytes]] = {}
+        self._goals: dict[GoalId, _Goal[RequestT, ResultT]] = {}
+        self._cancellations: dict[int, Cancellation[RequestT]] = {}
+        self._next_cancellation = 0
+        self._expiring: list[tuple[int, GoalId]] = []
+        """A heap: simulated time may go back, so the oldest result need not be the first to go."""
+        self._statuses = StatusArray()
+        self._closed = False
+
+    # ---- what is known ----
+
+    @property
+    def policy(self) -> GoalPolicy:
+        """How many goals run at a time."""
+        return self._places.policy
+
+    @property
+    def watches_clients(self) -> bool:
+        """True where on_client_lost makes a difference."""
+        return self._lost != 'keep'
+
+    def status(self, goal_id: GoalId) -> GoalStatus:
+        """Return where a goal stands; UNKNOWN where it is not retained."""
+        goal = self._goals.get(goal_id)
+        return GoalStatus.UNKNOWN if goal is None else goal.status
+
+    def take_status(self) -> bytes | None:
+        """Return the serialised status array to publish; None where nothing changed since the last."""
+        return self._statuses.take()
+
+    def statistics(self) -> ServedGoals:
+        """Count what is held."""
+        goals = self._goals.values()
+        reached = self._reached
+        return ServedGoals(
+            deciding=len(self._deciding),
+            active=sum(goal.status.is_active for goal in goals),
+            running=self._places.running,
+            waiting=len(self._places.waiting),
+            retained=len(goals),
+            cancellations=len(self._cancellations),
+            waiting_for_results=sum(len(goal.waiting) for goal in goals),
+            accepted=reached[GoalStatus.ACCEPTED],
+            refused=reached[GoalStatus.UNKNOWN],
+            succeeded=reached[GoalStatus.SUCCEEDED],
+            canceled=reached[GoalStatus.CANCELED],
+            aborted=reached[GoalStatus.ABORTED],
+        )
+
+    # ---- goals ----
+
+    def on_goal_request(
+        self, goal_id: GoalId, request: RequestT, now: int, client: bytes = b''
+    ) -> list[ServerEffect[RequestT, ResultT]]:
+        """A client sends a goal: [AskGoal], or [ReplyGoal] where its id, or every place, is taken.
+
+        `client` is what on_client_lost will know it by.
+        """
+        self._expire(now)
+        id_is_taken = goal_id in self._deciding or goal_id in self._goals
+        if self._closed or id_is_taken or self._places.are_taken:
+            return self._refuse(request)
+        self._deciding[goal_id] = request, client
+        return [AskGoal(goal_id)]
+
+    def on_goal_decision(
+        self, goal_id: GoalId, accepted: bool, stamp_ns: int
+    ) -> list[ServerEffect[RequestT, ResultT]]:
+        """The user has decided (a failed callback has refused): [ReplyGoal, Accepted], or [ReplyGoal].
+
+        The goal is refused as well where others have taken the last place meanwhile.
+        """
+        if goal_id not in self._deciding:
+            return []
+        request, client = self._deciding.pop(goal_id)
+        if not accepted or self._places.are_taken:
+            return self._refuse(request)
+        self._statuses.add(goal_id, stamp_ns, GoalStatus.ACCEPTED)
+        self._places.unfinished[goal_id] = None
+        self._goals[goal_id] = _Goal(stamp_ns, client)
+        self._reached[GoalStatus.ACCEPTED] += 1
+        return [ReplyGoal(request, accepted=True, stamp_ns=stamp_ns), Accepted(goal_id)]
+
+    def _refuse(self, request: RequestT) -> list[ServerEffect[RequestT, ResultT]]:
+        self._reached[GoalStatus.UNKNOWN] += 1
+        return [ReplyGoal(request, accepted=False, stamp_ns=0)]
+
+    def on_execute(self, goal_id: GoalId, now: int) -> list[ServerEffect[RequestT, ResultT]]:
+        """The user wants the goal executed: [PublishStatus, Execute]; [PublishStatus] where it has to wait.
+
+        Under preempt() those before it are called off: [PublishStatus, CalledOff]. A goal whose cancellation
+        was accepted before stays CANCELING: [Execute]; where it had to wait it ends. One that waits already
+        goes on waiting: []. Raises InvalidTransition for one that was executed before or has ended.
+        """
+        goal = self._goals.get(goal_id)
+        if goal is None or goal_id in self._places.waiting:
+            return []
+        if goal.status is not GoalStatus.CANCELING or goal.started:
+            after(goal.status, GoalEvent.EXECUTE)
+        if self._places.has_room:
+            return self._start(goal_id, goal)
+        self._places.waiting[goal_id] = None
+        if goal.status is GoalStatus.CANCELING:
+            return self._end_waiting(goal_id, goal, now)
+        return [PublishStatus(), *(self._preempt(goal_id, now) if self._places.policy.preempts else [])]
+
+    def _start(
+        self, goal_id: GoalId, goal: _Goal[RequestT, ResultT]
+    ) -> list[ServerEffect[RequestT, ResultT]]:
+        goal.started = True
+        self._places.running += 1
+        if goal.status is GoalStatus.CANCELING:
+            return [Execute(goal_id)]
+        self._move(goal_id, goal, GoalEvent.EXECUTE)
+        return [PublishStatus(), Execute(goal_id)]
+
+    def _preempt(self, newest: GoalId, now: int) -> list[ServerEffect[RequestT, ResultT]]:
+        """Cancel every other goal that runs, or waits for its turn."""
+        effects: list[ServerEffect[RequestT, ResultT]] = []
+        for goal_id in list(self._places.unfinished):
+            goal = self._goals[goal_id]
+            if goal_id != newest and (goal.started or goal_id in self._places.waiting):
+                effects += self._cancel(goal_id, goal, now)
+        return effects
+
+    def on_event(self, goal_id: GoalId, event: GoalEvent, now: int) -> list[ServerEffect[RequestT, ResultT]]:
+        """The user ends the goal by SUCCEED, ABORT or CANCELED: [PublishStatus].
+
+        The result follows with `on_result`. A goal that was never executed has none to wait for and gets the
+        default: [PublishStatus, ReplyResult…, WakeAt]. Raises InvalidTransition.
+        """
+        goal = self._goals.get(goal_id)
+        if goal is None:
+            return []
+        self._move(goal_id, goal, event)
+        return [PublishStatus(), *([] if goal.started else self._end(goal_id, goal, None, now))]
+
+    def on_result(
+        self, goal_id: GoalId, result: ResultT | None, now: int
+    ) -> list[ServerEffect[RequestT, ResultT]]:
+        """Execution is over, with its result (None: the default): [ReplyResult…, WakeAt].
+
+        Where the user set no terminal state the goal is aborted: [AssumedAborted, PublishStatus,
+        ReplyResult…, WakeAt].
+        """
+        goal = self._goals.get(goal_id)
+        if goal is None or goal.ended:
+            return []
+        effects: list[ServerEffect[RequestT, ResultT]] = []
+        if not goal.status.is_terminal:
+            self._move(goal_id, goal, GoalEvent.ABORT)
+            effects = [AssumedAborted(goal_id), PublishStatus()]
+        return effects + self._end(goal_id, goal, result, now)
+
+    def on_finish(
+        self, goal_id: GoalId, event: GoalEvent, result: ResultT | None, now: int
+    ) -> list[ServerEffect[RequestT, ResultT]]:
+        """End and result at once: [PublishStatus, ReplyResult…, WakeAt]. Raises InvalidTransition."""
+        goal = self._goals.get(goal_id)
+        if goal is None:
+            return []
+        self._move(goal_id, goal, event)
+        return [PublishStatus(), *self._end(goal_id, goal, result, now)]
+
+    # ---- cancelling ----
+
+    def on_cancel_request(
+        self, goal_id: GoalId, stamp_ns: int, request: RequestT, now: int
+    ) -> list[ServerEffect[RequestT, ResultT]]:
+        """A client asks to cancel: [AskCancel…] in order of acceptance; [ReplyCancel] for nothing to ask."""
+        self._expire(now)
+        code, chosen = choose(self._goals, goal_id, stamp_ns)
+        if not chosen:
+            return [ReplyCancel(request, code, ())]
+        number = self._next_cancellation
+        self._next_cancellation += 1
+        is_for_one = stamp_ns == 0 and chosen == (goal_id,)
+        self._cancellations[number] = Cancellation(request, chosen, is_for_one)
+        return [AskCancel(number, id_) for id_ in chosen]
+
+    def on_cancel_decision(
+        self, cancellation: int, goal_id: GoalId, accepted: bool, now: int
+    ) -> list[ServerEffect[RequestT, ResultT]]:
+        """The user has decided about one goal (a callback that failed has refused).
+
+        The goal is CANCELING at once, or CANCELED where it waits for its turn: [PublishStatus, ReplyResult…,
+        WakeAt]. With the last decision: [PublishStatus, ReplyCancel], or [ReplyCancel] where no goal is
+        cancelled.
+        """
+        open_one = self._cancellations.get(cancellation)
+        if open_one is None or goal_id not in open_one.undecided:
+            return []
+        open_one.undecided.remove(goal_id)
+        effects: list[ServerEffect[RequestT, ResultT]] = []
+        goal = self._goals.get(goal_id)
+        if goal is None or not goal.status.is_cancelable:
+            open_one.came_too_late = True
+        elif accepted:
+            open_one.canceling[goal_id] = goal.stamp_ns
+            self._move(goal_id, goal, GoalEvent.CANCEL_GOAL)
+            if goal_id in self._places.waiting:
+                effects = self._end_waiting(goal_id, goal, now)
+        return effects if open_one.undecided else effects + self._answer_cancellation(cancellation)
+
+    def _answer_cancellation(self, number: int) -> list[ServerEffect[RequestT, ResultT]]:
+        done = self._cancellations.pop(number)
+        goals = tuple((id_, done.canceling[id_]) for id_ in done.goals if id_ in done.canceling)
+        published: list[ServerEffect[RequestT, ResultT]] = [PublishStatus()] if goals else []
+        return [*published, ReplyCancel(done.request, done.code, goals)]
+
+    def _cancel(
+        self, goal_id: GoalId, goal: _Goal[RequestT, ResultT], now: int
+    ) -> list[ServerEffect[RequestT, ResultT]]:
+        """Cancel a goal though no client has asked for that; nothing where it is being cancelled."""
+        if not goal.status.is_cancelable:
+            return []
+        self._move(goal_id, goal, GoalEvent.CANCEL_GOAL)
+        if goal_id in self._places.waiting:
+            return self._end_waiting(goal_id, goal, now)
+        return [PublishStatus(), CalledOff(goal_id)]
+
+    def _end_waiting(
+        self, goal_id: GoalId, goal: _Goal[RequestT, ResultT], now: int
+    ) -> list[ServerEffect[RequestT, ResultT]]:
+        """End a goal that is CANCELING before its turn has come."""
+        self._move(goal_id, goal, GoalEvent.CANCELED)
+        return [PublishStatus(), *self._end(goal_id, goal, None, now)]
+
+    # ---- clients ----
+
+    def on_client_lost(self, client: bytes, now: int) -> list[ServerEffect[RequestT, ResultT]]:
+        """A client has gone: its goals are kept, cancelled or aborted.
+
+        Those that are still being decided are refused: [ReplyGoal…]. The others: [PublishStatus, CalledOff…],
+        or their end where they do not run.
+        """
+        effects: list[ServerEffect[RequestT, ResultT]] = []
+        if self._lost == 'keep':
+            return effects
+        for goal_id, (_, sender) in list(self._deciding.items()):
+            if sender == client:
+                effects += self.on_goal_decision(goal_id, accepted=False, stamp_ns=0)
+        call_off = self._cancel if self._lost == 'cancel' else self._abort
+        for goal_id in list(self._places.unfinished):
+            goal = self._goals[goal_id]
+            if goal.client == client:
+                effects += call_off(goal_id, goal, now)
+        return effects
+
+    def _abort(
+        self, goal_id: GoalId, goal: _Goal[RequestT, ResultT], now: int
+    ) -> list[ServerEffect[RequestT, ResultT]]:
+        """Abort a goal, whatever it is doing; nothing where it has ended."""
+        if goal.status.is_terminal:
+            return []
+        self._move_to_abortion(goal_id, goal)
+        if goal.started:
+            return [PublishStatus(), CalledOff(goal_id)]
+        return [PublishStatus(), *self._end(goal_id, goal, None, now)]
+
+    # ---- results ----
+
+    def on_result_request(
+        self, goal_id: GoalId, request: RequestT, now: int
+    ) -> list[ServerEffect[RequestT, ResultT]]:
+        """A client asks for a result: [ReplyResult], or nothing until the goal has ended."""
+        self._expire(now)
+        goal = self._goals.get(goal_id)
+        if goal is None:
+            return [ReplyResult(request, GoalStatus.UNKNOWN, None)]
+        if goal.ended:
+            return [ReplyResult(request, goal.status, goal.result)]
+        goal.waiting.append(request)
+        return []
+
+    def on_time(self, now: int) -> list[ServerEffect[RequestT, ResultT]]:
+        """The time of a WakeAt has come: forget what has expired; [WakeAt] where more is to come."""
+        self._expire(now)
+        return [WakeAt(self._expiring[0][0])] if self._expiring else []
+
+    # ---- the end ----
+
+    def on_close(self) -> list[ServerEffect[RequestT, ResultT]]:
+        """The server goes away: every open request is answered, every active goal aborted.
+
+        [ReplyGoal…, (PublishStatus,) ReplyCancel…, PublishStatus, ReplyResult…]; afterwards goals are
+        refused.
+        """
+        self._closed = True
+        self._places.clear()
+        effects: list[ServerEffect[RequestT, ResultT]] = []
+        for goal_id in list(self._deciding):
+            effects += self.on_goal_decision(goal_id, accepted=False, stamp_ns=0)
+        for number in list(self._cancellations):
+            effects += self._answer_cancellation(number)
+        for goal_id, goal in self._goals.items():
+            if not goal.status.is_terminal:
+                self._move_to_abortion(goal_id, goal)
+        effects.append(PublishStatus())
+        for goal in self._goals.values():
+            effects += [ReplyResult(request, goal.status, goal.result) for request in goal.waiting]
+        for goal_id in self._goals:
+            self._statuses.remove(goal_id)
+        self._goals.clear()
+        self._expiring.clear()
+        return effects
+
+    # ---- the one place where goals change ----
+
+    def _move(self, goal_id: GoalId, goal: _Goal[RequestT, ResultT], event: GoalEvent) -> None:
+        goal.status = after(goal.status, event)
+        self._reached[goal.status] += 1
+        self._statuses.update(goal_id, goal.status)
+
+    def _move_to_abortion(self, goal_id: GoalId, goal: _Goal[RequestT, ResultT]) -> None:
+        if goal.status is GoalStatus.ACCEPTED:  # the table knows no shorter way
+            self._move(goal_id, goal, GoalEvent.EXECUTE)
+        self._move(goal_id, goal, GoalEvent.ABORT)
+
+    def _end(
+        self, goal_id: GoalId, goal: _Goal[RequestT, ResultT], result: ResultT | None, now: int
+    ) -> list[ServerEffect[RequestT, ResultT]]:
+        """Status and result are final: answer who waits, keep the result for its time, let others run."""
+        goal.ended = True
+        self._leave_place(goal_id, goal)
+        goal.result = result
+        effects: list[ServerEffect[RequestT, ResultT]] = [
+            ReplyResult(request, goal.status, result) for request in goal.waiting
+        ]
+        goal.waiting.clear()
+        if self._result_timeout_ns == 0:
+            self._forget(goal_id)
+        elif self._result_timeout_ns > 0:
+            expiry = (now + self._result_timeout_ns, goal_id)
+            heappush(self._expiring, expiry)
+            if self._expiring[0] is expiry:
+                effects.append(WakeAt(expiry[0]))
+        while (following := self._places.next()) is not None:
+            effects += self._start(following, self._goals[following])
+        return effects
+
+    def _leave_place(self, goal_id: GoalId, goal: _Goal[RequestT, ResultT]) -> None:
+        self._places.unfinished.pop(goal_id, None)
+        if goal.started:
+            self._places.running -= 1
+        else:
+            self._places.waiting.pop(goal_id, None)
+
+    def _expire(self, now: int) -> None:
+        while self._expiring and self._expiring[0][0] <= now:
+            self._forget(heappop(self._expiring)[1])
+
+    def _forget(self, goal_id: GoalId) -> None:
+        del self._goals[goal_id]
+        self._statuses.remove(goal_id)

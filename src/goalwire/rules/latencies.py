@@ -1,0 +1,36 @@
+"""How long things took, in buckets of powers of two: adding one costs an increment."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from goalwire.rules.statistics import LatencyHistogram
+
+_BUCKETS = 65
+"""Differences of two times in 64 bits."""
+
+
+class Latencies:
+    """Durations in ns, below 2**64. Of those that threads add at the very same moment one may be lost."""
+
+    __slots__ = ('counts',)
+
+    def __init__(self) -> None:
+        self.counts = [0] * _BUCKETS
+        """By the number of bits of the duration. Who cannot afford a call counts up by himself."""
+
+    def add(self, ns: int) -> None:
+        """Note one. Clocks are set back now and then: a negative one counts as 0."""
+        self.counts[ns.bit_length() if ns > 0 else 0] += 1
+
+    @property
+    def count(self) -> int:
+        """How many were added."""
+        return sum(self.counts)
+
+    def histogram(self) -> LatencyHistogram:
+        """Return what was noted so far."""
+        from goalwire.rules.statistics import LatencyHistogram
+
+        return LatencyHistogram(tuple(self.counts))

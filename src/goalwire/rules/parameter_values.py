@@ -1,0 +1,161 @@
+"""The values that `-p name:=value` and parameter files give, by the rules of rcl_yaml_param_parser.
+
+They differ from PyYAML's own: `yes`, `on` and `y` are booleans, `010` is octal, `null`, `~` and dates are
+strings, and the elements of a sequence must all have one type.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, cast
+
+from goalwire.rules.names.lexer import RuleSyntaxError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    import yaml
+
+    from goalwire.rules.parameters import ParameterValue
+
+    Scalar = bool | int | float | str
+
+_TRUE = frozenset({'Y', 'y', 'yes', 'Yes', 'YES', 'true', 'True', 'TRUE', 'on', 'On', 'ON'})
+_FALSE = frozenset({'N', 'n', 'no', 'No', 'NO', 'false', 'False', 'FALSE', 'off', 'Off', 'OFF'})
+_INTEGER = re.compile(r'([+-]?)(?:0[xX]([0-9a-fA-F]+)|0([0-7]*)|([1-9][0-9]*))')
+_DECIMAL = re.compile(r'[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?')
+_HEXADECIMAL = re.compile(r'[+-]?0[xX](?:[0-9a-fA-F]+\.?[0-9a-fA-F]*|\.[0-9a-fA-F]+)(?:[pP][+-]?[0-9]+)?')
+_NAMED = re.compile(r'[+-]?\.?(?:inf|nan)|[+-]?infinity', re.IGNORECASE)
+_DIGIT_BUT_ZERO = re.compile(r'[1-9]')
+_INT64 = range(-(2**63), 2**63)
+
+# Text that YAML reads as one plain scalar whatever follows: no indicator, no space, no colon.
+_PLAIN = re.compile(r'[A-Za-z0-9_./+~][A-Za-z0-9_./+~=-]*|-[A-Za-z0-9_./+~=]+')
+
+_TYPE_NAMES = {bool: 'bool', int: 'integer', float: 'double', str: 'string'}
+
+
+def parse_parameter_value(text: str) -> ParameterValue:
+    """Return the Python value of YAML `text`; None for no value and for an empty sequence.
+
+    Raises RuleSyntaxError with ROS 2's text. Only text that needs it loads PyYAML.
+    """
+    if _PLAIN.fullmatch(text):
+        return plain_scalar(text)
+    import yaml
+
+    if not is_text(text):
+        raise RuleSyntaxError('Error parsing an event: the bytes are no UTF-8 text')
+    try:
+        return _from_events(iter(yaml.parse(text, Loader=yaml.SafeLoader)))
+    except yaml.YAMLError as error:
+        raise RuleSyntaxError('Error parsing an event') from error
+
+
+def is_text(argument: str) -> bool:
+    """Whether a command line's argument was UTF-8: bytes that are not come as lone surrogates (PEP 383)."""
+    return not any('\ud800' <= sign <= '\udfff' for sign in argument)
+
+
+def plain_scalar(text: str) -> Scalar:
+    """Return what an unquoted scalar stands for: bool, int64, float, or else the text itself."""
+    if text in _TRUE:
+        return True
+    if text in _FALSE:
+        return False
+    integer = _integer(text)
+    return _float(text) if integer is None else integer
+
+
+def _integer(text: str) -> int | None:
+    """Read as C's strtoll with base 0; None where it would not end or not fit."""
+    if not (found := _INTEGER.fullmatch(text)):
+        return None
+    sign, hexadecimal, octal, decimal = found.groups()
+    if hexadecimal:
+        value = int(hexadecimal, 16)
+    elif decimal:
+        value = _bounded_decimal(decimal)
+    else:
+        value = int(octal or '0', 8)
+    value = -value if sign == '-' else value
+    return value if value in _INT64 else None
+
+
+def _bounded_decimal(digits: str) -> int:
+    # Twenty digits never fit int64; int() refuses thousands of them with an error of its own.
+    return int(digits[:20])
+
+
+def _float(text: str) -> float | str:
+    """Read as C's strtod; the text where it is no number, or one that does not fit a double."""
+    if _NAMED.fullmatch(text):
+        return float(text.replace('.', ''))
+    try:
+        if _HEXADECIMAL.fullmatch(text):
+            value = float.fromhex(text)
+        elif _DECIMAL.fullmatch(text):
+            value = float(text)
+        else:
+            return text
+    except OverflowError:
+        return text
+    mantissa = re.split('[eEpP]', text, maxsplit=1)[0]
+    underflown = value == 0 and _DIGIT_BUT_ZERO.search(mantissa)
+    return text if underflown or value in {float('inf'), float('-inf')} else value
+
+
+def _from_events(events: Iterator[yaml.Event]) -> ParameterValue:
+    import yaml
+
+    value: ParameterValue = None
+    for event in events:
+        if isinstance(event, yaml.ScalarEvent):
+            value = plain_value(event)
+        elif isinstance(event, yaml.SequenceStartEvent):
+            value = sequence_value(events)
+        elif isinstance(event, yaml.MappingStartEvent | yaml.AliasEvent):
+            raise RuleSyntaxError('Unknown YAML event')
+    return value
+
+
+def sequence_value(events: Iterator[yaml.Event]) -> ParameterValue:
+    """Read a sequence up to its end; None for an empty one. Raises RuleSyntaxError."""
+    import yaml
+
+    sequence: list[Scalar] = []
+    for event in events:
+        if isinstance(event, yaml.SequenceEndEvent):
+            break
+        if isinstance(event, yaml.ScalarEvent):
+            _append(sequence, plain_value(event), line_of(event))
+        elif isinstance(event, yaml.SequenceStartEvent):
+            raise RuleSyntaxError(f'Sequences of sequences are no parameters, at line {line_of(event)}')
+        elif isinstance(event, yaml.AliasEvent):
+            raise RuleSyntaxError(f'Will not support aliasing at line {line_of(event)}')
+        else:
+            raise RuleSyntaxError(f'Mappings in sequences are no parameters, at line {line_of(event)}')
+    # An empty sequence has no element to tell its type: ROS 2 takes it for no value.
+    return cast('ParameterValue', sequence or None)
+
+
+def plain_value(event: yaml.ScalarEvent) -> Scalar:
+    """Return what a scalar stands for, quoted or not; raises RuleSyntaxError for none."""
+    quoted = event.style in {"'", '"'}
+    if not event.value and not quoted:
+        raise RuleSyntaxError(f'No value at line {line_of(event)}')
+    if quoted or event.tag == 'tag:yaml.org,2002:str':
+        return event.value
+    return plain_scalar(event.value)
+
+
+def _append(sequence: list[Scalar], scalar: Scalar, line: int) -> None:
+    if sequence and type(scalar) is not type(sequence[0]):
+        found = f"Value type '{_TYPE_NAMES[type(scalar)]}' do not belong at line_num {line}"
+        raise RuleSyntaxError(f'Sequence should be of same type. {found}')
+    sequence.append(scalar)
+
+
+def line_of(event: yaml.Event) -> int:
+    """Return the line, from 1, that an event begins on."""
+    return event.start_mark.line + 1 if event.start_mark else 1

@@ -1,0 +1,26 @@
+"""Parameters: typed values under a name, what may be set, and who is asked."""
+
+from goalwire.rules.parameters.callbacks import CallbackError, SetCallbacks
+from goalwire.rules.parameters.descriptor import RELATIVE_TOLERANCE, Descriptor, Range
+from goalwire.rules.parameters.listing import SEPARATOR
+from goalwire.rules.parameters.outcome import ACCEPTED, Outcome, WrongType, refused
+from goalwire.rules.parameters.parameter import Parameter, ParameterValue, Type
+from goalwire.rules.parameters.table import Changes, ParameterTable
+
+__all__ = [
+    'ACCEPTED',
+    'RELATIVE_TOLERANCE',
+    'SEPARATOR',
+    'CallbackError',
+    'Changes',
+    'Descriptor',
+    'Outcome',
+    'Parameter',
+    'ParameterTable',
+    'ParameterValue',
+    'Range',
+    'SetCallbacks',
+    'Type',
+    'WrongType',
+    'refused',
+]

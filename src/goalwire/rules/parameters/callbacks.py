@@ -1,0 +1,93 @@
+"""Who is asked and told when parameters are set: the callbacks before, on and after (rclpy.node).
+
+The one added last is called first. Callbacks before a set see its parameters; all that they return is set
+instead. Those on a set may refuse it, and nothing has changed by then. Those after it see what was set.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import Protocol, TypeAlias
+
+from goalwire.errors import LocalError
+from goalwire.rules.parameters.outcome import ACCEPTED, Outcome, refused
+from goalwire.rules.parameters.parameter import Parameter
+
+
+class Verdict(Protocol):
+    """What a callback on a set returns: an rcl_interfaces/msg/SetParametersResult."""
+
+    @property
+    def successful(self) -> bool:
+        """Whether the parameters may be set."""
+
+    @property
+    def reason(self) -> str:
+        """Why not."""
+
+
+Before: TypeAlias = Callable[[list[Parameter]], Iterable[Parameter]]
+On: TypeAlias = Callable[[list[Parameter]], Verdict]
+After: TypeAlias = Callable[[list[Parameter]], object]
+
+NOTHING_LEFT = refused(
+    'parameter list cannot be empty, this might be due to pre_set_parameters_callback modifying the original '
+    'parameters list.'
+)
+
+
+class CallbackError(LocalError, TypeError):
+    """A callback before a set that returned something else than parameters."""
+
+
+class SetCallbacks:
+    """The callbacks of one node, each list in the order of their calls."""
+
+    def __init__(self) -> None:
+        self.before: list[Before] = []
+        self.on: list[On] = []
+        self.after: list[After] = []
+
+    def prepare(self, parameters: list[Parameter]) -> list[Parameter]:
+        """Return what is to be set instead of `parameters`; raises CallbackError."""
+        if not self.before:
+            return parameters
+        return [wanted for callback in tuple(self.before) for wanted in _wanted(callback, parameters)]
+
+    def judge(self, parameters: list[Parameter]) -> Outcome:
+        """Ask until one refuses, or returns something else than an answer."""
+        for callback in tuple(self.on):
+            outcome = _outcome(callback, parameters)
+            if not outcome.successful:
+                return outcome
+        return ACCEPTED
+
+    def tell(self, parameters: list[Parameter]) -> None:
+        """Tell of what was set."""
+        for callback in tuple(self.after):
+            callback(parameters)
+
+
+def _wanted(callback: Before, parameters: list[Parameter]) -> Iterable[Parameter]:
+    wanted = callback(parameters)
+    if not isinstance(wanted, Sequence):
+        raise CallbackError(
+            f"the pre-set parameters callback '{_name(callback)}' returned {wanted!r}: "
+            'return the list of parameters to set'
+        )
+    return wanted
+
+
+def _outcome(callback: On, parameters: list[Parameter]) -> Outcome:
+    verdict = callback(parameters)
+    try:
+        return Outcome(successful=verdict.successful, reason=verdict.reason)
+    except AttributeError:
+        return refused(
+            f"Callback returned an invalid type: '{_name(callback)}' returned {verdict!r}, "
+            'not an rcl_interfaces.msg.SetParametersResult'
+        )
+
+
+def _name(callback: object) -> str:
+    return getattr(callback, '__qualname__', None) or repr(callback)

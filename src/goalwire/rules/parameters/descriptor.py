@@ -1,0 +1,99 @@
+"""Descriptors: what a parameter's values must be like (rcl_interfaces/msg/ParameterDescriptor).
+
+The rules and the texts of the refusals are rclpy's (rclpy.node).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Generic, NamedTuple, TypeVar
+
+from goalwire.rules.parameters.outcome import ACCEPTED, Outcome, WrongType, refused
+from goalwire.rules.parameters.parameter import Parameter, Type
+
+RELATIVE_TOLERANCE = 1e-6
+"""How near a double must be to a range's end or step to count as being there."""
+
+
+NumberT = TypeVar('NumberT', int, float)
+
+
+class Range(NamedTuple, Generic[NumberT]):
+    """The values from one end to the other, both inclusive, in steps from the lower one (0: any)."""
+
+    from_value: NumberT
+    to_value: NumberT
+    step: NumberT
+
+    @property
+    def lowest(self) -> NumberT:
+        """The lower end; ROS 2 takes the ends in either order."""
+        return min(self.from_value, self.to_value)
+
+    @property
+    def highest(self) -> NumberT:
+        """The upper end."""
+        return max(self.from_value, self.to_value)
+
+
+class Descriptor(NamedTuple):
+    """What a parameter is; the ranges hold one entry at most."""
+
+    name: str = ''
+    type: Type = Type.NOT_SET
+    description: str = ''
+    additional_constraints: str = ''
+    read_only: bool = False
+    dynamic_typing: bool = False
+    floating_point_range: tuple[Range[float], ...] = ()
+    integer_range: tuple[Range[int], ...] = ()
+
+    def judge(self, parameter: Parameter, *, declared: bool = False) -> Outcome:
+        """Say whether the parameter may have this value; `declared` where it had one before.
+
+        Whether it is read-only is not asked here.
+        """
+        if not self.dynamic_typing:
+            if parameter.type_ is Type.NOT_SET:
+                return refused('Static parameter cannot be undeclared') if declared else ACCEPTED
+            if parameter.type_ is not self.type:
+                reason = f"Wrong parameter type, expected '{self.type}' got '{parameter.type_}'"
+                return refused(reason, WrongType)
+        value = parameter.value
+        if self.integer_range and parameter.type_ is Type.INTEGER and isinstance(value, int):
+            return _judge_integer(parameter.name, value, self.integer_range[0])
+        if self.floating_point_range and parameter.type_ is Type.DOUBLE and isinstance(value, float):
+            return _judge_double(parameter.name, value, self.floating_point_range[0])
+        return ACCEPTED
+
+
+def _judge_integer(name: str, value: int, range_: Range[int]) -> Outcome:
+    low, high, step = range_.lowest, range_.highest, range_.step
+    if value in {low, high}:
+        return ACCEPTED
+    if not low < value < high:
+        return refused(f'Parameter {name} out of range. Min: {low}, Max: {high}, value: {value}')
+    if step and (value - low) % step:
+        return refused(
+            f'The parameter value for {name} is not a valid step. '
+            f'Min: {low}, max: {high}, value: {value}, step: {step}'
+        )
+    return ACCEPTED
+
+
+def _judge_double(name: str, value: float, range_: Range[float]) -> Outcome:
+    low, high, step = range_.lowest, range_.highest, range_.step
+    if _near(value, low) or _near(value, high):
+        return ACCEPTED
+    if not low < value < high:  # NaN, too
+        return refused(f'Parameter {name} out of range Min: {low}, Max: {high}, value: {value}')
+    if step and not _near(low + round((value - low) / step) * step, value):
+        return refused(
+            f'The parameter value for {name} is not close enough to a valid step. '
+            f'Min: {low}, max: {high}, value: {value}, step: {step}'
+        )
+    return ACCEPTED
+
+
+def _near(value: float, other: float) -> bool:
+    return math.isclose(value, other, rel_tol=RELATIVE_TOLERANCE)

@@ -1,0 +1,104 @@
+"""Values by YAML's own rules, as `ros2 param` reads them (rclpy.parameter); those of `-p` differ."""
+
+from __future__ import annotations
+
+import reprlib
+from datetime import date
+from typing import TypeAlias, cast
+
+from goalwire.errors import LocalError
+from goalwire.rules.parameters.parameter import SCALARS, ParameterValue, Type, is_kind
+
+Typed: TypeAlias = tuple[Type, ParameterValue]
+
+
+_MOST_VALUES = 1_000_000
+
+
+class FileShapeError(LocalError, RuntimeError):
+    """YAML that is no parameter file."""
+
+
+def typed_text(text: str) -> Typed:
+    """Return what YAML text stands for; text that stands for nothing else is a string."""
+    import yaml
+
+    try:
+        typed = _typed(yaml.safe_load(text))
+    except Exception:  # PyYAML raises anything: for no date, too many digits, too many levels
+        typed = None
+    return typed or (Type.STRING, text)
+
+
+def typed_value(name: str, value: object) -> Typed:
+    """Return a value that YAML gave with its type; raises FileShapeError for what no parameter holds."""
+    if value is None:
+        return Type.STRING, 'null'  # as parameter files have it
+    if isinstance(value, date):
+        return Type.STRING, str(value)
+    try:
+        typed = _typed(value)
+    except OverflowError:
+        typed = None
+    if typed is None:
+        raise FileShapeError(
+            f"parameter '{name}': {reprlib.repr(value)} is no value, nor a sequence of values of one type"
+        )
+    return typed
+
+
+def _typed(value: object) -> Typed | None:
+    if isinstance(value, list):
+        for kind, _, several in SCALARS:  # the first that fits wins: `[]` holds booleans
+            if all(is_kind(element, kind) for element in value) and several.check(value):
+                return several, value
+        return None
+    for kind, one, _ in SCALARS:
+        if is_kind(value, kind):
+            fits = one.check(value)
+            return (one, cast('ParameterValue', value)) if fits else (Type.DOUBLE, float(cast('int', value)))
+    return None
+
+
+def flat_values(content: object, nodes: list[str] | None, *, use_wildcard: bool) -> dict[str, object]:
+    """Return what a file's content says for nodes (None: all that it names), by dotted parameter names.
+
+    With `use_wildcard` what stands below `/**` comes first. Raises FileShapeError.
+    """
+    if not isinstance(content, dict):
+        raise FileShapeError(
+            f'a parameter file holds names of nodes, each with ros__parameters; not {reprlib.repr(content)}'
+        )
+    chosen = ['/**'] if use_wildcard and '/**' in content else []
+    for node in nodes or ():
+        if node not in content:
+            raise FileShapeError(
+                f'Param file does not contain parameters for {node},'
+                f'only for nodes: {reprlib.repr(list(content))}'
+            )
+    chosen += nodes or [node for node in content if node != '/**']
+    if not chosen:
+        raise FileShapeError('Param file does not contain selected parameters')
+    values: dict[str, object] = {}
+    for node in chosen:
+        values.update(_flat(_parameters(node, content[node]), ''))
+    return values
+
+
+def _parameters(node: str, branch: object) -> dict[object, object]:
+    found = branch.get('ros__parameters') if isinstance(branch, dict) else None
+    if not isinstance(found, dict):
+        raise FileShapeError(f'YAML file is not a valid ROS parameter file for node {node}')
+    return found
+
+
+def _flat(parameters: dict[object, object], prefix: str) -> dict[str, object]:
+    values: dict[str, object] = {}
+    for key, value in parameters.items():
+        if isinstance(value, dict):
+            values.update(_flat(value, f'{prefix}{key}.'))
+        else:
+            values[f'{prefix}{key}'] = value
+        if len(values) > _MOST_VALUES:  # aliases multiply
+            raise FileShapeError(f'more than {_MOST_VALUES:,} parameters')
+    return values

@@ -1,0 +1,135 @@
+"""The parameters of one node, and the overrides that wait for their declaration."""
+
+from __future__ import annotations
+
+from collections.abc import ItemsView, Iterator, Mapping, Sequence, ValuesView
+from threading import Lock
+
+from goalwire.rules.parameters.descriptor import Descriptor
+from goalwire.rules.parameters.outcome import ACCEPTED, Outcome, refused
+from goalwire.rules.parameters.parameter import Parameter, ParameterValue, Type
+
+
+class Changes:
+    """What a set did, as /parameter_events tells it."""
+
+    __slots__ = ('changed', 'deleted', 'new')
+
+    def __init__(self) -> None:
+        self.new: list[Parameter] = []
+        self.changed: list[Parameter] = []
+        self.deleted: list[Parameter] = []
+
+    def __bool__(self) -> bool:
+        return bool(self.new or self.changed or self.deleted)
+
+
+class ParameterTable(Mapping[str, Parameter]):
+    """The declared parameters by name, as programs know `Node._parameters`, in order of declaration.
+
+    Read by any thread, without a lock; sets are applied one after the other.
+    """
+
+    def __init__(self, overrides: dict[str, ParameterValue], *, allow_undeclared: bool = False) -> None:
+        self.allow_undeclared = allow_undeclared
+        self.overrides = overrides
+        self._values: dict[str, Parameter] = {}
+        self._descriptors: dict[str, Descriptor] = {}
+        self._lock = Lock()
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._values
+
+    def __getitem__(self, name: str) -> Parameter:
+        return self._values[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(tuple(self._values))
+
+    def __len__(self) -> int:
+        return len(self._values)
+
+    def values(self) -> ValuesView[Parameter]:
+        """Return the parameters of this moment."""
+        return self._values.copy().values()
+
+    def items(self) -> ItemsView[str, Parameter]:
+        """Return names and parameters of this moment."""
+        return self._values.copy().items()
+
+    def descriptor(self, name: str) -> Descriptor | None:
+        """Return the descriptor of a declared parameter, or None."""
+        return self._descriptors.get(name)
+
+    def is_uninitialized(self, parameter: Parameter) -> bool:
+        """True where a declared parameter has a fixed type and no value yet."""
+        if parameter.type_ is not Type.NOT_SET:
+            return False
+        descriptor = self._descriptors.get(parameter.name)
+        return descriptor is not None and not descriptor.dynamic_typing
+
+    def judge(self, parameters: Sequence[Parameter]) -> Outcome:
+        """Say whether declared parameters may be set; undeclared ones are none of its business."""
+        for parameter in parameters:
+            descriptor = self._descriptors.get(parameter.name)
+            if descriptor is None:
+                continue
+            if descriptor.read_only:
+                return refused(f'Trying to set a read-only parameter: {parameter.name}.')
+            outcome = descriptor.judge(parameter, declared=True)
+            if not outcome.successful:
+                return outcome
+        return ACCEPTED
+
+    def store(
+        self, parameters: Sequence[Parameter], declared: Mapping[str, Descriptor] | None = None
+    ) -> Changes:
+        """Store, all at once, parameters that were let pass; with descriptors they are declared by that.
+
+        Otherwise a parameter without a value goes, and undeclared ones come.
+        """
+        changes = Changes()
+        with self._lock:
+            for parameter in parameters:
+                if declared is not None:
+                    self._store(parameter, declared[parameter.name], changes)
+                elif parameter.type_ is Type.NOT_SET:
+                    self._remove(parameter, changes)
+                else:
+                    known = self._descriptors.get(parameter.name)
+                    self._store(parameter, known or Descriptor(parameter.name, dynamic_typing=True), changes)
+        return changes
+
+    def describe(self, descriptor: Descriptor, parameter: Parameter) -> None:
+        """Give a declared parameter another descriptor, and the value that suits it."""
+        with self._lock:
+            self._values[parameter.name] = parameter
+            self._descriptors[parameter.name] = _following(
+                descriptor._replace(name=parameter.name), parameter
+            )
+
+    def undeclare(self, name: str) -> None:
+        """Forget a declared parameter."""
+        with self._lock:
+            self._values.pop(name, None)
+            self._descriptors.pop(name, None)
+
+    def _store(self, parameter: Parameter, descriptor: Descriptor, changes: Changes) -> None:
+        before = self._values.get(parameter.name)
+        is_new = before is None or before.type_ is Type.NOT_SET
+        (changes.new if is_new else changes.changed).append(parameter)
+        self._values[parameter.name] = parameter
+        self._descriptors[parameter.name] = _following(descriptor, parameter)
+
+    def _remove(self, parameter: Parameter, changes: Changes) -> None:
+        before = self._values.pop(parameter.name, None)
+        self._descriptors.pop(parameter.name, None)
+        if before is not None:
+            changes.deleted.append(parameter)
+
+
+def _following(descriptor: Descriptor, parameter: Parameter) -> Descriptor:
+    """A dynamically typed parameter's descriptor tells the type of its value."""
+    if descriptor.dynamic_typing and descriptor.type is not parameter.type_:
+        return descriptor._replace(type=parameter.type_)
+    return descriptor

@@ -1,0 +1,97 @@
+"""Which parameter overrides nothing has used: told once, at the end, when no node can declare them any more.
+
+Quiet where it may be meant: what a file says below wildcards, and of other programs' nodes while it has
+something for one of ours, is shared between programs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from threading import Lock
+from typing import TYPE_CHECKING
+
+from goalwire.files import shown
+from goalwire.rules.arguments import ParameterFile, ParameterOverride
+from goalwire.rules.parameters.files import matches
+
+if TYPE_CHECKING:
+    from goalwire.rules.arguments import Arguments
+
+_LONGEST_SHOWN = 100  # characters of a name
+_MOST_SHOWN = 5  # names in one line
+
+
+class OverrideUse:
+    """What the nodes of a process declared, beside what its command line gives them."""
+
+    def __init__(self, arguments: Arguments) -> None:
+        self._given = arguments.parameters
+        self._declared: dict[str, set[str]] = {}
+        self._lock = Lock()
+
+    def node_made(self, full_name: str) -> None:
+        """Note a node by its fully qualified name."""
+        with self._lock:
+            self._declared.setdefault(full_name, set())
+
+    def declared(self, full_name: str, parameter: str) -> None:
+        """Note that a node declared a parameter."""
+        with self._lock:
+            self._declared.setdefault(full_name, set()).add(parameter)
+
+    def complaints(self) -> list[str]:
+        """Return a sentence for each override that nothing used; none where there never was a node."""
+        if not self._declared:
+            return []
+        found: dict[str, None] = {}
+        for item in self._given:
+            found.update(
+                dict.fromkeys(self._of_file(item) if isinstance(item, ParameterFile) else self._of(item))
+            )
+        return list(found)
+
+    def _of(self, item: ParameterOverride) -> Iterator[str]:
+        rule = f'-p {item.node}:{item.name}:=…' if item.node else f'-p {item.name}:=…'
+        nodes = self._meant(item.node or '/**')
+        if not nodes:
+            yield f"nothing used '{_short(rule)}': there was no node /{item.node}{self._made()}"
+        elif not self._is_declared(item.name, nodes):
+            yield f"nothing used '{_short(rule)}': {self._undeclared([item.name], nodes)}"
+
+    def _of_file(self, file: ParameterFile) -> Iterator[str]:
+        meant = {pattern: self._meant(pattern) for pattern in file.nodes}
+        if meant and not any(meant.values()):
+            yield f"nothing used '--params-file {shown(file.path)}': it is for {_some(meant)}{self._made()}"
+        for pattern, nodes in meant.items():
+            missing = [name for name in file.nodes[pattern] if not self._is_declared(name, nodes)]
+            if nodes and missing and '*' not in pattern:
+                place = f"'--params-file {shown(file.path)}', {_short(pattern)}"
+                yield f'nothing used all of {place}: {self._undeclared(missing, nodes)}'
+
+    def _meant(self, pattern: str) -> list[str]:
+        return [node for node in self._declared if matches(pattern, node)]
+
+    def _is_declared(self, name: str, nodes: Collection[str]) -> bool:
+        return any(name in self._declared[node] for node in nodes)
+
+    def _undeclared(self, names: Collection[str], nodes: Collection[str]) -> str:
+        from difflib import get_close_matches
+
+        known = {name for node in nodes for name in self._declared[node]}
+        close = [match for name in names for match in get_close_matches(name[:_LONGEST_SHOWN], known, n=1)]
+        hint = f'; did you mean {_some(close)}?' if close else ''
+        who = f'{_some(nodes)} did not declare' if len(nodes) == 1 else 'no node declared'
+        return f'{who} {_some(names)}{hint}'
+
+    def _made(self) -> str:
+        return f'; this program made {_some(self._declared)}'
+
+
+def _short(text: str) -> str:
+    return shown(text, _LONGEST_SHOWN)
+
+
+def _some(names: Collection[str]) -> str:
+    shortened = [_short(name) for name in list(names)[:_MOST_SHOWN]]
+    more = [f'{len(names) - _MOST_SHOWN} more'] if len(names) > _MOST_SHOWN else []
+    return ', '.join([*shortened, *more])

@@ -1,0 +1,224 @@
+"""What a publisher or subscription can tell beside messages: kinds of events and their status records.
+
+Names and numbers are those of rcl/event.h (rcl_publisher_event_type_t, rcl_subscription_event_type_t), the
+records those of rmw/events_statuses. A source of events keeps totals; what changed since somebody last looked
+is the difference of two records, `changes_between`, so that any number of readers share one source.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import Enum
+from typing import TypeAlias, TypeVar
+
+from goalwire.rules.qos import PolicyKind
+
+
+class _EventType(Enum):
+    """A kind of event; int() gives rcl's number."""
+
+    __hash__ = object.__hash__  # members are unique; Enum's own hash is a Python function
+
+    def __int__(self) -> int:
+        number: int = self.value
+        return number
+
+
+class PublisherEvent(_EventType):
+    """What a publisher can tell."""
+
+    RCL_PUBLISHER_OFFERED_DEADLINE_MISSED = 0
+    RCL_PUBLISHER_LIVELINESS_LOST = 1
+    RCL_PUBLISHER_OFFERED_INCOMPATIBLE_QOS = 2
+    RCL_PUBLISHER_INCOMPATIBLE_TYPE = 3
+    RCL_PUBLISHER_MATCHED = 4
+
+
+class SubscriptionEvent(_EventType):
+    """What a subscription can tell."""
+
+    RCL_SUBSCRIPTION_REQUESTED_DEADLINE_MISSED = 0
+    RCL_SUBSCRIPTION_LIVELINESS_CHANGED = 1
+    RCL_SUBSCRIPTION_REQUESTED_INCOMPATIBLE_QOS = 2
+    RCL_SUBSCRIPTION_MESSAGE_LOST = 3
+    RCL_SUBSCRIPTION_INCOMPATIBLE_TYPE = 4
+    RCL_SUBSCRIPTION_MATCHED = 5
+
+
+EventType: TypeAlias = PublisherEvent | SubscriptionEvent
+
+
+class EventStatus:
+    """A record of what has happened so far. Two with equal fields are equal."""
+
+    __slots__: Sequence[str] = ()
+
+    def _identity(self) -> tuple[object, ...]:
+        return (type(self), *(getattr(self, name) for name in self.__slots__))
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, EventStatus) and self._identity() == other._identity()
+
+    def __hash__(self) -> int:
+        return hash(self._identity())
+
+    def __repr__(self) -> str:
+        fields = ', '.join(f'{name}={getattr(self, name)!r}' for name in self.__slots__)
+        return f'{type(self).__name__}({fields})'
+
+
+class _Count(EventStatus):
+    __slots__ = ('total_count', 'total_count_change')
+
+    def __init__(self, total_count: int = 0, total_count_change: int = 0) -> None:
+        self.total_count = total_count
+        self.total_count_change = total_count_change
+
+
+class OfferedDeadlineMissed(_Count):
+    """How often a publisher was later than it had promised."""
+
+
+class RequestedDeadlineMissed(_Count):
+    """How often a message came later than asked for."""
+
+
+class LivelinessLost(_Count):
+    """How often a publisher failed to show that it is alive."""
+
+
+class MessageLost(_Count):
+    """How many messages did not arrive."""
+
+
+class IncompatibleType(_Count):
+    """How many endpoints of another type were met under the same name."""
+
+
+class LivelinessChanged(EventStatus):
+    """How many publishers are alive, and how many are not any more."""
+
+    __slots__ = ('alive_count', 'alive_count_change', 'not_alive_count', 'not_alive_count_change')
+
+    def __init__(
+        self,
+        alive_count: int = 0,
+        alive_count_change: int = 0,
+        not_alive_count: int = 0,
+        not_alive_count_change: int = 0,
+    ) -> None:
+        self.alive_count = alive_count
+        self.alive_count_change = alive_count_change
+        self.not_alive_count = not_alive_count
+        self.not_alive_count_change = not_alive_count_change
+
+
+class Matched(EventStatus):
+    """How many counterparts there have been, and how many there are."""
+
+    __slots__ = ('current_count', 'current_count_change', 'total_count', 'total_count_change')
+
+    def __init__(
+        self,
+        total_count: int = 0,
+        total_count_change: int = 0,
+        current_count: int = 0,
+        current_count_change: int = 0,
+    ) -> None:
+        self.total_count = total_count
+        self.total_count_change = total_count_change
+        self.current_count = current_count
+        self.current_count_change = current_count_change
+
+
+class IncompatibleQoS(EventStatus):
+    """How many counterparts had a QoS that does not go together, and for which policy the last one."""
+
+    __slots__ = ('last_policy_kind', 'total_count', 'total_count_change')
+
+    def __init__(
+        self,
+        total_count: int = 0,
+        total_count_change: int = 0,
+        last_policy_kind: PolicyKind = PolicyKind.RMW_QOS_POLICY_INVALID,
+    ) -> None:
+        self.total_count = total_count
+        self.total_count_change = total_count_change
+        self.last_policy_kind = last_policy_kind
+
+
+StatusT = TypeVar('StatusT', bound=EventStatus)
+
+_CHANGE = '_change'
+
+
+def changes_between(earlier: StatusT, later: StatusT) -> StatusT:
+    """Return the later record with the changes since an earlier one of the same kind."""
+    return with_fields(
+        later,
+        **{
+            name: getattr(later, counted) - getattr(earlier, counted)
+            for name in later.__slots__
+            if (counted := name.removesuffix(_CHANGE)) != name
+        },
+    )
+
+
+def with_fields(status: StatusT, **changed: int) -> StatusT:
+    """Return a record with some fields changed."""
+    return type(status)(**{name: getattr(status, name) for name in status.__slots__} | changed)
+
+
+NOTHING_YET: dict[EventType, EventStatus] = {
+    PublisherEvent.RCL_PUBLISHER_OFFERED_DEADLINE_MISSED: OfferedDeadlineMissed(),
+    PublisherEvent.RCL_PUBLISHER_LIVELINESS_LOST: LivelinessLost(),
+    PublisherEvent.RCL_PUBLISHER_OFFERED_INCOMPATIBLE_QOS: IncompatibleQoS(),
+    PublisherEvent.RCL_PUBLISHER_INCOMPATIBLE_TYPE: IncompatibleType(),
+    PublisherEvent.RCL_PUBLISHER_MATCHED: Matched(),
+    SubscriptionEvent.RCL_SUBSCRIPTION_REQUESTED_DEADLINE_MISSED: RequestedDeadlineMissed(),
+    SubscriptionEvent.RCL_SUBSCRIPTION_LIVELINESS_CHANGED: LivelinessChanged(),
+    SubscriptionEvent.RCL_SUBSCRIPTION_REQUESTED_INCOMPATIBLE_QOS: IncompatibleQoS(),
+    SubscriptionEvent.RCL_SUBSCRIPTION_MESSAGE_LOST: MessageLost(),
+    SubscriptionEvent.RCL_SUBSCRIPTION_INCOMPATIBLE_TYPE: IncompatibleType(),
+    SubscriptionEvent.RCL_SUBSCRIPTION_MATCHED: Matched(),
+}
+"""The record of each kind of event before the first one."""
+
+
+def incompatible_qos_warning(event: EventType, topic: str, policy: PolicyKind, *, wire: str | None) -> str:
+    """Return ROS 2's words for an endpoint whose QoS does not go together with ours.
+
+    `wire` names one that delivers all the same: then they would not be true alone.
+    """
+    if isinstance(event, PublisherEvent):
+        found = f"New subscription discovered on topic '{topic}', requesting incompatible QoS. "
+        consequence = 'No messages will be sent to it. '
+    else:
+        found = f"New publisher discovered on topic '{topic}', offering incompatible QoS. "
+        consequence = 'No messages will be received from it. '
+    reason = f'Last incompatible policy: {policy.policy}'
+    note = '' if wire is None else f' (that is so on DDS; {wire} delivers them all the same)'
+    return f'{found}{consequence}{reason}{note}'
+
+
+class SequenceGaps:
+    """Counts the messages that are missing in what publishers number from 1 on without a gap.
+
+    What comes late or twice is not lost, and of a publisher met under way nothing counts before its first
+    message (rmw_zenoh counts the distance in either direction).
+    """
+
+    def __init__(self) -> None:
+        self._newest: dict[bytes, int] = {}
+
+    def missed_before(self, publisher: bytes, sequence: int) -> int:
+        """Note a message of the publisher with that gid; return how many before it never came."""
+        newest = self._newest.get(publisher)
+        if newest is not None and sequence <= newest:
+            return 0
+        self._newest[publisher] = sequence
+        return 0 if newest is None else sequence - newest - 1
+
+    def forget(self, publisher: bytes) -> None:
+        """The publisher has gone."""
+        self._newest.pop(publisher, None)

@@ -1,0 +1,96 @@
+"""QoS set by parameters: `qos_overrides./topic.publisher.depth` and so on (rclpy.qos_overriding_options)."""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+from goalwire.errors import LocalError
+from goalwire.records import replace
+from goalwire.rules.qos import (
+    DurabilityPolicy,
+    HistoryPolicy,
+    LivelinessPolicy,
+    PolicyKind,
+    QoS,
+    QoSPolicyEnum,
+    ReliabilityPolicy,
+)
+
+OverrideValue: TypeAlias = str | int | bool
+"""How a parameter spells a policy: its short key, its number (nanoseconds for durations), or yes and no."""
+
+_FIELDS = {
+    PolicyKind.RMW_QOS_POLICY_DURABILITY: 'durability',
+    PolicyKind.RMW_QOS_POLICY_DEADLINE: 'deadline_ns',
+    PolicyKind.RMW_QOS_POLICY_LIVELINESS: 'liveliness',
+    PolicyKind.RMW_QOS_POLICY_RELIABILITY: 'reliability',
+    PolicyKind.RMW_QOS_POLICY_HISTORY: 'history',
+    PolicyKind.RMW_QOS_POLICY_LIFESPAN: 'lifespan_ns',
+    PolicyKind.RMW_QOS_POLICY_DEPTH: 'depth',
+    PolicyKind.RMW_QOS_POLICY_LIVELINESS_LEASE_DURATION: 'lease_ns',
+    PolicyKind.RMW_QOS_POLICY_AVOID_ROS_NAMESPACE_CONVENTIONS: 'avoid_ros_namespace_conventions',
+}
+
+_CHOICES: dict[PolicyKind, type[QoSPolicyEnum]] = {
+    PolicyKind.RMW_QOS_POLICY_DURABILITY: DurabilityPolicy,
+    PolicyKind.RMW_QOS_POLICY_LIVELINESS: LivelinessPolicy,
+    PolicyKind.RMW_QOS_POLICY_RELIABILITY: ReliabilityPolicy,
+    PolicyKind.RMW_QOS_POLICY_HISTORY: HistoryPolicy,
+}
+
+
+class UnknownPolicyError(LocalError, ValueError):
+    """A profile cannot be overridden: nobody can say what it is before."""
+
+
+class UnexpectedOverrideError(LocalError, RuntimeError):
+    """A policy cannot have that value; the text says which it may have."""
+
+
+def override_name(policy: PolicyKind, topic: str, entity: str, entity_id: str | None) -> str:
+    """Return the parameter's name. `entity`: 'publisher' or 'subscription'; `topic`: fully qualified."""
+    suffix = '' if entity_id is None else f'_{entity_id}'
+    return f'qos_overrides.{topic}.{entity}{suffix}.{policy.policy.lower()}'
+
+
+def override_description(what: str, topic: str, entity: str, entity_id: str | None) -> str:
+    """Return the parameter's description, in ROS 2's words; `what` is the policy's name."""
+    return f'{what} for {entity} `{topic}` with id `{entity_id}`'
+
+
+def may_override(policy: PolicyKind, entity: str) -> bool:
+    """Whether that kind of endpoint has the policy: messages have a lifespan where they are published."""
+    return policy is not PolicyKind.RMW_QOS_POLICY_LIFESPAN or entity == 'publisher'
+
+
+def value_of(qos: QoS, policy: PolicyKind) -> OverrideValue:
+    """Return how a parameter spells the policy of `qos`; raises UnknownPolicyError."""
+    if policy not in _FIELDS:
+        raise UnknownPolicyError(f'{policy.name} is no policy that a QoS profile has')
+    value: OverrideValue = getattr(qos, _FIELDS[policy])
+    if isinstance(value, QoSPolicyEnum):
+        if value.name == 'UNKNOWN':
+            raise UnknownPolicyError(
+                f'User provided QoS profile is invalid: its {_FIELDS[policy]} is UNKNOWN'
+            )
+        return value.short_key
+    return value
+
+
+def with_value(qos: QoS, policy: PolicyKind, value: object) -> QoS:
+    """Return `qos` with the policy that a parameter spells; raises UnexpectedOverrideError."""
+    choices = _CHOICES.get(policy)
+    if choices is not None:
+        try:
+            value = choices[str(value).upper()]
+        except KeyError:
+            raise _unexpected(policy, value, f'choose one of {", ".join(choices.short_keys())}') from None
+    elif isinstance(value, int) and value < 0:
+        raise _unexpected(policy, value, 'it must be 0 or more')
+    return replace(qos, **{_FIELDS[policy]: value})  # of the type it was declared with
+
+
+def _unexpected(policy: PolicyKind, value: object, choice: str) -> UnexpectedOverrideError:
+    return UnexpectedOverrideError(
+        f'Unexpected QoS override for policy `{policy.policy.lower()}`: `{value}`: {choice}'
+    )

@@ -1,0 +1,171 @@
+"""A writer that loses nothing and holds nobody up: what it has no room for is sent when there is room.
+
+A service's writer keeps all: what a history of N drops before the other side has it is a call that nobody
+answers. But the library takes in no more than some 500 KB that are not acknowledged (Internal/Watermarks):
+one peer that is stopped or cut off takes the room from all, until its lease ends. A server's callback, or its
+asyncio loop, must not wait for that. Nor must its other clients: where room does not come soon, replies take
+a fallback writer, by a second writer, whose short history drops what the mute one does not take.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from ctypes import c_uint64
+from threading import Lock, Thread
+
+from goalwire.errors import LocalError
+from goalwire.transport.dds.abi import TIMEOUT
+from goalwire.transport.dds.waitset_thread import CLOSING_S
+from goalwire.transport.dds.wire import Participant, Writer
+from goalwire.transport.failures import report_failure
+from goalwire.transport.fork import ForkGuard
+
+_PATIENCE_NS = 200_000_000
+"""How long until the next attempt, or the fallback writer, unless all is acknowledged before."""
+_PARTING_NS = 1_000_000_000
+"""How long the fallback writer is kept for what was sent by it last."""
+
+
+class QueueingWriter(Writer):
+    """A writer whose QoS says not to wait for room; a thread of its own waits instead, while it has to."""
+
+    def __init__(
+        self,
+        participant: Participant,
+        topic: str,
+        type_name: str,
+        qos: int,
+        make_detour: Callable[[], Writer] | None = None,
+        guard: ForkGuard | None = None,
+    ) -> None:
+        """What waits is dropped where `guard` says that nothing more is sent; None: nothing says so."""
+        super().__init__(participant, topic, type_name, qos)
+        self._make_detour = make_detour
+        self._guard = guard
+        self._fallback_writer: Writer | None = None
+        self._waiting: deque[bytes] = deque()
+        self._held_up = False
+        """Whether something waits, or there is a fallback writer."""
+        self._lock = Lock()
+        self._thread: Thread | None = None
+        self._closed = False
+
+    def write(self, payload: bytes) -> int:
+        """Send one message now, or after those that wait; return 0 or the library's error.
+
+        Raises LocalError for bytes that are no message.
+        """
+        if not self._held_up:
+            result = super().write(payload)
+            if result != TIMEOUT:
+                return result
+        with self._lock:
+            if not self._waiting:
+                result = (
+                    super().write(payload)
+                    if self._fallback_writer is None
+                    else self._fallback_writer.write(payload)
+                )
+                if result != TIMEOUT:
+                    return result
+            if not self._closed:
+                self._wait_with(payload)
+        return 0
+
+    def _wait_with(self, payload: bytes) -> None:
+        self._waiting.append(payload)
+        self._held_up = True
+        if self._thread is None:
+            self._thread = Thread(target=self._send_late, name='goalwire-dds-late', daemon=True)
+            self._thread.start()
+
+    def _send_late(self) -> None:
+        """Send what waits, in order, until the straight way is free again."""
+        is_free = False
+        while not self._is_over(is_free=is_free):
+            # Any other failure says that the writer has gone: then nothing is worth waiting for.
+            is_free = self.library.dds_wait_for_acks(self.handle, _PATIENCE_NS) != TIMEOUT
+            if is_free or self._make_detour is None or not self._has_others():
+                self._send_by(super().write)
+            else:
+                self._take_detour(self._make_detour)
+
+    def _has_others(self) -> bool:
+        """Whether readers are held up by another one: alone, one waits for itself and loses nothing."""
+        return self.library.dds_get_matched_subscriptions(self.handle, (c_uint64 * 1)(), 1) > 1
+
+    def _is_over(self, *, is_free: bool) -> bool:
+        """Whether all has been sent, and the next message goes the straight way."""
+        while True:
+            with self._lock:
+                if self._closed:
+                    return True
+                if self._waiting or (self._fallback_writer is not None and not is_free):
+                    return False
+                self._held_up = False
+                fallback_writer, self._fallback_writer = self._fallback_writer, None
+                if fallback_writer is None:
+                    self._thread = None
+                    return True
+            self.library.dds_wait_for_acks(fallback_writer.handle, _PARTING_NS)
+            fallback_writer.delete()
+
+    def _take_detour(self, make_detour: Callable[[], Writer]) -> None:
+        if self._fallback_writer is None:
+            try:
+                made = make_detour()
+            except Exception as error:
+                if not self._closed:
+                    report_failure(f"topic '{self.topic}'", error)
+                return
+            with self._lock:
+                if self._closed:
+                    made.delete()
+                    return
+                self._fallback_writer = made
+        fallback_writer = self._fallback_writer
+        if fallback_writer is not None:
+            self._send_by(fallback_writer.write)
+
+    def _send_by(self, write: Callable[[bytes], int]) -> None:
+        while self._send_first(write):
+            pass
+
+    def _send_first(self, write: Callable[[bytes], int]) -> bool:
+        """Send what has waited longest and let it wait no more; False where there is nothing, or no room."""
+        if self._guard is not None and self._guard.is_silent:
+            self.forget_waiting()
+        with self._lock:
+            if not self._waiting:
+                return False
+            first = self._waiting[0]
+        try:
+            if write(first) == TIMEOUT:
+                return False
+        except LocalError as error:
+            report_failure(f"topic '{self.topic}'", error)
+        with self._lock:
+            if self._waiting and self._waiting[0] is first:  # not forgotten in the meantime
+                self._waiting.popleft()
+        return True
+
+    def forget_waiting(self) -> None:
+        """Send nothing of what waits: whom it was for has gone."""
+        with self._lock:
+            self._waiting.clear()
+
+    def delete(self) -> None:
+        """Take it off the wire, and end the thread."""
+        with self._lock:
+            self._closed = True
+            self._waiting.clear()
+            thread = self._thread
+            fallback_writer, self._fallback_writer = self._fallback_writer, None
+        if thread is None:
+            super().delete()
+            return
+        self.library.dds_delete(self.handle)  # ends the thread's waiting
+        thread.join(CLOSING_S)
+        if fallback_writer is not None:
+            fallback_writer.delete()

@@ -1,0 +1,84 @@
+"""What arrived and broke the rules: counted by kind and endpoint; logged at first, then at powers of ten."""
+
+from __future__ import annotations
+
+from collections import Counter
+from threading import Lock
+from typing import Protocol
+
+from goalwire.errors import RemoteError, peer_text
+
+LOGGER = 'goalwire.transport'
+"""The logger of what belongs to no node."""
+
+NAME_LIMIT = 1000
+"""Characters of a name or type in the graph; ROS 2 itself allows about 250."""
+
+
+class Origin(Protocol):
+    """Where something arrived: a Place, for one."""
+
+    @property
+    def title(self) -> str:
+        """As logs show it: "service '/add'"."""
+
+    @property
+    def logger(self) -> str:
+        """The logger that tells of it: that of the node, so that it reaches /rosout."""
+
+
+class RejectCounters:
+    """Counts per kind of fault and endpoint; safe from any thread."""
+
+    def __init__(self) -> None:
+        self._lock = Lock()
+        self._counts: Counter[tuple[str, str]] = Counter()
+
+    def add(self, kind: str, reason: object, origin: Origin | None = None) -> None:
+        """Count one; see `log_rejected` for which are logged. Without an origin it concerns the session."""
+        title = '' if origin is None else origin.title
+        count = self.count(kind, title)
+        what = f'{title}: a {kind} was ignored' if title else f'a {kind} was ignored'
+        log_rejected(LOGGER if origin is None else origin.logger, what, count, reason)
+
+    def count(self, kind: str, title: str) -> int:
+        """Count one and return which one it is, of its kind and endpoint."""
+        with self._lock:
+            self._counts[kind, title] += 1
+            return self._counts[kind, title]
+
+    def counts(self) -> dict[str, int]:
+        """Return the count of every kind seen, of all endpoints together."""
+        totals: Counter[str] = Counter()
+        with self._lock:
+            for (kind, _), count in self._counts.items():
+                totals[kind] += count
+        return dict(totals)
+
+
+def is_told(count: int) -> bool:
+    """Whether the `count`th of one kind is logged: the first, and each power of ten."""
+    return str(count).strip('0') == '1'
+
+
+def log_rejected(logger: str, what: str, count: int, reason: object, *, is_error: bool = False) -> None:
+    """Log the `count`th rejection of one kind at one place, where `is_told` says so."""
+    if not is_told(count):
+        return
+    from goalwire.logging import LoggingSeverity, get_logger  # needed only when something is broken
+
+    told = peer_text(reason)
+    if count == 1:
+        text = f'{what} ({told}); further ones are counted, and told of at 10, 100, 1000, …'
+    else:
+        text = f'{what}, {count} times by now; the last time: {told}'
+    get_logger(logger).log(text, LoggingSeverity.ERROR if is_error else LoggingSeverity.WARN)
+
+
+def check_names(what: str, *names: str) -> None:
+    """Raise RemoteError for a name that no log can show: with control characters, or without end."""
+    for name in names:
+        if len(name) > NAME_LIMIT:
+            raise RemoteError(f"{what}: {len(name)} characters, {NAME_LIMIT} are allowed: '{name}'")
+        if not name.isprintable():
+            raise RemoteError(f"{what}: control characters in '{name}'")

@@ -1,0 +1,209 @@
+"""Who waits for a session's messages: one of its idle threads, else a thread of the session's own.
+
+The pattern is Leader/Followers. An idle thread takes the lead where that is free, waits in the waitset and
+delivers what comes. When there is work for it, it leaves: another idle thread is woken to lead, if there is
+one; else the session's own thread steps in, but only after a while, since who has left is mostly soon back.
+So a message wakes one thread, the one that wants it.
+"""
+
+from __future__ import annotations
+
+from _thread import allocate_lock
+from contextlib import suppress
+from threading import Event, Lock, Thread, get_ident
+from time import monotonic_ns
+from typing import Protocol
+from weakref import WeakSet
+
+from goalwire.transport.contract import Sleeper, WirePoller
+from goalwire.transport.fork import in_child
+
+AWAY_S = 0.05
+"""How long there is no leader, once to twice, before the session's own thread leads. Each look costs it some
+15 us, so this costs 20 looks a second while leaders come and go. Who waits for something is not delayed by
+it: an idle thread takes the lead itself, and for dependants the own thread leads at once."""
+CLOSING_S = 5.0
+"""How long closing waits for whoever leads; it only delivers."""
+FOREVER = 2**63 - 1
+"""So many ns are waited for without limit."""
+_LEAD = 'lead'
+_STANDBY = object()
+
+
+class WireSet(Protocol):
+    """What is waited in: everything that a wire may have news from. One thread at a time does."""
+
+    def wait(self, timeout_ns: int, /) -> int:
+        """Return how much is ready within `timeout_ns`, or earlier 0; negative once the wire is no more."""
+
+    def serve(self, found: int) -> None:
+        """Deliver what the last `wait` has found."""
+
+    def interrupt(self) -> None:
+        """End the current `wait`, or else the next. Any thread."""
+
+
+class LeaderFollowers(WirePoller):
+    """One session's wire, and who waits on it: `_leader` has it under the key _LEAD.
+
+    A dict, since `setdefault` takes the lead in one step: whatever a signal's handler raises, and wherever,
+    nobody is left there who has gone.
+    """
+
+    def __init__(self, wire: WireSet, name: str) -> None:
+        """`name` is that of the session's own thread, which `start` starts."""
+        self.external_sleepers = set()
+        self._name = name
+        self._set = wire
+        self._interrupt = wire.interrupt
+        self._leader: dict[str, object] = {}
+        self._leaders_thread = 0
+        self._followers: list[Sleeper] = []
+        self._leaves = 0
+        self._closed = False
+        self._deserted = Event()
+        self._starting = Lock()
+        self._thread: Thread | None = None
+        self._gate = allocate_lock()
+        self._gate.acquire()
+        self._dozing = False
+        _wire_pollers.add(self)
+
+    def start(self) -> None:
+        """Start the session's own thread, if it does not run."""
+        with self._starting:
+            if self._thread is None and not self._closed:
+                self._thread = Thread(target=self._stand_by, name=self._name, daemon=True)
+                self._thread.start()
+
+    def leads(self) -> bool:
+        """Whether the calling thread is the one that waits on the wire and delivers."""
+        return _LEAD in self._leader and self._leaders_thread == get_ident()
+
+    # -- idle threads
+
+    def wait(self, sleeper: Sleeper, timeout_ns: int | None) -> bool:
+        if self._closed or self.external_sleepers:
+            return sleeper.wait_on_lock(timeout_ns)
+        leader = self._leader
+        try:
+            if leader.setdefault(_LEAD, sleeper) is sleeper:
+                return self._lead(sleeper, timeout_ns)
+        finally:
+            # No call before the lead is free: Python runs signal handlers after calls, and they may raise.
+            if _LEAD in leader and leader[_LEAD] is sleeper:
+                sleeper.interrupt = None
+                self._leaves += 1
+                del leader[_LEAD]
+                if self._dozing or self.external_sleepers:
+                    self._dozing = False
+                    self.ensure_polled()
+                if self._followers or self._closed:
+                    self._hand_over()
+        return self._follow(sleeper, timeout_ns)
+
+    def ensure_polled(self) -> None:
+        with suppress(RuntimeError):  # it is awake
+            self._gate.release()
+
+    def interrupt(self) -> None:
+        self._set.interrupt()
+
+    def _lead(self, sleeper: Sleeper, timeout_ns: int | None) -> bool:
+        """Deliver what comes until `sleeper` is woken (True) or the time is over (False)."""
+        self._leaders_thread = get_ident()
+        deadline = None if timeout_ns is None else monotonic_ns() + timeout_ns
+        left = FOREVER
+        while True:
+            sleeper.interrupt = self._interrupt
+            if sleeper.wait_on_lock(0):
+                return True
+            if deadline is not None:
+                left = deadline - monotonic_ns()
+                if left <= 0:
+                    return False
+            found = self._set.wait(left)
+            sleeper.interrupt = None  # what this thread delivers to itself needs none
+            if found < 0 or self._closed:
+                return True
+            if found:
+                self._set.serve(found)
+
+    def _follow(self, sleeper: Sleeper, timeout_ns: int | None) -> bool:
+        """Sleep on the lock, until `sleeper` is woken for its own sake or to lead."""
+        followers, leader = self._followers, self._leader
+        try:
+            followers.append(sleeper)
+            if leader.get(_LEAD) is _STANDBY:
+                self._set.interrupt()  # it leaves, and has this thread lead
+            elif _LEAD not in leader:
+                return True
+            return sleeper.wait_on_lock(timeout_ns)
+        finally:
+            if sleeper in followers:
+                followers.remove(sleeper)
+
+    def _hand_over(self) -> None:
+        """Wake the follower that has come last to lead, and whoever closes this."""
+        if self._closed:
+            self._deserted.set()
+        try:
+            follower = self._followers.pop()
+        except IndexError:
+            return
+        follower.wake()
+
+    # -- the session's own thread
+
+    def _stand_by(self) -> None:
+        leader, followers = self._leader, self._followers
+        while not self._closed:
+            if leader.setdefault(_LEAD, _STANDBY) is _STANDBY:
+                self._leaders_thread = get_ident()
+                while not (followers or self._closed) and (found := self._set.wait(FOREVER)) >= 0:
+                    self._set.serve(found)
+                del leader[_LEAD]
+                self._hand_over()
+            self._standby()
+
+    def _standby(self) -> None:
+        """Sleep until nobody has led for a while."""
+        gate, leader, leaves = self._gate, self._leader, -1
+        while not self._closed:
+            if self.external_sleepers or leaves == self._leaves:
+                if _LEAD not in leader:
+                    return
+                # Somebody waits for long. The order of these two, and of what a leaving leader does, is the
+                # opposite one: so it is seen to leave here, or sees that this sleeps.
+                self._dozing = True
+                if _LEAD in leader:
+                    gate.acquire()
+                self._dozing = False
+                leaves = -1
+                continue
+            leaves = self._leaves
+            gate.acquire(timeout=AWAY_S)
+
+    def close(self) -> None:
+        """Send everybody off the wire and wait until they have left it."""
+        with self._starting:
+            self._closed = True
+            thread = self._thread
+        self._set.interrupt()
+        self.ensure_polled()
+        if thread is not None:
+            thread.join(CLOSING_S)
+        if _LEAD in self._leader and self._leaders_thread != get_ident():
+            self._deserted.wait(CLOSING_S)
+
+
+_wire_pollers: WeakSet[LeaderFollowers] = WeakSet()
+
+
+def _forget_in_child() -> None:
+    """After fork: nothing comes to these sessions any more."""
+    for wire_poller in _wire_pollers:
+        wire_poller._closed = True  # noqa: SLF001
+
+
+in_child(_forget_in_child)

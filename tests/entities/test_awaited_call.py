@@ -1,0 +1,61 @@
+"""What the errors of awaited calls tell."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from helpers.loops import run
+
+from goalwire.entities.awaited_call import AwaitedCall
+from goalwire.entities.context import Context
+from goalwire.entities.exceptions import ShutDownError
+from goalwire.errors import CallError, DeadlineError, NoServerError
+from goalwire.execution.future import Future
+from goalwire.execution.monotonic import STEADY
+
+
+@pytest.mark.parametrize(
+    ('timeout', 'deadline'), [(None, None), (math.inf, None), (1.5, 1_500_000_000), (-3, 0)]
+)
+def test_a_timeout_is_a_deadline_from_now_on(timeout: float | None, deadline: int | None) -> None:
+    before = STEADY.now()
+    found = AwaitedCall(Context(), 'service', '/x', timeout).deadline
+    after = STEADY.now()
+    if deadline is None:
+        assert found is None
+    else:
+        assert found is not None
+        assert before <= found - deadline <= after
+
+
+def test_what_is_no_number_is_no_timeout() -> None:
+    with pytest.raises(ValueError, match='nan'):
+        AwaitedCall(Context(), 'service', '/x', math.nan)
+
+
+def test_an_error_is_retold_with_name_and_time() -> None:
+    attempt = AwaitedCall(Context(), 'service', '/x', None)
+    told = attempt.retold(NoServerError('nobody'))
+    assert isinstance(told, NoServerError)
+    assert str(told).startswith("service '/x': nobody; waited 0.0")
+    assert (told.name, told.peers) == ('/x', ())
+    assert 0 <= told.waited < 60
+
+
+def test_waiting_ends_with_the_future_the_deadline_or_the_context(isolated: dict[str, str]) -> None:
+    async def scenario() -> None:
+        with Context() as context:
+            future: Future[int] = Future()
+            with pytest.raises(DeadlineError, match="action '/x': no answer came in time"):
+                await AwaitedCall(context, 'action', '/x', 0.001).settle(future)
+            with pytest.raises(CallError, match='too dark'):
+                await AwaitedCall(context, 'action', '/x', 0.001).shows(lambda: False, 'too dark')
+            future.set_result(1)
+            await AwaitedCall(context, 'action', '/x', 0).settle(future)
+            pending: Future[int] = Future()
+            context.shutdown()
+            with pytest.raises(ShutDownError, match="action '/x'"):
+                await AwaitedCall(context, 'action', '/x', 5.0).settle(pending)
+
+    run(scenario())

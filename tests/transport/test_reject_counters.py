@@ -1,0 +1,62 @@
+"""What is counted and logged of things that break the rules."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import pytest
+
+from goalwire.errors import RemoteError
+from goalwire.logging import LoggingSeverity, LogRecord
+from goalwire.transport.reject_counters import RejectCounters, check_names
+
+
+class EndpointState(NamedTuple):
+    title: str
+    logger: str = 'lamp'
+
+
+def test_the_first_of_each_kind_and_endpoint_is_logged_by_its_node(records: list[LogRecord]) -> None:
+    rejects = RejectCounters()
+    for _ in range(3):
+        rejects.add('message', 'no attachment', EndpointState("subscription '/a'"))
+        rejects.add('message', 'no attachment', EndpointState("subscription '/b'", 'other'))
+    rejects.add('request', 'too short', EndpointState("service '/a'"))
+    rejects.add('token', 'no chunks')
+    assert [(record.name, record.message.partition(';')[0]) for record in records] == [
+        ('lamp', "subscription '/a': a message was ignored (no attachment)"),
+        ('other', "subscription '/b': a message was ignored (no attachment)"),
+        ('lamp', "service '/a': a request was ignored (too short)"),
+        ('goalwire.transport', 'a token was ignored (no chunks)'),
+    ]
+    assert {record.severity for record in records} == {LoggingSeverity.WARN}
+    assert rejects.counts() == {'message': 6, 'request': 1, 'token': 1}
+
+
+def test_then_powers_of_ten_are(records: list[LogRecord]) -> None:
+    rejects = RejectCounters()
+    for number in range(1, 2001):
+        rejects.add('message', number, EndpointState('here'))
+    assert [record.message for record in records] == [
+        'here: a message was ignored (1); further ones are counted, and told of at 10, 100, 1000, …',
+        'here: a message was ignored, 10 times by now; the last time: 10',
+        'here: a message was ignored, 100 times by now; the last time: 100',
+        'here: a message was ignored, 1000 times by now; the last time: 1000',
+    ]
+
+
+def test_a_reason_cannot_forge_a_line(records: list[LogRecord]) -> None:
+    RejectCounters().add('message', 'x\n[INFO] [1] [robot]: fine\x1b[2J' + 'y' * 10**6, EndpointState('here'))
+    assert records[0].message.isprintable()
+    assert len(records[0].message) < 700
+
+
+@pytest.mark.parametrize('name', ['a\nb', '\x1b[2J', 'a\u202eb', 'a\u2028b', 'x' * 1001])
+def test_a_name_that_no_log_can_show_is_refused(name: str) -> None:
+    with pytest.raises(RemoteError, match='token: ') as caught:
+        check_names('token', 'good', name)
+    assert str(caught.value).isprintable()
+
+
+def test_names_of_other_alphabets_are_names() -> None:
+    check_names('token', '/größe', '日本語', 'x' * 1000, '')
