@@ -126,6 +126,7 @@ class ZenohSession(Session):
     def __init__(self, core: Core, stop_offering: Callable[[], None]) -> None:
         self.id = core.id
         self.vigil = core.wire.vigil
+        self.discovers_at_once = core.wire.discovers_at_once
         self._core = core
         self._stop_offering = stop_offering
         self._place = Place(f'session of domain {core.domain_id}', core.guard, self._leave)
