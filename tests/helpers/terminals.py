@@ -16,12 +16,13 @@ import signal
 from contextlib import ExitStack
 from pathlib import Path
 
+from helpers.command_line import executable
 from helpers.isolation import NETWORK, isolated_env
 from helpers.markdown import Block, blocks
 from helpers.processes import Program
 
 _LOG_TIME = re.compile(r'\\\[\d+\\\.\d+\\\]')
-_ERROR = re.compile(r'([\w.]+\.)?\w*(Error|Exception)\b')
+_ERROR = re.compile(r'([\w.]+\.)?\w*(Error|Exception)\b|(goalwire|ros2)( \w+)*: ')
 
 
 def play(page: Path, folder: Path) -> int:
@@ -74,9 +75,10 @@ class _Player:
         while '=' in words[0]:
             name, _, value = words.pop(0).partition('=')
             variables[name] = value
-        assert words.pop(0) == 'python', (
-            f'{command}: a console block runs Python (write sh for what is not run)'
-        )
+        program = words.pop(0)
+        if program in {'goalwire', 'ros2'}:
+            return self._start(executable(program), *words, **variables)
+        assert program == 'python', f'{command}: a console block runs Python (write sh for what is not run)'
         if words[0] == '-c':
             return self._start(words[1], *words[2:], **variables)
         return self._start(Path(words[0]), *words[1:], **variables)  # a file, or -m

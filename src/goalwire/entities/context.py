@@ -24,6 +24,7 @@ from goalwire.execution.shutdown_signal import ShutdownSignal
 from goalwire.execution.timer_thread import TimerThread
 from goalwire.graph.graph import Graph
 from goalwire.graph.mismatch import Mismatch
+from goalwire.rules import domain
 from goalwire.rules.arguments import Arguments
 from goalwire.transport import registry
 from goalwire.transport.contract import Session, SessionOptions
@@ -260,15 +261,10 @@ def _refuse_log_config_file(arguments: Arguments) -> None:
 
 def domain_from_environment() -> int:
     """Return the domain that ROS_DOMAIN_ID names, 0 where it is not set; raises RCLError."""
-    text = os.environ.get('ROS_DOMAIN_ID', '').strip()
-    if not text:
-        return 0
-    if not text.isdecimal():
-        raise RCLError(
-            f"failed to initialize rcl: ROS_DOMAIN_ID is not an integral number: it is '{text}'; "
-            'set it to a whole number from 0 on'
-        )
-    return int(text)
+    try:
+        return domain.domain_from_environment()
+    except ValueError as error:
+        raise RCLError(f'failed to initialize rcl: {error}') from None
 
 
 def call_timeout_from_environment() -> float | None:

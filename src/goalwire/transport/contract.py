@@ -291,6 +291,8 @@ class Session(ABC):
     """True where endpoints whose QoS do not go together exchange nothing (DDS); else QoS prevents nothing."""
     compares_definitions = True
     """True where different definitions of one type keep endpoints apart; DDS compares names alone."""
+    discovers_at_once = True
+    """True where `watch_graph` tells everything there is before it returns; else it comes piece by piece."""
     wire_poller: WirePoller | None = None
     """Where idle threads may wait on this wire; None where it has threads of its own that must do that."""
 

@@ -49,7 +49,7 @@ def message_to_yaml(
     no_str: bool = False,
     flow_style: bool = False,
 ) -> str:
-    """Return the message as a YAML document, its fields in their order, block style unless `flow_style`."""
+    """Return the message as a YAML document, its fields in order; `flow_style` puts lists on one line."""
     import yaml
 
     fields = message_to_ordereddict(msg, truncate_length=truncate_length, no_arr=no_arr, no_str=no_str)
@@ -187,14 +187,15 @@ def _item_name(item: idl.AbstractNestableType) -> str:
 
 @cache
 def _dumper() -> type[yaml.SafeDumper]:
-    """A dumper that writes an OrderedDict as a mapping in its own order."""
+    """A dumper that writes an OrderedDict in its own order, as a block unless it is in a list on one line."""
     import yaml
 
     class OrderedDumper(yaml.SafeDumper):
         """Like the safe dumper otherwise."""
 
     def represent(dumper: yaml.SafeDumper, data: OrderedDict[str, object]) -> yaml.Node:
-        return dumper.represent_mapping('tag:yaml.org,2002:map', data.items())
+        pairs = [(dumper.represent_data(key), dumper.represent_data(item)) for key, item in data.items()]
+        return yaml.MappingNode('tag:yaml.org,2002:map', pairs)  # no flow style of its own, as in ROS 2
 
     OrderedDumper.add_representer(OrderedDict, represent)
     return OrderedDumper

@@ -25,6 +25,7 @@ class DdsSession(Session):
 
     enforces_qos = True
     compares_definitions = False
+    discovers_at_once = False
 
     def __init__(self, context: DdsContext) -> None:
         self.id = context.id

@@ -49,6 +49,7 @@ class FaultySession(Session):
         self.faults = faults
         self.id = inner.id
         self.enforces_qos = inner.enforces_qos
+        self.discovers_at_once = inner.discovers_at_once
         self.compares_definitions = inner.compares_definitions
         self.wire_poller = inner.wire_poller
         self._lock = Lock()

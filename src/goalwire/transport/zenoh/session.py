@@ -126,6 +126,7 @@ class ZenohSession(Session):
     def __init__(self, context: ZenohContext, stop_offering: Callable[[], None]) -> None:
         self.id = context.id
         self.wire_poller = context.wire.wire_poller
+        self.discovers_at_once = context.wire.discovers_at_once
         self._context = context
         self._stop_offering = stop_offering
         self._state = EndpointState(f'session of domain {context.domain_id}', context.guard, self._leave)

@@ -107,6 +107,8 @@ class Wire(ABC):
     """Where idle threads may wait on the wire; None where it has threads of its own that must."""
     errors: tuple[type[Exception], ...]
     """What any of these methods raises where it refuses or has been closed."""
+    discovers_at_once = False
+    """True where opening waits for what the router knows. eclipse-zenoh sometimes does not (1.10.2)."""
 
     @abstractmethod
     def explain(self, error: Exception) -> str:

@@ -158,6 +158,7 @@ class NativeWire(wire.Wire):
     """A session of goalwire's own."""
 
     errors = (ZenohProtocolError, ClosedError, RuntimeError)
+    discovers_at_once = True
 
     def __init__(self, settings: Settings) -> None:
         """Open it. Raises TransportError."""

@@ -1,0 +1,125 @@
+"""The graph as a command needs it: complete, and soon. No daemon, and no node where none is needed.
+
+On Zenoh a session of goalwire's own is opened: it is complete once the router has told what it knows. On DDS,
+and with eclipse-zenoh, the graph comes piece by piece; so a command waits until nothing has come for a while,
+or what it looks for is there.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from threading import Condition
+from time import monotonic
+from typing import TYPE_CHECKING, Self
+
+from goalwire.cli.outcome import CommandError, Outcome
+
+if TYPE_CHECKING:
+    from goalwire.graph.graph import Graph
+    from goalwire.transport.contract import Session
+
+SPIN_TIME_S = 0.5
+"""How long discovery may take on a wire that does not know its end; `--spin-time` says otherwise."""
+FIRST_S = 0.15
+"""How long the first answer may take there."""
+QUIET_S = 0.06
+"""After this long without a change the graph counts as complete there."""
+
+
+def add_graph_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add ROS 2's flags of the commands that look at the graph."""
+    parser.add_argument(
+        '--no-daemon', action='store_true', help='Accepted as in ROS 2: there is no daemon here'
+    )
+    parser.add_argument(
+        '--spin-time',
+        type=float,
+        metavar='SPIN_TIME',
+        help=f'Seconds that discovery may take on DDS (default: {SPIN_TIME_S}); on Zenoh its end is known',
+    )
+    parser.add_argument(
+        '-s',
+        '--use-sim-time',
+        action='store_true',
+        help='Accepted as in ROS 2: nothing here depends on the time',
+    )
+
+
+@contextmanager
+def discovered(
+    arguments: argparse.Namespace, found: Callable[[Graph], bool] | None = None
+) -> Iterator[Graph]:
+    """Yield the graph of the domain: complete, or as soon as `found(graph)` says that it suffices.
+
+    Raises TransportError.
+    """
+    from goalwire.graph.graph import Graph
+
+    session = _open_session()
+    try:
+        graph = Graph(
+            session.id, compares_definitions=session.compares_definitions, enforces_qos=session.enforces_qos
+        )
+        spin_time: float | None = getattr(arguments, 'spin_time', None)
+        with _Changes(graph) as changes:
+            session.watch_graph(graph)
+            if not session.discovers_at_once:
+                changes.settle(SPIN_TIME_S if spin_time is None else spin_time, found)
+        yield graph
+    finally:
+        session.close()
+
+
+def _open_session() -> Session:
+    from goalwire.rules.domain import domain_from_environment
+    from goalwire.transport import registry
+    from goalwire.transport.contract import SessionOptions
+
+    try:
+        options = SessionOptions(domain_id=domain_from_environment())
+    except ValueError as error:
+        raise CommandError(Outcome.USAGE, str(error)) from None
+    chosen = os.environ.get('GOALWIRE_ZENOH')
+    os.environ['GOALWIRE_ZENOH'] = chosen or 'native'
+    try:
+        return registry.get().open(options)
+    finally:
+        if chosen is None:
+            del os.environ['GOALWIRE_ZENOH']
+        else:
+            os.environ['GOALWIRE_ZENOH'] = chosen
+
+
+class _Changes:
+    """Waits on changes of a graph."""
+
+    def __init__(self, graph: Graph) -> None:
+        self._graph = graph
+        self._changed = Condition()
+        self._at: float | None = None
+
+    def _note(self) -> None:
+        with self._changed:
+            self._at = monotonic()
+            self._changed.notify_all()
+
+    def settle(self, limit: float, found: Callable[[Graph], bool] | None) -> None:
+        """Wait until nothing has come for a while, `limit` s at most, or what is looked for has come."""
+        start = monotonic()
+        with self._changed:
+            while not (found is not None and found(self._graph)):
+                quiet_from = start + FIRST_S if self._at is None else max(self._at + QUIET_S, start + FIRST_S)
+                left = min(start + limit, quiet_from) - monotonic()
+                if left <= 0:
+                    return
+                self._changed.wait(left)
+
+    def __enter__(self) -> Self:
+        self._watch = self._graph.on_change(self._note)
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        self._watch.close()

@@ -1,0 +1,39 @@
+"""Which outcome an error is, and the line that tells of it."""
+
+from __future__ import annotations
+
+from goalwire import errors
+from goalwire.cli.outcome import CommandError, Outcome
+
+_OUTCOMES: tuple[tuple[type[Exception], Outcome], ...] = (
+    (errors.NoServerError, Outcome.NOT_FOUND),
+    (errors.DeadlineError, Outcome.TIMEOUT),
+    (errors.ServerLostError, Outcome.SERVER_LOST),
+    (errors.ServerStuckError, Outcome.SERVER_LOST),
+    (errors.ServerFailedError, Outcome.SERVER_LOST),
+    (errors.RefusedError, Outcome.REFUSED),
+    (errors.GoalAborted, Outcome.ABORTED),
+    (errors.GoalCanceled, Outcome.CANCELED),
+    (errors.EncodeError, Outcome.BAD_VALUE),
+    (errors.InterfaceError, Outcome.NOT_FOUND),
+    (errors.TransportError, Outcome.UNAVAILABLE),
+    (FileNotFoundError, Outcome.NOT_FOUND),
+    (TimeoutError, Outcome.TIMEOUT),
+)
+"""The first that fits."""
+
+
+def explained(error: Exception) -> tuple[Outcome, str]:
+    """Return an error's outcome and its line."""
+    if isinstance(error, CommandError):
+        return error.outcome, str(error)
+    text = ' '.join(str(error).split()) or type(error).__name__
+    for kind, outcome in _OUTCOMES:
+        if isinstance(error, kind):
+            return outcome, text
+    if isinstance(error, errors.GoalwireError | OSError):
+        return Outcome.FAILED, text
+    return (
+        Outcome.FAILED,
+        f'a fault of goalwire itself: {type(error).__name__}: {text}; GOALWIRE_FULL_TRACEBACKS=1 shows where',
+    )

@@ -1,0 +1,43 @@
+"""How a command ends: its exit code, and the one line that says why."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+
+class Outcome(IntEnum):
+    """The exit codes of every command."""
+
+    OK = 0
+    FAILED = 1
+    """Whatever has no code of its own."""
+    USAGE = 2
+    """The command line is wrong: no such verb or flag, an argument that is missing."""
+    NOT_FOUND = 3
+    """Nothing of that name is there: topic, service, action, node, parameter, type, package, file."""
+    BAD_VALUE = 4
+    """A value does not fit its type, or its text cannot be read."""
+    TIMEOUT = 5
+    """What was waited for did not come in time."""
+    SERVER_LOST = 6
+    """The server went away, or gave the request up."""
+    REFUSED = 7
+    """The peer said no: a goal, a parameter, a transition, a request too many."""
+    ABORTED = 8
+    """The goal was aborted."""
+    CANCELED = 9
+    """The goal was cancelled."""
+    UNAVAILABLE = 10
+    """This machine cannot do it now: no wire, no terminal, an extra that is not installed."""
+    INTERRUPTED = 130
+    """Ctrl-C."""
+    CLOSED_PIPE = 141
+    """Whoever read the output has gone, as with `| head`: the one ending without a line."""
+
+
+class CommandError(Exception):
+    """Ends a command: `problem` says what is wrong, `advice` what to do next; both go on one line."""
+
+    def __init__(self, outcome: Outcome, problem: str, advice: str = '') -> None:
+        super().__init__(f'{problem}; {advice}' if advice else problem)
+        self.outcome = outcome

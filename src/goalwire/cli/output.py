@@ -1,0 +1,110 @@
+"""What a command prints. Everything that came from a peer is escaped here, on its way to the terminal."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, TextIO
+
+from goalwire.errors import peer_text
+
+if TYPE_CHECKING:
+    from typing import TypeAlias
+
+    Json: TypeAlias = 'Mapping[str, Json] | Sequence[Json] | str | float | bool | None'
+
+_WITHOUT_LIMIT = sys.maxsize - 1
+STYLES = {'bold': '1', 'dim': '2', 'red': '31', 'green': '32', 'yellow': '33', 'cyan': '36'}
+
+
+def escaped(text: str) -> str:
+    r"""Return a text as it may reach a terminal: lines and tabs stay, other control characters are spelt."""
+    if text.isprintable():
+        return text
+    return '\n'.join(
+        line
+        if line.isprintable()
+        else '\t'.join(peer_text(part, _WITHOUT_LIMIT) for part in line.split('\t'))
+        for line in text.split('\n')
+    )
+
+
+class Output:
+    """Standard output: text for people, or with `--json` one JSON document a line."""
+
+    def __init__(self, stream: TextIO | None = None, *, json: bool = False) -> None:
+        self._stream = sys.stdout if stream is None else stream
+        self.json = json
+        self.is_terminal = self._stream.isatty()
+        self._coloured = (
+            self.is_terminal and not os.environ.get('NO_COLOR') and os.environ.get('TERM') != 'dumb'
+        )
+
+    def line(self, text: str = '', *, style: str = '') -> None:
+        """Print one line; a line break in it is spelt out, so that a peer's name cannot forge lines."""
+        shown = text if text.isprintable() else peer_text(text, _WITHOUT_LIMIT)
+        self._stream.write(f'{self.styled(shown, style)}\n')
+
+    def block(self, text: str, *, end: str = '\n') -> None:
+        """Print a text of several lines, and have it seen at once."""
+        self._stream.write(escaped(text) + end)
+        self._stream.flush()
+
+    def data(self, value: Json) -> None:
+        """Print one JSON document on a line of its own, and have it seen at once."""
+        self._stream.write(json_text(value) + '\n')
+        self._stream.flush()
+
+    def styled(self, text: str, style: str) -> str:
+        """Return a text in a style of STYLES, on a terminal alone."""
+        return f'\x1b[{STYLES[style]}m{text}\x1b[0m' if style and self._coloured else text
+
+    def rewrite(self, text: str) -> None:
+        """Replace the line that the cursor is on; for terminals alone."""
+        self._stream.write(f'\r{escaped(text)}\x1b[K')
+        self._stream.flush()
+
+    def flush(self) -> None:
+        """Have everything seen that was printed."""
+        self._stream.flush()
+
+
+def json_text(value: Json) -> str:
+    """Return JSON on one line. Numbers that JSON lacks are spelt 'NaN', 'Infinity', '-Infinity'."""
+    import json
+
+    try:
+        text = json.dumps(value, ensure_ascii=False, allow_nan=False, default=_plain)
+    except ValueError:
+        text = json.dumps(_without_nan(value), ensure_ascii=False, default=_plain)
+    if text.isprintable():
+        return text
+    return ''.join(char if char.isprintable() else _json_escape(char) for char in text)
+
+
+def _json_escape(char: str) -> str:
+    units = char.encode('utf-16-be', 'surrogatepass').hex()
+    return ''.join(f'\\u{units[at : at + 4]}' for at in range(0, len(units), 4))
+
+
+def _plain(value: object) -> Json:
+    if isinstance(value, bytes):
+        return value.hex()
+    return str(value)
+
+
+def _without_nan(value: Json) -> Json:
+    if isinstance(value, float) and (value != value or value in {float('inf'), float('-inf')}):  # noqa: PLR0124
+        return {'nan': 'NaN', 'inf': 'Infinity', '-inf': '-Infinity'}[str(value)]
+    if isinstance(value, Mapping):
+        return {key: _without_nan(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_without_nan(item) for item in value]
+    return value
+
+
+def tell(text: str) -> None:
+    """Say on standard error what the command does: that is no result, and no part of `--json`."""
+    sys.stderr.write(escaped(text) + '\n')
+    sys.stderr.flush()

@@ -1,0 +1,51 @@
+"""ros2 service echo: the steps of a service's calls, where its clients or server publish them."""
+
+from __future__ import annotations
+
+from argparse import Namespace
+from typing import TYPE_CHECKING, Any
+
+import goalwire
+from goalwire.cli import lookup
+from goalwire.cli.live import live
+from goalwire.cli.messages import as_dict, message_yaml, style_of
+from goalwire.cli.outcome import Outcome
+
+if TYPE_CHECKING:
+    from goalwire.cli.output import Output
+
+STEPS = ('REQUEST_SENT', 'REQUEST_RECEIVED', 'RESPONSE_SENT', 'RESPONSE_RECEIVED')
+"""By the number in service_msgs/msg/ServiceEventInfo."""
+
+
+def echo(arguments: Namespace, output: Output) -> Outcome:
+    """Print events until Ctrl-C."""
+    from goalwire.cli.service_call import type_in_graph
+
+    name = lookup.full_name(arguments.service_name, 'service')
+    if arguments.service_type:
+        type_name = lookup.type_name(arguments.service_type, 'srv')
+    else:
+        type_name = type_in_graph(name, arguments)
+    event = lookup.interface(type_name).Event
+
+    async def follow(node: goalwire.Node) -> None:
+        async for message in node.subscription(event, f'{name}/_service_event', qos=goalwire.QoS(depth=1000)):
+            _show(message, arguments, output)
+
+    return live(follow)
+
+
+def _show(message: Any, arguments: Namespace, output: Output) -> None:
+    from rosidl_runtime_py import message_to_csv, message_to_ordereddict
+
+    if arguments.csv and not output.json:
+        output.block(message_to_csv(message, **style_of(arguments)))
+        return
+    fields: Any = as_dict(message) if output.json else message_to_ordereddict(message, **style_of(arguments))
+    kind = message.info.event_type
+    fields['info']['event_type'] = STEPS[kind] if kind < len(STEPS) else kind
+    if output.json:
+        output.data(fields)
+    else:
+        output.block(message_yaml(fields, flow_style=arguments.flow_style) + '---')

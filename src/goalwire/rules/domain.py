@@ -1,0 +1,17 @@
+"""The domain that a process is in."""
+
+from __future__ import annotations
+
+import os
+
+
+def domain_from_environment() -> int:
+    """Return the domain that ROS_DOMAIN_ID names, 0 where it is not set; raises ValueError."""
+    text = os.environ.get('ROS_DOMAIN_ID', '').strip()
+    if not text:
+        return 0
+    if not text.isdecimal():
+        raise ValueError(
+            f"ROS_DOMAIN_ID is not an integral number: it is '{text}'; set it to a whole number from 0 on"
+        )
+    return int(text)

@@ -1,0 +1,57 @@
+"""The command line against real nodes, on both wires."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import ExitStack
+from pathlib import Path
+
+import pytest
+from helpers.command_line import Begin, CommandLine, executable
+from helpers.isolation import isolated_env
+from helpers.processes import Program
+from helpers.programs import Start, programs_in
+from helpers.wires import DDS, require
+
+PROGRAMS = Path(__file__).parent / 'programs'
+
+
+@pytest.fixture(scope='module', params=['rmw_zenoh_cpp', DDS])
+def world(request: pytest.FixtureRequest) -> dict[str, str]:
+    """An environment that only this module's programs share, on each wire that robots speak."""
+    require(request.param)
+    return isolated_env(request.param)
+
+
+@pytest.fixture(scope='module')
+def workshop(world: dict[str, str]) -> Iterator[Program]:
+    """The nodes of programs/workshop.py, running."""
+    with programs_in(world, PROGRAMS) as start:
+        program = start('workshop')
+        program.expect('^ready$')
+        yield program
+
+
+@pytest.fixture
+def ros2(world: dict[str, str], workshop: Program) -> CommandLine:
+    """`ros2` beside the workshop."""
+    return CommandLine(world)
+
+
+@pytest.fixture
+def begin(world: dict[str, str]) -> Iterator[Begin]:
+    """A function that starts a command."""
+    with ExitStack() as stack:
+
+        def begin(*arguments: str, program: str = 'ros2', **variables: str) -> Program:
+            command = Program(executable(program), *arguments, env={**world, **variables})
+            return stack.enter_context(command)
+
+        yield begin
+
+
+@pytest.fixture
+def start(world: dict[str, str]) -> Iterator[Start]:
+    """A function that starts one more program of this folder."""
+    with programs_in(world, PROGRAMS) as start:
+        yield start
