@@ -79,7 +79,7 @@ def test_a_project_that_does_not_use_it_does_not_load_it(tmp_path: Path) -> None
         '    import sys\n'
         "    loaded = {name for name in sys.modules if name.startswith('goalwire.')}\n"
         "    assert 'goalwire.testing.plugin' in loaded\n"
-        "    loaded = {name for name in loaded if not name.startswith('goalwire.interfaces')}\n"
+        "    loaded = {name for name in loaded if not name.startswith('goalwire.idl')}\n"
         "    assert loaded == {'goalwire.testing', 'goalwire.testing.plugin'}, loaded\n"
         "    assert not {'numpy', 'rclpy', 'asyncio', 'yaml'} & {*sys.modules} - {'asyncio'}\n"
     )
