@@ -23,7 +23,7 @@ from rclpy.node import Node
 import goalwire
 from benchmarks.soak.report import Report
 from benchmarks.soak.work import MORTAL, STEADY
-from goalwire.entities.exceptions import ShutDownError
+from goalwire.errors import ShutDownError
 
 TRIES = 100
 """How many commands of each kind are given after the end."""

@@ -10,8 +10,9 @@ ROS 2 Service Client for Joint State Queries
 """
 
 import rclpy
-from rclpy.node import Node
 from humanoid_interfaces.srv import GetJointState
+from rclpy.node import Node
+
 
 class JointStateClient(Node):
     def __init__(self):

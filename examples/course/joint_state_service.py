@@ -10,9 +10,9 @@ ROS 2 Service Server for Joint State Queries
 """
 
 import rclpy
-from rclpy.node import Node
-from std_srvs.srv import Trigger
 from humanoid_interfaces.srv import GetJointState
+from rclpy.node import Node
+
 
 class JointStateService(Node):
     def __init__(self):

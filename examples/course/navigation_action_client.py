@@ -10,10 +10,11 @@ ROS 2 Action Client for Robot Navigation
 """
 
 import rclpy
+from geometry_msgs.msg import Point, Quaternion
+from humanoid_interfaces.action import MoveToPosition
 from rclpy.action import ActionClient
 from rclpy.node import Node
-from humanoid_interfaces.action import MoveToPosition
-from geometry_msgs.msg import Pose, Point, Quaternion
+
 
 class NavigationActionClient(Node):
     def __init__(self):

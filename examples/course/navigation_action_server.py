@@ -17,16 +17,18 @@
 ROS 2 Action Server for Robot Navigation
 """
 
-import rclpy
-from rclpy.action import ActionServer, GoalResponse, CancelResponse
-from rclpy.callback_groups import ReentrantCallbackGroup
-from rclpy.executors import MultiThreadedExecutor
-from rclpy.node import Node
-from humanoid_interfaces.action import MoveToPosition
-from geometry_msgs.msg import PoseStamped
 import asyncio
 import math
 import time
+
+import rclpy
+from geometry_msgs.msg import PoseStamped
+from humanoid_interfaces.action import MoveToPosition
+from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.executors import MultiThreadedExecutor
+from rclpy.node import Node
+
 
 class NavigationActionServer(Node):
     def __init__(self):

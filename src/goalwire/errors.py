@@ -1,4 +1,4 @@
-"""Every error goalwire raises, in one tree.
+"""Every error goalwire raises, in one tree; rclpy's and tf2's modules hand theirs on from here.
 
 GoalwireError
 ├── LocalError            the caller's mistake: fix the program
@@ -6,21 +6,55 @@ GoalwireError
 │   ├── ROSInterruptException    a sleep was ended by shutdown
 │   ├── TimeSourceChangedError   … by a switch between system and simulated time
 │   ├── ClosedError       the context, node or endpoint is no longer open
-│   │   └── InvalidHandle  the same, as rclpy's programs catch it
-│   │       └── DestroyedError   … and as AsyncNode's do (also a RuntimeError)
+│   │   ├── InvalidHandle  the same, as rclpy's programs catch it
+│   │   │   └── DestroyedError   … and as AsyncNode's do (also a RuntimeError)
+│   │   ├── ShutdownException          an executor was shut down
+│   │   └── ExternalShutdownException  a spin was ended by shutdown
 │   ├── ForkedError       a context opened before fork() is used in the child
+│   ├── RCLError          what rclpy's C library refuses (also a RuntimeError)
+│   │   ├── ShutDownError             the context was shut down (also a ClosedError)
+│   │   ├── RCLInvalidROSArgsError    arguments of a node that do not parse
+│   │   ├── UnknownROSArgsError       arguments that ROS 2 does not know
+│   │   ├── UnsupportedEventTypeError an event that the wire cannot tell
+│   │   └── NodeNameNonExistentError  a graph question about a node that is not there
+│   ├── RMWError, RCUtilsError    never raised; programs catch them (also a RuntimeError)
 │   ├── InterfaceError    a .msg, .srv or .action cannot be used (also an ImportError)
 │   │   ├── InterfaceSyntaxError   its text breaks the grammar
 │   │   └── UnknownInterfaceError  no such package or type
+│   ├── NoTypeSupportImportedException  a class given as a message type is none
 │   ├── EncodeError       a message's value does not fit its field
 │   │   ├── EncodeTypeError        … by its type (also a TypeError)
 │   │   └── EncodeValueError       … by its value (also a ValueError)
 │   ├── UnknownFieldError a message has no such field (also an AssertionError and a TypeError)
+│   ├── TopicExpansionError       no full name can be made of a name (also a ValueError)
+│   ├── NameValidationException   a name that ROS 2 forbids
+│   │   └── InvalidNodeNameException, InvalidNamespaceException, InvalidTopicNameException,
+│   │       InvalidServiceNameException
+│   ├── ParameterException        a parameter may not be used like that
+│   │   └── ParameterNotDeclaredException, ParameterAlreadyDeclaredException,
+│   │       InvalidParameterException (its name), InvalidParameterTypeException,
+│   │       InvalidParameterValueException, ParameterImmutableException, ParameterUninitializedException
+│   ├── CallbackError     a callback before a set returned no list of parameters (also a TypeError)
+│   ├── UnknownCallbackError  a callback was removed twice (also a RuntimeError)
+│   ├── FileShapeError    YAML that is no parameter file (also a RuntimeError)
+│   ├── InvalidQoSProfileException, UnknownPolicyError, UnexpectedOverrideError, InvalidQosOverridesError
+│   │                     a QoS profile, or what parameters make of it, cannot be
+│   ├── InvalidTransition a goal's state does not allow that event (also a RuntimeError)
+│   ├── GoalIdTaken       a goal is sent under the id of another (also a ValueError)
+│   ├── UnknownSeverityError, LoggingOptionError, LoggerNameError, ChangedCallError
+│   │                     a logger was not used as it can be
+│   ├── TransformException        a transform cannot be told (tf2_ros)
+│   │   └── ConnectivityException, ExtrapolationException, InvalidArgumentException, LookupException,
+│   │       TimeoutException (here TransformTimeoutException), RejectedTransform
+│   ├── TypeException, NotImplementedException   tf2_ros was given an object that it cannot transform
 │   ├── TooManyCallsError a client has too many calls that wait for their answers
-│   └── WouldDeadlockError  a blocking call that waits for its own thread or group
+│   ├── WouldDeadlockError  a blocking call that waits for its own thread or group
+│   └── DeadlockError     in virtual time every thread waits and nothing is due
 ├── RemoteError           a peer sent something that breaks the rules
 │   └── DecodeError       bytes that are no message of the expected type (also a ValueError)
 ├── TransportError        the wire itself failed: no session, refused configuration
+├── TimeoutException      an executor's time was up
+├── ConditionReachedException  the condition that a spin waited for is true
 └── CallError             a call or goal that did not end well
     ├── NoServerError     nobody served that name in time (also a TimeoutError)
     ├── DeadlineError     the answer did not come in time (also a TimeoutError)
@@ -32,12 +66,34 @@ GoalwireError
     └── GoalFailed        the goal ended without success
         ├── GoalAborted   … since it could not be reached
         └── GoalCanceled  … since it was cancelled
+
+Errors that no program sees, since they become one of these, stay in the module that raises them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any, Protocol
+
+from goalwire.files import shown
+
+if TYPE_CHECKING:
+    from enum import IntEnum
+
+    class _Type(Protocol):
+        @property
+        def name(self) -> str: ...
+
+    class _Parameter(Protocol):
+        """What an error tells of a parameter."""
+
+        @property
+        def name(self) -> str: ...
+        @property
+        def type_(self) -> _Type: ...
+        @property
+        def value(self) -> object: ...
+
 
 PEER_TEXT_LIMIT = 500
 """Characters of a text of a peer's that errors and logs show."""
@@ -58,6 +114,22 @@ def peer_text(text: object, limit: int = PEER_TEXT_LIMIT) -> str:
     """
     told = str(text)[: limit + 1].translate(_ESCAPED)
     return told if len(told) <= limit else told[: limit - 1] + '…'
+
+
+LONGEST_SHOWN = 255
+"""Characters that an error shows of a name more than twice as long: DDS has no longer names."""
+
+
+def pointed(kind: str, name: str, reason: str, index: int) -> str:
+    """Return ROS 2's text for a name that it forbids; of one far too long, the part around the fault."""
+    length = len(name)
+    if length > 2 * LONGEST_SHOWN:
+        start = max(0, min(index - LONGEST_SHOWN // 2, length - LONGEST_SHOWN))
+        end = start + LONGEST_SHOWN
+        name = f'{"…" if start else ""}{name[start:end]}{"…" if end < length else ""}'
+        index += (1 if start else 0) - start
+        reason = f'{reason} (it has {length:,} characters)'
+    return f"Invalid {kind}: {reason}:\n  '{name}'\n   {' ' * index}^"
 
 
 class GoalwireError(Exception):
@@ -81,6 +153,14 @@ class InvalidHandle(ClosedError):
 
 class DestroyedError(InvalidHandle, RuntimeError):
     """A destroyed entity was used, where newer parts of rclpy raise RuntimeError."""
+
+
+class ShutdownException(ClosedError):
+    """The executor was shut down."""
+
+
+class ExternalShutdownException(ClosedError):
+    """The context was shut down: by rclpy.shutdown(), or by a signal."""
 
 
 class NotInitializedException(LocalError):
@@ -111,6 +191,47 @@ class ForkedError(LocalError):
     """A context opened before fork() was used in the child process."""
 
 
+class RCLError(LocalError, RuntimeError):
+    """What rclpy raises where its C library refuses."""
+
+
+class RMWError(LocalError, RuntimeError):
+    """What rclpy raises where its middleware refuses; goalwire never does, programs catch it."""
+
+
+class RCUtilsError(LocalError, RuntimeError):
+    """What rclpy raises where its C helpers refuse; goalwire never does, programs catch it."""
+
+
+class ShutDownError(RCLError, ClosedError):
+    """An entity was used after the end of its context."""
+
+    def __init__(self, what: str) -> None:
+        super().__init__(f'{what}: the context was shut down; ask rclpy.ok() before, or stop using it first')
+
+
+class RCLInvalidROSArgsError(RCLError):
+    """Arguments after --ros-args that do not parse."""
+
+
+class UnknownROSArgsError(RCLError):
+    """Arguments after --ros-args that ROS 2 does not know."""
+
+
+class UnsupportedEventTypeError(RCLError):
+    """An event that the wire in use cannot tell (rclpy.event_handler)."""
+
+    def __init__(self, event: str, topic: str, wire: str) -> None:
+        super().__init__(
+            f"Failed to initialize event: {event} is not supported by {wire} (topic '{topic}'): "
+            f'leave this callback out on this wire'
+        )
+
+
+class NodeNameNonExistentError(RCLError):
+    """A graph question about a node that is not there."""
+
+
 class InterfaceError(LocalError, ImportError):
     """A .msg, .srv or .action cannot be used."""
 
@@ -128,6 +249,13 @@ class InterfaceSyntaxError(InterfaceError):
 
 class UnknownInterfaceError(InterfaceError):
     """No such interface package, or no such type in it."""
+
+
+class NoTypeSupportImportedException(LocalError):
+    """A message class without type support."""
+
+    def __init__(self) -> None:
+        super().__init__('no type_support imported')
 
 
 class EncodeError(LocalError):
@@ -151,12 +279,240 @@ class UnknownFieldError(LocalError, AssertionError, TypeError):
     """A message's constructor got a keyword that names no field: rosidl asserts, Python raises TypeError."""
 
 
+class TopicExpansionError(LocalError, ValueError):
+    """A topic name, node name or namespace from which no full name can be made."""
+
+    def __init__(self, kind: str, name: str, reason: str) -> None:
+        what = 'node namespace' if kind == 'namespace' else kind
+        super().__init__(f"{what} '{shown(name, LONGEST_SHOWN)}' is invalid: {shown(reason, LONGEST_SHOWN)}")
+        self.reason = reason
+
+
+class NameValidationException(LocalError):
+    """A name that ROS 2 forbids for that `reason`; the text points at the character."""
+
+    def __init__(self, name_type: str, name: str, error_msg: str, invalid_index: int) -> None:
+        self.reason = error_msg
+        super().__init__(pointed(name_type, name, error_msg, invalid_index))
+
+
+class InvalidNodeNameException(NameValidationException):
+    """A node name that ROS 2 forbids."""
+
+    def __init__(self, name: str, error_msg: str, invalid_index: int) -> None:
+        super().__init__('node name', name, error_msg, invalid_index)
+
+
+class InvalidNamespaceException(NameValidationException):
+    """A namespace that ROS 2 forbids."""
+
+    def __init__(self, name: str, error_msg: str, invalid_index: int) -> None:
+        super().__init__('namespace', name, error_msg, invalid_index)
+
+
+class InvalidTopicNameException(NameValidationException):
+    """A topic name that ROS 2 forbids."""
+
+    def __init__(self, name: str, error_msg: str, invalid_index: int) -> None:
+        super().__init__('topic name', name, error_msg, invalid_index)
+
+
+class InvalidServiceNameException(NameValidationException):
+    """A service name that ROS 2 forbids."""
+
+    def __init__(self, name: str, error_msg: str, invalid_index: int) -> None:
+        super().__init__('service name', name, error_msg, invalid_index)
+
+
+class ParameterException(LocalError):
+    """A parameter that may not be used like that."""
+
+    def __init__(self, error_msg: str, parameters: object) -> None:
+        super().__init__(f'{error_msg}: {parameters}')
+
+
+class ParameterNotDeclaredException(ParameterException):
+    """A parameter that was never declared."""
+
+    def __init__(self, parameters: object) -> None:
+        super().__init__('Invalid access to undeclared parameter(s)', parameters)
+
+
+class ParameterAlreadyDeclaredException(ParameterException):
+    """A parameter declared twice."""
+
+    def __init__(self, parameters: object) -> None:
+        super().__init__('Parameter(s) already declared', parameters)
+
+
+class InvalidParameterException(ParameterException):
+    """A parameter name that ROS 2 forbids."""
+
+    def __init__(self, parameter_name: str) -> None:
+        super().__init__('Invalid parameter name', parameter_name)
+
+
+class InvalidParameterTypeException(ParameterException):
+    """A value of another type than the parameter has."""
+
+    def __init__(self, desired_parameter: _Parameter, expected_type: str) -> None:
+        value, name = str(desired_parameter.value), desired_parameter.name
+        super().__init__(
+            f"Trying to set parameter '{name}' to '{value}' of type '{desired_parameter.type_.name}', "
+            f"expecting type '{expected_type}'",
+            name,
+        )
+
+
+class InvalidParameterValueException(ParameterException):
+    """A value that the parameter refuses."""
+
+    def __init__(self, parameter: str, value: object, reason: str) -> None:
+        super().__init__(f'Invalid parameter value ({value}) for parameter. Reason: {reason}', parameter)
+
+
+class ParameterImmutableException(ParameterException):
+    """A read-only parameter that was to be changed."""
+
+    def __init__(self, parameter_name: str) -> None:
+        super().__init__('Attempted to modify read-only parameter', parameter_name)
+
+
+class ParameterUninitializedException(ParameterException):
+    """A parameter that has a type and no value yet."""
+
+    def __init__(self, parameter_name: str) -> None:
+        super().__init__(f"The parameter '{parameter_name}' is not initialized", parameter_name)
+
+
+class CallbackError(LocalError, TypeError):
+    """A callback before a set that returned something else than parameters."""
+
+
+class UnknownCallbackError(LocalError, RuntimeError):
+    """A callback was to be removed that is not there (any more)."""
+
+    def __init__(self) -> None:
+        super().__init__("Callback doesn't exist")
+
+
+class FileShapeError(LocalError, RuntimeError):
+    """YAML that is no parameter file."""
+
+
+class InvalidQoSProfileException(LocalError):
+    """A profile that lacks what it needs."""
+
+    def __init__(self, *args: object) -> None:
+        super().__init__('Invalid QoSProfile', *args)
+
+
+class UnknownPolicyError(LocalError, ValueError):
+    """A profile cannot be overridden: nobody can say what it is before."""
+
+
+class UnexpectedOverrideError(LocalError, RuntimeError):
+    """A policy cannot have that value; the text says which it may have."""
+
+
+class InvalidQosOverridesError(LocalError):
+    """A program refuses the QoS that its parameters make (rclpy.qos_overriding_options)."""
+
+
+class InvalidTransition(LocalError, RuntimeError):
+    """An event that the table does not allow in this state; the text is ROS 2's own."""
+
+    def __init__(self, status: IntEnum, event: IntEnum) -> None:
+        self.status = status
+        self.event = event
+        super().__init__(
+            'Failed to update goal state: goal_handle attempted invalid transition '
+            f'from state {status.name} with event {event.name}'
+        )
+
+
+class GoalIdTaken(LocalError, ValueError):
+    """A goal was sent under the id of one that is still under way."""
+
+    def __init__(self, goal_id: bytes) -> None:
+        super().__init__(f'goal {goal_id.hex()} is under way already: give every goal an id of its own')
+
+
+class UnknownSeverityError(LocalError, RuntimeError):
+    """A word that names no severity."""
+
+
+class LoggingOptionError(LocalError, TypeError):
+    """A log call with an option that does not exist, or without one that it needs."""
+
+
+class LoggerNameError(LocalError, ValueError):
+    """A logger without a name."""
+
+
+class ChangedCallError(LocalError, ValueError):
+    """One log call in the source was used in two ways."""
+
+
+class TransformException(LocalError):
+    """A transform cannot be told."""
+
+
+class ConnectivityException(TransformException):
+    """No path leads from one frame to the other."""
+
+
+class ExtrapolationException(TransformException):
+    """A link on the path has no data for the time asked for."""
+
+
+class InvalidArgumentException(TransformException):
+    """A frame name is empty or begins with a slash."""
+
+
+class LookupException(TransformException):
+    """A frame is unknown, or the links form a loop."""
+
+
+class TransformTimeoutException(TransformException):
+    """The transform did not become known in time (tf2_ros.TimeoutException)."""
+
+
+# tf2's name of it is also that of an exception of rclpy.executors.
+TransformTimeoutException.__name__ = TransformTimeoutException.__qualname__ = 'TimeoutException'
+TransformTimeoutException.__module__ = 'tf2_py'
+
+
+class RejectedTransform(TransformException, ValueError):
+    """A link that cannot be stored; the text begins with tf2's name of the reason."""
+
+
+class TypeException(LocalError):
+    """A type that nobody has registered."""
+
+    def __init__(self, errstr: str) -> None:
+        super().__init__(errstr)
+        self.errstr = errstr
+
+
+class NotImplementedException(LocalError, NotImplementedError):
+    """A subclass of BufferInterface lacks a method."""
+
+    def __init__(self) -> None:
+        self.errstr = 'CanTransform or LookupTransform not implemented'
+        super().__init__(self.errstr)
+
+
 class WouldDeadlockError(LocalError, RuntimeError):
     """A blocking call whose answer needs the very thread or callback group that waits for it."""
 
 
 class TooManyCallsError(LocalError, RuntimeError):
     """A client has so many calls under way that another one would be a leak."""
+
+
+class DeadlockError(LocalError):
+    """In virtual time every thread waits, without a deadline, for what only another one could do."""
 
 
 class RemoteError(GoalwireError):
@@ -179,6 +535,14 @@ class DecodeError(RemoteError, ValueError):
 
 class TransportError(GoalwireError):
     """The wire itself failed."""
+
+
+class TimeoutException(GoalwireError):
+    """The time was up."""
+
+
+class ConditionReachedException(GoalwireError):
+    """The condition that was waited for is true."""
 
 
 class CallError(GoalwireError):

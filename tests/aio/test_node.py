@@ -20,8 +20,7 @@ from type_description_interfaces.srv import GetTypeDescription
 
 import goalwire
 from goalwire.aio.contexts import CONTEXTS
-from goalwire.entities.exceptions import InvalidNodeNameException, ShutDownError
-from goalwire.errors import ClosedError
+from goalwire.errors import ClosedError, InvalidNodeNameException, ShutDownError
 from goalwire.idl import type_hash
 
 

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import ast
+import inspect
+import pickle
 import re
 from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
 from pkgutil import walk_packages
 
+import tf2_ros
 from helpers.markdown import DOCS, ROOT, rows
 
 import goalwire
-from goalwire.errors import GoalwireError
+from goalwire import errors
+from goalwire.errors import GoalwireError, NotImplementedException, TransformException, TypeException
 from goalwire.rules.arguments import parse_arguments
 
 SOURCE = ROOT / 'src' / 'goalwire'
@@ -26,6 +30,11 @@ INTERNAL = {
     'UnknownArguments',
     'ClosedByPeerError',
     'ZenohProtocolError',
+}
+TF2 = (TransformException, TypeException, NotImplementedException)
+
+TREE = {
+    name for name, value in vars(errors).items() if inspect.isclass(value) and issubclass(value, Exception)
 }
 
 
@@ -57,12 +66,30 @@ def test_the_table_of_errors_is_the_tree_of_the_code() -> None:
         error.__name__: ', '.join(f'`{base.__name__}`' for base in error.__bases__)
         for error in _descendants(GoalwireError)
         if error.__module__.split('.')[0] == 'goalwire'
-        and error.__module__ != 'goalwire.transforms.errors'  # tf2's own, one sentence on the page
+        and not issubclass(error, TF2)  # one sentence on the page
         and error.__name__ not in INTERNAL
     }
     table = rows(DOCS / 'reference' / 'errors.md', 'error')
     on_page = {name.strip('`'): bases for name, bases, _ in table if name.startswith('`')}
     assert on_page == in_code
+
+
+def test_every_public_error_is_defined_in_one_module() -> None:
+    elsewhere = {
+        f'{file.relative_to(SOURCE)}: {node.name}'
+        for file in SOURCE.rglob('*.py')
+        for node in ast.walk(ast.parse(file.read_text(encoding='utf-8')))
+        if isinstance(node, ast.ClassDef) and node.name not in INTERNAL and file.name != 'errors.py'
+        if {base.id for base in node.bases if isinstance(base, ast.Name)} & set(TREE)
+    }
+    assert not elsewhere
+
+
+def test_tf2s_timeout_keeps_its_name_and_can_be_sent_to_another_process() -> None:
+    error = pickle.loads(pickle.dumps(tf2_ros.TimeoutException('late')))
+    assert type(error) is tf2_ros.TimeoutException
+    assert type(error).__name__ == 'TimeoutException'
+    assert str(error) == 'late'
 
 
 def test_every_ros_argument_of_the_page_is_understood() -> None:

@@ -9,8 +9,7 @@ from helpers.loops import run
 
 from goalwire.entities.awaited_call import AwaitedCall
 from goalwire.entities.context import Context
-from goalwire.entities.exceptions import ShutDownError
-from goalwire.errors import CallError, DeadlineError, NoServerError
+from goalwire.errors import CallError, DeadlineError, NoServerError, ShutDownError
 from goalwire.execution.future import Future
 from goalwire.execution.monotonic import STEADY
 

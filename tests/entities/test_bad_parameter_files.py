@@ -12,10 +12,10 @@ import yaml
 from helpers.fresh import run_python
 
 from goalwire.entities.arguments import process_arguments
-from goalwire.entities.exceptions import RCLError
 from goalwire.entities.parameters.loading import parameters_from_yaml_file
+from goalwire.errors import FileShapeError, RCLError
 from goalwire.rules.parameters.parameter import Type
-from goalwire.rules.parameters.plain_yaml import FileShapeError, typed_text
+from goalwire.rules.parameters.plain_yaml import typed_text
 
 pytestmark = pytest.mark.skipif(sys.platform == 'win32', reason='pipes and devices have no names there')
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from goalwire.entities.context import Context
-from goalwire.entities.exceptions import RCLError
+from goalwire.errors import RCLError
 from goalwire.logging import get_logger
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from goalwire.entities.exceptions import InvalidTopicNameException
 from goalwire.entities.names import resolved_action
+from goalwire.errors import InvalidTopicNameException
 from goalwire.rules.names import RemapRules, parse_remap_rule
 from goalwire.transport.contract import NodeName
 

@@ -2,10 +2,9 @@ from __future__ import annotations
 
 import pytest
 
+from goalwire.errors import UnexpectedOverrideError, UnknownPolicyError
 from goalwire.rules.qos import DEFAULT, UNKNOWN, DurabilityPolicy, PolicyKind, QoS, ReliabilityPolicy
 from goalwire.rules.qos_overrides import (
-    UnexpectedOverrideError,
-    UnknownPolicyError,
     may_override,
     override_description,
     override_name,

@@ -6,7 +6,7 @@ from math import cos, nan, pi, sin
 
 import pytest
 
-from goalwire.transforms.errors import (
+from goalwire.errors import (
     ConnectivityException,
     ExtrapolationException,
     InvalidArgumentException,

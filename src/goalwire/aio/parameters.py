@@ -6,11 +6,11 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from goalwire.aio.entity import Entity
-from goalwire.entities.exceptions import InvalidParameterValueException
 from goalwire.entities.parameters.events import PARAMETER_EVENT, PARAMETER_EVENTS_TOPIC, ParameterEvents
 from goalwire.entities.parameters.node_parameters import NodeParameters
 from goalwire.entities.publisher import PublisherCore
 from goalwire.entities.standard_types import standard_message
+from goalwire.errors import InvalidParameterValueException
 from goalwire.execution.asyncio_queue import AsyncQueue
 from goalwire.rules.parameters import Outcome, Parameter
 from goalwire.rules.qos import PARAMETER_EVENTS

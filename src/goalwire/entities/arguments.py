@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from goalwire.entities.exceptions import RCLError, RCLInvalidROSArgsError, UnknownROSArgsError
+from goalwire.errors import RCLError, RCLInvalidROSArgsError, UnknownROSArgsError
 from goalwire.logging import get_logger
 from goalwire.rules.arguments import ArgumentError, Arguments, UnknownArguments, parse_arguments
 

@@ -6,9 +6,8 @@ import asyncio
 from typing import Any
 
 from goalwire.entities.client import ClientCore, ResponseFuture
-from goalwire.entities.exceptions import ShutDownError
 from goalwire.entities.graph_waiting import graph_shows
-from goalwire.errors import DestroyedError
+from goalwire.errors import DestroyedError, ShutDownError
 from goalwire.execution.asyncio_waiting import settle
 
 

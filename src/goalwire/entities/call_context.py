@@ -5,8 +5,7 @@ from __future__ import annotations
 from math import inf
 from typing import TYPE_CHECKING, TypeVar
 
-from goalwire.entities.exceptions import ShutDownError
-from goalwire.errors import CallError, NoServerError
+from goalwire.errors import CallError, NoServerError, ShutDownError
 from goalwire.execution.monotonic import timeout_ns
 from goalwire.transport.contract import EndpointKind
 from goalwire.transport.registry import selected_identifier

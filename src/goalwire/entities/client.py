@@ -6,13 +6,20 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from goalwire.entities.endpoint import describe_endpoint
-from goalwire.entities.exceptions import InvalidHandle, ShutDownError
 from goalwire.entities.graph_waiting import tell_near_misses, wait_for_graph
 from goalwire.entities.node import NodeCore
 from goalwire.entities.service_introspection import Introspected, IntrospectedCall
 from goalwire.entities.timed_calls import TimedCalls
 from goalwire.entities.type_support import ServiceSupport
-from goalwire.errors import CallError, ClosedError, DeadlineError, NoServerError, TooManyCallsError
+from goalwire.errors import (
+    CallError,
+    ClosedError,
+    DeadlineError,
+    InvalidHandle,
+    NoServerError,
+    ShutDownError,
+    TooManyCallsError,
+)
 from goalwire.execution.blocking import abandon, block_on
 from goalwire.execution.callback_groups import CallbackGroup
 from goalwire.execution.event_queue import ResponseTicks

@@ -16,8 +16,8 @@ from weakref import WeakMethod, WeakSet
 from goalwire import logging
 from goalwire.entities.arguments import override_use, process_arguments
 from goalwire.entities.deadlock_detector import DeadlockDetector
-from goalwire.entities.exceptions import NotInitializedException, RCLError
 from goalwire.entities.rosout import Rosout
+from goalwire.errors import NotInitializedException, RCLError
 from goalwire.execution import excepthook, signals
 from goalwire.execution.handle import handle_of
 from goalwire.execution.shutdown_signal import ShutdownSignal

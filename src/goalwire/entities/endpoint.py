@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from goalwire.entities.exceptions import RCLError
 from goalwire.entities.type_support import MessageSupport, ServiceSupport
+from goalwire.errors import RCLError
 from goalwire.graph.mismatch import opposite
 from goalwire.rules import qos_best_available
 from goalwire.rules.qos import DurabilityPolicy, HistoryPolicy, LivelinessPolicy, ReliabilityPolicy

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from goalwire.entities.exceptions import (
+from goalwire.errors import (
     InvalidNamespaceException,
     InvalidNodeNameException,
     InvalidServiceNameException,

@@ -7,7 +7,6 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING, Protocol, Self
 
 from goalwire.entities.arguments import node_arguments
-from goalwire.entities.exceptions import InvalidHandle, ShutDownError
 from goalwire.entities.names import (
     ResolvedAction,
     expanded_name,
@@ -15,6 +14,7 @@ from goalwire.entities.names import (
     remapped_name,
     resolved_action,
 )
+from goalwire.errors import InvalidHandle, ShutDownError
 from goalwire.execution.clock import ROSClock
 from goalwire.execution.node_work_queue import NodeWorkQueue
 from goalwire.rules.arguments import Arguments

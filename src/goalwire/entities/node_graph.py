@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from goalwire.entities.exceptions import NodeNameNonExistentError, RCLError
 from goalwire.entities.graph_waiting import wait_for_graph
+from goalwire.errors import NodeNameNonExistentError, RCLError
 from goalwire.rules import names
 from goalwire.rules.names import InvalidName
 from goalwire.transport.contract import EndpointKind, GraphEntity

@@ -7,10 +7,9 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 from goalwire.entities.endpoint import describe_endpoint
-from goalwire.entities.exceptions import InvalidHandle, ShutDownError
 from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import MessageSupport, message_support
-from goalwire.errors import ClosedError
+from goalwire.errors import ClosedError, InvalidHandle, ShutDownError
 from goalwire.rules.qos import QoS
 from goalwire.transport.contract import EndpointKind, PublisherPort
 

@@ -12,7 +12,7 @@ from functools import partial
 from threading import Lock
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from goalwire.entities.exceptions import InvalidHandle, UnsupportedEventTypeError
+from goalwire.errors import InvalidHandle, UnsupportedEventTypeError
 from goalwire.execution.callback_source import CallbackSource
 from goalwire.rules.qos_compatibility import incompatible_policy
 from goalwire.rules.qos_events import (

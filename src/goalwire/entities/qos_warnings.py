@@ -7,7 +7,7 @@ from contextlib import suppress
 from functools import partial
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from goalwire.entities.exceptions import UnsupportedEventTypeError
+from goalwire.errors import UnsupportedEventTypeError
 from goalwire.logging import get_logger
 from goalwire.rules.qos_events import (
     EventType,

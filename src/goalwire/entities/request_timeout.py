@@ -9,8 +9,7 @@ from __future__ import annotations
 from _thread import allocate_lock
 from typing import TYPE_CHECKING, Protocol
 
-from goalwire.entities.exceptions import ShutDownError
-from goalwire.errors import ClosedError, DeadlineError
+from goalwire.errors import ClosedError, DeadlineError, ShutDownError
 from goalwire.execution.timer_heap import TimerEntry
 from goalwire.rules import reasons
 

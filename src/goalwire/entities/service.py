@@ -7,11 +7,11 @@ from types import CoroutineType
 from typing import TYPE_CHECKING, Any
 
 from goalwire.entities.answering import Answering
-from goalwire.entities.exceptions import InvalidHandle
 from goalwire.entities.node import NodeCore
 from goalwire.entities.request_server import RequestServer
 from goalwire.entities.service_introspection import Introspected, ServiceIntrospection, Step
 from goalwire.entities.type_support import ServiceSupport
+from goalwire.errors import InvalidHandle
 from goalwire.execution.callback_groups import CallbackGroup
 from goalwire.execution.event_queue import EventQueue
 from goalwire.rules import reasons

@@ -7,9 +7,8 @@ from threading import RLock
 from typing import TYPE_CHECKING, Any
 
 from goalwire.entities.endpoint import describe_endpoint
-from goalwire.entities.exceptions import InvalidHandle
 from goalwire.entities.type_support import message_support
-from goalwire.errors import ClosedError, GoalwireError
+from goalwire.errors import ClosedError, GoalwireError, InvalidHandle
 from goalwire.logging import get_logger
 from goalwire.transport.contract import EndpointKind
 from goalwire.transport.ordered_dispatcher import OrderedDispatcher

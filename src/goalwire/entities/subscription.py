@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING, Any, Generic, TypedDict, TypeVar
 
 from goalwire.entities.callbacks import accepts, what_was_given
 from goalwire.entities.endpoint import describe_endpoint
-from goalwire.entities.exceptions import InvalidHandle
 from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import message_support
-from goalwire.errors import RemoteError
+from goalwire.errors import InvalidHandle, RemoteError
 from goalwire.execution.callback_groups import CallbackGroup
 from goalwire.execution.event_queue import EventQueue
 from goalwire.rules.qos import QoS

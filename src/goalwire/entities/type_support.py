@@ -12,7 +12,7 @@ from typing import Any, Protocol, TypeVar
 
 from goalwire import idl
 from goalwire.cdr import codec
-from goalwire.entities.exceptions import NoTypeSupportImportedException
+from goalwire.errors import NoTypeSupportImportedException
 from goalwire.records import record
 from goalwire.transport.contract import Payload
 

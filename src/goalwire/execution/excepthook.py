@@ -11,8 +11,8 @@ import threading
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
+from goalwire.errors import ExternalShutdownException
 from goalwire.execution import signals
-from goalwire.execution.exceptions import ExternalShutdownException
 from goalwire.logging.tracebacks import is_library, is_standard, traceback_text
 
 if TYPE_CHECKING:

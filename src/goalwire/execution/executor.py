@@ -8,14 +8,14 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, NoReturn, Protocol, Self, TypeVar, overload
 from weakref import WeakSet
 
-from goalwire.execution.current import active_executors, held_groups
-from goalwire.execution.engine import Engine
-from goalwire.execution.exceptions import (
+from goalwire.errors import (
     ConditionReachedException,
     ExternalShutdownException,
     ShutdownException,
     TimeoutException,
 )
+from goalwire.execution.current import active_executors, held_groups
+from goalwire.execution.engine import Engine
 from goalwire.execution.fd_selector import FdWaiter
 from goalwire.execution.future import Future
 from goalwire.execution.monotonic import deadline_after

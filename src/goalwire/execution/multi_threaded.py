@@ -7,9 +7,9 @@ import threading
 import warnings
 from typing import TYPE_CHECKING, Any
 
+from goalwire.errors import ExternalShutdownException
 from goalwire.execution.current import active_executors
 from goalwire.execution.drain_tracker import DrainTracker
-from goalwire.execution.exceptions import ExternalShutdownException
 from goalwire.execution.executor import Executor, Timeout
 from goalwire.execution.monotonic import STEADY, deadline_after
 from goalwire.execution.ready import ReadyQueue

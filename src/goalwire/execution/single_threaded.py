@@ -5,7 +5,7 @@ from __future__ import annotations
 from threading import get_ident
 from typing import TYPE_CHECKING, Any
 
-from goalwire.execution.exceptions import ExternalShutdownException
+from goalwire.errors import ExternalShutdownException
 from goalwire.execution.executor import Executor, Timeout
 from goalwire.execution.future import Future
 from goalwire.execution.spinning import NEVER, StopCondition, StopConditionScope, stop_condition_of

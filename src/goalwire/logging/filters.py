@@ -9,7 +9,7 @@ import time
 from collections.abc import Mapping
 from typing import ClassVar, Protocol, cast, runtime_checkable
 
-from goalwire.errors import LocalError
+from goalwire.errors import LoggingOptionError
 
 Context = dict[str, object]
 
@@ -38,10 +38,6 @@ class _SteadyInstant:
 class _SteadyClock:
     def now(self) -> _SteadyInstant:
         return _SteadyInstant()
-
-
-class LoggingOptionError(LocalError, TypeError):
-    """A log call with an option that does not exist, or without one that it needs."""
 
 
 class LoggingFilter:

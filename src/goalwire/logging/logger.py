@@ -11,7 +11,7 @@ import threading
 import time
 from typing import TypedDict, Unpack
 
-from goalwire.errors import LocalError
+from goalwire.errors import ChangedCallError, LoggerNameError
 from goalwire.logging import dispatch
 from goalwire.logging.caller import CallerId
 from goalwire.logging.filters import Context, LogClock, get_filters_from_kwargs, supported_filters
@@ -30,14 +30,6 @@ class LogOptions(TypedDict, total=False):
     skip_first: bool
     throttle_duration_sec: float
     throttle_time_source_type: LogClock
-
-
-class LoggerNameError(LocalError, ValueError):
-    """A logger without a name."""
-
-
-class ChangedCallError(LocalError, ValueError):
-    """One log call in the source was used in two ways."""
 
 
 class RcutilsLogger:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import IntEnum
 
-from goalwire.errors import LocalError
+from goalwire.errors import UnknownSeverityError
 
 
 class LoggingSeverity(IntEnum):
@@ -16,10 +16,6 @@ class LoggingSeverity(IntEnum):
     WARN = 30
     ERROR = 40
     FATAL = 50
-
-
-class UnknownSeverityError(LocalError, RuntimeError):
-    """A word that names no severity."""
 
 
 def get_logging_severity_from_string(log_severity: str) -> LoggingSeverity:

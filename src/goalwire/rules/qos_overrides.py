@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TypeAlias
 
-from goalwire.errors import LocalError
+from goalwire.errors import UnexpectedOverrideError, UnknownPolicyError
 from goalwire.records import replace
 from goalwire.rules.qos import (
     DurabilityPolicy,
@@ -37,14 +37,6 @@ _CHOICES: dict[PolicyKind, type[QoSPolicyEnum]] = {
     PolicyKind.RMW_QOS_POLICY_RELIABILITY: ReliabilityPolicy,
     PolicyKind.RMW_QOS_POLICY_HISTORY: HistoryPolicy,
 }
-
-
-class UnknownPolicyError(LocalError, ValueError):
-    """A profile cannot be overridden: nobody can say what it is before."""
-
-
-class UnexpectedOverrideError(LocalError, RuntimeError):
-    """A policy cannot have that value; the text says which it may have."""
 
 
 def override_name(policy: PolicyKind, topic: str, entity: str, entity_id: str | None) -> str:

@@ -6,6 +6,7 @@ Each name is imported when it is first asked for. The pytest plugin is goalwire.
 TYPE_CHECKING = False  # typing's, which this module does not wait for
 
 if TYPE_CHECKING:
+    from goalwire.errors import DeadlockError as DeadlockError
     from goalwire.testing.action import Conduct as Conduct
     from goalwire.testing.action import FakeAction as FakeAction
     from goalwire.testing.answers import NEVER as NEVER
@@ -19,19 +20,18 @@ if TYPE_CHECKING:
     from goalwire.testing.topics import Publisher as Publisher
     from goalwire.testing.topics import Recorder as Recorder
     from goalwire.testing.virtual.clock import VirtualClock as VirtualClock
-    from goalwire.testing.virtual.deadlock import DeadlockError as DeadlockError
 
 _NAMES = {
-    'action': 'Conduct FakeAction',
-    'answers': 'NEVER After after',
-    'calls': 'Outcome',
-    'graph': 'Graph',
-    'log': 'Log',
-    'programs': 'Program',
-    'service': 'FakeService',
-    'topics': 'Publisher Recorder',
-    'virtual.clock': 'VirtualClock',
-    'virtual.deadlock': 'DeadlockError',
+    'errors': 'DeadlockError',
+    'testing.action': 'Conduct FakeAction',
+    'testing.answers': 'NEVER After after',
+    'testing.calls': 'Outcome',
+    'testing.graph': 'Graph',
+    'testing.log': 'Log',
+    'testing.programs': 'Program',
+    'testing.service': 'FakeService',
+    'testing.topics': 'Publisher Recorder',
+    'testing.virtual.clock': 'VirtualClock',
 }
 _HOMES = {name: home for home, names in _NAMES.items() for name in names.split()}
 
@@ -42,7 +42,7 @@ def __getattr__(name: str) -> object:
         raise AttributeError(f"module 'goalwire.testing' has no attribute '{name}'")
     from importlib import import_module
 
-    found: object = getattr(import_module(f'goalwire.testing.{home}'), name)
+    found: object = getattr(import_module(f'goalwire.{home}'), name)
     globals()[name] = found
     return found
 

@@ -8,8 +8,7 @@ import sys
 import threading
 from typing import TYPE_CHECKING, Any
 
-from goalwire.entities.exceptions import RCLError
-from goalwire.execution.exceptions import ExternalShutdownException
+from goalwire.errors import ExternalShutdownException, RCLError
 from goalwire.testing.log import PATIENCE
 
 if TYPE_CHECKING:

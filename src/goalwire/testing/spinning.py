@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from typing import TYPE_CHECKING, Any
 
-from goalwire.execution.exceptions import ExternalShutdownException
+from goalwire.errors import ExternalShutdownException
 from goalwire.execution.single_threaded import SingleThreadedExecutor
 
 if TYPE_CHECKING:

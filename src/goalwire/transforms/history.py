@@ -8,7 +8,7 @@ from __future__ import annotations
 from bisect import bisect_left, bisect_right
 from typing import NamedTuple
 
-from goalwire.transforms.errors import ExtrapolationException
+from goalwire.errors import ExtrapolationException
 from goalwire.transforms.rigid import Rigid
 
 LATEST = 0

@@ -9,13 +9,13 @@ from math import isnan
 from threading import Lock
 from typing import NamedTuple
 
-from goalwire.errors import peer_text
-from goalwire.transforms.errors import (
+from goalwire.errors import (
     ConnectivityException,
     ExtrapolationException,
     InvalidArgumentException,
     LookupException,
     RejectedTransform,
+    peer_text,
 )
 from goalwire.transforms.history import LATEST, FixedLink, History, Link, seconds
 from goalwire.transforms.rigid import (

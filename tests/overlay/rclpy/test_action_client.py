@@ -21,9 +21,8 @@ from rclpy.exceptions import InvalidHandle
 from rclpy.executors import Executor
 from unique_identifier_msgs.msg import UUID
 
-from goalwire.errors import EncodeError, WouldDeadlockError
+from goalwire.errors import EncodeError, GoalIdTaken, WouldDeadlockError
 from goalwire.execution.event_queue import EventQueue
-from goalwire.rules.goals.client import GoalIdTaken
 
 pytestmark = pytest.mark.also_on_dds
 

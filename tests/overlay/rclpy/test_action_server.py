@@ -31,7 +31,7 @@ from rclpy.action import ActionClient, ActionServer, CancelResponse, GoalRespons
 from rclpy.action.server import ServerGoalHandle
 from rclpy.executors import SingleThreadedExecutor
 
-from goalwire.entities.exceptions import RCLError
+from goalwire.errors import RCLError
 
 Handle = ServerGoalHandle
 

@@ -25,7 +25,7 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 from tf2_ros import TransformBroadcaster
 
-from goalwire.entities.exceptions import ShutDownError
+from goalwire.errors import ShutDownError
 from goalwire.execution.shutdown_signal import ShutdownSignal
 
 pytestmark = pytest.mark.also_on_dds

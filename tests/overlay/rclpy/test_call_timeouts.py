@@ -20,12 +20,13 @@ from rclpy.task import Future
 from std_srvs.srv import SetBool, Trigger
 
 from goalwire.entities.client import PENDING_LIMIT
-from goalwire.entities.exceptions import RCLError, ShutDownError
 from goalwire.errors import (
     DeadlineError,
     NoServerError,
+    RCLError,
     ServerFailedError,
     ServerLostError,
+    ShutDownError,
     TooManyCallsError,
 )
 from goalwire.logging import add_sink

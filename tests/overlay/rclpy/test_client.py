@@ -20,8 +20,14 @@ from rclpy.task import Future
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-from goalwire.entities.exceptions import RCLError, ShutDownError
-from goalwire.errors import DeadlineError, EncodeError, NoServerError, WouldDeadlockError
+from goalwire.errors import (
+    DeadlineError,
+    EncodeError,
+    NoServerError,
+    RCLError,
+    ShutDownError,
+    WouldDeadlockError,
+)
 
 Request, Response = AddTwoInts.Request, AddTwoInts.Response
 AddClient: TypeAlias = Client[AddTwoInts.Request, AddTwoInts.Response]

@@ -10,9 +10,8 @@ from helpers.isolation import fresh_domain
 from rclpy.context import Context
 from rclpy.node import Node
 
-from goalwire.entities.exceptions import RCLError
 from goalwire.entities.graph_waiting import wait_for_graph
-from goalwire.errors import ClosedError, TransportError
+from goalwire.errors import ClosedError, RCLError, TransportError
 from goalwire.transport import registry
 from goalwire.transport.contract import NodeName, Session, SessionOptions
 

@@ -34,7 +34,7 @@ from rclpy.qos import DurabilityPolicy, QoSPolicyKind, QoSProfile, ReliabilityPo
 from rclpy.waitable import Waitable
 from std_msgs.msg import Int32, String
 
-from goalwire.entities.exceptions import RCLError
+from goalwire.errors import RCLError
 from goalwire.logging.dispatch import add_sink
 from goalwire.logging.record import LogRecord
 from goalwire.transport.contract import Sample

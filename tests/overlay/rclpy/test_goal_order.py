@@ -22,7 +22,7 @@ from rclpy.executors import Executor, MultiThreadedExecutor, SingleThreadedExecu
 from rclpy.node import Node
 from rclpy.task import Future
 
-from goalwire.entities.exceptions import ShutDownError
+from goalwire.errors import ShutDownError
 
 pytestmark = pytest.mark.also_on_dds
 

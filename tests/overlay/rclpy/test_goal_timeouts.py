@@ -19,8 +19,7 @@ from rclpy.node import Node
 from rclpy.task import Future
 
 from goalwire.entities.actions import requests
-from goalwire.entities.exceptions import ShutDownError
-from goalwire.errors import DeadlineError, NoServerError, ServerLostError, TooManyCallsError
+from goalwire.errors import DeadlineError, NoServerError, ServerLostError, ShutDownError, TooManyCallsError
 from goalwire.execution.monotonic import STEADY
 
 Goal = Fibonacci.Goal

@@ -24,7 +24,7 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.topic_endpoint_info import TopicEndpointTypeEnum
 from std_msgs.msg import String
 
-from goalwire.entities.exceptions import RCLError
+from goalwire.errors import RCLError
 
 pytestmark = pytest.mark.also_on_dds
 

@@ -20,7 +20,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions, get_current_signal_handlers_options
 from rclpy.task import Future
 
-from goalwire.entities.exceptions import RCLError, UnknownROSArgsError
+from goalwire.errors import RCLError, UnknownROSArgsError
 
 PATIENCE = 10.0
 

@@ -30,7 +30,7 @@ from rclpy.qos import QoSProfile
 from rclpy.waitable import Waitable
 from std_msgs.msg import String
 
-from goalwire.entities.exceptions import RCLError, RCLInvalidROSArgsError
+from goalwire.errors import RCLError, RCLInvalidROSArgsError
 
 PUBLIC = """
 PARAM_REL_TOL add_on_set_parameters_callback add_post_set_parameters_callback

@@ -28,8 +28,7 @@ from rclpy.exceptions import (
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from goalwire.entities.exceptions import RCLError, RCLInvalidROSArgsError
-from goalwire.rules.parameters import CallbackError
+from goalwire.errors import CallbackError, RCLError, RCLInvalidROSArgsError
 
 # Nothing here is the wire's business.
 pytestmark = pytest.mark.parametrize('transport_name', ['goalwire_memory'])

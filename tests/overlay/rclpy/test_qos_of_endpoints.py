@@ -19,7 +19,7 @@ from rclpy.qos import (
 )
 from std_msgs.msg import String
 
-from goalwire.entities.exceptions import RCLError
+from goalwire.errors import RCLError
 
 pytestmark = pytest.mark.also_on_dds
 

@@ -7,7 +7,7 @@ import sys
 import pytest
 import rclpy.utilities as tested
 
-from goalwire.entities.exceptions import RCLInvalidROSArgsError, UnknownROSArgsError
+from goalwire.errors import RCLInvalidROSArgsError, UnknownROSArgsError
 
 
 @pytest.mark.parametrize(

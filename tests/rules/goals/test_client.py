@@ -2,7 +2,8 @@ from __future__ import annotations
 
 import pytest
 
-from goalwire.rules.goals import GoalClient, GoalIdTaken, GoalStatus, new_goal_id
+from goalwire.errors import GoalIdTaken
+from goalwire.rules.goals import GoalClient, GoalStatus, new_goal_id
 from goalwire.rules.goals.client import REMEMBERED
 from goalwire.rules.goals.effects import (
     DeliverFeedback,

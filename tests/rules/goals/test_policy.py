@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from goalwire.errors import InvalidTransition
 from goalwire.rules.goals import (
     NO_ID,
     CancelCode,
@@ -13,7 +14,6 @@ from goalwire.rules.goals import (
     GoalPolicy,
     GoalServer,
     GoalStatus,
-    InvalidTransition,
     decode_status_array,
     parallel,
     preempt,

@@ -4,13 +4,13 @@ import tracemalloc
 
 import pytest
 
+from goalwire.errors import InvalidTransition
 from goalwire.rules.goals import (
     NO_ID,
     CancelCode,
     GoalEvent,
     GoalServer,
     GoalStatus,
-    InvalidTransition,
     decode_status_array,
     new_goal_id,
 )

@@ -23,6 +23,7 @@ from hypothesis.stateful import (
     rule,
 )
 
+from goalwire.errors import InvalidTransition
 from goalwire.rules.goals import (
     NO_ID,
     TABLE,
@@ -31,7 +32,6 @@ from goalwire.rules.goals import (
     GoalPolicy,
     GoalServer,
     GoalStatus,
-    InvalidTransition,
     OnClientLost,
     decode_status_array,
     parallel,

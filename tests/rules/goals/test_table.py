@@ -2,7 +2,8 @@ from __future__ import annotations
 
 import pytest
 
-from goalwire.rules.goals import TABLE, GoalEvent, GoalStatus, InvalidTransition
+from goalwire.errors import InvalidTransition
+from goalwire.rules.goals import TABLE, GoalEvent, GoalStatus
 from goalwire.rules.goals.table import after
 
 ALLOWED = {

@@ -18,12 +18,11 @@ import pytest
 from hypothesis import settings
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
-from goalwire.errors import ServerLostError
+from goalwire.errors import GoalIdTaken, ServerLostError
 from goalwire.rules.goals import (
     NO_ID,
     GoalClient,
     GoalEvent,
-    GoalIdTaken,
     GoalPolicy,
     GoalServer,
     GoalStatus,

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from goalwire.errors import LocalError
+from goalwire.errors import LONGEST_SHOWN, LocalError, pointed
 from goalwire.rules.names import (
     InvalidName,
     is_hidden_name,
@@ -16,7 +16,6 @@ from goalwire.rules.names import (
     validate_node_name,
     validate_topic_name,
 )
-from goalwire.rules.names.validation import LONGEST_SHOWN, pointed
 
 if TYPE_CHECKING:
     from collections.abc import Callable

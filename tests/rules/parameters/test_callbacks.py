@@ -7,7 +7,8 @@ from typing import Any
 
 import pytest
 
-from goalwire.rules.parameters import CallbackError, Outcome, Parameter, SetCallbacks
+from goalwire.errors import CallbackError
+from goalwire.rules.parameters import Outcome, Parameter, SetCallbacks
 from goalwire.rules.parameters.callbacks import On
 
 A, B = Parameter('a', value=1), Parameter('b', value=2)

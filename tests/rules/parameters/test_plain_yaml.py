@@ -8,8 +8,9 @@ from typing import Any
 
 import pytest
 
+from goalwire.errors import FileShapeError
 from goalwire.rules.parameters import Type
-from goalwire.rules.parameters.plain_yaml import FileShapeError, flat_values, typed_text, typed_value
+from goalwire.rules.parameters.plain_yaml import flat_values, typed_text, typed_value
 
 
 @pytest.mark.parametrize(

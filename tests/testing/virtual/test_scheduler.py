@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import pytest
 
-from goalwire.testing.virtual.deadlock import DeadlockError
+from goalwire.errors import DeadlockError
 from goalwire.testing.virtual.scheduler import Child, Scheduler, never
 
 PATIENCE = 10.0

@@ -9,8 +9,7 @@ from goalwire.aio.action.run import Limits, Run
 from goalwire.aio.entity import Entity, message_of
 from goalwire.entities.actions.client import ActionClientCore
 from goalwire.entities.awaited_call import AwaitedCall
-from goalwire.entities.exceptions import InvalidHandle
-from goalwire.errors import CallError
+from goalwire.errors import CallError, InvalidHandle
 from goalwire.execution.callback_groups import ReentrantCallbackGroup
 from goalwire.execution.monotonic import timeout_ns
 from goalwire.rules.goals.cancel import CancelCode

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 from goalwire.aio.action.heartbeat import Heartbeat
 from goalwire.entities.actions.goal_feedback import FEEDBACK_LIMIT
 from goalwire.entities.awaited_call import AwaitedCall
-from goalwire.entities.exceptions import ShutDownError
 from goalwire.errors import (
     CallError,
     ClosedError,
@@ -23,6 +22,7 @@ from goalwire.errors import (
     RemoteError,
     ServerLostError,
     ServerStuckError,
+    ShutDownError,
 )
 from goalwire.execution.asyncio_queue import AsyncQueue
 from goalwire.execution.asyncio_waiting import delay_s, settle

@@ -22,10 +22,9 @@ from goalwire.entities.actions.requests import EncodedResponseFuture, GoalReques
 from goalwire.entities.callbacks import check_callback
 from goalwire.entities.client import PENDING_LIMIT, unanswered
 from goalwire.entities.endpoint import describe_endpoint
-from goalwire.entities.exceptions import InvalidHandle
 from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import ActionSupport, MessageSupport
-from goalwire.errors import RemoteError, TooManyCallsError
+from goalwire.errors import InvalidHandle, RemoteError, TooManyCallsError
 from goalwire.execution.callback_groups import CallbackGroup
 from goalwire.execution.event_queue import EventQueue
 from goalwire.execution.future import Future

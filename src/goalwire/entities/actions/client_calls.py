@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING, Any
 from goalwire.entities.actions.endpoints import ActionQoS
 from goalwire.entities.client import NO_REASON, REASONS_LIMIT, end_with
 from goalwire.entities.endpoint import describe_endpoint
-from goalwire.entities.exceptions import InvalidHandle, ShutDownError
 from goalwire.entities.graph_waiting import tell_near_misses, wait_for_graph
 from goalwire.entities.timed_calls import TimedCalls
-from goalwire.errors import ClosedError
+from goalwire.errors import ClosedError, InvalidHandle, ShutDownError
 from goalwire.execution.event_queue import ResponseTicks
 from goalwire.logging import get_logger
 from goalwire.transport.contract import EndpointKind

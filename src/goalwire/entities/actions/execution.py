@@ -7,8 +7,7 @@ from types import CoroutineType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from goalwire.entities.enclosing import Enclosing
-from goalwire.entities.exceptions import ShutDownError
-from goalwire.errors import peer_text
+from goalwire.errors import ShutDownError, peer_text
 from goalwire.execution.callback_source import CallbackSource
 from goalwire.rules.goals import wire
 from goalwire.rules.goals.table import GoalStatus

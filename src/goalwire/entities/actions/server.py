@@ -18,10 +18,16 @@ from goalwire.entities.actions.execution import Execution, Failure, Results
 from goalwire.entities.actions.goal_callbacks import ActionCallbacks, GoalCallbacks
 from goalwire.entities.actions.goal_handle import ServerGoalHandle
 from goalwire.entities.actions.lost_clients import LostClients
-from goalwire.entities.exceptions import InvalidHandle, RCLError, ShutDownError
 from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import ActionSupport
-from goalwire.errors import ClosedError, TransportError
+from goalwire.errors import (
+    ClosedError,
+    InvalidHandle,
+    InvalidTransition,
+    RCLError,
+    ShutDownError,
+    TransportError,
+)
 from goalwire.execution.callback_groups import CallbackGroup
 from goalwire.execution.callback_source import CallbackSource
 from goalwire.execution.clock_timer_entry import ClockTimerEntry
@@ -32,7 +38,7 @@ from goalwire.rules.goals import effects as effect
 from goalwire.rules.goals import wire
 from goalwire.rules.goals.ids import GoalId
 from goalwire.rules.goals.server import GoalServer
-from goalwire.rules.goals.table import GoalEvent, GoalStatus, InvalidTransition
+from goalwire.rules.goals.table import GoalEvent, GoalStatus
 from goalwire.rules.latencies import Latencies
 from goalwire.rules.reasons import described
 from goalwire.transport.contract import Payload, Request

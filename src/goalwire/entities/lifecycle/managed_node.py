@@ -6,11 +6,10 @@ from collections.abc import Callable
 from threading import Lock
 
 from goalwire.entities.endpoint import describe_endpoint
-from goalwire.entities.exceptions import RCLError
 from goalwire.entities.lifecycle.managed_entity import ManagedEntity, call_each, checked
 from goalwire.entities.node import NodeCore
 from goalwire.entities.standard_types import standard_message
-from goalwire.errors import ClosedError, GoalwireError, peer_text
+from goalwire.errors import ClosedError, GoalwireError, RCLError, peer_text
 from goalwire.logging import get_logger
 from goalwire.rules.lifecycle import (
     SHUTDOWN,

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
-from goalwire.entities.exceptions import RCLError
 from goalwire.entities.lifecycle.managed_node import LifecycleCore
 from goalwire.entities.standard_types import MakeService, standard_service
-from goalwire.errors import peer_text
+from goalwire.errors import RCLError, peer_text
 from goalwire.logging import get_logger
 from goalwire.rules.lifecycle import STATES, TRANSITIONS, Transition, TransitionCallbackReturnType
 

@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from goalwire.entities.exceptions import InvalidParameterException
+from goalwire.errors import InvalidParameterException
 from goalwire.rules.parameters import SEPARATOR, Descriptor, Parameter, ParameterValue, Type
 from goalwire.rules.parameters.messages import descriptor_of, value_of
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 from io import BytesIO
 from typing import TYPE_CHECKING
 
+from goalwire.errors import FileShapeError
 from goalwire.files import LARGEST_PARAMETER_FILE, read_regular
 from goalwire.rules.parameters.parameter import value_message
-from goalwire.rules.parameters.plain_yaml import FileShapeError, flat_values, typed_text, typed_value
+from goalwire.rules.parameters.plain_yaml import flat_values, typed_text, typed_value
 
 if TYPE_CHECKING:
     from rcl_interfaces.msg import Parameter as ParameterMessage

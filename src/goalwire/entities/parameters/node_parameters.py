@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from goalwire.entities.exceptions import (
+from goalwire.entities.parameters.declaration import Described, declarations, described
+from goalwire.errors import (
     InvalidHandle,
     InvalidParameterTypeException,
     InvalidParameterValueException,
@@ -14,7 +15,6 @@ from goalwire.entities.exceptions import (
     ParameterNotDeclaredException,
     ParameterUninitializedException,
 )
-from goalwire.entities.parameters.declaration import Described, declarations, described
 from goalwire.rules.parameters import (
     RELATIVE_TOLERANCE,
     SEPARATOR,

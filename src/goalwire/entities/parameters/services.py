@@ -5,12 +5,8 @@ from __future__ import annotations
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
-from goalwire.entities.exceptions import (
-    InvalidHandle,
-    ParameterNotDeclaredException,
-    ParameterUninitializedException,
-)
 from goalwire.entities.standard_types import MakeService, standard_service
+from goalwire.errors import InvalidHandle, ParameterNotDeclaredException, ParameterUninitializedException
 from goalwire.rules.parameters import Outcome, Parameter, Type
 from goalwire.rules.parameters.messages import result_message
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from goalwire.entities.parameters.events import PARAMETER_EVENT
 from goalwire.entities.standard_types import standard_message
-from goalwire.errors import LocalError
+from goalwire.errors import UnknownCallbackError
 
 if TYPE_CHECKING:
     from rcl_interfaces.msg import Parameter as ParameterMessage
@@ -17,13 +17,6 @@ if TYPE_CHECKING:
 
     OnParameter: TypeAlias = Callable[[ParameterMessage], object]
     OnEvent: TypeAlias = Callable[[ParameterEvent], object]
-
-
-class UnknownCallbackError(LocalError, RuntimeError):
-    """A callback was to be removed that is not there (any more)."""
-
-    def __init__(self) -> None:
-        super().__init__("Callback doesn't exist")
 
 
 class ParameterCallbackHandle:

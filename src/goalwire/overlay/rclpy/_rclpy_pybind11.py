@@ -3,7 +3,9 @@
 from collections.abc import Sequence
 from types import SimpleNamespace
 
-from goalwire.entities.exceptions import (
+from goalwire.entities.node import NodeCore
+from goalwire.entities.service_introspection import ServiceIntrospectionState
+from goalwire.errors import (
     InvalidHandle,
     NodeNameNonExistentError,
     RCLError,
@@ -13,8 +15,6 @@ from goalwire.entities.exceptions import (
     UnknownROSArgsError,
     UnsupportedEventTypeError,
 )
-from goalwire.entities.node import NodeCore
-from goalwire.entities.service_introspection import ServiceIntrospectionState
 from rclpy.clock_type import ClockType
 from rclpy.expand_topic_name import expand_topic_name
 from rclpy.impl.logging_severity import LoggingSeverity

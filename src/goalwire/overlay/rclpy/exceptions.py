@@ -1,6 +1,6 @@
 """rclpy.exceptions: what ROS 2's Python API raises."""
 
-from goalwire.entities.exceptions import (
+from goalwire.errors import (
     InvalidHandle,
     InvalidNamespaceException,
     InvalidNodeNameException,
@@ -18,8 +18,8 @@ from goalwire.entities.exceptions import (
     ParameterNotDeclaredException,
     ParameterUninitializedException,
     ROSInterruptException,
+    TimeSourceChangedError,
 )
-from goalwire.errors import TimeSourceChangedError
 from rclpy._borrowed import borrow
 
 __all__ = [

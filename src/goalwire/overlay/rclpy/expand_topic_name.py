@@ -1,6 +1,6 @@
 """rclpy.expand_topic_name: from the names that users write to fully-qualified ones."""
 
-from goalwire.entities.exceptions import TopicExpansionError
+from goalwire.errors import TopicExpansionError
 from goalwire.rules import names
 from rclpy._borrowed import borrow
 

@@ -6,7 +6,7 @@ import warnings
 from enum import Enum, IntEnum
 from typing import Self, TypedDict, TypeVar, Unpack
 
-from goalwire.errors import LocalError
+from goalwire.errors import InvalidQoSProfileException
 from goalwire.rules import qos as core
 from goalwire.rules.qos import (
     DurabilityPolicy,
@@ -78,13 +78,6 @@ class QoSPolicyKind(IntEnum):
 def qos_policy_name_from_kind(policy_kind: QoSPolicyKind | int) -> str:
     """Return the name of a kind of policy; raises ValueError for a number that is none."""
     return QoSPolicyKind(policy_kind).name
-
-
-class InvalidQoSProfileException(LocalError):
-    """A profile that lacks what it needs."""
-
-    def __init__(self, *args: object) -> None:
-        super().__init__('Invalid QoSProfile', *args)
 
 
 class _Policies(TypedDict, total=False):

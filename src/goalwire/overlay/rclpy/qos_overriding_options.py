@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Self, TypeAlias, Union
 
-from goalwire.entities.exceptions import InvalidQosOverridesError, ParameterAlreadyDeclaredException
+from goalwire.errors import InvalidQosOverridesError, ParameterAlreadyDeclaredException
 from goalwire.rules import qos_overrides as rules
 from goalwire.rules.qos import PolicyKind
 from rclpy._borrowed import borrow

@@ -1,12 +1,14 @@
 """tf2_py: the buffer of transforms without a node around it, and its exceptions."""
 
-from goalwire.transforms.errors import (
+from goalwire.errors import (
     ConnectivityException,
     ExtrapolationException,
     InvalidArgumentException,
     LookupException,
-    TimeoutException,
     TransformException,
+)
+from goalwire.errors import (
+    TransformTimeoutException as TimeoutException,
 )
 from tf2_py.buffer_core import BufferCore
 

@@ -12,8 +12,7 @@ from rclpy.logging import get_logger
 from rclpy.time import Time
 from std_msgs.msg import Header
 
-from goalwire.errors import peer_text
-from goalwire.transforms.errors import RejectedTransform, TransformException
+from goalwire.errors import RejectedTransform, TransformException, peer_text
 from goalwire.transforms.history import seconds
 from goalwire.transforms.rigid import Rigid, Vector
 from goalwire.transforms.tree import Found, FrameReport, TransformTree, Velocity

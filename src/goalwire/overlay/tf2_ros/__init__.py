@@ -31,9 +31,10 @@ from tf2_py import (
     TransformException,
 )
 
+from goalwire.errors import NotImplementedException, TypeException
 from tf2_ros.buffer import Buffer
-from tf2_ros.buffer_interface import BufferInterface, NotImplementedException, Stamped
-from tf2_ros.registration import ConvertRegistration, TransformRegistration, TypeException, convert
+from tf2_ros.buffer_interface import BufferInterface, Stamped
+from tf2_ros.registration import ConvertRegistration, TransformRegistration, convert
 from tf2_ros.static_transform_broadcaster import StaticTransformBroadcaster
 from tf2_ros.static_transform_listener import StaticTransformListener
 from tf2_ros.transform_broadcaster import TransformBroadcaster

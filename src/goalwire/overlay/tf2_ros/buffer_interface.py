@@ -9,13 +9,8 @@ from rclpy.duration import Duration
 from std_msgs.msg import Header
 from tf2_py.buffer_core import Instant
 
-from goalwire.errors import LocalError
-from tf2_ros.registration import (
-    ConvertRegistration,
-    TransformRegistration,
-    TypeException,
-    convert,
-)
+from goalwire.errors import NotImplementedException, TypeException
+from tf2_ros.registration import ConvertRegistration, TransformRegistration, convert
 
 __all__ = [
     'BufferInterface',
@@ -28,14 +23,6 @@ __all__ = [
 ]
 
 NO_TIME = Duration()
-
-
-class NotImplementedException(LocalError, NotImplementedError):
-    """A subclass of BufferInterface lacks a method."""
-
-    def __init__(self) -> None:
-        self.errstr = 'CanTransform or LookupTransform not implemented'
-        super().__init__(self.errstr)
 
 
 class BufferInterface:

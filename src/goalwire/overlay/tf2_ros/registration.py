@@ -8,21 +8,13 @@ from typing import Any, ClassVar, TypeAlias, TypeVar
 
 from geometry_msgs.msg import TransformStamped
 
-from goalwire.errors import LocalError
+from goalwire.errors import TypeException
 
 __all__ = ['ConvertRegistration', 'TransformRegistration', 'TypeException', 'convert']
 
 T = TypeVar('T')
 Transformer: TypeAlias = Callable[[Any, TransformStamped], Any]
 Converter: TypeAlias = Callable[[Any], Any]
-
-
-class TypeException(LocalError):
-    """A type that nobody has registered."""
-
-    def __init__(self, errstr: str) -> None:
-        super().__init__(errstr)
-        self.errstr = errstr
 
 
 class TransformRegistration:

@@ -1,12 +1,12 @@
 """Goals: the table of their life, and server and client as pure reactors over it."""
 
 from goalwire.rules.goals.cancel import CancelCode
-from goalwire.rules.goals.client import GoalClient, GoalIdTaken, SentGoals
+from goalwire.rules.goals.client import GoalClient, SentGoals
 from goalwire.rules.goals.ids import NO_ID, GoalId, new_goal_id
 from goalwire.rules.goals.policy import GoalPolicy, OnClientLost, parallel, preempt, queue, single
 from goalwire.rules.goals.server import RESULT_TIMEOUT_NS, GoalServer, ServedGoals
 from goalwire.rules.goals.status import decode_status_array
-from goalwire.rules.goals.table import TABLE, GoalEvent, GoalStatus, InvalidTransition
+from goalwire.rules.goals.table import TABLE, GoalEvent, GoalStatus
 
 __all__ = [
     'NO_ID',
@@ -16,11 +16,9 @@ __all__ = [
     'GoalClient',
     'GoalEvent',
     'GoalId',
-    'GoalIdTaken',
     'GoalPolicy',
     'GoalServer',
     'GoalStatus',
-    'InvalidTransition',
     'OnClientLost',
     'SentGoals',
     'ServedGoals',

@@ -17,7 +17,7 @@ from collections import OrderedDict
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Generic
 
-from goalwire.errors import LocalError
+from goalwire.errors import GoalIdTaken
 from goalwire.rules.goals.effects import (
     DeliverFeedback,
     DeliverResult,
@@ -41,13 +41,6 @@ if TYPE_CHECKING:
 
 REMEMBERED = 128
 """How many goals that have ended, or whose server was lost, still get late feedback and statuses."""
-
-
-class GoalIdTaken(LocalError, ValueError):
-    """A goal was sent under the id of one that is still under way."""
-
-    def __init__(self, goal_id: GoalId) -> None:
-        super().__init__(f'goal {goal_id.hex()} is under way already: give every goal an id of its own')
 
 
 @dataclass(slots=True)

@@ -18,7 +18,7 @@ from enum import IntEnum
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from goalwire.errors import LocalError
+from goalwire.errors import InvalidTransition
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -81,18 +81,6 @@ TABLE: Mapping[GoalStatus, Mapping[GoalEvent, GoalStatus]] = MappingProxyType(
         GoalStatus.ABORTED: {},
     }
 )
-
-
-class InvalidTransition(LocalError, RuntimeError):
-    """An event that the table does not allow in this state; the text is ROS 2's own."""
-
-    def __init__(self, status: GoalStatus, event: GoalEvent) -> None:
-        self.status = status
-        self.event = event
-        super().__init__(
-            'Failed to update goal state: goal_handle attempted invalid transition '
-            f'from state {status.name} with event {event.name}'
-        )
 
 
 def after(status: GoalStatus, event: GoalEvent) -> GoalStatus:

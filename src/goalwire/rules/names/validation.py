@@ -10,7 +10,7 @@ import re
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
-from goalwire.errors import LocalError
+from goalwire.errors import LocalError, pointed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -19,9 +19,6 @@ MAX_NODE_NAME = 255
 MAX_NAMESPACE = 245
 MAX_TOPIC_NAME = 247
 """rmw leaves room in DDS's 255 characters for prefixes such as `rq/` and `rr/`."""
-
-LONGEST_SHOWN = 255
-"""Characters that an error shows of a name more than twice as long: DDS has no longer names."""
 
 _LONGEST_KEPT = 1000  # characters of a name whose judgement is kept
 _DIGITS = frozenset('0123456789')
@@ -53,18 +50,6 @@ class InvalidName(LocalError, ValueError):
 
 class UnknownSubstitution(InvalidName):
     """A `{substitution}` that ROS 2 does not know, in a name that is well formed."""
-
-
-def pointed(kind: str, name: str, reason: str, index: int) -> str:
-    """Return ROS 2's text for a name that it forbids; of one far too long, the part around the fault."""
-    length = len(name)
-    if length > 2 * LONGEST_SHOWN:
-        start = max(0, min(index - LONGEST_SHOWN // 2, length - LONGEST_SHOWN))
-        end = start + LONGEST_SHOWN
-        name = f'{"…" if start else ""}{name[start:end]}{"…" if end < length else ""}'
-        index += (1 if start else 0) - start
-        reason = f'{reason} (it has {length:,} characters)'
-    return f"Invalid {kind}: {reason}:\n  '{name}'\n   {' ' * index}^"
 
 
 def validate_node_name(name: str) -> None:

@@ -1,6 +1,6 @@
 """Parameters: typed values under a name, what may be set, and who is asked."""
 
-from goalwire.rules.parameters.callbacks import CallbackError, SetCallbacks
+from goalwire.rules.parameters.callbacks import SetCallbacks
 from goalwire.rules.parameters.descriptor import RELATIVE_TOLERANCE, Descriptor, Range
 from goalwire.rules.parameters.listing import SEPARATOR
 from goalwire.rules.parameters.outcome import ACCEPTED, Outcome, WrongType, refused
@@ -11,7 +11,6 @@ __all__ = [
     'ACCEPTED',
     'RELATIVE_TOLERANCE',
     'SEPARATOR',
-    'CallbackError',
     'Changes',
     'Descriptor',
     'Outcome',

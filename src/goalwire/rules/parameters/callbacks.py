@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from typing import Protocol, TypeAlias
 
-from goalwire.errors import LocalError
+from goalwire.errors import CallbackError
 from goalwire.rules.parameters.outcome import ACCEPTED, Outcome, refused
 from goalwire.rules.parameters.parameter import Parameter
 
@@ -34,10 +34,6 @@ NOTHING_LEFT = refused(
     'parameter list cannot be empty, this might be due to pre_set_parameters_callback modifying the original '
     'parameters list.'
 )
-
-
-class CallbackError(LocalError, TypeError):
-    """A callback before a set that returned something else than parameters."""
 
 
 class SetCallbacks:

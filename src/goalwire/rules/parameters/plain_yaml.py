@@ -6,17 +6,13 @@ import reprlib
 from datetime import date
 from typing import TypeAlias, cast
 
-from goalwire.errors import LocalError
+from goalwire.errors import FileShapeError
 from goalwire.rules.parameters.parameter import SCALARS, ParameterValue, Type, is_kind
 
 Typed: TypeAlias = tuple[Type, ParameterValue]
 
 
 _MOST_VALUES = 1_000_000
-
-
-class FileShapeError(LocalError, RuntimeError):
-    """YAML that is no parameter file."""
 
 
 def typed_text(text: str) -> Typed:

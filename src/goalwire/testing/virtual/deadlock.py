@@ -6,8 +6,6 @@ import sys
 from traceback import StackSummary, walk_stack
 from typing import TYPE_CHECKING, Any
 
-from goalwire.errors import LocalError
-
 if TYPE_CHECKING:
     from collections.abc import Iterable
     from threading import Thread
@@ -15,10 +13,6 @@ if TYPE_CHECKING:
 
 _SHOWN = 3
 """Places of each thread and coroutine."""
-
-
-class DeadlockError(LocalError):
-    """In virtual time every thread waits, without a deadline, for what only another one could do."""
 
 
 def describe(waiting: Iterable[Thread], here: Thread) -> str:

@@ -10,7 +10,8 @@ from __future__ import annotations
 from _thread import allocate_lock, get_ident
 from typing import TYPE_CHECKING
 
-from goalwire.testing.virtual.deadlock import DeadlockError, describe, describe_stall
+from goalwire.errors import DeadlockError
+from goalwire.testing.virtual.deadlock import describe, describe_stall
 
 if TYPE_CHECKING:
     from collections.abc import Callable

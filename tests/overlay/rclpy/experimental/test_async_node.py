@@ -25,7 +25,7 @@ from std_msgs.msg import Int64, String
 from std_srvs.srv import SetBool
 from type_description_interfaces.srv import GetTypeDescription
 
-from goalwire.entities.exceptions import ShutDownError
+from goalwire.errors import ShutDownError
 from goalwire.idl import type_hash
 from goalwire.logging import add_sink
 

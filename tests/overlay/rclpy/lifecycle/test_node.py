@@ -22,7 +22,7 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 from std_msgs.msg import String
 
-from goalwire.entities.exceptions import RCLError
+from goalwire.errors import RCLError
 
 SUCCESS, FAILURE, ERROR = TransitionCallbackReturn
 NOT_REGISTERED = 'Failed to trigger lifecycle state machine transition: Transition is not registered.'

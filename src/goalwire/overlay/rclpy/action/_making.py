@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from goalwire.entities.actions.endpoints import ActionQoS
-from goalwire.entities.exceptions import NameValidationException
+from goalwire.errors import NameValidationException
 
 if TYPE_CHECKING:
     from rclpy.qos import QoSProfile

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from goalwire.entities.exceptions import NodeNameNonExistentError
+from goalwire.errors import NodeNameNonExistentError
 from rclpy._borrowed import borrow
 
 if TYPE_CHECKING:

@@ -10,8 +10,8 @@ from goalwire.entities.actions.goal_handle import ServerGoalHandle
 from goalwire.entities.actions.server import ActionServerCore
 from goalwire.entities.actions.types import ActionType, FeedbackT, GoalT, ResultT
 from goalwire.entities.callbacks import check_callback, what_was_given
-from goalwire.entities.exceptions import RCLError
 from goalwire.entities.type_support import action_support
+from goalwire.errors import RCLError
 from goalwire.execution.callback_groups import checked_group
 from goalwire.execution.waitable import EventQueueWaitable
 from goalwire.rules.goals.policy import UNLIMITED, GoalPolicy, OnClientLost

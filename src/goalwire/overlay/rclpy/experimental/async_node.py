@@ -8,10 +8,9 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar, overload
 
 from goalwire.entities.asyncio_calls import AwaitedCalls
-from goalwire.entities.exceptions import RCLError, ShutDownError
 from goalwire.entities.graph_waiting import graph_shows
 from goalwire.entities.type_support import ServiceSupport, ServiceType, service_support
-from goalwire.errors import DestroyedError
+from goalwire.errors import DestroyedError, RCLError, ShutDownError
 from goalwire.execution.asyncio_callback_tasks import CallbackTasks
 from goalwire.execution.asyncio_clock import AsyncClock
 from goalwire.execution.asyncio_shared_loop import SharedLoop

@@ -7,18 +7,13 @@ from contextlib import contextmanager
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
-from goalwire.entities.exceptions import (
-    InvalidHandle,
-    NameValidationException,
-    RCLError,
-    TopicExpansionError,
-)
 from goalwire.entities.node import NodeCore
 from goalwire.entities.node_graph import NodeGraph
 from goalwire.entities.parameters.events import PARAMETER_EVENT, PARAMETER_EVENTS_TOPIC, ParameterEvents
 from goalwire.entities.parameters.node_parameters import NodeParameters
 from goalwire.entities.standard_types import standard_message
 from goalwire.entities.type_support import ServiceSupport
+from goalwire.errors import InvalidHandle, NameValidationException, RCLError, TopicExpansionError
 from goalwire.execution.waitable import SelfDriven, Waitable
 from goalwire.rules.qos import PARAMETER_EVENTS
 from goalwire.transport.contract import EndpointKind

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
-from goalwire.entities.exceptions import InvalidHandle
+from goalwire.errors import InvalidHandle
 from goalwire.execution.handle import handle_of
 from rclpy.clock import Clock
 from rclpy.qos import QoSProfile
