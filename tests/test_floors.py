@@ -1,69 +1,118 @@
-"""Imports point down only. The floors are those of docs/explanation/architecture.md."""
+"""Imports point down and never in a circle. The floors are those of docs/explanation/architecture.md."""
 
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
-from pathlib import Path
+from collections import Counter
 
 import pytest
 from helpers.markdown import DOCS, ROOT, rows
 
-SOURCE = ROOT / 'src' / 'goalwire'
+from tools.house import SOURCE, Module, below_goalwire, circles, imported, modules, silenced_privates
+
 FLOORS = {
     folder.strip('`'): int(floor)
     for floor, folder, _ in rows(DOCS / 'explanation' / 'architecture.md', 'floor')
     if floor.isdecimal()
 }
-REACHING_UP = {'idl/__init__.py': {'cdr'}, 'idl/slot_types.py': {'overlay'}}
-OVERLAY = {file.parent.name for file in (SOURCE / 'overlay').glob('*/__init__.py')}  # the others hold stubs
+REACHING_UP = {'idl': {'cdr'}, 'idl.slot_types': {'overlay'}}
+# What is still to be mended, by folder: files in a circle, and SLF001 silenced. The numbers only go down: who
+# lowers one writes the new one here, or removes its line.
+FILES_IN_CIRCLES = {
+    'entities': 7,
+    'entities.actions': 11,
+    'execution': 27,
+    'overlay.rclpy': 3,
+    'overlay.rclpy.impl': 1,
+    'transport.faults': 5,
+}
+SILENCED_PRIVATES = {
+    'benchmarks': 3,
+    'entities': 4,
+    'execution': 25,
+    'overlay.rclpy': 5,
+    'overlay.rclpy.impl': 3,
+    'overlay.rclpy.lifecycle': 1,
+    'testing.virtual': 2,
+    'transport': 1,
+}
 
 
-def _imports(file: Path) -> Iterator[str]:
-    """Yield the modules that a file imports anywhere in it, those for types alone included."""
-    for node in ast.walk(ast.parse(file.read_text(encoding='utf-8'))):
-        if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom) and node.module:
-            yield from (f'{node.module}.{alias.name}' for alias in node.names)
+def _imports(module: Module) -> list[str]:
+    """List what a module imports anywhere in it, in functions and for types alone included."""
+    return list(imported(ast.walk(module.tree)))
 
 
-def _folder(module: str) -> str | None:
-    """The folder of the house that a module is in; None for what is none of goalwire's."""
-    top, *inner = module.split('.')
-    if top in OVERLAY:
-        return 'overlay'
-    return inner[0] if top == 'goalwire' and inner else None
-
-
-def _own_folder(file: Path) -> str:
-    return file.relative_to(SOURCE).parts[0].removesuffix('.py')
+def _folder(target: str) -> str | None:
+    """The folder of the house that an import leads to; None for what is none of goalwire's."""
+    name = below_goalwire(target)
+    return name.partition('.')[0] if name else None
 
 
 @pytest.mark.parametrize('folder', FLOORS)
 def test_a_folder_imports_from_lower_floors_alone(folder: str) -> None:
-    for file in SOURCE.rglob('*.py'):
-        if _own_folder(file) != folder:
+    for module in modules():
+        if module.folder != folder:
             continue
-        name = file.relative_to(SOURCE).as_posix()
-        for module in _imports(file):
-            target = _folder(module)
-            if target in {None, folder} or target in REACHING_UP.get(name, ()):
+        for imports in _imports(module):
+            target = _folder(imports)
+            if target in {None, folder} or target in REACHING_UP.get(module.name, ()):
                 continue
-            assert target in FLOORS, f'{name} imports {module}, which is on no floor of the page'
-            assert FLOORS[target] < FLOORS[folder], f'{name} imports {module}, from floor {FLOORS[target]}'
+            assert target in FLOORS, f'{module.name} imports {imports}, which is on no floor of the page'
+            assert FLOORS[target] < FLOORS[folder], f'{module.name} imports {imports}, floor {FLOORS[target]}'
 
 
 def test_every_folder_has_its_floor_on_the_page() -> None:
-    folders = {_own_folder(file) for file in SOURCE.rglob('*.py')} - {'__init__'}
-    assert folders == set(FLOORS)
+    assert {module.folder for module in modules() if module.name} == set(FLOORS)
 
 
 def test_what_reaches_up_still_does() -> None:
+    found = {module.name: {_folder(imports) for imports in _imports(module)} for module in modules()}
     for name, targets in REACHING_UP.items():
-        assert targets <= {_folder(module) for module in _imports(SOURCE / name)}, (
-            f'{name} needs no exception'
-        )
+        assert targets <= found[name], f'{name} needs no exception'
+
+
+def test_no_file_imports_itself_over_others_for_types_neither() -> None:
+    rings = circles(modules())
+    found = Counter(_parent(name) for ring in rings for name in ring)
+    assert dict(found) == FILES_IN_CIRCLES, f'more: a new circle; less: to be written above. Now: {rings}'
+
+
+def test_private_attributes_are_read_by_their_own_class() -> None:
+    found = Counter[str]()
+    for module in modules():
+        found[_parent(module.name)] += silenced_privates(module.text)
+    for folder in ('benchmarks', 'examples', 'robot', 'tools'):
+        for file in (ROOT / folder).rglob('*.py'):
+            found[folder] += silenced_privates(file.read_text(encoding='utf-8'))
+    assert dict(+found) == SILENCED_PRIVATES, 'more: a new one; less: to be written above'
+
+
+def _parent(name: str) -> str:
+    return name.rpartition('.')[0]
+
+
+def test_a_circle_over_types_alone_is_found() -> None:
+    house = [
+        _module('a.py', 'if TYPE_CHECKING:\n    from goalwire.b import B\n'),
+        _module('b.py', 'from goalwire.c.d import D'),
+        _module('c/__init__.py', ''),
+        _module('c/d.py', 'import goalwire.a'),
+        _module('e.py', 'def later():\n    from goalwire.a import A\n'),
+    ]
+    assert circles(house) == [['a', 'b', 'c.d']]
+
+
+def test_a_circle_in_the_overlay_is_found() -> None:
+    house = [
+        _module('overlay/rclpy/node.py', 'from rclpy import timer'),
+        _module('overlay/rclpy/timer.py', 'from rclpy.node import Node'),
+    ]
+    assert circles(house) == [['overlay.rclpy.node', 'overlay.rclpy.timer']]
+
+
+def _module(path: str, text: str) -> Module:
+    return Module(SOURCE / path, text, ast.parse(text))
 
 
 def test_the_robot_imports_nothing_of_goalwire() -> None:
@@ -72,4 +121,5 @@ def test_the_robot_imports_nothing_of_goalwire() -> None:
     for file in programs:
         if file.parent.name in {'asyncio', 'testing'}:
             continue  # the examples of goalwire's own APIs
-        assert not [module for module in _imports(file) if module.startswith('goalwire')], file
+        found = imported(ast.walk(ast.parse(file.read_text(encoding='utf-8'))))
+        assert not [name for name in found if name.startswith('goalwire')], file

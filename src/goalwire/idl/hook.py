@@ -252,7 +252,7 @@ def _regular(fullname: str, path: list[str]) -> 'ModuleSpec | None':
 
 def _asked_by_import_statement() -> bool:
     """Whether importlib's import itself asks, and not importlib.util.find_spec, which wants None."""
-    frame = sys._getframe(1)  # noqa: SLF001  # inspect would cost 10 ms
+    frame = sys._getframe(1)  # inspect would cost 10 ms
     while frame.f_back is not None and frame.f_code.co_filename == __file__:
         frame = frame.f_back  # leave this file: then _find_spec, then who called it
     caller = frame.f_back

@@ -23,7 +23,7 @@ class CallerId(_CallSite):
     __slots__ = ()
 
     def __new__(cls, frame: FrameType | None = None) -> Self:
-        frame = frame or sys._getframe(1)  # noqa: SLF001 - inspect costs milliseconds to import
+        frame = frame or sys._getframe(1)  # inspect costs milliseconds to import
         code = frame.f_code
         return super().__new__(cls, code.co_name, _full_path(code.co_filename), frame.f_lineno, frame.f_lasti)
 

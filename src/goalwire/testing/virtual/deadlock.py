@@ -48,7 +48,7 @@ def _is_machinery(path: str) -> bool:
 
 
 def _threads(threads: Iterable[Thread]) -> list[tuple[str, StackSummary]]:
-    frames = sys._current_frames()  # noqa: SLF001 - public in all but name, says its documentation
+    frames = sys._current_frames()  # public in all but name, says its documentation
     found = []
     for thread in threads:
         frame = frames.get(thread.ident or 0)
