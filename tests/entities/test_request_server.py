@@ -10,7 +10,8 @@ from typing import Any
 
 import pytest
 from helpers.cores import Front
-from helpers.spinning import PATIENCE, Spinner
+from helpers.patience import PATIENCE
+from helpers.spinning import Spinner
 
 from goalwire.entities import request_server
 from goalwire.entities.client import ClientCore

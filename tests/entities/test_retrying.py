@@ -9,7 +9,8 @@ from typing import Any
 
 import pytest
 from helpers.collector import Collector
-from helpers.spinning import PATIENCE, result_of
+from helpers.patience import PATIENCE
+from helpers.spinning import result_of
 from std_srvs.srv import Trigger
 
 from goalwire.entities.client import ClientCore

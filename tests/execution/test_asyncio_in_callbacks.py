@@ -13,7 +13,8 @@ from collections.abc import AsyncIterator, Callable, Coroutine
 from typing import Any
 
 import pytest
-from helpers.execution import PATIENCE, SmallNode, Spinning, soon
+from helpers.execution import SmallNode, Spinning
+from helpers.patience import PATIENCE, soon
 
 from goalwire.execution.callback_groups import (
     CallbackGroup,

@@ -6,7 +6,8 @@ from collections.abc import Callable
 
 import pytest
 from helpers.collector import Collector
-from helpers.execution import PATIENCE, SmallContext, SmallNode, Spinning, soon
+from helpers.execution import SmallContext, SmallNode, Spinning
+from helpers.patience import PATIENCE, soon
 
 from goalwire.execution.callback_groups import (
     CallbackGroup,

@@ -3,7 +3,8 @@ from __future__ import annotations
 import threading
 
 import pytest
-from helpers.execution import SmallContext, soon
+from helpers.execution import SmallContext
+from helpers.patience import soon
 
 from goalwire.errors import NotInitializedException
 from goalwire.execution.clock import Clock, ClockChange, JumpThreshold, ROSClock, TimeJump

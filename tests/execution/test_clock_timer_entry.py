@@ -4,7 +4,8 @@ import threading
 from collections.abc import Iterator
 
 import pytest
-from helpers.execution import SmallContext, SmallNode, Spinning, soon
+from helpers.execution import SmallContext, SmallNode, Spinning
+from helpers.patience import soon
 
 from goalwire.execution.clock import Clock, ROSClock
 from goalwire.execution.clock_timer_entry import ClockTimerEntry

@@ -4,7 +4,7 @@ import asyncio
 from contextvars import copy_context
 
 import pytest
-from helpers.execution import PATIENCE
+from helpers.patience import PATIENCE
 
 from goalwire.execution.coroutine_runner import Start
 from goalwire.execution.single_threaded import SingleThreadedExecutor

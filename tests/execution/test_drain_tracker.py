@@ -6,7 +6,8 @@ import threading
 import time
 
 import pytest
-from helpers.execution import PATIENCE, SmallContext, SmallNode, soon
+from helpers.execution import SmallContext, SmallNode
+from helpers.patience import PATIENCE, soon
 
 from goalwire.execution.callback_groups import (
     CallbackGroup,

@@ -3,7 +3,8 @@ from __future__ import annotations
 import threading
 
 import pytest
-from helpers.execution import PATIENCE, SmallNode, Spinning, soon
+from helpers.execution import SmallNode, Spinning
+from helpers.patience import PATIENCE, soon
 
 from goalwire.execution.callback_groups import (
     CallbackGroup,

@@ -9,7 +9,8 @@ from collections.abc import Callable
 from functools import partial
 
 import pytest
-from helpers.execution import PATIENCE, SmallContext, SmallNode, Spinning, soon
+from helpers.execution import SmallContext, SmallNode, Spinning
+from helpers.patience import PATIENCE, soon
 
 from goalwire.execution.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
 from goalwire.execution.event_queue import EventQueue

@@ -6,7 +6,7 @@ import threading
 from collections.abc import Iterator
 
 import pytest
-from helpers.execution import PATIENCE
+from helpers.patience import PATIENCE
 
 from goalwire.execution.fd_selector import FdSelector, FdWaiter
 from goalwire.execution.shutdown_signal import ShutdownSignal

@@ -9,7 +9,8 @@ import tracemalloc
 from collections.abc import Callable
 
 import pytest
-from helpers.execution import PATIENCE, SmallContext, SmallNode
+from helpers.execution import SmallContext, SmallNode
+from helpers.patience import PATIENCE
 
 from goalwire.execution.executor import Executor
 from goalwire.execution.future import Future

@@ -7,7 +7,8 @@ import threading
 from functools import partial
 
 import pytest
-from helpers.execution import PATIENCE, SmallContext, SmallNode, Spinning
+from helpers.execution import SmallContext, SmallNode, Spinning
+from helpers.patience import PATIENCE
 
 from goalwire.execution.blocking import block_on, current_executor, current_group, why_it_cannot_answer
 from goalwire.execution.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup

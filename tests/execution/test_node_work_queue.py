@@ -3,7 +3,8 @@ from __future__ import annotations
 import threading
 from typing import Any
 
-from helpers.execution import PATIENCE, SmallContext, SmallNode, Spinning, soon
+from helpers.execution import SmallContext, SmallNode, Spinning
+from helpers.patience import PATIENCE, soon
 
 from goalwire.execution.callback_source import CallbackSource
 from goalwire.execution.event_queue import EventQueue

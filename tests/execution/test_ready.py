@@ -3,7 +3,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 
-from helpers.execution import PATIENCE
+from helpers.patience import PATIENCE
 
 from goalwire.execution.callback_source import CallbackSource
 from goalwire.execution.monotonic import STEADY

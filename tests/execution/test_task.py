@@ -4,7 +4,7 @@ import asyncio
 from typing import Any
 
 import pytest
-from helpers.execution import PATIENCE
+from helpers.patience import PATIENCE
 
 from goalwire.execution.executor import Executor
 from goalwire.execution.future import Future

@@ -7,7 +7,8 @@ from contextlib import suppress
 from typing import cast
 
 import pytest
-from helpers.execution import PATIENCE, SmallContext, SmallNode, Spinning, soon
+from helpers.execution import SmallContext, SmallNode, Spinning
+from helpers.patience import PATIENCE, soon
 
 from goalwire.errors import InvalidHandle, ROSInterruptException
 from goalwire.execution.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup

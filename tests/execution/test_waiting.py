@@ -3,7 +3,7 @@ from __future__ import annotations
 import threading
 
 import pytest
-from helpers.execution import PATIENCE
+from helpers.patience import PATIENCE
 
 from goalwire.execution.fd_selector import FdSelector, FdWaiter
 from goalwire.execution.monotonic import STEADY, deadline_after

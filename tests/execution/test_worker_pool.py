@@ -4,7 +4,8 @@ import threading
 
 import pytest
 from helpers.collector import Collector
-from helpers.execution import PATIENCE, SmallContext, Spinning, soon
+from helpers.execution import SmallContext, Spinning
+from helpers.patience import PATIENCE, soon
 
 from goalwire.execution.monotonic import STEADY
 from goalwire.execution.multi_threaded import MultiThreadedExecutor

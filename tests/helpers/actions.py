@@ -11,7 +11,8 @@ from action_msgs.srv import CancelGoal
 from builtin_interfaces.msg import Time
 from example_interfaces.action import Fibonacci
 from helpers.collector import Collector
-from helpers.spinning import PATIENCE, MakeNode, Spinner, result_of, wait_until
+from helpers.patience import PATIENCE
+from helpers.spinning import MakeNode, Spinner, result_of, wait_until
 from rclpy.action import ActionClient, ActionServer, CancelResponse, GoalResponse
 from rclpy.action.client import ClientGoalHandle
 from rclpy.action.server import ServerGoalHandle

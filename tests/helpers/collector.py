@@ -6,6 +6,8 @@ import threading
 from collections.abc import Callable
 from typing import Generic, TypeVar
 
+from helpers.patience import PATIENCE
+
 T = TypeVar('T')
 
 
@@ -35,14 +37,14 @@ class Collector(Generic[T]):
         with self._changed:
             return list(self._threads)
 
-    def expect(self, number: int = 1, timeout: float = 10.0) -> list[T]:
+    def expect(self, number: int = 1, timeout: float = PATIENCE) -> list[T]:
         """Wait until `number` items or more have come and return all."""
         with self._changed:
             came = self._changed.wait_for(lambda: len(self._items) >= number, timeout)
             assert came, f'{len(self._items)} of {number} came within {timeout} s: {self._items}'
             return list(self._items)
 
-    def wait_for(self, predicate: Callable[[list[T]], bool], timeout: float = 10.0) -> list[T]:
+    def wait_for(self, predicate: Callable[[list[T]], bool], timeout: float = PATIENCE) -> list[T]:
         """Wait until what has come is as `predicate` wants it, and return it."""
         with self._changed:
             came = self._changed.wait_for(lambda: predicate(self._items), timeout)

@@ -6,12 +6,11 @@ import threading
 from collections.abc import Callable
 from typing import Any, Self
 
+from helpers.patience import PATIENCE
+
 from goalwire.execution.executor import Executor
 from goalwire.execution.node_work_queue import NodeWorkQueue
 from goalwire.execution.shutdown_signal import ShutdownSignal
-
-PATIENCE = 10.0
-"""s to wait for what must happen: only failures ever take that long."""
 
 
 class SmallContext:
@@ -65,8 +64,3 @@ class Spinning:
         self._executor.shutdown()
         self._thread.join(PATIENCE)
         assert not self._thread.is_alive(), 'spin did not end'
-
-
-def soon(event: threading.Event) -> bool:
-    """Wait for `event`, as long as only failures take."""
-    return event.wait(PATIENCE)

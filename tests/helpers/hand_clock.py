@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from threading import Condition
 
+from helpers.patience import PATIENCE
+
 from goalwire.transport.faults.delay_queue import Bell
 
 
@@ -27,7 +29,7 @@ class HandClock:
             if self._now >= deadline_ns:
                 return False
             self._sleepers[waiter] = deadline_ns
-        woken = waiter.wait(int(20e9))
+        woken = waiter.wait(int(PATIENCE * 1e9))
         with self._changed:
             self._sleepers.pop(waiter, None)
         return woken

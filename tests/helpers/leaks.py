@@ -7,8 +7,7 @@ import sys
 import threading
 from pathlib import Path
 
-_PATIENCE = 5.0
-"""Seconds a thread that was told to end may take."""
+from helpers.patience import PATIENCE
 
 
 def live_threads() -> set[threading.Thread]:
@@ -60,7 +59,7 @@ class Inventory:
         """Wait for threads on their way out; return the names of those that stay."""
         new = live_threads() - self._threads
         for thread in new:
-            thread.join(_PATIENCE)
+            thread.join(PATIENCE)
         return sorted(thread.name for thread in new if thread.is_alive())
 
     def added_descriptors(self) -> list[str]:

@@ -8,6 +8,8 @@ from collections.abc import Callable, Coroutine
 from importlib import import_module
 from typing import Any, Protocol, TypeVar
 
+from helpers.patience import PATIENCE
+
 T = TypeVar('T')
 
 
@@ -16,9 +18,6 @@ class Play(Protocol):
 
     def __call__(self, scenario: Callable[[], Coroutine[Any, Any, T]], /) -> T: ...
 
-
-PATIENCE = 10.0
-"""s that only failures take."""
 
 LOOPS = ['asyncio', *(['uvloop'] if importlib.util.find_spec('uvloop') else [])]
 """The loops that can be had here."""

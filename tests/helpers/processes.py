@@ -15,8 +15,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-PATIENCE = 20.0
-"""Seconds to wait for a process where a test names no deadline: only failures ever take that long."""
+from helpers.patience import PATIENCE
 
 
 class Program:

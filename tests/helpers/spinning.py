@@ -8,6 +8,7 @@ from types import TracebackType
 from typing import Any, Self, TypeAlias, TypeVar
 
 from helpers.collector import Collector
+from helpers.patience import PATIENCE
 from rclpy.node import Node
 
 from goalwire.entities.context import Context
@@ -17,10 +18,6 @@ from goalwire.execution.future import Future
 from goalwire.execution.monotonic import STEADY
 
 T = TypeVar('T')
-
-PATIENCE = 10.0
-"""Seconds that only failures take."""
-
 
 MakeNode: TypeAlias = Callable[..., Node]
 Spin: TypeAlias = 'Callable[..., Spinner]'

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from helpers.collector import Collector
+from helpers.patience import PATIENCE
 from helpers.wires import DDS
 
 from goalwire.rules.qos import QoS
@@ -30,8 +31,6 @@ OTHER_HASH = f'RIHS01_{"b2" * 32}'
 STRING = 'std_msgs/msg/String'
 ADD = 'example_interfaces/srv/AddTwoInts'
 _ENCAPSULATION = b'\0\1\0\0'
-PATIENCE = 10.0
-"""Seconds that only failures take."""
 
 
 def topic_endpoint(

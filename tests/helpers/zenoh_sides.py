@@ -6,11 +6,11 @@ import json
 import threading
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from time import monotonic
 from typing import Any
 
 import zenoh
 from helpers.isolation import free_port
+from helpers.patience import PATIENCE, wait_for
 
 from goalwire.transport.zenoh.native.dialler import Retry
 from goalwire.transport.zenoh.native.session import NativeSession, Settings
@@ -19,17 +19,7 @@ from goalwire.transport.zenoh.protocol.queries import Query
 from goalwire.transport.zenoh.protocol.senders import Publication, Querier
 from goalwire.transport.zenoh.protocol.transport import Role
 
-PATIENCE = 20.0
 ROLES = {'peer': Role.PEER, 'client': Role.CLIENT, 'router': Role.ROUTER}
-
-
-def wait_for(condition: Callable[[], object], what: str = 'it') -> None:
-    """Wait until something holds; looks again and again, for strangers tell nobody."""
-    deadline = monotonic() + PATIENCE
-    pause = threading.Event()
-    while not condition():
-        assert monotonic() < deadline, f'waited in vain for {what}'
-        pause.wait(0.002)
 
 
 class Heard:

@@ -15,8 +15,9 @@ import pytest
 import rclpy
 from example_interfaces.action import Fibonacci
 from helpers.leaks import live_threads
-from helpers.loops import PATIENCE, run
+from helpers.loops import run
 from helpers.outcomes import Outcomes
+from helpers.patience import PATIENCE
 from rclpy.action import ActionClient, ActionServer
 from rclpy.action.server import ServerGoalHandle
 from std_msgs.msg import String

@@ -7,7 +7,8 @@ from collections.abc import Iterator
 import pytest
 from example_interfaces.action import Fibonacci
 from helpers.outcomes import Outcomes
-from helpers.spinning import PATIENCE, Spinner, result_of
+from helpers.patience import PATIENCE
+from helpers.spinning import Spinner, result_of
 from rclpy.action import ActionClient, ActionServer
 from rclpy.action.server import ServerGoalHandle
 from rclpy.context import Context

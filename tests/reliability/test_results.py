@@ -9,7 +9,8 @@ import rclpy
 from action_msgs.msg import GoalStatus
 from example_interfaces.action import Fibonacci
 from helpers.outcomes import Outcomes
-from helpers.spinning import PATIENCE, Spinner, result_of
+from helpers.patience import PATIENCE
+from helpers.spinning import Spinner, result_of
 from rclpy.action import ActionClient, ActionServer
 from rclpy.action.server import ServerGoalHandle
 from rclpy.executors import SingleThreadedExecutor

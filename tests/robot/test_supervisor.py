@@ -9,11 +9,10 @@ import time
 from collections.abc import Sequence
 
 import pytest
+from helpers.patience import PATIENCE
 from helpers.processes import Program
 from helpers.robot import ROOT, wait_until_gone
 from humanoid.supervisor import Ended, Event, Printed, StopAsked, Supervisor, ending
-
-PATIENCE = 20.0
 
 OBEDIENT = """
 import signal, sys, threading

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import threading
 
+from helpers.patience import PATIENCE
+
 from goalwire.transport.endpoint_state import EndpointState
 from goalwire.transport.fork import ForkGuard
-
-PATIENCE = 10.0
 
 
 class Leaving:

@@ -12,8 +12,9 @@ from example_interfaces.action import Fibonacci
 from helpers.collector import Collector
 from helpers.cores import Front
 from helpers.isolation import isolated_env
+from helpers.patience import PATIENCE
 from helpers.pending import left_pending
-from helpers.spinning import PATIENCE, Spinner, result_of
+from helpers.spinning import Spinner, result_of
 
 from goalwire.entities.actions.client import ActionClientCore
 from goalwire.entities.actions.goal_callbacks import ActionCallbacks, CancelResponse, GoalResponse

@@ -10,7 +10,8 @@ from builtin_interfaces.msg import Time
 from example_interfaces.action import Fibonacci
 from helpers.actions import NAMES, NO_ID, Arena, Gate, Patient, Result, accept_cancel, id_of, succeed
 from helpers.collector import Collector
-from helpers.spinning import PATIENCE, MakeNode, Spin, result_of
+from helpers.patience import PATIENCE
+from helpers.spinning import MakeNode, Spin, result_of
 from rclpy.action import CancelResponse
 from rclpy.action.client import ClientGoalHandle
 from rclpy.action.server import ServerGoalHandle

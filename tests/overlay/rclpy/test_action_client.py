@@ -12,7 +12,8 @@ from action_msgs.srv import CancelGoal
 from example_interfaces.action import Fibonacci
 from helpers.actions import NAMES, Arena, Feedback, Gate, Goal, Patient, Result, accept_cancel, id_of, succeed
 from helpers.collector import Collector
-from helpers.spinning import PATIENCE, MakeNode, Spin, result_of, wait_until
+from helpers.patience import PATIENCE
+from helpers.spinning import MakeNode, Spin, result_of, wait_until
 from rclpy.action import ActionClient, ActionServer
 from rclpy.action.server import ServerGoalHandle
 from rclpy.callback_groups import ReentrantCallbackGroup

@@ -12,6 +12,7 @@ from typing import Any
 import hypothesis.strategies as st
 import pytest
 from example_interfaces.action import Fibonacci
+from helpers.patience import PATIENCE
 from hypothesis import settings
 from hypothesis.stateful import RuleBasedStateMachine, precondition, rule, run_state_machine_as_test
 from rclpy.action import ActionClient, ActionServer, CancelResponse, GoalResponse
@@ -28,7 +29,6 @@ from goalwire.rules.goals.table import TABLE, GoalEvent, GoalStatus
 
 pytestmark = pytest.mark.timeout(400)  # a failure takes its time to be shrunk
 
-PATIENCE_S = 10.0
 INDEX = st.integers(0, 100)
 ENDS = st.sampled_from([GoalEvent.SUCCEED, GoalEvent.ABORT, GoalEvent.CANCELED])
 METHODS = {GoalEvent.SUCCEED: 'succeed', GoalEvent.ABORT: 'abort', GoalEvent.CANCELED: 'canceled'}
@@ -80,10 +80,10 @@ class Nodes(RuleBasedStateMachine):
         return Fibonacci.Result(sequence=[handle.request.order])
 
     def until(self, holds: Any) -> None:
-        deadline = STEADY.now() + int(PATIENCE_S * 1e9)
+        deadline = STEADY.now() + int(PATIENCE * 1e9)
         while not holds():
             assert STEADY.now() < deadline, 'model and nodes never agreed'
-            self.executor.spin_once(timeout_sec=PATIENCE_S)
+            self.executor.spin_once(timeout_sec=PATIENCE)
 
     def pick(self, at: int) -> Goal:
         return self.goals[at % len(self.goals)]

@@ -17,7 +17,8 @@ from helpers.actions import (
     succeed,
 )
 from helpers.collector import Collector
-from helpers.spinning import PATIENCE, MakeNode, Spin, result_of, wait_until
+from helpers.patience import PATIENCE
+from helpers.spinning import MakeNode, Spin, result_of, wait_until
 from rclpy.action.server import ServerGoalHandle
 from rclpy.parameter import Parameter
 from rclpy.qos import qos_profile_action_status_default, qos_profile_system_default

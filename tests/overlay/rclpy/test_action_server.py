@@ -26,7 +26,8 @@ from helpers.actions import (
     succeed,
 )
 from helpers.collector import Collector
-from helpers.spinning import PATIENCE, MakeNode, Spin, result_of
+from helpers.patience import PATIENCE
+from helpers.spinning import MakeNode, Spin, result_of
 from rclpy.action import ActionClient, ActionServer, CancelResponse, GoalResponse
 from rclpy.action.server import ServerGoalHandle
 from rclpy.executors import SingleThreadedExecutor

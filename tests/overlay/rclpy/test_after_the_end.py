@@ -9,7 +9,8 @@ import pytest
 from example_interfaces.action import Fibonacci
 from geometry_msgs.msg import TransformStamped
 from helpers.collector import Collector
-from helpers.spinning import PATIENCE, Spinner, result_of, wait_until
+from helpers.patience import PATIENCE
+from helpers.spinning import Spinner, result_of, wait_until
 from rclpy.action import ActionClient, ActionServer
 from rclpy.action.server import ServerGoalHandle
 from rclpy.context import Context

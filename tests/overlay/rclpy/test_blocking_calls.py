@@ -12,7 +12,8 @@ from typing import Any, TypeAlias
 import pytest
 from example_interfaces.action import Fibonacci
 from helpers.collector import Collector
-from helpers.spinning import PATIENCE, MakeNode, Spinner
+from helpers.patience import PATIENCE
+from helpers.spinning import MakeNode, Spinner
 from rclpy.action import ActionClient, ActionServer
 from rclpy.action.server import CancelResponse
 from rclpy.callback_groups import CallbackGroup, MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup

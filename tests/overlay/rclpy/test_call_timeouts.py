@@ -11,7 +11,8 @@ from typing import Any
 
 import pytest
 from helpers.collector import Collector
-from helpers.spinning import PATIENCE, MakeNode, Spin, Spinner, result_of, wait_until
+from helpers.patience import PATIENCE
+from helpers.spinning import MakeNode, Spin, Spinner, result_of, wait_until
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.client import Client
 from rclpy.context import Context

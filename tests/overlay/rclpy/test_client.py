@@ -10,7 +10,8 @@ from typing import Any, TypeAlias, assert_type
 import pytest
 from example_interfaces.srv import AddTwoInts
 from helpers.collector import Collector
-from helpers.spinning import PATIENCE, MakeNode, Spin, result_of
+from helpers.patience import PATIENCE
+from helpers.spinning import MakeNode, Spin, result_of
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
 from rclpy.client import Client
 from rclpy.context import Context

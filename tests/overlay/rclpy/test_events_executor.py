@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 from helpers.collector import Collector
-from helpers.spinning import PATIENCE, MakeNode, Spinner, result_of
+from helpers.patience import PATIENCE
+from helpers.spinning import MakeNode, Spinner, result_of
 from rclpy.context import Context
 from rclpy.executors import Executor, ShutdownException
 from rclpy.experimental import EventsExecutor

@@ -11,7 +11,8 @@ import pytest
 from example_interfaces.action import Fibonacci
 from helpers.actions import Feedback, Goal, Result
 from helpers.collector import Collector
-from helpers.spinning import PATIENCE, MakeNode, Spin, Spinner, result_of, wait_until
+from helpers.patience import PATIENCE
+from helpers.spinning import MakeNode, Spin, Spinner, result_of, wait_until
 from rclpy.action import ActionClient, ActionServer
 from rclpy.action.client import ClientGoalHandle
 from rclpy.action.server import ServerGoalHandle

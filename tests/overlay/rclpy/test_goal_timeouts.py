@@ -9,7 +9,8 @@ import pytest
 from action_msgs.msg import GoalStatus
 from example_interfaces.action import Fibonacci
 from helpers.collector import Collector
-from helpers.spinning import PATIENCE, MakeNode, Spin, result_of, wait_until
+from helpers.patience import PATIENCE
+from helpers.spinning import MakeNode, Spin, result_of, wait_until
 from rclpy.action import ActionClient, ActionServer
 from rclpy.action.server import ServerGoalHandle
 from rclpy.callback_groups import ReentrantCallbackGroup

@@ -9,7 +9,8 @@ import pytest
 from example_interfaces.action import Fibonacci
 from example_interfaces.srv import AddTwoInts
 from helpers.collector import Collector
-from helpers.spinning import PATIENCE, MakeNode, wait_until
+from helpers.patience import PATIENCE
+from helpers.spinning import MakeNode, wait_until
 from helpers.standing import own
 from rclpy.action import (
     ActionClient,

@@ -12,6 +12,7 @@ import rclpy
 import rclpy.utilities
 from helpers.collector import Collector
 from helpers.isolation import fresh_domain
+from helpers.patience import PATIENCE
 from helpers.processes import Program
 from rclpy.context import Context
 from rclpy.exceptions import NotInitializedException
@@ -21,8 +22,6 @@ from rclpy.signals import SignalHandlerOptions, get_current_signal_handlers_opti
 from rclpy.task import Future
 
 from goalwire.errors import RCLError, UnknownROSArgsError
-
-PATIENCE = 10.0
 
 
 @pytest.fixture(autouse=True)

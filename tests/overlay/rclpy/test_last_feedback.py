@@ -7,7 +7,8 @@ from typing import Any
 
 import pytest
 from example_interfaces.action import Fibonacci
-from helpers.spinning import PATIENCE, MakeNode, Spin, result_of
+from helpers.patience import PATIENCE
+from helpers.spinning import MakeNode, Spin, result_of
 from rclpy.action import ActionClient, ActionServer
 from rclpy.action.server import ServerGoalHandle
 from rclpy.executors import Executor

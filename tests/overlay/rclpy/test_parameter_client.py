@@ -7,7 +7,8 @@ from typing import Any
 
 import pytest
 from helpers.collector import Collector
-from helpers.spinning import PATIENCE, MakeNode, Spin, result_of, wait_until
+from helpers.patience import PATIENCE
+from helpers.spinning import MakeNode, Spin, result_of, wait_until
 from rcl_interfaces.msg import (
     ListParametersResult,
     ParameterDescriptor,

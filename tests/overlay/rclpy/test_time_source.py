@@ -9,7 +9,8 @@ from typing import Any
 import pytest
 from builtin_interfaces.msg import Time as Stamp
 from helpers.collector import Collector
-from helpers.spinning import PATIENCE, MakeNode, Spin, wait_until
+from helpers.patience import PATIENCE
+from helpers.spinning import MakeNode, Spin, wait_until
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.clock import Clock, JumpThreshold, ROSClock, TimeJump

@@ -13,7 +13,8 @@ import pytest
 from example_interfaces.action import Fibonacci
 from helpers.actions import succeed
 from helpers.collector import Collector
-from helpers.spinning import PATIENCE, MakeNode, Spin, Spinner, result_of, wait_until
+from helpers.patience import PATIENCE
+from helpers.spinning import MakeNode, Spin, Spinner, result_of, wait_until
 from rclpy.action import ActionClient, ActionServer
 from rclpy.action.server import ServerGoalHandle
 from rclpy.callback_groups import CallbackGroup, MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup

@@ -6,11 +6,10 @@ import threading
 from collections.abc import Callable
 
 import pytest
+from helpers.patience import PATIENCE
 
 from goalwire.errors import DeadlockError
 from goalwire.testing.virtual.scheduler import Child, Scheduler, never
-
-PATIENCE = 10.0
 
 
 def _scheduler() -> tuple[Scheduler, Child]:

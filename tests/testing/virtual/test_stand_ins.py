@@ -7,11 +7,10 @@ import time
 from collections.abc import Callable
 
 import pytest
+from helpers.patience import PATIENCE
 
 from goalwire.testing import VirtualClock
 from goalwire.testing.virtual import stand_ins
-
-PATIENCE = 10.0
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,8 @@ from __future__ import annotations
 import threading
 
 from helpers.collector import Collector
-from helpers.wire import PATIENCE, Answers, Side
+from helpers.patience import PATIENCE
+from helpers.wire import Answers, Side
 
 from goalwire.transport.contract import EndpointKind, Request
 

@@ -11,8 +11,9 @@ from pathlib import Path
 import pytest
 from helpers.collector import Collector
 from helpers.isolation import lease_variables
+from helpers.patience import PATIENCE
 from helpers.processes import Program
-from helpers.wire import PATIENCE, Side
+from helpers.wire import Side
 
 from goalwire.rules.qos import HistoryPolicy, QoS
 from goalwire.transport.contract import EndpointKind, Sample, SessionOptions

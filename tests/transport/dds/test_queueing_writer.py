@@ -7,7 +7,8 @@ import threading
 
 import pytest
 from helpers.collector import Collector
-from helpers.wire import PATIENCE, Answers, Side
+from helpers.patience import PATIENCE
+from helpers.wire import Answers, Side
 
 from goalwire.transport.contract import Request
 from goalwire.transport.dds.abi import INFINITY

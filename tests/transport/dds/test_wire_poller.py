@@ -9,6 +9,7 @@ from time import monotonic, monotonic_ns
 from typing import Self
 
 import pytest
+from helpers.patience import PATIENCE
 
 from goalwire.execution.shutdown_signal import ShutdownSignal
 from goalwire.execution.waiting import Waiter, WireWaiter
@@ -22,7 +23,6 @@ from goalwire.transport.dds.waitset_thread import CLOSING_S
 from goalwire.transport.dds.wire import Participant, RawSample, Reader, Writer
 from goalwire.transport.dds.wire_poller import DdsWirePoller
 
-PATIENCE = 10.0
 OWN = 'goalwire-test-io'
 
 

@@ -10,7 +10,8 @@ from typing import TypeVar
 import pytest
 import zenoh
 from helpers.collector import Collector
-from helpers.wire import HASH, PATIENCE, Side
+from helpers.patience import PATIENCE
+from helpers.wire import HASH, Side
 from zenoh import ext
 
 from goalwire.rules.qos import DurabilityPolicy, QoS, ReliabilityPolicy

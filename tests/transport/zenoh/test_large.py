@@ -8,7 +8,8 @@ from collections.abc import Iterator
 import pytest
 import zenoh
 from helpers.collector import Collector
-from helpers.wire import HASH, PATIENCE, Side
+from helpers.patience import PATIENCE
+from helpers.wire import HASH, Side
 
 from goalwire.errors import TransportError
 from goalwire.logging import LogRecord

@@ -12,7 +12,8 @@ import pytest
 import xxhash
 import zenoh
 from helpers.collector import Collector
-from helpers.wire import HASH, PATIENCE, Answers, Side
+from helpers.patience import PATIENCE
+from helpers.wire import HASH, Answers, Side
 from zenoh import ext
 
 from goalwire.logging import LogRecord

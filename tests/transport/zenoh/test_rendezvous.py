@@ -9,13 +9,14 @@ import socket
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import pytest
 import zenoh
 from helpers.collector import Collector
+from helpers.patience import wait_for
 from helpers.processes import Program
-from helpers.wire import PATIENCE, SeenGraph, Side
+from helpers.wire import SeenGraph, Side
 
 from goalwire.errors import TransportError
 from goalwire.logging import LogRecord
@@ -320,7 +321,7 @@ def test_a_real_router_that_dies_gets_its_port_back(
         ours.graph.expect(EndpointKind.NODE, '/there')
         router.kill()
         router.wait()
-        wait_until(lambda: not waits_for_port())
+        wait_for(lambda: not waits_for_port())
         time.sleep(5 * rendezvous.RETRY_S)  # what would take the port would do so now
         assert not answers(port)
         ours.graph.expect(EndpointKind.NODE, '/there')  # who had met stays together
@@ -339,7 +340,7 @@ def test_a_port_left_to_a_router_is_left_for_good(
     records: list[LogRecord],
 ) -> None:
     open_side('one')
-    wait_until(lambda: RENDEZVOUS.is_left(port))
+    wait_for(lambda: RENDEZVOUS.is_left(port))
     plain_router.close()  # type: ignore[no-untyped-call]
     open_side('two')
     assert not answers(port)
@@ -356,7 +357,7 @@ def test_a_rendezvous_of_another_process_is_replaced_as_ever(
         assert not RENDEZVOUS.is_left(port)
         program.kill()
         program.wait()
-        wait_until(lambda: RENDEZVOUS.holds(port))
+        wait_for(lambda: RENDEZVOUS.holds(port))
 
 
 def test_a_rendezvous_that_is_asked_for_gives_way_to_nobody(
@@ -369,15 +370,7 @@ def test_a_rendezvous_that_is_asked_for_gives_way_to_nobody(
     monkeypatch.setenv('GOALWIRE_ROUTER', 'on')
     open_side('one')
     plain_router.close()  # type: ignore[no-untyped-call]
-    wait_until(lambda: RENDEZVOUS.holds(port))
-
-
-def wait_until(holds: Callable[[], bool]) -> None:
-    """Wait for what zenoh's threads bring about and tell nobody of."""
-    deadline = time.monotonic() + PATIENCE
-    while not holds():
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
+    wait_for(lambda: RENDEZVOUS.holds(port))
 
 
 @pytest.mark.parametrize('choice', ['auto', 'off'])

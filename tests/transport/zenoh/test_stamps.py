@@ -13,7 +13,8 @@ from itertools import pairwise
 import pytest
 import zenoh
 from helpers.collector import Collector
-from helpers.wire import HASH, PATIENCE, Side, topic_endpoint
+from helpers.patience import PATIENCE
+from helpers.wire import HASH, Side, topic_endpoint
 from zenoh import ext
 
 from goalwire.logging import LogRecord

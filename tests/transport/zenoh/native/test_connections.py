@@ -12,8 +12,9 @@ from contextlib import suppress
 from time import monotonic
 
 import pytest
+from helpers.patience import wait_for
 from helpers.zenoh_captured import conversation
-from helpers.zenoh_sides import Ours, address, wait_for
+from helpers.zenoh_sides import Ours, address
 
 from goalwire.errors import TransportError
 from goalwire.transport.zenoh.native import session as native_session

@@ -6,7 +6,8 @@ import threading
 from collections.abc import Callable, Iterator
 
 import pytest
-from helpers.zenoh_sides import Ours, Portable, Side, Theirs, address, wait_for
+from helpers.patience import wait_for
+from helpers.zenoh_sides import Ours, Portable, Side, Theirs, address
 
 from goalwire.transport.zenoh.protocol.transport import Role
 
