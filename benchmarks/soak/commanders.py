@@ -89,21 +89,11 @@ class Orders:
 def in_rclpy(report: Report, context: Context) -> None:
     """Command all servers until `context` ends, and then a little longer."""
     node = Node('rclpy_commander', context=context)
-    threads = []
-    for name in (*STEADY, *MORTAL):
-        publisher = node.create_publisher(Int64, f'{name}/move', 10)
-        client = node.create_client(AddTwoInts, f'{name}/step')
-        action = ActionClient(node, Fibonacci, f'{name}/walk')
-        client.call_timeout = action.call_timeout = TIMEOUT_S
-        commands: dict[str, Callable[[int], object]] = {
-            'message': lambda number, it=publisher: it.publish(Int64(data=number)),
-            'call': lambda number, it=client: it.call(AddTwoInts.Request(a=number)),
-            'goal': lambda number, it=action: it.send_goal(Fibonacci.Goal(order=number)),
-        }
-        threads += [
-            threading.Thread(target=Orders(kind, context.ok, report).give, args=(command,))
-            for kind, command in commands.items()
-        ]
+    threads = [
+        threading.Thread(target=Orders(kind, context.ok, report).give, args=(command,))
+        for name in (*STEADY, *MORTAL)
+        for kind, command in _rclpy_commands(node, name).items()
+    ]
     report.say('ready')
     for thread in threads:
         thread.start()
@@ -112,26 +102,41 @@ def in_rclpy(report: Report, context: Context) -> None:
     node.destroy_node()
 
 
+def _rclpy_commands(node: Node, name: str) -> dict[str, Callable[[int], object]]:
+    publisher = node.create_publisher(Int64, f'{name}/move', 10)
+    client = node.create_client(AddTwoInts, f'{name}/step')
+    action = ActionClient(node, Fibonacci, f'{name}/walk')
+    client.call_timeout = action.call_timeout = TIMEOUT_S
+    return {
+        'message': lambda number: publisher.publish(Int64(data=number)),
+        'call': lambda number: client.call(AddTwoInts.Request(a=number)),
+        'goal': lambda number: action.send_goal(Fibonacci.Goal(order=number)),
+    }
+
+
 async def in_asyncio(report: Report, context: Context) -> None:
     """The same in the asyncio API."""
     async with goalwire.Node('asyncio_commander', context=context) as node:
         report.say('ready')
         async with asyncio.TaskGroup() as group:
             for name in (*STEADY, *MORTAL):
-                publisher = node.publisher(Int64, f'{name}/move')
-                client = node.client(AddTwoInts, f'{name}/step', timeout=TIMEOUT_S)
-                action = node.action(Fibonacci, f'{name}/walk', timeout=TIMEOUT_S)
-
-                async def publish(number: int, it: goalwire.Publisher[Int64] = publisher) -> None:
-                    it.publish(data=number)
-
-                commands: dict[str, Callable[[int], Awaitable[object]]] = {
-                    'message': publish,
-                    'call': lambda number, it=client: it.call(a=number),
-                    'goal': lambda number, it=action: it.call(order=number),
-                }
-                for kind, command in commands.items():
+                for kind, command in _asyncio_commands(node, name).items():
                     group.create_task(Orders(kind, context.ok, report).give_async(command))
+
+
+def _asyncio_commands(node: goalwire.Node, name: str) -> dict[str, Callable[[int], Awaitable[object]]]:
+    publisher = node.publisher(Int64, f'{name}/move')
+    client = node.client(AddTwoInts, f'{name}/step', timeout=TIMEOUT_S)
+    action = node.action(Fibonacci, f'{name}/walk', timeout=TIMEOUT_S)
+
+    async def publish(number: int) -> None:
+        publisher.publish(data=number)
+
+    return {
+        'message': publish,
+        'call': lambda number: client.call(a=number),
+        'goal': lambda number: action.call(order=number),
+    }
 
 
 def run(name: str, report: Report) -> None:

@@ -7,12 +7,21 @@ from collections.abc import Iterator
 import pytest
 from helpers.isolation import NETWORK, isolated_env
 from helpers.programs import Start, programs_in
+from helpers.wires import require
 
 
 @pytest.fixture
-def world() -> dict[str, str]:
-    """An environment on Zenoh that only this test's programs share."""
-    return isolated_env(NETWORK)
+def network(request: pytest.FixtureRequest) -> str:
+    """The wire between the test's programs; a test chooses others by `indirect` parameters."""
+    name: str = getattr(request, 'param', NETWORK)
+    require(name)
+    return name
+
+
+@pytest.fixture
+def world(network: str) -> dict[str, str]:
+    """An environment that only this test's programs share."""
+    return isolated_env(network)
 
 
 @pytest.fixture

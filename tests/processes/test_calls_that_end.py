@@ -3,38 +3,27 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
 
 import pytest
-from helpers.isolation import isolated_env
-from helpers.programs import Start, programs_in
-from helpers.wires import DDS, require
+from helpers.isolation import isolated_env, lease_variables
+from helpers.programs import Start
+from helpers.wires import DDS
 
 pytestmark = pytest.mark.slow
 
 LEASE_S = 1.0
-SHORT_LEASE = (
-    '<CycloneDDS><Domain><Discovery><LeaseDuration>1s</LeaseDuration></Discovery></Domain></CycloneDDS>'
-)
 WITHIN_S = {'rmw_zenoh_cpp': 1.0, DDS: LEASE_S + 1.0}
 WAYS = {'call', 'call_async', 'await', 'get_result', 'get_result_async'}
 
 
-@pytest.fixture(params=WITHIN_S)
-def rmw(request: pytest.FixtureRequest) -> str:
-    name: str = request.param
-    require(name)
-    return name
-
-
 @pytest.fixture
-def start(rmw: str) -> Iterator[Start]:
-    """A function that starts a program in a world of its own."""
-    with programs_in(isolated_env(rmw) | {'CYCLONEDDS_URI': SHORT_LEASE}) as start:
-        yield start
+def world(network: str) -> dict[str, str]:
+    """An environment on each wire in which DDS soon misses a participant; Zenoh learns of it at once."""
+    return isolated_env(network) | {'CYCLONEDDS_URI': lease_variables(LEASE_S)['CYCLONEDDS_URI']}
 
 
-def test_every_form_of_a_call_learns_of_the_death_of_its_server(start: Start, rmw: str) -> None:
+@pytest.mark.parametrize('network', WITHIN_S, indirect=True)
+def test_every_form_of_a_call_learns_of_the_death_of_its_server(start: Start, network: str) -> None:
     server = start('holds_on')
     server.expect('ready')
     program = start('waits', GOALWIRE_CALL_TIMEOUT='60')
@@ -44,7 +33,7 @@ def test_every_form_of_a_call_learns_of_the_death_of_its_server(start: Start, rm
     server.kill()
     killed = time.monotonic()
     told = [program.expect(r'^(\w+) (\w+Error|NoneType) (.*)').groups() for _ in WAYS]
-    assert time.monotonic() - killed < WITHIN_S[rmw]
+    assert time.monotonic() - killed < WITHIN_S[network]
     assert {way for way, _, _ in told} == WAYS
     assert {(error, who) for _, error, who in told} == {('ServerLostError', 'node')}
     program.succeed()

@@ -3,36 +3,24 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
 
 import pytest
-from helpers.isolation import isolated_env
+from helpers.isolation import isolated_env, lease_variables
 from helpers.processes import Program
-from helpers.programs import Start, programs_in
-from helpers.wires import DDS, require
+from helpers.programs import Start
+from helpers.wires import DDS
 
 pytestmark = pytest.mark.slow
 
 LEASE_S = 1.0
-SHORT_LEASE = (
-    '<CycloneDDS><Domain><Discovery><LeaseDuration>1s</LeaseDuration></Discovery></Domain></CycloneDDS>'
-)
 ZENOH = 'rmw_zenoh_cpp'
 WITHIN_S = {ZENOH: 1.0, DDS: LEASE_S + 1.0}
 
 
 @pytest.fixture
-def network(request: pytest.FixtureRequest) -> str:
-    name: str = request.param
-    require(name)
-    return name
-
-
-@pytest.fixture
-def start(network: str) -> Iterator[Start]:
-    """A function that starts a program in a world of its own on each wire between processes."""
-    with programs_in(isolated_env(network) | {'CYCLONEDDS_URI': SHORT_LEASE}) as start:
-        yield start
+def world(network: str) -> dict[str, str]:
+    """An environment on each wire in which DDS soon misses a participant; Zenoh learns of it at once."""
+    return isolated_env(network) | {'CYCLONEDDS_URI': lease_variables(LEASE_S)['CYCLONEDDS_URI']}
 
 
 def serve(start: Start, choice: str) -> Program:

@@ -17,6 +17,7 @@ from helpers.isolation import isolated_env, lease_variables
 from helpers.outcomes import Outcomes
 from helpers.pending import left_pending
 from helpers.processes import Program
+from helpers.programs import Start, programs_in
 from helpers.wires import DDS, require
 
 import goalwire
@@ -24,7 +25,10 @@ from goalwire.entities.context import Context
 from goalwire.transport.faults import Faults
 
 WIRES = {'goalwire_memory': 'memory', 'rmw_zenoh_cpp': 'Zenoh', DDS: 'DDS'}
-BETWEEN_PROCESSES = [wire for wire in WIRES if wire != 'goalwire_memory']
+BETWEEN_PROCESSES = pytest.mark.parametrize(
+    'transport_name', [wire for wire in WIRES if wire != 'goalwire_memory'], indirect=True
+)
+"""Marks what is about processes, which the memory wire does not connect."""
 
 PROGRAMS = Path(__file__).parent / 'programs'
 LEASE_S = 1.0
@@ -47,6 +51,13 @@ def transport_name(request: pytest.FixtureRequest) -> str:
     name: str = request.param
     require(name)
     return name
+
+
+@pytest.fixture
+def start(transport_name: str) -> Iterator[Start]:
+    """A function that starts a program of this folder, in a world where peers are missed soon."""
+    with programs_in(impatient_world(transport_name), PROGRAMS) as start:
+        yield start
 
 
 @pytest.fixture

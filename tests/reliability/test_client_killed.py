@@ -2,32 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import pytest
 from helpers.outcomes import Outcomes
-from helpers.programs import Start, programs_in
-from helpers.wires import require
+from helpers.programs import Start
 
-from .conftest import BETWEEN_PROCESSES, PROGRAMS, Evidence, impatient_world, told
+from .conftest import BETWEEN_PROCESSES, Evidence, told
 
-
-@pytest.fixture(params=BETWEEN_PROCESSES)
-def transport_name(request: pytest.FixtureRequest) -> str:
-    """The wires between processes."""
-    name: str = request.param
-    require(name)
-    return name
+pytestmark = [pytest.mark.slow, BETWEEN_PROCESSES]
 
 
-@pytest.fixture
-def start(transport_name: str) -> Iterator[Start]:
-    """A function that starts a program of this folder, in a world where peers are missed soon."""
-    with programs_in(impatient_world(transport_name), PROGRAMS) as start:
-        yield start
-
-
-@pytest.mark.slow
 def test_the_goal_of_a_client_that_never_heard_the_answer_ends_as_the_server_chose(
     start: Start, evidence: Evidence
 ) -> None:

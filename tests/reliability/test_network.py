@@ -17,13 +17,12 @@ from helpers.cable import cabled_machines, can_make_cables
 from helpers.machines import Machine, can_make_machines
 from helpers.outcomes import Outcomes
 from helpers.processes import Program
-from helpers.wires import require
 
 from goalwire.transport.faults import Delay, Fault, Faults, Loss, Reordering, SlowReader
 
 from .conftest import BETWEEN_PROCESSES, LONG, PROGRAMS, Evidence, impatient_world, told
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, BETWEEN_PROCESSES]
 
 SERVER, CLIENT = '10.77.0.1', '10.77.0.2'
 
@@ -45,14 +44,6 @@ class Network(NamedTuple):
         self.mission.write_line(f'call ask {seconds} {number}')
         for _ in range(number):
             told(self.mission, outcomes)
-
-
-@pytest.fixture(params=BETWEEN_PROCESSES)
-def transport_name(request: pytest.FixtureRequest) -> str:
-    """The wires between machines."""
-    name: str = request.param
-    require(name)
-    return name
 
 
 @pytest.fixture

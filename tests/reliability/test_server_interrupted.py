@@ -5,14 +5,12 @@ from __future__ import annotations
 import os
 import signal
 import sys
-from collections.abc import Iterator
 
 import pytest
 from helpers.outcomes import Outcomes
-from helpers.programs import Start, programs_in
-from helpers.wires import require
+from helpers.programs import Start
 
-from .conftest import BETWEEN_PROCESSES, PROGRAMS, Evidence, impatient_world, told
+from .conftest import BETWEEN_PROCESSES, Evidence, told
 
 ROUNDS = int(os.environ.get('GOALWIRE_TEST_INTERRUPTIONS', '8'))
 """GOALWIRE_TEST_INTERRUPTIONS=1000 makes it a thousand on each wire."""
@@ -20,24 +18,10 @@ WAYS = ('blocks', 'awaits', 'threads', 'bare')
 
 pytestmark = [
     pytest.mark.slow,
+    BETWEEN_PROCESSES,
     pytest.mark.skipif(sys.platform == 'win32', reason='signals of POSIX'),
     pytest.mark.timeout(60 + 20 * ROUNDS),
 ]
-
-
-@pytest.fixture(params=BETWEEN_PROCESSES)
-def transport_name(request: pytest.FixtureRequest) -> str:
-    """The wires between processes."""
-    name: str = request.param
-    require(name)
-    return name
-
-
-@pytest.fixture
-def start(transport_name: str) -> Iterator[Start]:
-    """A function that starts a program of this folder, in a world where peers are missed soon."""
-    with programs_in(impatient_world(transport_name), PROGRAMS) as start:
-        yield start
 
 
 def test_a_call_whose_server_gets_ctrl_c_fails_by_type_and_never_at_its_deadline(

@@ -4,32 +4,16 @@ from __future__ import annotations
 
 import signal
 import time
-from collections.abc import Iterator
 
 import pytest
 from helpers.outcomes import Outcomes
 from helpers.processes import Program
-from helpers.programs import Start, programs_in
-from helpers.wires import DDS, require
+from helpers.programs import Start
+from helpers.wires import DDS
 
-from .conftest import BETWEEN_PROCESSES, LEASE_S, PROGRAMS, Evidence, impatient_world, told
+from .conftest import BETWEEN_PROCESSES, LEASE_S, Evidence, told
 
-pytestmark = pytest.mark.slow
-
-
-@pytest.fixture(params=BETWEEN_PROCESSES)
-def transport_name(request: pytest.FixtureRequest) -> str:
-    """The wires between processes."""
-    name: str = request.param
-    require(name)
-    return name
-
-
-@pytest.fixture
-def start(transport_name: str) -> Iterator[Start]:
-    """A function that starts a program of this folder, in a world where peers are missed soon."""
-    with programs_in(impatient_world(transport_name), PROGRAMS) as start:
-        yield start
+pytestmark = [pytest.mark.slow, BETWEEN_PROCESSES]
 
 
 def started(start: Start, name: str, faults: str = '') -> Program:
