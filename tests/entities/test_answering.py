@@ -22,7 +22,7 @@ class Asked(Request):
     def reply(self, payload: bytes) -> None:
         self.became.append(payload.decode())
 
-    def drop(self, reason: str = '') -> None:
+    def cancel(self, reason: str = '') -> None:
         self.became.append(reason)
 
 

@@ -128,7 +128,7 @@ class SlowReply(ClientPort):
         assert self.arriving.wait(10)
         return 1
 
-    def forget(self, sequence: int) -> None:
+    def cancel(self, sequence: int) -> None:
         return
 
     def close(self) -> None:

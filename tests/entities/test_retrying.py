@@ -52,7 +52,7 @@ class Server:
         if act == 'answer':
             request.reply(SUPPORT.encode_response(Trigger.Response(success=True)))
         elif act != 'hang':
-            request.drop('' if act == 'lose' else act)
+            request.cancel('' if act == 'lose' else act)
 
 
 @pytest.fixture

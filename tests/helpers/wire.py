@@ -121,9 +121,9 @@ class ContentClient(ClientPort):
 
         return self.port.request(self._wrapping.pack(payload), unwrap, on_end, timeout_ns)
 
-    def forget(self, sequence: int) -> None:
+    def cancel(self, sequence: int) -> None:
         """Wait for a reply no longer."""
-        self.port.forget(sequence)
+        self.port.cancel(sequence)
 
     def reaches_server(self) -> bool:
         """Whether a request would be answered."""
@@ -145,8 +145,8 @@ class ContentRequest(Request):
     def reply(self, payload: bytes) -> None:
         self._request.reply(self._pack(payload))
 
-    def drop(self, reason: str = '') -> None:
-        self._request.drop(reason)
+    def cancel(self, reason: str = '') -> None:
+        self._request.cancel(reason)
 
 
 class SeenGraph(GraphListener):

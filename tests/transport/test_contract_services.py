@@ -115,7 +115,7 @@ def test_a_server_that_gives_up_does_not_end_a_request_another_still_has(sides: 
     alpha, beta = sides
     requests, answers = Requests(), Answers()
     beta.service('/add', requests)
-    beta.service('/add', lambda request: request.drop())
+    beta.service('/add', lambda request: request.cancel())
     client = alpha.client('/add')
     alpha.expect_server(client, '/add', 2)
     answers.ask(client)
@@ -134,7 +134,7 @@ def test_a_request_that_is_dropped_ends_without_a_reply(sides: Sides) -> None:
     requests, answers = Requests(), Answers()
     client, _ = connected(sides, requests)
     answers.ask(client)
-    requests.expect(1)[0].drop()
+    requests.expect(1)[0].cancel()
     answers.expect(replies=0)
     assert answers.reasons == ['']
 
@@ -143,7 +143,7 @@ def test_the_reason_for_dropping_a_request_reaches_its_client(sides: Sides) -> N
     requests, answers = Requests(), Answers()
     client, _ = connected(sides, requests)
     answers.ask(client)
-    requests.expect(1)[0].drop('no time')
+    requests.expect(1)[0].cancel('no time')
     answers.expect(replies=0)
     assert answers.reasons == ['no time']
 
@@ -154,8 +154,8 @@ def test_dropping_an_answered_request_is_harmless(sides: Sides) -> None:
     answers.ask(client)
     (request,) = requests.expect(1)
     echo(request)
-    request.drop()
-    request.drop()
+    request.cancel()
+    request.cancel()
     answers.expect(replies=1)
 
 
@@ -173,14 +173,14 @@ def test_a_request_that_is_forgotten_is_never_heard_of_again(sides: Sides) -> No
     requests, forgotten, answers = Requests(), Answers(), Answers()
     client, server = connected(sides, requests)
     for _ in range(3):
-        client.forget(forgotten.ask(client))
+        client.cancel(forgotten.ask(client))
     answers.ask(client)
     arrived = requests.expect(4)
     for request in arrived:
         echo(request)
     (reply,) = answers.expect(replies=1)
-    client.forget(reply.sequence)  # it has ended
-    client.forget(99)
+    client.cancel(reply.sequence)  # it has ended
+    client.cancel(99)
     server.close()
     assert forgotten.replies.items == []
     assert forgotten.reasons == []

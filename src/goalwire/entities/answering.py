@@ -50,7 +50,7 @@ class Answering(Coroutine[Any, Any, None]):
 
     def _give_up(self, reason: str) -> None:
         self._given_up()
-        self._request.drop(reason)
+        self._request.cancel(reason)
 
     def __await__(self) -> Self:
         return self

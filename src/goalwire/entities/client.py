@@ -301,14 +301,14 @@ class ClientCore(TimedCalls, Introspected):
             if future.unanswered:  # before this number was known
                 self.report_unanswered(future.why_ended)
             elif future.forgotten:
-                port.forget(sequence)
+                port.cancel(sequence)
 
     def withdraw(self, future: ResponseFuture) -> None:
         """Hold nothing for what `future` has sent last."""
         sequence, future.sent_as = future.sent_as, 0
         port = self._port
         if self.pending.pop(sequence, None) is not None and port is not None:
-            port.forget(sequence)
+            port.cancel(sequence)
 
     def call(self, request: Any, timeout_sec: float | None = None) -> Any:
         """Send a request and wait for its response.

@@ -69,9 +69,9 @@ class RequestServer:
 
     def _refuse(self, request: Request) -> None:
         if self.event_queue.closed:
-            request.drop()
+            request.cancel()
         else:
-            request.drop(reasons.refused(f'{QUEUE_LIMIT} requests wait already'))
+            request.cancel(reasons.refused(f'{QUEUE_LIMIT} requests wait already'))
             self.refused += 1
             self._log('a request was refused', self.refused, f'{QUEUE_LIMIT} requests wait already')
 
@@ -82,7 +82,7 @@ class RequestServer:
 
     def _handle(self, request: Request) -> object:
         if self.destroyed:  # it slipped in while that was under way
-            request.drop()
+            request.cancel()
             return None
         try:
             message = (self._decode or self._support.decode_request)(request.sample.payload)
@@ -92,7 +92,7 @@ class RequestServer:
         try:
             return self._call(request, message)
         except BaseException as error:
-            request.drop(reasons.failed(error))
+            request.cancel(reasons.failed(error))
             raise
 
     def take(self) -> tuple[Any, Request] | None:
@@ -106,7 +106,7 @@ class RequestServer:
 
     def _reject(self, request: Request, error: RemoteError) -> None:
         self.rejected += 1
-        request.drop(reasons.rejected(error))
+        request.cancel(reasons.rejected(error))
         self._log('a request was rejected', self.rejected, error)
 
     def _log(self, what: str, count: int, reason: object) -> None:
@@ -122,5 +122,5 @@ class RequestServer:
         self.node.context.deadlock_detector.remove(self.full_name, self.event_queue)
         port.close()
         while (request := self.event_queue.take()) is not None:
-            request.drop()
+            request.cancel()
         self.event_queue.close()

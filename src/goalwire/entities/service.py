@@ -69,7 +69,7 @@ class ServiceCore(Introspected):
             self._count_failure()
             if self.failed is None:
                 raise
-            request.drop(reasons.failed(error))
+            request.cancel(reasons.failed(error))
             self.failed(error)
         return None
 

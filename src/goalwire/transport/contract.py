@@ -105,8 +105,8 @@ class Request(ABC):
         """Send the answer, at most once. A client that has gone is no error."""
 
     @abstractmethod
-    def drop(self, reason: str = '') -> None:
-        """Give the request up without an answer; the client's `on_end` gets the reason."""
+    def cancel(self, reason: str = '') -> None:
+        """End the request without an answer; the client's `on_end` gets the reason."""
 
 
 @record
@@ -209,7 +209,7 @@ class ClientPort(Port):
         """
 
     @abstractmethod
-    def forget(self, sequence: int) -> None:
+    def cancel(self, sequence: int) -> None:
         """Hold nothing for this request any more: nobody waits for its reply, and neither function is called.
 
         What is being called at this moment goes on. A request that has ended, or never was, is no error.

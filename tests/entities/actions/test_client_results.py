@@ -168,7 +168,7 @@ class Wire:
         self.on_end(on_end)
         return len(self.on_end.items)
 
-    def forget(self, sequence: int) -> None:
+    def cancel(self, sequence: int) -> None:
         self.forgotten.append(sequence)
 
 
@@ -177,7 +177,7 @@ def wired(spun: NodeCore, monkeypatch: pytest.MonkeyPatch) -> tuple[ActionClient
     made, wire = ActionClientCore(spun, FIBONACCI, 'fib', ReentrantCallbackGroup()), Wire()
     made.call_timeout = float('inf')
     monkeypatch.setattr(made._result_port, 'request', wire.request)
-    monkeypatch.setattr(made._result_port, 'forget', wire.forget)
+    monkeypatch.setattr(made._result_port, 'cancel', wire.cancel)
     return made, wire
 
 

@@ -118,13 +118,13 @@ def test_nobody_waits_for_ever_for_a_late_acceptance(
 ) -> None:
     monkeypatch.setattr(requests, 'LATE_S', 0.01)
     let_go: Collector[object] = Collector()
-    forget = client._send_port.forget
+    cancel = client._send_port.cancel
 
     def told(sequence: int) -> None:
-        forget(sequence)
+        cancel(sequence)
         let_go(sequence)
 
-    monkeypatch.setattr(client._send_port, 'forget', told)
+    monkeypatch.setattr(client._send_port, 'cancel', told)
     assert isinstance(error_of(client.send_goal_async(Goal())), DeadlineError)
     let_go.expect(1)
     assert client.lingering == {}

@@ -271,7 +271,7 @@ def test_a_client_that_does_not_know_refusals_is_sent_none(dds_sides: Sides, str
     for sequence in (1, 2):
         assert writer.write(wrap(Header(writer.instance, sequence), message(b'request'))) == 0
     first, second = asked.expect(2)
-    first.drop('no time')
+    first.cancel('no time')
     second.reply(b'an answer')
     _, taken = reader.take()
     assert [unwrap(each.payload)[0] for each in taken] == [Header(writer.instance, 2)]
@@ -287,7 +287,7 @@ def test_nothing_is_kept_of_a_call_that_one_server_refuses_and_another_answers(d
     assert isinstance(client, DdsClient)
     alpha.graph.wait_for(lambda: len(client._requested) == len(client._answering) == 2)
     sequence = client.request(message(b'request'), answers.replies, answers.on_end)
-    refusing.expect(1)[0].drop('no time')
+    refusing.expect(1)[0].cancel('no time')
     assert client._refusals == {sequence: 'no time'}
     answering.expect(1)[0].reply(message(b'an answer'))
     answers.expect(replies=1)
@@ -299,7 +299,7 @@ def test_a_refusal_bears_the_id_of_the_client_that_it_is_for(dds_sides: Sides, s
     """So a client of stock ROS 2, which gets it too, drops it."""
     alpha, beta = dds_sides
     reader = stranger.reader(dds_topic(Role.REPLY, '/add'), dds_type(Role.REPLY, ADD))
-    beta.service('/add', lambda request: request.drop('no time'))
+    beta.service('/add', lambda request: request.cancel('no time'))
     client, answers = alpha.client('/add'), Answers()
     alpha.expect_server(client, '/add')
     answers.ask(client)

@@ -81,9 +81,9 @@ def test_a_doubled_request_is_given_up_only_by_both(sides: Sides, faults: Faults
     answers = Answers()
     answers.ask(connected(sides, requests))
     first, second = requests.expect(2)
-    first.drop('no time')
+    first.cancel('no time')
     assert answers.reasons == []
-    second.drop('neither')
+    second.cancel('neither')
     answers.expect(replies=0)
     assert answers.reasons == ['neither']
 
@@ -105,7 +105,7 @@ def test_a_forgotten_call_is_never_heard_of_again(sides: Sides, faults: Faults) 
     requests: Collector[Request] = Collector()
     answers = Answers()
     client = connected(sides, requests)
-    client.forget(answers.ask(client))
+    client.cancel(answers.ask(client))
     requests.items[0].reply(b'late')
     assert (answers.replies.items, answers.reasons) == ([], [])
 

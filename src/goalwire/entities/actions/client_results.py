@@ -95,7 +95,7 @@ class ResultRequest:
         self._is_forgotten = True
         sequence, self._sequence = self._sequence, 0
         if sequence:
-            self._results.port.forget(sequence)
+            self._results.port.cancel(sequence)
 
     def _on_reply(self, sample: Sample) -> None:
         if self._results.leave(self):

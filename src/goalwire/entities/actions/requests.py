@@ -117,7 +117,7 @@ class ActionRequest:
         self._is_forgotten = True
         sequence, self._sequence = self._sequence, 0
         if sequence:
-            self._port.forget(sequence)
+            self._port.cancel(sequence)
 
     def fail(self, error: Exception) -> None:
         """It ends with `error`."""

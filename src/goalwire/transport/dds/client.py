@@ -88,7 +88,7 @@ class DdsClient(ClientPort):
         payload: bytes,
         on_reply: Callable[[Sample], None],
         on_end: Callable[[str], None],
-        timeout_ns: int | None = None,  # noqa: ARG002 - it is forgotten in time
+        timeout_ns: int | None = None,  # noqa: ARG002 - it is cancelled in time
     ) -> int:
         """Send one request to every server."""
         state = self._state
@@ -121,12 +121,12 @@ class DdsClient(ClientPort):
         return sequence
 
     def _refused(self, sequence: int, result: int) -> NoReturn:
-        self.forget(sequence)
+        self.cancel(sequence)
         self._state.check()
         error = self._context.library.dds_strretcode(result).decode()
         raise TransportError(f'{self._state.title}: Cyclone DDS refused a request: {error}')
 
-    def forget(self, sequence: int) -> None:
+    def cancel(self, sequence: int) -> None:
         """Hold nothing for this request any more."""
         with self._lock:
             self._pop(sequence)

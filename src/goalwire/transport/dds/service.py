@@ -56,7 +56,7 @@ class DdsRequest(Request):
         if service.waiting.pop(self, False):
             service.send(self, wrap(self._header, payload))
 
-    def drop(self, reason: str = '') -> None:
+    def cancel(self, reason: str = '') -> None:
         """Give the request up. A client that is not goalwire's is not told: its call ends with the server."""
         service = self._service
         if service.state.is_forked:
@@ -87,7 +87,7 @@ class DdsService(Port):
         self._local = context.local_readers.by_topic
         self._known = context.peers.known
         self._reached: set[str] = set()
-        new.undo.callback(self._drop_all)
+        new.undo.callback(self._discard_all)
         new.take_in(self.reader.topic, ReaderDispatcher(self.reader, new.state.title, self._on_message))
 
     def _on_message(self, message: RawSample) -> None:
@@ -113,7 +113,7 @@ class DdsService(Port):
             self._deliver(request)
         except Exception as error:
             report_failure(self.state.title, error)
-            request.drop()
+            request.cancel()
 
     def _warn_of_fast_dds(self, client: NodeName) -> None:
         log_rejected(
@@ -170,7 +170,7 @@ class DdsService(Port):
         finally:
             library.dds_delete(waiting)
 
-    def _drop_all(self) -> None:
+    def _discard_all(self) -> None:
         self.waiting.clear()
 
     @property

@@ -75,14 +75,14 @@ class FaultyClient(ClientPort):
             self._calls.pop(call.sequence, None)
         return not was_over
 
-    def forget(self, sequence: int) -> None:
+    def cancel(self, sequence: int) -> None:
         """Hold nothing for this request any more."""
-        self._faults.call('client.forget')
+        self._faults.call('client.cancel')
         with self._lock:
             call = self._calls.pop(sequence, None)
             if call is not None:
                 call.is_over = True
-        self._inner.forget(sequence)
+        self._inner.cancel(sequence)
 
     def look_again(self) -> None:
         """End the calls of a client that sees its servers no longer."""
@@ -99,7 +99,7 @@ class FaultyClient(ClientPort):
             call.on_end('')
         except Exception as error:
             report_failure('client under faults', error)
-        self._inner.forget(call.sequence)
+        self._inner.cancel(call.sequence)
 
     def reaches_server(self) -> bool:
         """Whether a server that the graph shows can be called already."""

@@ -63,7 +63,7 @@ class FaultyService(Port):
         """Keep a request that will not be answered: where it was lost, nobody tells its client."""
         self._lost.append(request)
         if len(self._lost) > _KEPT:
-            self._lost.popleft().drop()
+            self._lost.popleft().cancel()
 
     def watch_event(self, event: EventType, changed: Callable[[EventStatus], None]) -> bool:
         """Watch what the wire finds out itself."""
@@ -111,17 +111,17 @@ class Arrival:
         self.inner.reply(bytes(packet.payload))
         self._service.faults.passes(Moment.SENT, packet)
 
-    def drop(self, reason: str) -> None:
+    def cancel(self, reason: str) -> None:
         """Give it up, once nobody has a copy that may be answered yet."""
         service = self._service
-        service.faults.call('request.drop')
+        service.faults.call('request.cancel')
         with self._lock:
             self._copies -= 1
             is_over = self._copies == 0 and not self._is_answered
         if is_over:
             # The reason travels as a reply does, without a content that a fault could change.
             packet = Packet(Kind.REPLY, service.name, service.node, self._client, b'')
-            if not service.faults.send(packet, lambda _: self.inner.drop(reason)):
+            if not service.faults.send(packet, lambda _: self.inner.cancel(reason)):
                 service.keep(self.inner)
 
 
@@ -143,8 +143,8 @@ class FaultyRequest(Request):
         self._is_answered = True
         self._arrival.reply(payload)
 
-    def drop(self, reason: str = '') -> None:
+    def cancel(self, reason: str = '') -> None:
         """Give the request up; harmless after an answer."""
         if not self._is_answered:
             self._is_answered = True
-            self._arrival.drop(reason)
+            self._arrival.cancel(reason)

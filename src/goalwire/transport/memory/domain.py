@@ -121,7 +121,7 @@ class MemoryDomain:
                 self._servers.pop(key, None)
             watchers = self._strike(server.state.entity)
         self._drain(watchers)
-        server.drop_all()
+        server.cancel_all()
 
     def servers(self, key: Key) -> tuple[MemoryService, ...]:
         """Return the servers a call reaches now."""

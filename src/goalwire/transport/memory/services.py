@@ -58,15 +58,15 @@ class MemoryCall:
         if is_last:
             self._end()
 
-    def abandon(self) -> None:
+    def cancel(self) -> None:
         """Tell nobody of what servers answer yet, and let them hold nothing for it."""
         with self._lock:
             self._open = 0
         self._on_reply, self._on_end = _to_nobody, _to_nobody
         while self.requests:
-            self.requests.pop().withdraw()
+            self.requests.pop().discard()
 
-    def cancel(self) -> None:
+    def close(self) -> None:
         """End the call although servers have not answered: the client is closing."""
         with self._lock:
             was_open, self._open = self._open > 0, 0
@@ -75,7 +75,7 @@ class MemoryCall:
 
     def _end(self) -> None:
         on_end = self._on_end
-        self._client.forget(self._sequence)
+        self._client.cancel(self._sequence)
         self._client.run(on_end, self._reason)
 
 
@@ -95,17 +95,17 @@ class MemoryRequest(Request):
         if self._is_answered:
             raise LocalError(f'{self._server.state.title}: this request was answered before; answer it once')
         self._is_answered = True
-        if self._server.release(self):
+        if self._server.discard(self):
             now = time_ns()
             self._call.answered(Sample(bytes(payload), self.sample.sequence, now, now, self.sample.gid))
 
-    def withdraw(self) -> None:
+    def discard(self) -> None:
         """Nobody waits for the answer any more."""
-        self._server.release(self)
+        self._server.discard(self)
 
-    def drop(self, reason: str = '') -> None:
+    def cancel(self, reason: str = '') -> None:
         """Give the request up; harmless after an answer."""
-        if self._server.release(self):
+        if self._server.discard(self):
             self._call.server_done(reason)
 
 
@@ -126,15 +126,15 @@ class MemoryService(Port):
         with self._lock:
             self._waiting.add(request)
         if self.state.closed:
-            request.drop()
+            request.cancel()
             return
         try:
             self._deliver(request)
         except Exception as error:
             report_failure(self.state.title, error)
-            request.drop()
+            request.cancel()
 
-    def release(self, request: MemoryRequest) -> bool:
+    def discard(self, request: MemoryRequest) -> bool:
         """Take a request off the list; True for the one caller that found it there."""
         with self._lock:
             if request in self._waiting:
@@ -146,12 +146,12 @@ class MemoryService(Port):
         """Undeclare and give every unanswered request up."""
         self.state.close()
 
-    def drop_all(self) -> None:
+    def cancel_all(self) -> None:
         """Give every unanswered request up."""
         with self._lock:
             waiting = list(self._waiting)
         for request in waiting:
-            request.drop()
+            request.cancel()
 
 
 class MemoryClient(ClientPort):
@@ -170,7 +170,7 @@ class MemoryClient(ClientPort):
         payload: bytes,
         on_reply: Callable[[Sample], None],
         on_end: Callable[[str], None],
-        timeout_ns: int | None = None,  # noqa: ARG002 - it is forgotten in time
+        timeout_ns: int | None = None,  # noqa: ARG002 - it is cancelled in time
     ) -> int:
         """Hand one request to every server, on this thread."""
         self.state.check_sending()
@@ -186,7 +186,7 @@ class MemoryClient(ClientPort):
             self.run(on_end, '')
             return sequence
         if self.state.closed:  # closed since the check above: close() may have missed this call
-            call.cancel()
+            call.close()
         now = time_ns()
         for server in servers:
             server.accept(call, Sample(payload, sequence, now, now, self.gid))
@@ -199,19 +199,19 @@ class MemoryClient(ClientPort):
         except Exception as error:
             report_failure(self.state.title, error)
 
-    def forget(self, sequence: int) -> None:
+    def cancel(self, sequence: int) -> None:
         """Hold nothing for a call that has ended, or that nobody waits for any more."""
         call = self._calls.pop(sequence, None)
         if call is not None:
-            call.abandon()
+            call.cancel()
 
     def close(self) -> None:
         """Undeclare and end every call."""
         self.state.close()
 
-    def cancel_all(self) -> None:
+    def close_calls(self) -> None:
         """End every call."""
         with self._lock:
             calls = list(self._calls.values())
         for call in calls:
-            call.cancel()
+            call.close()

@@ -137,7 +137,7 @@ class MemoryNode(NodePort):
 
         def leave() -> None:
             self._domain.hide(state.entity)
-            port.cancel_all()
+            port.close_calls()
 
         state = self._place_for(endpoint, leave)
         key = key_of(state.entity)

@@ -94,7 +94,7 @@ class ZenohClient(ClientPort):
             raise TransportError(f'{state.title}: zenoh refused a request: {reason}') from None
         return sequence
 
-    def forget(self, sequence: int) -> None:
+    def cancel(self, sequence: int) -> None:
         """Hold nothing for this request any more; a reply that is being handed over is waited for."""
         call = self.waiting.pop(sequence, None)
         if call is not None and call.asked is not None and not self._state.guard.is_forked:

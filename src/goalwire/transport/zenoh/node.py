@@ -106,7 +106,7 @@ class ZenohNode(NodePort):
         """Declare a service server."""
         with self._declaring(endpoint) as new:
             port = ZenohService(self._context, new.state, new.key, new.gid, deliver)
-            new.undo += [port.drop_all, partial(undeclare, port.declare())]
+            new.undo += [port.cancel_all, partial(undeclare, port.declare())]
             new.undo.append(self._show(new))
             return self._ports.keep(port)
 

@@ -34,7 +34,7 @@ class ZenohRequest(Request):
         if self._is_answered:
             raise LocalError(f'{service.state.title}: this request was answered before; answer it once')
         self._is_answered = True
-        if not service.release(self):
+        if not service.discard(self):
             return  # the server has closed or the request was dropped: the client was told
         _, sequence, _, _, gid = self.sample
         attachment = encode(sequence, time_ns(), GID_SIZE, gid)
@@ -43,9 +43,9 @@ class ZenohRequest(Request):
         except service.context.errors as error:
             service.context.rejects.add('reply', service.context.wire.explain(error), service.state)
 
-    def drop(self, reason: str = '') -> None:
+    def cancel(self, reason: str = '') -> None:
         """Give the request up, with an error report where there is a reason; harmless after an answer."""
-        if not self._service.release(self):
+        if not self._service.discard(self):
             return
         context = self._service.context
         try:
@@ -101,7 +101,7 @@ class ZenohService(Port):
         try:
             self._deliver(request)
         except BaseException:
-            request.drop()
+            request.cancel()
             raise  # the wire logs it
 
     def _refuse(self, query: Query, reason: str) -> None:
@@ -109,7 +109,7 @@ class ZenohService(Port):
         query.reply_error(reason.encode())
         query.end()
 
-    def release(self, request: ZenohRequest) -> bool:
+    def discard(self, request: ZenohRequest) -> bool:
         """Take a request off the list; True for the one caller that found it there."""
         if self.state.guard.is_forked:
             self.state.check()
@@ -121,13 +121,13 @@ class ZenohService(Port):
             del self._waiting[call]
             return True
 
-    def drop_all(self) -> None:
+    def cancel_all(self) -> None:
         """Let no request in any more and give every unanswered one up."""
         with self._lock:
             self._is_open = False
             waiting = list(self._waiting.values())
         for request in waiting:
-            request.drop()
+            request.cancel()
 
     def close(self) -> None:
         """Undeclare and give every unanswered request up."""

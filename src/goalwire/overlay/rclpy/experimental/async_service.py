@@ -13,6 +13,6 @@ class AsyncService(Adopted, Service[RequestT, ResponseT]):
     def send_response(self, response: object, header: Request) -> None:
         """Send the response; where the callback has destroyed its service or node, the client is told so."""
         if self.destroyed:
-            header.drop('its service was destroyed')
+            header.cancel('its service was destroyed')
         else:
             super().send_response(response, header)
