@@ -6,7 +6,7 @@ from threading import Condition
 
 from helpers.patience import PATIENCE
 
-from goalwire.transport.faults.delay_queue import Bell
+from goalwire.transport.faults.delay_queue import EventWaiter
 
 
 class HandClock:
@@ -15,14 +15,14 @@ class HandClock:
     def __init__(self) -> None:
         self._now = 0
         self._changed = Condition()
-        self._sleepers: dict[Bell, int] = {}
+        self._sleepers: dict[EventWaiter, int] = {}
 
     def now(self) -> int:
         """What the clock shows, in ns."""
         with self._changed:
             return self._now
 
-    def wait(self, waiter: Bell, deadline_ns: int | None) -> bool:
+    def wait(self, waiter: EventWaiter, deadline_ns: int | None) -> bool:
         """Sleep until woken, or until the clock has been set to the deadline."""
         assert deadline_ns is not None
         with self._changed:

@@ -13,7 +13,7 @@ from enum import Enum
 from functools import partial
 
 from goalwire.transport.faults.delay_queue import DelayQueue, RealTime
-from goalwire.transport.faults.packet import Kind, Path
+from goalwire.transport.faults.kinds import Kind, Path
 
 _CHUNK = 65_536
 

@@ -9,7 +9,7 @@ from threading import Event, Lock, Thread, current_thread
 from typing import Any, Protocol
 
 from goalwire.transport.failures import report_failure
-from goalwire.transport.faults.packet import Path
+from goalwire.transport.faults.kinds import Path
 
 
 class Clock(Protocol):
@@ -23,21 +23,21 @@ class Clock(Protocol):
         """Sleep in `waiter` until it is woken (True) or steady time reaches `deadline_ns` (False)."""
 
 
-class Bell:
+class EventWaiter:
     """A waiter in the sense of `goalwire.execution.waiting`: holds one wake-up."""
 
     def __init__(self) -> None:
-        self._rung = Event()
+        self._woken = Event()
 
     def wait(self, timeout_ns: int | None = None) -> bool:
         """Sleep until woken (True) or for `timeout_ns` (False)."""
-        rung = self._rung.wait(None if timeout_ns is None else max(timeout_ns, 0) / 1e9)
-        self._rung.clear()
-        return rung
+        woken = self._woken.wait(None if timeout_ns is None else max(timeout_ns, 0) / 1e9)
+        self._woken.clear()
+        return woken
 
     def wake(self) -> None:
         """End the current or the next `wait`."""
-        self._rung.set()
+        self._woken.set()
 
 
 class RealTime:
@@ -47,7 +47,7 @@ class RealTime:
         """Steady time in ns."""
         return time.monotonic_ns()
 
-    def wait(self, waiter: Bell, deadline_ns: int | None) -> bool:
+    def wait(self, waiter: EventWaiter, deadline_ns: int | None) -> bool:
         """Sleep in `waiter`."""
         return waiter.wait(None if deadline_ns is None else deadline_ns - self.now())
 
@@ -62,7 +62,7 @@ class DelayQueue:
         self._under_way: dict[Path, tuple[int, int]] = {}
         """How many are under way on a path, and when the last of them arrives."""
         self._serial = 0
-        self._bell = Bell()
+        self._waiter = EventWaiter()
         self._thread: Thread | None = None
 
     def carry(self, path: Path, delay_ns: int, deliver: Callable[[], None], *, overtakes: bool) -> None:
@@ -93,7 +93,7 @@ class DelayQueue:
             self._thread = Thread(target=self._run, name='goalwire-faults', daemon=True)
             self._thread.start()
         elif self._heap[0][1] == self._serial:
-            self._bell.wake()
+            self._waiter.wake()
 
     def _run(self) -> None:
         while True:
@@ -106,7 +106,7 @@ class DelayQueue:
                 if is_due:
                     heappop(self._heap)
             if not is_due:
-                self._clock.wait(self._bell, due)
+                self._clock.wait(self._waiter, due)
                 continue
             try:
                 deliver()
@@ -136,5 +136,5 @@ class DelayQueue:
             self._under_way.clear()
             thread = self._thread
         if thread is not None and thread is not current_thread():
-            self._bell.wake()
+            self._waiter.wake()
             thread.join()

@@ -5,27 +5,27 @@ from __future__ import annotations
 from collections.abc import Callable
 from random import Random
 from threading import Lock
-from types import TracebackType
-from typing import TYPE_CHECKING, Self, TypeAlias, TypeVar
+from typing import Protocol, TypeAlias, TypeVar
 
-from goalwire.transport import registry
 from goalwire.transport.faults.delay_queue import Clock, DelayQueue, RealTime
-from goalwire.transport.faults.failed_call import FailedCall
-from goalwire.transport.faults.fault import Fault
-from goalwire.transport.faults.kill import Kill, Moment
-from goalwire.transport.faults.packet import Packet, Path
-from goalwire.transport.faults.partition import LEASE_S, Partition
-
-if TYPE_CHECKING:
-    from goalwire.transport.contract import Transport
-    from goalwire.transport.faults.session import FaultySession
+from goalwire.transport.faults.kinds import LEASE_S, FailedCall, Fault, Kill, Moment, Packet, Partition, Path
 
 AnyFault: TypeAlias = Fault | Kill | FailedCall
 FaultT = TypeVar('FaultT', bound=AnyFault)
 
 
-class Faults:
-    """The faults of the sessions that were opened through it; to be changed at any time, by any thread.
+class Watching(Protocol):
+    """A session that is told what the faults change in its graph."""
+
+    def look_again(self) -> None:
+        """What is parted may have changed."""
+
+    def kill(self, name: str) -> None:
+        """Let a dead node's endpoints vanish from the graph."""
+
+
+class Plan:
+    """The faults of the sessions that were opened with it; to be changed at any time, by any thread.
 
     The same seed gives the same fates to the same things sent on each path, whatever else is sent. Delays
     pass in the time of `clock`. Messages and requests meet their faults where they arrive and replies where
@@ -39,9 +39,8 @@ class Faults:
         self._lock = Lock()
         self._rng: dict[Path, Random] = {}
         self._faults: tuple[AnyFault, ...] = ()
-        self._sessions: tuple[FaultySession, ...] = ()
+        self._sessions: tuple[Watching, ...] = ()
         self._dead: frozenset[str] = frozenset()
-        self._switched_on: list[Callable[[], None]] = []
         for fault in faults:
             self.add(fault)
 
@@ -87,31 +86,15 @@ class Faults:
         """How many deliveries wait for their time."""
         return self._delay_queue.under_way
 
-    def over(self, transport: Transport) -> Transport:
-        """Return `transport` with these faults."""
-        from goalwire.transport.faults.session import FaultyTransport
-
-        return FaultyTransport(transport, self)
-
-    def __enter__(self) -> Self:
-        """Have every session that this process opens from now on opened with these faults."""
-        self._switched_on.append(registry.wrap(self.over))
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._switched_on.pop()()
-
     # -- what sessions ask ---------------------------------------------------------------------------------
 
-    def opened(self, session: FaultySession) -> None:
+    def opened(self, session: Watching) -> None:
         """A session is there."""
         with self._lock:
             self._sessions += (session,)
         self._look_again()
 
-    def closed(self, session: FaultySession) -> None:
+    def closed(self, session: Watching) -> None:
         """A session has gone; with the last one goes what is under way."""
         with self._lock:
             self._sessions = tuple(each for each in self._sessions if each is not session)
@@ -131,7 +114,7 @@ class Faults:
                 fault.check(method)
 
     def passes(self, moment: Moment, packet: Packet) -> bool:
-        """Whether a crossing goes on at this moment; false from the moment on that an end of it is dead."""
+        """Whether a packet goes on at this moment; false from the moment on that an end of it is dead."""
         for fault in self._faults:
             if isinstance(fault, Kill) and fault.strikes(moment, packet):
                 self._kill(packet.target if moment is Moment.ARRIVED else packet.source, fault)
@@ -147,7 +130,7 @@ class Faults:
         self._delay_queue.do_later(0, lambda: self._kill_at(node))
 
     def send(self, packet: Packet, deliver: Callable[[Packet], None]) -> bool:
-        """Deliver what the faults make of a crossing, each thing when its time has come; False: nothing."""
+        """Deliver what the faults make of a packet, each thing when its time has come; False: nothing."""
         with self._lock:
             results = self._fate(packet)
         for result in results:
@@ -164,12 +147,12 @@ class Faults:
         faults = [fault for fault in self._faults if isinstance(fault, Fault)]
         if faults:
             now = self._clock.now()
-            rng = self._luck_on(packet.path)
+            rng = self._rng_of(packet.path)
             for fault in faults:
                 results = tuple(after for each in results for after in fault.apply(each, rng, now))
         return results
 
-    def _luck_on(self, path: Path) -> Random:
+    def _rng_of(self, path: Path) -> Random:
         rng = self._rng.get(path)
         if rng is None:
             kind, *names = path

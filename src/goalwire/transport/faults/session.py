@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from threading import Lock
+from threading import Lock, RLock
+from types import TracebackType
+from typing import Self, TypeAlias
 
+from goalwire.transport import registry
 from goalwire.transport.contract import (
     ClientPort,
     Endpoint,
+    EndpointKind,
     GraphEntity,
     GraphListener,
     NodeName,
@@ -20,17 +24,115 @@ from goalwire.transport.contract import (
     SessionOptions,
     Transport,
 )
-from goalwire.transport.faults.client import FaultyClient
-from goalwire.transport.faults.filtered_graph import FilteredGraph, Nobody
-from goalwire.transport.faults.plan import Faults
-from goalwire.transport.faults.service import FaultyService
-from goalwire.transport.faults.topics import FaultyPublisher, FaultySubscription
+from goalwire.transport.failures import report_failure
+from goalwire.transport.faults.delay_queue import Clock
+from goalwire.transport.faults.plan import AnyFault, Plan
+from goalwire.transport.faults.ports import FaultyClient, FaultyPublisher, FaultyService, FaultySubscription
+from goalwire.transport.ordered_dispatcher import OrderedDispatcher
+
+_Key: TypeAlias = tuple[EndpointKind, str, int, bytes]
+
+
+def _key_of(entity: GraphEntity) -> _Key:
+    return entity.kind, entity.session, entity.node_id, entity.gid
+
+
+class FilteredGraph(GraphListener):
+    """Stands between the wire's graph and one who watches it; `is_hidden` judges each entity.
+
+    What the wire and the faults change at the same time reaches the listener in one order.
+    """
+
+    def __init__(self, listener: GraphListener, is_hidden: Callable[[GraphEntity], bool]) -> None:
+        self._listener = listener
+        self._is_hidden = is_hidden
+        self._lock = RLock()
+        self._entities: dict[_Key, GraphEntity] = {}
+        self._hidden: set[_Key] = set()
+        self._owners: dict[bytes, str] = {}
+        self._dispatcher: OrderedDispatcher[Callable[[], None]] = OrderedDispatcher(self._tell)
+
+    @staticmethod
+    def _tell(change: Callable[[], None]) -> None:
+        try:
+            change()
+        except Exception as error:
+            report_failure('graph listener', error)
+
+    def owner_of(self, gid: bytes) -> str:
+        """Return the qualified name of the node that an endpoint belongs to, '' where it is unknown."""
+        return self._owners.get(gid, '')
+
+    def appeared(self, entity: GraphEntity) -> None:
+        key = _key_of(entity)
+        with self._lock:
+            self._entities[key] = entity
+            self._owners[entity.gid] = entity.node.qualified
+            if self._is_hidden(entity):
+                self._hidden.add(key)
+            else:
+                self._dispatcher.post(lambda: self._listener.appeared(entity))
+        self._dispatcher.drain()
+
+    def vanished(self, entity: GraphEntity) -> None:
+        key = _key_of(entity)
+        with self._lock:
+            self._entities.pop(key, None)
+            self._owners.pop(entity.gid, None)
+            if key in self._hidden:
+                self._hidden.discard(key)
+            else:
+                self._dispatcher.post(lambda: self._listener.vanished(entity))
+        self._dispatcher.drain()
+
+    def connected(self) -> None:
+        self._dispatcher.post(self._listener.connected)
+        self._dispatcher.drain()
+
+    def look_again(self) -> None:
+        """Hide and show what a partition or its end has changed."""
+        with self._lock:
+            for key, entity in self._entities.items():
+                is_hidden = self._is_hidden(entity)
+                if is_hidden != (key in self._hidden):
+                    self._change(key, entity, is_hidden)
+        self._dispatcher.drain()
+
+    def _change(self, key: _Key, entity: GraphEntity, is_hidden: bool) -> None:
+        if is_hidden:
+            self._hidden.add(key)
+            self._dispatcher.post(lambda: self._listener.vanished(entity))
+        else:
+            self._hidden.discard(key)
+            self._dispatcher.post(lambda: self._listener.appeared(entity))
+
+    def has_lost_servers(self, name: str) -> bool:
+        """Whether the service has servers, and none of them is in sight."""
+        if not self._hidden:
+            return False
+        with self._lock:
+            servers = [
+                key
+                for key, entity in self._entities.items()
+                if entity.kind is EndpointKind.SERVICE and entity.name == name
+            ]
+            return bool(servers) and self._hidden.issuperset(servers)
+
+
+class Nobody(GraphListener):
+    """Watches for the sake of the session alone."""
+
+    def appeared(self, entity: GraphEntity) -> None:
+        """Take no notice."""
+
+    def vanished(self, entity: GraphEntity) -> None:
+        """Take no notice."""
 
 
 class FaultyTransport(Transport):
     """A kind of wire, with faults."""
 
-    def __init__(self, inner: Transport, faults: Faults) -> None:
+    def __init__(self, inner: Transport, faults: Plan) -> None:
         self.identifier = inner.identifier
         self._inner = inner
         self._faults = faults
@@ -44,7 +146,7 @@ class FaultyTransport(Transport):
 class FaultySession(Session):
     """A session, with faults."""
 
-    def __init__(self, inner: Session, faults: Faults) -> None:
+    def __init__(self, inner: Session, faults: Plan) -> None:
         self.inner = inner
         self.faults = faults
         self.id = inner.id
@@ -55,7 +157,7 @@ class FaultySession(Session):
         self._lock = Lock()
         self._nodes: tuple[FaultyNode, ...] = ()
         self.filtered_graph = FilteredGraph(Nobody(), self._is_hidden)
-        self._sights: tuple[FilteredGraph, ...] = (self.filtered_graph,)
+        self._graphs: tuple[FilteredGraph, ...] = (self.filtered_graph,)
         try:
             inner.watch_graph(self.filtered_graph)
         except BaseException:
@@ -77,7 +179,7 @@ class FaultySession(Session):
         self.faults.call('session.watch_graph')
         filtered_graph = FilteredGraph(listener, self._is_hidden)
         with self._lock:
-            self._sights += (filtered_graph,)
+            self._graphs += (filtered_graph,)
         self.inner.watch_graph(filtered_graph)
 
     def silence(self) -> None:
@@ -92,14 +194,14 @@ class FaultySession(Session):
         self.faults.closed(self)
         self.faults.call('session.close')
 
-    def drop(self, node: FaultyNode) -> None:
+    def discard(self, node: FaultyNode) -> None:
         """A node has been closed."""
         with self._lock:
             self._nodes = tuple(each for each in self._nodes if each is not node)
 
     def look_again(self) -> None:
         """What is parted may have changed."""
-        for filtered_graph in self._sights:
+        for filtered_graph in self._graphs:
             filtered_graph.look_again()
         for node in self._nodes:
             node.look_again()
@@ -173,5 +275,27 @@ class FaultyNode(NodePort):
     def close(self) -> None:
         """Undeclare the node and its endpoints."""
         self.inner.close()
-        self._session.drop(self)
+        self._session.discard(self)
         self._faults.call('node.close')
+
+
+class Faults(Plan):
+    """A plan, and what opens sessions with it: transports that it wraps, or every one while it is entered."""
+
+    def __init__(self, *faults: AnyFault, seed: int = 0, clock: Clock | None = None) -> None:
+        self._switched_on: list[Callable[[], None]] = []
+        super().__init__(*faults, seed=seed, clock=clock)
+
+    def over(self, transport: Transport) -> Transport:
+        """Return `transport` with these faults."""
+        return FaultyTransport(transport, self)
+
+    def __enter__(self) -> Self:
+        """Have every session that this process opens from now on opened with these faults."""
+        self._switched_on.append(registry.wrap(self.over))
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._switched_on.pop()()

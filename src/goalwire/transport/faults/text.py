@@ -7,18 +7,22 @@ from functools import cache
 from typing import TypeAlias
 
 from goalwire.errors import TransportError
-from goalwire.transport.faults.delay import Delay
-from goalwire.transport.faults.duplication import Duplication
-from goalwire.transport.faults.failed_call import FailedCall
-from goalwire.transport.faults.flipped_bytes import FlippedBytes
-from goalwire.transport.faults.kill import Kill, Point
-from goalwire.transport.faults.loss import Loss
-from goalwire.transport.faults.lost_reply import LostReply
-from goalwire.transport.faults.packet import Kind
-from goalwire.transport.faults.partition import Partition
-from goalwire.transport.faults.plan import AnyFault, Faults
-from goalwire.transport.faults.reordering import Reordering
-from goalwire.transport.faults.slow_reader import SlowReader
+from goalwire.transport.faults.kinds import (
+    Delay,
+    Duplication,
+    FailedCall,
+    FlippedBytes,
+    Kill,
+    Kind,
+    Loss,
+    LostReply,
+    Partition,
+    Point,
+    Reordering,
+    SlowReader,
+)
+from goalwire.transport.faults.plan import AnyFault
+from goalwire.transport.faults.session import Faults
 
 _KINDS: dict[str, Callable[..., AnyFault]] = {
     'delay': Delay,

@@ -1,0 +1,346 @@
+"""What can be wrong with a wire, one class each, and the packets that meet it."""
+
+from __future__ import annotations
+
+import math
+import os
+import signal
+from abc import ABC, abstractmethod
+from collections import defaultdict, deque
+from dataclasses import dataclass, field
+from enum import Enum
+from fnmatch import fnmatchcase
+from random import Random
+from typing import ClassVar, NamedTuple, TypeAlias
+
+from goalwire.errors import TransportError
+from goalwire.transport.contract import Payload
+
+Path: TypeAlias = tuple['Kind', str, str, str]
+"""Kind, name, source and target: what crosses on one path keeps its order."""
+
+
+class Kind(Enum):
+    """What crosses."""
+
+    MESSAGE = 'message'
+    REQUEST = 'request'
+    REPLY = 'reply'
+
+
+class Packet(NamedTuple):
+    """One thing on its way. Nodes by their qualified names, '' where the graph does not know the source."""
+
+    kind: Kind
+    name: str
+    """Of the topic or service: '/chatter', '/move/_action/feedback'."""
+    source: str
+    target: str
+    payload: Payload
+    delay_ns: int = 0
+    overtakes: bool = False
+    """True where it need not wait for what was sent before it on the same path."""
+
+    @property
+    def path(self) -> Path:
+        """Where it travels."""
+        return self.kind, self.name, self.source, self.target
+
+
+EVERYTHING: frozenset[Kind] = frozenset(Kind)
+
+
+@dataclass(eq=False, kw_only=True)
+class Fault(ABC):
+    """One fault. Nodes and names are matched as a shell matches files; a node without a slash is of '/'."""
+
+    rate: float = 1.0
+    """The share of what passes that is struck, at random."""
+    times: int | None = None
+    """How often it strikes before it is over; None: without end."""
+    source: str = '*'
+    target: str = '*'
+    name: str = '*'
+    kind: Kind | None = None
+    struck: int = field(default=0, init=False)
+    """How often it has struck."""
+
+    strikes_on: ClassVar[frozenset[Kind]] = EVERYTHING
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.rate <= 1.0:
+            raise ValueError(f'the rate of a fault is a share from 0 to 1, got {self.rate}')
+        self.source, self.target = qualified(self.source), qualified(self.target)
+
+    def meets(self, packet: Packet) -> bool:
+        """Whether it is about this one at all."""
+        return (
+            packet.kind in self.strikes_on
+            and self.kind in {None, packet.kind}
+            and fnmatchcase(packet.name, self.name)
+            and fnmatchcase(packet.source, self.source)
+            and fnmatchcase(packet.target, self.target)
+        )
+
+    def apply(self, packet: Packet, rng: Random, now: int) -> tuple[Packet, ...]:
+        """Return what becomes of a packet at `now` (ns): nothing, itself, something else, several."""
+        if (self.times is not None and self.struck >= self.times) or not self.meets(packet):
+            return (packet,)
+        if self.rate < 1.0 and rng.random() >= self.rate:
+            return (packet,)
+        self.struck += 1
+        return self.strike(packet, rng, now)
+
+    @abstractmethod
+    def strike(self, packet: Packet, rng: Random, now: int) -> tuple[Packet, ...]:
+        """Do it."""
+
+
+def qualified(node: str) -> str:
+    """Return a node's name, or a pattern of names, with its namespace."""
+    return node if node.startswith(('/', '*')) else f'/{node}'
+
+
+def to_ns(seconds: float) -> int:
+    """Return a duration in ns; raises ValueError for a negative one."""
+    if not seconds >= 0:
+        raise ValueError(f'a duration is not negative, got {seconds}')
+    return int(seconds * 1e9)
+
+
+@dataclass(eq=False)
+class Loss(Fault):
+    """Lost, at the fault's rate."""
+
+    def strike(self, packet: Packet, rng: Random, now: int) -> tuple[Packet, ...]:  # noqa: ARG002
+        return ()
+
+
+@dataclass(eq=False)
+class LostReply(Loss):
+    """Replies alone are lost."""
+
+    strikes_on = frozenset({Kind.REPLY})
+
+
+@dataclass(eq=False)
+class Delay(Fault):
+    """Late by `seconds`, and by up to `jitter` seconds more."""
+
+    seconds: float = field(kw_only=False)
+    jitter: float = 0.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        to_ns(self.seconds)
+        to_ns(self.jitter)
+
+    def strike(self, packet: Packet, rng: Random, now: int) -> tuple[Packet, ...]:  # noqa: ARG002
+        extra = rng.uniform(0.0, self.jitter) if self.jitter else 0.0
+        return (packet._replace(delay_ns=packet.delay_ns + to_ns(self.seconds + extra)),)
+
+
+@dataclass(eq=False)
+class Duplication(Fault):
+    """Arrives twice in a row. A client takes one reply, so replies are left alone."""
+
+    strikes_on = frozenset({Kind.MESSAGE, Kind.REQUEST})
+
+    def strike(self, packet: Packet, rng: Random, now: int) -> tuple[Packet, ...]:  # noqa: ARG002
+        return packet, packet
+
+
+@dataclass(eq=False)
+class Reordering(Fault):
+    """Held back by `by` seconds, while what comes behind it passes."""
+
+    by: float = 0.01
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        to_ns(self.by)
+
+    def strike(self, packet: Packet, rng: Random, now: int) -> tuple[Packet, ...]:  # noqa: ARG002
+        return (packet._replace(delay_ns=packet.delay_ns + to_ns(self.by), overtakes=True),)
+
+
+@dataclass(eq=False)
+class SlowReader(Fault):
+    """Busy for `period` seconds with each thing, and so long for each byte that it does `bytes_per_s`.
+
+    Each path has a reader of its own. Of a topic's messages `room` may wait, more are lost.
+    """
+
+    period: float = field(default=0.0, kw_only=False)
+    bytes_per_s: float = math.inf
+    room: int = 100
+    lost: int = field(default=0, init=False)
+    """Messages for which there was no room."""
+    _busy: dict[Path, deque[int]] = field(default_factory=lambda: defaultdict(deque), init=False, repr=False)
+    """When it will be done with each of those that are on a path."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        to_ns(self.period)
+        if not self.bytes_per_s > 0:
+            raise ValueError(f'a reader takes some bytes a second, got {self.bytes_per_s}')
+
+    def strike(self, packet: Packet, rng: Random, now: int) -> tuple[Packet, ...]:  # noqa: ARG002
+        busy = self._busy[packet.path]
+        while busy and busy[0] <= now:
+            busy.popleft()
+        if packet.kind is Kind.MESSAGE and len(busy) > self.room:
+            self.lost += 1
+            return ()
+        arrival = now + packet.delay_ns
+        due = max(arrival, busy[-1]) if busy else arrival
+        busy.append(due + to_ns(self.period + len(packet.payload) / self.bytes_per_s))
+        return (packet._replace(delay_ns=due - now),)
+
+
+_HEADER = 4
+"""Bytes of encapsulation before every message; a wire may read them itself, so they are left alone."""
+
+
+@dataclass(eq=False)
+class FlippedBytes(Fault):
+    """So many bytes of it are others."""
+
+    number: int = 1
+
+    def strike(self, packet: Packet, rng: Random, now: int) -> tuple[Packet, ...]:  # noqa: ARG002
+        content = bytearray(packet.payload)
+        for _ in range(self.number if len(content) > _HEADER else 0):
+            content[rng.randrange(_HEADER, len(content))] ^= rng.randrange(1, 256)
+        return (packet._replace(payload=bytes(content)),)
+
+
+LEASE_S = 10.0
+"""How long a silent peer stays in the graph: Zenoh's link lease and Cyclone's participant lease."""
+
+
+@dataclass(eq=False)
+class Partition(Fault):
+    """Nothing gets from `here` to `there`, nor back unless it is `one_way`; what is sent meanwhile is lost.
+
+    After `lease` seconds each side also loses the other from its graph, and the calls that wait for it end.
+    """
+
+    here: str = field(kw_only=False)
+    there: str = field(kw_only=False, default='*')
+    one_way: bool = False
+    lease: float = LEASE_S
+    noticed_at: int = field(default=0, init=False)
+    """When the lease ends, in ns of the clock."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        to_ns(self.lease)
+        self.here, self.there = qualified(self.here), qualified(self.there)
+
+    def begin(self, now: int) -> None:
+        """Begin, and with it the lease."""
+        self.noticed_at = now + to_ns(self.lease)
+
+    def cuts(self, source: str, target: str) -> bool:
+        """Whether nothing gets from `source` to `target`."""
+        return self._forth(source, target) or (not self.one_way and self._forth(target, source))
+
+    def _forth(self, source: str, target: str) -> bool:
+        return source != target and fnmatchcase(source, self.here) and fnmatchcase(target, self.there)
+
+    def meets(self, packet: Packet) -> bool:
+        return super().meets(packet) and self.cuts(packet.source, packet.target)
+
+    def strike(self, packet: Packet, rng: Random, now: int) -> tuple[Packet, ...]:  # noqa: ARG002
+        return ()
+
+
+_ENCAPSULATION = 4
+
+
+class Moment(Enum):
+    """When a packet is looked at, at its sender or its receiver."""
+
+    SENDING = 'before it is sent'
+    SENT = 'once it is sent'
+    ARRIVED = 'when it arrives, before anybody gets it'
+
+
+class Point(Enum):
+    """Where in the life of a call or a goal: what must cross, with what end of its name, and when."""
+
+    REQUEST_RECEIVED = Kind.REQUEST, '', Moment.ARRIVED
+    HANDLER_DONE = Kind.REPLY, '', Moment.SENDING
+    MESSAGE_SENT = Kind.MESSAGE, '', Moment.SENT
+    GOAL_RECEIVED = Kind.REQUEST, '/_action/send_goal', Moment.ARRIVED
+    GOAL_ACCEPTED = Kind.REPLY, '/_action/send_goal', Moment.SENT
+    FEEDBACK_SENT = Kind.MESSAGE, '/_action/feedback', Moment.SENT
+    RESULT_READY = Kind.REPLY, '/_action/get_result', Moment.SENDING
+    """The goal has ended, its client does not know yet."""
+
+
+@dataclass(eq=False)
+class Kill:
+    """Kills `node` when the `nth` packet of its service, topic or action `name` comes to `point`, once.
+
+    `process` ends this process by SIGKILL. Else the node alone is dead: nothing leaves or reaches it from
+    that moment, and its endpoints vanish from the graph.
+    """
+
+    node: str
+    point: Point
+    name: str = '*'
+    nth: int = field(default=1, kw_only=True)
+    process: bool = field(default=False, kw_only=True)
+    struck: int = field(default=0, init=False)
+    struck_at: int = field(default=0, init=False)
+    """When, in ns of the faults' clock."""
+    _met: int = field(default=0, init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        self.node = qualified(self.node)
+
+    def strikes(self, moment: Moment, packet: Packet) -> bool:
+        """Count a packet of its server; whether this is the one."""
+        kind, suffix, when = self.point.value
+        server = packet.target if kind is Kind.REQUEST else packet.source
+        if (
+            self.struck
+            or (kind, when) != (packet.kind, moment)
+            or not fnmatchcase(server, self.node)
+            or not fnmatchcase(packet.name, self.name + suffix)
+            or (self.point is Point.GOAL_ACCEPTED and not packet.payload[_ENCAPSULATION])
+        ):
+            return False
+        self._met += 1
+        if self._met < self.nth:
+            return False
+        self.struck = 1
+        return True
+
+    @staticmethod
+    def end_process() -> None:
+        """End this process at once, as kill -9 does."""
+        os.kill(os.getpid(), getattr(signal, 'SIGKILL', signal.SIGTERM))
+
+
+@dataclass(eq=False)
+class FailedCall:
+    """The `nth` call of `method` ('publish', 'session.close', …; any, by default) raises TransportError."""
+
+    method: str = '*'
+    nth: int = field(default=1, kw_only=True)
+    struck: int = field(default=0, init=False)
+    struck_method: str = field(default='', init=False)
+    """Which it was."""
+    _met: int = field(default=0, init=False, repr=False)
+
+    def check(self, method: str) -> None:
+        """Count a call; raises TransportError where it is the one."""
+        if self.struck or not fnmatchcase(method, self.method):
+            return
+        self._met += 1
+        if self._met == self.nth:
+            self.struck, self.struck_method = 1, method
+            raise TransportError(f"'{method}' failed: a fault injected as call {self.nth} of '{self.method}'")

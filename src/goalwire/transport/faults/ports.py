@@ -1,0 +1,343 @@
+"""The ports of a wire with faults: what travels through them meets the faults of a plan.
+
+Messages and requests meet theirs where they arrive, replies where they are sent. A client's calls end where a
+partition has hidden every server.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from threading import Lock
+from typing import TYPE_CHECKING
+
+from goalwire.errors import LocalError
+from goalwire.transport.contract import ClientPort, Port, PublisherPort, Request, Sample
+from goalwire.transport.failures import report_failure
+from goalwire.transport.faults.kinds import Kind, Moment, Packet
+from goalwire.transport.faults.plan import Plan
+
+if TYPE_CHECKING:
+    from goalwire.rules.qos_events import EventStatus, EventType
+
+
+class FaultyPort(Port):
+    """What the ports have in common: the wire's own port, and the plan that each method is told to."""
+
+    _inner: Port
+    faults: Plan
+
+    def watch_event(self, event: EventType, changed: Callable[[EventStatus], None]) -> bool:
+        """Watch what the wire finds out itself."""
+        self.faults.call('port.watch_event')
+        return self._inner.watch_event(event, changed)
+
+    def close(self) -> None:
+        """Undeclare."""
+        self._inner.close()
+        self.faults.call('port.close')
+
+
+class ReceivingPort(FaultyPort):
+    """A port at which messages or requests arrive; what is under way when it is closed is lost."""
+
+    def __init__(
+        self,
+        declare: Callable[[], Port],
+        name: str,
+        node: str,
+        faults: Plan,
+        owner_of: Callable[[bytes], str],
+    ) -> None:
+        """`declare` makes the wire's port; `owner_of` tells the node of an endpoint by its gid."""
+        self.name = name
+        self.node = node
+        self.faults = faults
+        self._owner_of = owner_of
+        self._is_closed = False
+        self._inner = declare()
+        self.gid = self._inner.gid
+
+    def close(self) -> None:
+        """Undeclare; what is under way is lost."""
+        self._is_closed = True
+        super().close()
+
+
+class FaultyPublisher(FaultyPort, PublisherPort):
+    """A publisher; its messages meet their faults where they arrive."""
+
+    def __init__(self, inner: PublisherPort, name: str, node: str, faults: Plan) -> None:
+        self._inner = inner
+        self.gid = inner.gid
+        self._name = name
+        self._node = node
+        self.faults = faults
+
+    @property
+    def dropped(self) -> int:
+        """What the wire itself dropped here."""
+        return self._inner.dropped
+
+    def publish(self, payload: bytes) -> None:
+        """Send one message; that of a dead node goes nowhere."""
+        self.faults.call('publisher.publish')
+        packet = Packet(Kind.MESSAGE, self._name, self._node, '', payload)
+        if self.faults.passes(Moment.SENDING, packet):
+            self._inner.publish(payload)
+            self.faults.passes(Moment.SENT, packet)
+
+    def assert_liveliness(self) -> None:
+        """Show that the publisher is alive."""
+        self.faults.call('publisher.assert_liveliness')
+        self._inner.assert_liveliness()
+
+    def wait_for_acknowledgements(self, timeout_ns: int | None) -> bool:
+        """Wait for the wire's acknowledgements, which know nothing of faults."""
+        self.faults.call('publisher.wait_for_acknowledgements')
+        return self._inner.wait_for_acknowledgements(timeout_ns)
+
+
+class FaultySubscription(ReceivingPort):
+    """A subscription: here messages meet their faults."""
+
+    def __init__(
+        self,
+        declare: Callable[[Callable[[Sample], None]], Port],
+        deliver: Callable[[Sample], None],
+        name: str,
+        node: str,
+        faults: Plan,
+        owner_of: Callable[[bytes], str],
+    ) -> None:
+        self._deliver = deliver
+        super().__init__(lambda: declare(self._receive), name, node, faults, owner_of)
+
+    def _receive(self, sample: Sample) -> None:
+        source = self._owner_of(sample.gid)
+        packet = Packet(Kind.MESSAGE, self.name, source, self.node, sample.payload)
+        if self.faults.passes(Moment.ARRIVED, packet):
+            self.faults.send(packet, lambda result: self._arrive(sample, result))
+
+    def _arrive(self, sample: Sample, result: Packet) -> None:
+        if not self._is_closed:
+            received = sample.received_timestamp + result.delay_ns
+            self._deliver(sample._replace(payload=result.payload, received_timestamp=received))
+
+    def catch_up(self) -> None:
+        """Deliver what has arrived by now."""
+        self._inner.catch_up()
+
+
+class FaultyCall:
+    """One request that waits. It ends once, by the wire or because its servers are out of sight."""
+
+    def __init__(
+        self, client: FaultyClient, on_reply: Callable[[Sample], None], on_end: Callable[[str], None]
+    ) -> None:
+        self._client = client
+        self._on_reply = on_reply
+        self._on_end = on_end
+        self.sequence = 0
+        self.is_over = False
+
+    def on_reply(self, sample: Sample) -> None:
+        """Hand a reply over, unless the call has ended."""
+        if not self.is_over:
+            self._on_reply(sample)
+
+    def on_end(self, reason: str) -> None:
+        """End, the first time."""
+        if self._client.ended(self):
+            self._on_end(reason)
+
+
+class FaultyClient(FaultyPort, ClientPort):
+    """A service client, with faults. `is_blind` says whether its servers are there and cannot be seen."""
+
+    def __init__(self, inner: ClientPort, faults: Plan, is_blind: Callable[[], bool]) -> None:
+        self._inner = inner
+        self.gid = inner.gid
+        self.faults = faults
+        self._is_blind = is_blind
+        self._lock = Lock()
+        self._calls: dict[int, FaultyCall] = {}
+
+    def request(
+        self,
+        payload: bytes,
+        on_reply: Callable[[Sample], None],
+        on_end: Callable[[str], None],
+        timeout_ns: int | None = None,
+    ) -> int:
+        """Send one request."""
+        self.faults.call('client.request')
+        call = FaultyCall(self, on_reply, on_end)
+        sequence = self._inner.request(payload, call.on_reply, call.on_end, timeout_ns)
+        with self._lock:
+            if not call.is_over:
+                call.sequence = sequence
+                self._calls[sequence] = call
+        if self._is_blind():
+            call.sequence = sequence
+            self._end(call)
+        return sequence
+
+    def ended(self, call: FaultyCall) -> bool:
+        """A call has ended; False where it had before."""
+        with self._lock:
+            was_over, call.is_over = call.is_over, True
+            self._calls.pop(call.sequence, None)
+        return not was_over
+
+    def cancel(self, sequence: int) -> None:
+        """Hold nothing for this request any more."""
+        self.faults.call('client.cancel')
+        with self._lock:
+            call = self._calls.pop(sequence, None)
+            if call is not None:
+                call.is_over = True
+        self._inner.cancel(sequence)
+
+    def look_again(self) -> None:
+        """End the calls of a client that sees its servers no longer."""
+        if not self._is_blind():
+            return
+        with self._lock:
+            calls = list(self._calls.values())
+        for call in calls:
+            self._end(call)
+
+    def _end(self, call: FaultyCall) -> None:
+        """End a call of which the wire has not said that it has ended."""
+        try:
+            call.on_end('')
+        except Exception as error:
+            report_failure('client under faults', error)
+        self._inner.cancel(call.sequence)
+
+    def reaches_server(self) -> bool:
+        """Whether a server that the graph shows can be called already."""
+        self.faults.call('client.reaches_server')
+        return self._inner.reaches_server()
+
+
+_KEPT = 10_000
+"""How many requests without an answer are remembered; the oldest is then given up."""
+
+
+class FaultyService(ReceivingPort):
+    """A service server, with faults."""
+
+    def __init__(
+        self,
+        declare: Callable[[Callable[[Request], None]], Port],
+        deliver: Callable[[Request], None],
+        name: str,
+        node: str,
+        faults: Plan,
+        owner_of: Callable[[bytes], str],
+    ) -> None:
+        self._deliver = deliver
+        self._lost: deque[Request] = deque()
+        super().__init__(lambda: declare(self._receive), name, node, faults, owner_of)
+
+    def _receive(self, request: Request) -> None:
+        client = self._owner_of(request.sample.gid)
+        arrival = Arrival(self, request, client)
+        packet = Packet(Kind.REQUEST, self.name, client, self.node, request.sample.payload)
+        if not (
+            self.faults.passes(Moment.ARRIVED, packet)
+            and self.faults.send(packet, lambda result: self._arrive(arrival, result))
+        ):
+            self.keep(request)
+
+    def _arrive(self, arrival: Arrival, result: Packet) -> None:
+        sample = arrival.inner.sample
+        received = sample.received_timestamp + result.delay_ns
+        if not self._is_closed:
+            sample = sample._replace(payload=result.payload, received_timestamp=received)
+            self._deliver(FaultyRequest(arrival, sample))
+
+    def keep(self, request: Request) -> None:
+        """Keep a request that will not be answered: where it was lost, nobody tells its client."""
+        self._lost.append(request)
+        if len(self._lost) > _KEPT:
+            self._lost.popleft().cancel()
+
+    def close(self) -> None:
+        """Undeclare; what is under way is lost."""
+        super().close()
+        self._lost.clear()
+
+
+class Arrival:
+    """One request of the wire, which may have arrived several times and is answered once."""
+
+    def __init__(self, service: FaultyService, inner: Request, client: str) -> None:
+        self.inner = inner
+        self._service = service
+        self._client = client
+        self._lock = Lock()
+        self._copies = 0
+        self._is_answered = False
+
+    def copied(self) -> None:
+        """One more is with the server."""
+        with self._lock:
+            self._copies += 1
+
+    def reply(self, payload: bytes) -> None:
+        """Send the first answer; a client ignores any other, as the wire's would."""
+        service = self._service
+        service.faults.call('request.reply')
+        with self._lock:
+            was_answered, self._is_answered = self._is_answered, True
+        if was_answered:
+            return
+        packet = Packet(Kind.REPLY, service.name, service.node, self._client, payload)
+        is_alive = service.faults.passes(Moment.SENDING, packet)
+        if not (is_alive and service.faults.send(packet, self._send)):
+            service.keep(self.inner)
+
+    def _send(self, packet: Packet) -> None:
+        self.inner.reply(bytes(packet.payload))
+        self._service.faults.passes(Moment.SENT, packet)
+
+    def cancel(self, reason: str) -> None:
+        """Give it up, once nobody has a copy that may be answered yet."""
+        service = self._service
+        service.faults.call('request.cancel')
+        with self._lock:
+            self._copies -= 1
+            is_over = self._copies == 0 and not self._is_answered
+        if is_over:
+            # The reason travels as a reply does, without a content that a fault could change.
+            packet = Packet(Kind.REPLY, service.name, service.node, self._client, b'')
+            if not service.faults.send(packet, lambda _: self.inner.cancel(reason)):
+                service.keep(self.inner)
+
+
+class FaultyRequest(Request):
+    """A request as its server sees it."""
+
+    __slots__ = ('_arrival', '_is_answered', 'sample')
+
+    def __init__(self, arrival: Arrival, sample: Sample) -> None:
+        self.sample = sample
+        self._arrival = arrival
+        self._is_answered = False
+        arrival.copied()
+
+    def reply(self, payload: bytes) -> None:
+        """Answer. Raises LocalError the second time."""
+        if self._is_answered:
+            raise LocalError('this request was answered before; answer it once')
+        self._is_answered = True
+        self._arrival.reply(payload)
+
+    def cancel(self, reason: str = '') -> None:
+        """Give the request up; harmless after an answer."""
+        if not self._is_answered:
+            self._is_answered = True
+            self._arrival.cancel(reason)
