@@ -24,7 +24,6 @@ FILES_IN_CIRCLES = {
     'execution': 27,
     'overlay.rclpy': 3,
     'overlay.rclpy.impl': 1,
-    'transport.faults': 5,
 }
 SILENCED_PRIVATES = {
     'benchmarks': 3,
@@ -34,7 +33,6 @@ SILENCED_PRIVATES = {
     'overlay.rclpy.impl': 3,
     'overlay.rclpy.lifecycle': 1,
     'testing.virtual': 2,
-    'transport': 1,
 }
 
 

@@ -196,14 +196,17 @@ class LeaderFollowers(WirePoller):
         if _LEAD in self._leader and self._leaders_thread != get_ident():
             self._deserted.wait(CLOSING_S)
 
+    def close_in_child(self) -> None:
+        """After a fork, in the child: nothing comes to this session any more, and nobody is waited for."""
+        self._closed = True
+
 
 _wire_pollers: WeakSet[LeaderFollowers] = WeakSet()
 
 
-def _forget_in_child() -> None:
-    """After fork: nothing comes to these sessions any more."""
+def _close_in_child() -> None:
     for wire_poller in _wire_pollers:
-        wire_poller._closed = True  # noqa: SLF001
+        wire_poller.close_in_child()
 
 
-in_child(_forget_in_child)
+in_child(_close_in_child)

@@ -67,6 +67,8 @@ class ReceivingPort(FaultyPort):
 class FaultyPublisher(FaultyPort, PublisherPort):
     """A publisher; its messages meet their faults where they arrive."""
 
+    _inner: PublisherPort
+
     def __init__(self, inner: PublisherPort, name: str, node: str, faults: Plan) -> None:
         self._inner = inner
         self.gid = inner.gid
@@ -154,6 +156,8 @@ class FaultyCall:
 
 class FaultyClient(FaultyPort, ClientPort):
     """A service client, with faults. `is_blind` says whether its servers are there and cannot be seen."""
+
+    _inner: ClientPort
 
     def __init__(self, inner: ClientPort, faults: Plan, is_blind: Callable[[], bool]) -> None:
         self._inner = inner
