@@ -20,7 +20,7 @@ REACHING_UP = {'idl': {'cdr'}, 'idl.slot_types': {'overlay'}}
 # lowers one writes the new one here, or removes its line.
 FILES_IN_CIRCLES = {
     'entities': 7,
-    'entities.actions': 11,
+    'entities.actions': 7,
     'execution': 27,
     'overlay.rclpy': 3,
     'overlay.rclpy.impl': 1,

@@ -154,8 +154,8 @@ def test_of_goals_that_have_ended_in_whatever_way_nothing_is_left(
                     assert await settled(last) == await settled(first) == 'GoalCanceled'
             counted = server.statistics().goals
             assert (counted.canceled, counted.running, counted.waiting, counted.active) == (3, 0, 0, 0)
-            assert server._core._goal_callbacks.goal_ids() == []
-            assert server._core._executions == {}
+            kept = server._core.reactor.goals.values()
+            assert [(goal.handle, goal.execution) for goal in kept] == [(None, None)] * 3
 
     play(scenario)
 

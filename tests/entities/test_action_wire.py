@@ -11,9 +11,13 @@ from helpers.collector import Collector
 from helpers.spinning import result_of
 
 from goalwire.entities.actions.client import ActionClientCore
-from goalwire.entities.actions.goal_callbacks import ActionCallbacks, CancelResponse, GoalResponse
-from goalwire.entities.actions.goal_handle import ServerGoalHandle
 from goalwire.entities.actions.server import ActionServerCore
+from goalwire.entities.actions.server_goal import (
+    ActionCallbacks,
+    CancelResponse,
+    GoalResponse,
+    ServerGoalHandle,
+)
 from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import ServiceSupport, action_support
 from goalwire.errors import DecodeError

@@ -12,9 +12,13 @@ from helpers.spinning import result_of
 from std_srvs.srv import Trigger
 
 from goalwire.entities.actions.client import ActionClientCore
-from goalwire.entities.actions.goal_callbacks import ActionCallbacks, CancelResponse, GoalResponse
-from goalwire.entities.actions.goal_handle import ServerGoalHandle
 from goalwire.entities.actions.server import ActionServerCore
+from goalwire.entities.actions.server_goal import (
+    ActionCallbacks,
+    CancelResponse,
+    GoalResponse,
+    ServerGoalHandle,
+)
 from goalwire.entities.client import ClientCore
 from goalwire.entities.node import NodeCore
 from goalwire.entities.service import ServiceCore

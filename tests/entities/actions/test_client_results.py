@@ -17,9 +17,13 @@ from helpers.pending import left_pending
 from helpers.spinning import Spinner, result_of
 
 from goalwire.entities.actions.client import ActionClientCore
-from goalwire.entities.actions.goal_callbacks import ActionCallbacks, CancelResponse, GoalResponse
-from goalwire.entities.actions.goal_handle import ServerGoalHandle
 from goalwire.entities.actions.server import ActionServerCore
+from goalwire.entities.actions.server_goal import (
+    ActionCallbacks,
+    CancelResponse,
+    GoalResponse,
+    ServerGoalHandle,
+)
 from goalwire.entities.context import Context
 from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import action_support

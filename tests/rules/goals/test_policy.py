@@ -65,7 +65,7 @@ def published(server: Server) -> dict[bytes, GoalStatus]:
 
 
 def finish(server: Server, goal_id: bytes, event: GoalEvent = GoalEvent.SUCCEED) -> list[Any]:
-    return list(server.on_finish(goal_id, event, 'done', now=0))
+    return [*server.on_event(goal_id, event, now=0), *server.on_result(goal_id, 'done', now=0)]
 
 
 # ---- refusing ----

@@ -24,6 +24,7 @@ from goalwire.rules.goals.effects import (
     ReplyCancel,
     ReplyGoal,
     ReplyResult,
+    ServerEffect,
     WakeAt,
 )
 
@@ -47,6 +48,13 @@ def executing(*goal_ids: bytes, result_timeout_ns: int = 10 * S) -> Server:
         server.on_execute(goal_id, now=0)
     server.take_status()
     return server
+
+
+def finish(
+    server: Server, goal_id: bytes, event: GoalEvent, result: str, now: int
+) -> list[ServerEffect[str, str]]:
+    """End a goal whose execute callback returns at once."""
+    return [*server.on_event(goal_id, event, now), *server.on_result(goal_id, result, now)]
 
 
 def published(server: Server) -> list[tuple[bytes, GoalStatus]] | None:
@@ -91,7 +99,7 @@ def test_a_duplicate_id_is_refused_as_long_as_the_goal_is_retained() -> None:
     server = executing(A)
     refused = [ReplyGoal('again', False, 0)]
     assert server.on_goal_request(A, 'again', now=0) == refused
-    server.on_finish(A, GoalEvent.SUCCEED, 'done', now=0)
+    finish(server, A, GoalEvent.SUCCEED, 'done', now=0)
     assert server.on_goal_request(A, 'again', now=10 * S - 1) == refused
     assert server.on_goal_request(A, 'again', now=10 * S) == [AskGoal(A)]
 
@@ -121,16 +129,6 @@ def test_the_end_is_published_before_the_result_is_sent(event: GoalEvent, status
     assert server.on_result(A, 'done', now=6) == [ReplyResult('get', status, 'done'), WakeAt(6 + 10 * S)]
 
 
-def test_finish_ends_a_goal_in_one_step() -> None:
-    server = executing(A)
-    server.on_result_request(A, 'get', now=0)
-    assert server.on_finish(A, GoalEvent.SUCCEED, 'done', now=5) == [
-        PublishStatus(),
-        ReplyResult('get', GoalStatus.SUCCEEDED, 'done'),
-        WakeAt(5 + 10 * S),
-    ]
-
-
 def test_execution_that_sets_no_terminal_state_aborts_and_says_so() -> None:
     server = executing(A)
     server.on_result_request(A, 'get', now=0)
@@ -151,7 +149,7 @@ def test_a_result_asked_for_between_end_and_return_waits_for_the_return() -> Non
 
 def test_a_second_result_for_one_goal_is_ignored() -> None:
     server = executing(A)
-    server.on_finish(A, GoalEvent.SUCCEED, 'first', now=5)
+    finish(server, A, GoalEvent.SUCCEED, 'first', now=5)
     assert server.on_result(A, 'second', now=6) == []
     assert server.on_result_request(A, 'get', now=7) == [ReplyResult('get', GoalStatus.SUCCEEDED, 'first')]
 
@@ -201,10 +199,10 @@ def test_a_goal_is_executed_once() -> None:
 
 def test_a_goal_handle_may_outlive_its_goal() -> None:
     server = executing(A, result_timeout_ns=0)
-    server.on_finish(A, GoalEvent.SUCCEED, 'done', now=0)
+    finish(server, A, GoalEvent.SUCCEED, 'done', now=0)
     assert server.on_execute(A, now=0) == []
     assert server.on_event(A, GoalEvent.ABORT, now=0) == []
-    assert server.on_finish(A, GoalEvent.ABORT, 'late', now=0) == []
+    assert finish(server, A, GoalEvent.ABORT, 'late', now=0) == []
     assert server.status(A) is GoalStatus.UNKNOWN
 
 
@@ -213,7 +211,7 @@ def test_a_goal_handle_may_outlive_its_goal() -> None:
 
 def test_the_array_holds_every_retained_goal_in_order_of_acceptance() -> None:
     server = executing(A, B, C)
-    server.on_finish(B, GoalEvent.SUCCEED, 'done', now=0)
+    finish(server, B, GoalEvent.SUCCEED, 'done', now=0)
     assert published(server) == [
         (A, GoalStatus.EXECUTING),
         (B, GoalStatus.SUCCEEDED),
@@ -223,15 +221,15 @@ def test_the_array_holds_every_retained_goal_in_order_of_acceptance() -> None:
 
 def test_transitions_of_one_burst_share_an_array() -> None:
     server = executing(A, B)
-    server.on_finish(A, GoalEvent.SUCCEED, 'a', now=0)
-    server.on_finish(B, GoalEvent.ABORT, 'b', now=0)
+    finish(server, A, GoalEvent.SUCCEED, 'a', now=0)
+    finish(server, B, GoalEvent.ABORT, 'b', now=0)
     assert published(server) == [(A, GoalStatus.SUCCEEDED), (B, GoalStatus.ABORTED)]
     assert published(server) is None
 
 
 def test_expiry_is_not_published_by_itself() -> None:
     server = executing(A, B)
-    server.on_finish(A, GoalEvent.SUCCEED, 'a', now=0)
+    finish(server, A, GoalEvent.SUCCEED, 'a', now=0)
     published(server)
     server.on_time(10 * S)
     assert published(server) is None
@@ -241,7 +239,7 @@ def test_expiry_is_not_published_by_itself() -> None:
 
 def test_the_end_of_a_goal_that_is_forgotten_at_once_is_still_published() -> None:
     server = executing(A, result_timeout_ns=0)
-    server.on_finish(A, GoalEvent.SUCCEED, 'done', now=0)
+    finish(server, A, GoalEvent.SUCCEED, 'done', now=0)
     assert published(server) == [(A, GoalStatus.SUCCEEDED)]
 
 
@@ -273,7 +271,7 @@ def test_a_refused_cancellation_is_answered_as_rclpy_does() -> None:
 def test_unknown_ended_and_expired_goals_are_told_apart() -> None:
     server = executing(A)
     assert server.on_cancel_request(B, 0, 'c', now=0) == [ReplyCancel('c', CancelCode.UNKNOWN_GOAL_ID, ())]
-    server.on_finish(A, GoalEvent.SUCCEED, 'done', now=0)
+    finish(server, A, GoalEvent.SUCCEED, 'done', now=0)
     assert server.on_cancel_request(A, 0, 'c', now=1) == [ReplyCancel('c', CancelCode.GOAL_TERMINATED, ())]
     late = server.on_cancel_request(A, 0, 'c', now=10 * S)
     assert late == [ReplyCancel('c', CancelCode.UNKNOWN_GOAL_ID, ())]
@@ -346,7 +344,7 @@ def test_a_stamp_cancels_what_was_accepted_by_then() -> None:
 def test_completion_wins_over_a_cancellation_that_is_decided_later() -> None:
     server = executing(A)
     server.on_cancel_request(A, 0, 'cancel', now=0)
-    server.on_finish(A, GoalEvent.SUCCEED, 'done', now=0)
+    finish(server, A, GoalEvent.SUCCEED, 'done', now=0)
     assert server.on_cancel_decision(0, A, accepted=True, now=0) == [
         ReplyCancel('cancel', CancelCode.GOAL_TERMINATED, ())
     ]
@@ -356,7 +354,7 @@ def test_completion_wins_over_a_cancellation_that_is_decided_later() -> None:
 def test_completion_and_expiry_win_as_well() -> None:
     server = executing(A, result_timeout_ns=0)
     server.on_cancel_request(A, 0, 'cancel', now=0)
-    server.on_finish(A, GoalEvent.SUCCEED, 'done', now=0)
+    finish(server, A, GoalEvent.SUCCEED, 'done', now=0)
     assert server.on_cancel_decision(0, A, accepted=True, now=0) == [
         ReplyCancel('cancel', CancelCode.GOAL_TERMINATED, ())
     ]
@@ -365,7 +363,7 @@ def test_completion_and_expiry_win_as_well() -> None:
 def test_a_goal_that_ends_while_all_are_cancelled_is_left_out() -> None:
     server = executing(A, B)
     server.on_cancel_request(NO_ID, 0, 'all', now=0)
-    server.on_finish(A, GoalEvent.SUCCEED, 'done', now=0)
+    finish(server, A, GoalEvent.SUCCEED, 'done', now=0)
     server.on_cancel_decision(0, A, accepted=True, now=0)
     assert server.on_cancel_decision(0, B, accepted=True, now=0)[-1] == ReplyCancel(
         'all', CancelCode.NONE, ((B, 2 * S),)
@@ -405,7 +403,7 @@ def test_a_decision_nobody_waits_for_does_nothing() -> None:
 
 def test_a_result_can_be_asked_for_again_until_it_expires() -> None:
     server = executing(A)
-    server.on_finish(A, GoalEvent.SUCCEED, 'done', now=0)
+    finish(server, A, GoalEvent.SUCCEED, 'done', now=0)
     kept = [ReplyResult('get', GoalStatus.SUCCEEDED, 'done')]
     assert server.on_result_request(A, 'get', now=1) == kept
     assert server.on_result_request(A, 'get', now=9_900_000_000) == kept
@@ -415,8 +413,8 @@ def test_a_result_can_be_asked_for_again_until_it_expires() -> None:
 
 def test_results_expire_by_their_own_times_when_time_goes_back() -> None:
     server = executing(A, B)
-    assert WakeAt(110 * S) in server.on_finish(A, GoalEvent.SUCCEED, 'a', now=100 * S)
-    assert WakeAt(15 * S) in server.on_finish(B, GoalEvent.SUCCEED, 'b', now=5 * S)
+    assert WakeAt(110 * S) in finish(server, A, GoalEvent.SUCCEED, 'a', now=100 * S)
+    assert WakeAt(15 * S) in finish(server, B, GoalEvent.SUCCEED, 'b', now=5 * S)
     assert server.on_time(15 * S) == [WakeAt(110 * S)]
     assert server.status(B) is GoalStatus.UNKNOWN
     assert server.status(A) is GoalStatus.SUCCEEDED
@@ -431,7 +429,7 @@ def test_an_unknown_goal_is_answered_at_once() -> None:
 def test_with_timeout_zero_only_clients_that_wait_get_the_result() -> None:
     server = executing(A, result_timeout_ns=0)
     server.on_result_request(A, 'waiting', now=0)
-    assert server.on_finish(A, GoalEvent.SUCCEED, 'done', now=0) == [
+    assert finish(server, A, GoalEvent.SUCCEED, 'done', now=0) == [
         PublishStatus(),
         ReplyResult('waiting', GoalStatus.SUCCEEDED, 'done'),
     ]
@@ -441,7 +439,7 @@ def test_with_timeout_zero_only_clients_that_wait_get_the_result() -> None:
 
 def test_with_a_negative_timeout_results_are_kept_for_ever() -> None:
     server = executing(A, result_timeout_ns=-1)
-    assert server.on_finish(A, GoalEvent.SUCCEED, 'done', now=0) == [PublishStatus()]
+    assert finish(server, A, GoalEvent.SUCCEED, 'done', now=0) == [PublishStatus()]
     server.on_time(10**30)
     kept = server.on_result_request(A, 'get', now=10**30)
     assert kept == [ReplyResult('get', GoalStatus.SUCCEEDED, 'done')]
@@ -449,11 +447,11 @@ def test_with_a_negative_timeout_results_are_kept_for_ever() -> None:
 
 def test_one_wake_up_at_a_time_is_asked_for_and_each_names_the_next() -> None:
     server = executing(A, B, C)
-    assert server.on_finish(A, GoalEvent.SUCCEED, '', now=1)[-1] == WakeAt(10 * S + 1)
-    assert server.on_finish(B, GoalEvent.SUCCEED, '', now=2) == [PublishStatus()]
+    assert finish(server, A, GoalEvent.SUCCEED, '', now=1)[-1] == WakeAt(10 * S + 1)
+    assert finish(server, B, GoalEvent.SUCCEED, '', now=2) == [PublishStatus()]
     assert server.on_time(10 * S + 1) == [WakeAt(10 * S + 2)]
     assert server.on_time(10 * S + 2) == []
-    assert server.on_finish(C, GoalEvent.SUCCEED, '', now=11 * S)[-1] == WakeAt(21 * S)
+    assert finish(server, C, GoalEvent.SUCCEED, '', now=11 * S)[-1] == WakeAt(21 * S)
 
 
 # ---- the end ----
@@ -489,7 +487,7 @@ def test_after_closing_goals_are_refused_and_callbacks_that_end_late_do_nothing(
     server = executing(A)
     server.on_close()
     assert server.on_goal_request(B, 'send', now=0) == [ReplyGoal('send', False, 0)]
-    assert server.on_finish(A, GoalEvent.SUCCEED, 'late', now=0) == []
+    assert finish(server, A, GoalEvent.SUCCEED, 'late', now=0) == []
     assert server.on_close() == [PublishStatus()]
 
 
@@ -503,7 +501,7 @@ def run_goals(server: Server, count: int, start: int) -> int:
         accepted(server, goal_id)
         server.on_execute(goal_id, now=0)
         server.on_result_request(goal_id, 'get', now)
-        server.on_finish(goal_id, GoalEvent.SUCCEED, 'done', now)
+        finish(server, goal_id, GoalEvent.SUCCEED, 'done', now)
         server.take_status()
         now += 1 * S
     server.on_time(now + 10 * S)
@@ -533,6 +531,6 @@ def test_a_thousand_goals_at_once_each_get_their_own_result() -> None:
         server.on_result_request(goal_id, f'get {goal_id.hex()}', now=0)
     assert server.statistics().active == 1000
     for goal_id in reversed(ids):
-        replies = server.on_finish(goal_id, GoalEvent.SUCCEED, goal_id.hex(), now=0)
+        replies = finish(server, goal_id, GoalEvent.SUCCEED, goal_id.hex(), now=0)
         assert replies[1] == ReplyResult(f'get {goal_id.hex()}', GoalStatus.SUCCEEDED, goal_id.hex())
     assert published(server) == [(goal_id, GoalStatus.SUCCEEDED) for goal_id in ids]

@@ -261,7 +261,16 @@ class ServerMachine(RuleBasedStateMachine):
 
     @rule(goal_id=IDS, event=ENDS)
     def finish(self, goal_id: bytes, event: GoalEvent) -> None:
-        self.attempt(goal_id, event, lambda: self.server.on_finish(goal_id, event, goal_id, self.now))
+        """End a goal whose execute callback returns at once."""
+        server = self.server
+        self.attempt(
+            goal_id,
+            event,
+            lambda: [
+                *server.on_event(goal_id, event, self.now),
+                *server.on_result(goal_id, goal_id, self.now),
+            ],
+        )
 
     def attempt(self, goal_id: bytes, event: GoalEvent, act: Callable[[], Effects]) -> None:
         before = self.server.status(goal_id)

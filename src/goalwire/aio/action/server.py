@@ -8,15 +8,14 @@ from inspect import isawaitable
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from goalwire.aio.entity import Entity, message_of
-from goalwire.entities.actions.execution import Failure
-from goalwire.entities.actions.goal_callbacks import ActionCallbacks, CancelResponse, GoalResponse
 from goalwire.entities.actions.server import ActionServerCore
+from goalwire.entities.actions.server_goal import ActionCallbacks, CancelResponse, Failure, GoalResponse
 from goalwire.entities.callbacks import check_callback
 from goalwire.errors import GoalAborted
 from goalwire.execution.callback_groups import ReentrantCallbackGroup
 
 if TYPE_CHECKING:
-    from goalwire.entities.actions.goal_handle import ServerGoalHandle
+    from goalwire.entities.actions.server_goal import ServerGoalHandle
     from goalwire.entities.node import NodeCore
     from goalwire.entities.type_support import ActionSupport
     from goalwire.rules.goals.ids import GoalId

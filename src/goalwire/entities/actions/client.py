@@ -17,8 +17,8 @@ from goalwire.entities.actions.client_goals import ClientGoals
 from goalwire.entities.actions.client_results import ClientResults
 from goalwire.entities.actions.endpoints import ActionQoS
 from goalwire.entities.actions.goal_feedback import GoalFeedback
-from goalwire.entities.actions.goal_ids import goal_id_bytes
 from goalwire.entities.actions.requests import EncodedResponseFuture, GoalRequest
+from goalwire.entities.actions.types import goal_id_bytes
 from goalwire.entities.callbacks import check_callback
 from goalwire.entities.client import PENDING_LIMIT, unanswered
 from goalwire.entities.endpoint import describe_endpoint

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Generic, Protocol
 
-from goalwire.entities.actions.goal_ids import goal_id_bytes, uuid_message
-from goalwire.entities.actions.types import FeedbackT, GoalT, ResultT
+from goalwire.entities.actions.types import FeedbackT, GoalT, ResultT, goal_id_bytes, uuid_message
 from goalwire.rules.goals.table import GoalStatus
 
 if TYPE_CHECKING:

@@ -1,11 +1,13 @@
-"""What an action server declares: three services and two topics, all of them or none."""
+"""What an action server declares: three services and two topics; and which of its clients have gone."""
 
 from __future__ import annotations
 
+from collections import OrderedDict
 from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
-from typing import Any
+from threading import Lock
+from typing import TYPE_CHECKING, Any
 
 from goalwire.entities.endpoint import describe_endpoint
 from goalwire.entities.names import ResolvedAction
@@ -17,8 +19,15 @@ from goalwire.rules.goals import wire
 from goalwire.rules.qos import ACTION_STATUS_DEFAULT, DEFAULT, SERVICES_DEFAULT, QoS
 from goalwire.transport.contract import EndpointKind, Payload, PublisherPort, Request
 
+if TYPE_CHECKING:
+    from goalwire.graph.graph import Graph
+    from goalwire.transport.contract import GraphEntity
+
 Handle = Callable[[Request, Any], object]
 """Called with a request and what was decoded of it."""
+
+REMEMBERED = 1000
+"""How many clients that have gone are known, should a goal of theirs still wait for the executor."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,3 +110,30 @@ class ActionServerEndpoints:
         return self._node.port.publisher(
             describe_endpoint(self._node, EndpointKind.PUBLISHER, name, support, qos, waits_for_room=patient)
         )
+
+
+class LostClients:
+    """Calls `lost` with the gid of each client of the service `name` that goes, on the graph's thread."""
+
+    def __init__(self, graph: Graph, name: str, lost: Callable[[bytes], object]) -> None:
+        self._lost = lost
+        self._lock = Lock()
+        self._gone: OrderedDict[bytes, None] = OrderedDict()
+        self._watch = graph.watch_counterparts(EndpointKind.SERVICE, name, self._note)
+
+    def _note(self, client: GraphEntity, is_there: bool) -> None:
+        with self._lock:
+            if is_there:
+                self._gone.pop(client.gid, None)  # it was out of reach for a while
+                return
+            self._gone[client.gid] = None
+            if len(self._gone) > REMEMBERED:
+                self._gone.popitem(last=False)
+        self._lost(client.gid)
+
+    def __contains__(self, client: bytes) -> bool:
+        return client in self._gone
+
+    def close(self) -> None:
+        """Hear of no more. Idempotent."""
+        self._watch.close()

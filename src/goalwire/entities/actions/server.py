@@ -1,23 +1,30 @@
 """An action server: feeds its reactor with what arrives, performs what the reactor decides.
 
-The rules are in goalwire.rules.goals.server. Effects on the wire are performed in the reactor's order, by
-one thread at a time and under no lock; the user's callbacks run on the executor, in the server's group, and
-hold nothing up. What is declared: `endpoints`. Asking the user: `decisions`. Running a goal: `execution`.
+The rules, and the one record of each goal, are in goalwire.rules.goals.server. Effects on the wire are
+performed in the reactor's order, by one thread at a time and under no lock; the user's callbacks run on the
+executor, in the server's group, and hold nothing up. What is declared is in `endpoints`, what a goal's
+callbacks get in `server_goal`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Coroutine
 from functools import partial
 from threading import Lock
+from types import CoroutineType
 from typing import TYPE_CHECKING, Any
 
 from goalwire.cdr import codec
-from goalwire.entities.actions.endpoints import ActionQoS, ActionServerEndpoints
-from goalwire.entities.actions.execution import Execution, Failure, Results
-from goalwire.entities.actions.goal_callbacks import ActionCallbacks, GoalCallbacks
-from goalwire.entities.actions.goal_handle import ServerGoalHandle
-from goalwire.entities.actions.lost_clients import LostClients
+from goalwire.entities.actions.endpoints import ActionQoS, ActionServerEndpoints, LostClients
+from goalwire.entities.actions.server_goal import (
+    ActionCallbacks,
+    CancelResponse,
+    Execution,
+    Failure,
+    GoalResponse,
+    ServerGoalHandle,
+)
+from goalwire.entities.enclosing import Enclosing
 from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import ActionSupport
 from goalwire.errors import (
@@ -37,7 +44,7 @@ from goalwire.logging import RcutilsLogger, get_logger
 from goalwire.rules.goals import effects as effect
 from goalwire.rules.goals import wire
 from goalwire.rules.goals.ids import GoalId
-from goalwire.rules.goals.server import GoalServer
+from goalwire.rules.goals.server import GoalServer, ServerGoal
 from goalwire.rules.goals.table import GoalEvent, GoalStatus
 from goalwire.rules.latencies import Latencies
 from goalwire.rules.reasons import described
@@ -79,19 +86,16 @@ class ActionServerCore:
         )
         self._alarm = ClockTimerEntry(node.work_queue, node.clock, partial(self._later, self.expire))
         self._alarm.follow()
-        self._destroyed = False
+        self.destroyed = False
         self._feedback_class = support.cls.Feedback  # type: ignore[attr-defined]
         self._decode_goal = codec.decoder(support.cls.Goal)  # type: ignore[attr-defined]
         self._encode_feedback = codec.encoder(self._feedback_class)
-        self._results = Results(support, name, self.logger)
-        self._goal_callbacks = GoalCallbacks(self)
+        self._result_class: type = support.cls.Result  # type: ignore[attr-defined]
         self.failed = 0
         """How many goals' execution raised."""
         self._feedback = 0
         self.durations = Latencies()
         """Of execute callbacks."""
-        self._executions: dict[GoalId, Execution] = {}
-        """Of goals whose turn to run has not come."""
         self.steady_clock = node.context.shutdown_signal.clock
         self._lost_clients: LostClients | None = None
         self._open(qos or ActionQoS(), group)
@@ -104,12 +108,7 @@ class ActionServerCore:
         if self.reactor.watches_clients:
             self._lost_clients = LostClients(node.graph, names.send_goal, self._on_client_lost)
         try:
-            self._endpoints.open(
-                self._goal_callbacks.on_goal,
-                self._on_result,
-                self._goal_callbacks.on_cancel,
-                self._split_goal,
-            )
+            self._endpoints.open(self._on_goal, self._on_result, self._on_cancel, self._split_goal)
         except BaseException:
             if self._lost_clients is not None:
                 self._lost_clients.close()
@@ -127,13 +126,16 @@ class ActionServerCore:
     def dispatch(self, event: Callable[..., Effects], *args: Any) -> Effects:
         """Feed the reactor, perform its effects on the wire, return those that call the user."""
         asked: Effects = []
+        is_posted = False
         with self._lock:
             for item in event(*args):
                 if isinstance(item, _USERS):
                     asked.append(item)
                 else:
                     self._dispatcher.post(item)
-        self._dispatcher.drain()
+                    is_posted = True
+        if is_posted:
+            self._dispatcher.drain()
         return asked
 
     def _perform(self, item: effect.ServerEffect[Request, bytes]) -> None:
@@ -150,11 +152,9 @@ class ActionServerCore:
                 case effect.ReplyCancel(request, code, goals):
                     request.reply(wire.encode_cancel_reply(code, goals))
                 case effect.ReplyResult(request, status, result):
-                    request.reply(wire.with_status(result or self._results.default(), status))
-                case effect.Execute(goal_id):
-                    execution = self._executions.pop(goal_id, None)
-                    if execution is not None:  # else the server was destroyed meanwhile
-                        self.node.work_queue.post(execution)
+                    request.reply(wire.with_status(result or self._default_result(), status))
+                case effect.Execute(_, execution):
+                    self.node.work_queue.post(execution)
                 case effect.WakeAt(time_ns):
                     self._alarm.set(time_ns)
                 case effect.AssumedAborted(goal_id):
@@ -166,38 +166,120 @@ class ActionServerCore:
             self.logger.error(f"Action '{self.name}': a client was not told ({type(item).__name__}): {error}")
 
     def expire(self) -> None:
-        """Forget the results whose time is over."""
-        if not self._destroyed:
+        """Discard the results whose time is over."""
+        if not self.destroyed:
             self.dispatch(self.reactor.on_time, self.now())
 
     def _on_result(self, request: Request, goal_id: GoalId) -> None:
         self.dispatch(self.reactor.on_result_request, goal_id, request, self.now())
 
+    # -- what the user decides; a callback that fails has refused, and its error goes on -------------------
+
+    def _on_goal(self, request: Request, message: tuple[GoalId, Any]) -> object:
+        """A goal has come."""
+        goal_id, goal = message
+        client = request.sample.gid
+        if not self.dispatch(self.reactor.on_goal_request, goal_id, request, self.now(), client):
+            return None
+        if self._lost_clients is not None and client in self._lost_clients:
+            self.end_goals_of(client)  # it has gone while its goal waited for the executor
+            return None
+        try:
+            decision = self.callbacks.goal(goal)
+        except BaseException:
+            self._decide(goal_id, goal, GoalResponse.REJECT)
+            raise
+        if isinstance(decision, CoroutineType):
+            return Enclosing(self._decide_later(goal_id, goal, decision), [decision])
+        return self._decide(goal_id, goal, decision)
+
+    async def _decide_later(self, goal_id: GoalId, goal: Any, decision: Coroutine[Any, Any, Any]) -> None:
+        try:
+            response = await decision
+        except BaseException:
+            self._decide(goal_id, goal, GoalResponse.REJECT)
+            raise
+        outcome = self._decide(goal_id, goal, response)
+        if isinstance(outcome, CoroutineType):
+            await outcome
+
+    def _decide(self, goal_id: GoalId, message: Any, response: object) -> object:
+        if not isinstance(response, GoalResponse):
+            self.logger.warning('Goal request callback did not return a GoalResponse type. Rejecting goal.')
+        goal = self.reactor.deciding.get(goal_id)  # None: its client has gone, or the server was destroyed
+        handle = None if goal is None else ServerGoalHandle(self, goal, message)
+        is_accepted = response is GoalResponse.ACCEPT
+        asked = self.dispatch(self.reactor.on_goal_decision, goal_id, is_accepted, self.now(), handle)
+        if handle is None or not asked:
+            return None  # it was refused, by the user or the policy
+        return self.callbacks.accepted(handle)
+
+    def _on_cancel(self, request: Request, message: tuple[GoalId, int]) -> Coroutine[Any, Any, None] | None:
+        """A cancel request has come; it may mean many goals, and the user is asked once about each."""
+        goal_id, stamp_ns = message
+        asked = self.dispatch(self.reactor.on_cancel_request, goal_id, stamp_ns, request, self.now())
+        pending: list[tuple[effect.AskCancel, Coroutine[Any, Any, Any]]] = []
+        failures: list[BaseException] = []
+        for ask in asked:
+            assert isinstance(ask, effect.AskCancel)
+            goal = self.reactor.goals.get(ask.goal_id)
+            answer: object = CancelResponse.REJECT
+            try:
+                if goal is not None and goal.handle is not None:  # else it has ended since
+                    answer = self.callbacks.cancel(goal.handle)
+            except BaseException as error:
+                failures.append(error)
+            if isinstance(answer, CoroutineType):
+                pending.append((ask, answer))
+            else:
+                self._decide_cancel(ask, answer)
+        if pending:
+            later = self._decide_cancels_later(pending, failures)
+            return Enclosing(later, [coroutine for _, coroutine in pending])
+        if failures:
+            raise failures[0]
+        return None
+
+    def _decide_cancel(self, ask: effect.AskCancel, answer: object) -> None:
+        is_accepted = answer is CancelResponse.ACCEPT
+        self.dispatch(self.reactor.on_cancel_decision, ask.cancellation, ask.goal_id, is_accepted, self.now())
+
+    async def _decide_cancels_later(
+        self, pending: list[tuple[effect.AskCancel, Coroutine[Any, Any, Any]]], failures: list[BaseException]
+    ) -> None:
+        for ask, coroutine in pending:
+            answer: object = CancelResponse.REJECT
+            try:
+                answer = await coroutine
+            except BaseException as error:
+                failures.append(error)
+            self._decide_cancel(ask, answer)
+        if failures:
+            raise failures[0]
+
     # -- what goal handles ask for -------------------------------------------------------------------------
 
-    def goal_status(self, goal_id: GoalId) -> GoalStatus:
-        """Return where a goal stands."""
-        return self.reactor.status(goal_id)
+    def goal(self, goal_id: GoalId) -> ServerGoal[Any, Any]:
+        """Return the record of a goal; a new one, of an UNKNOWN goal, where there is none."""
+        return self.reactor.goals.get(goal_id) or ServerGoal(goal_id)
 
     def start_execution(
         self, handle: ServerGoalHandle, callback: Callable[[ServerGoalHandle], Any] | None
     ) -> None:
         """Have a goal executed, in its turn; raises RCLError where its state does not allow that."""
-        goal_id = handle.goal_id_bytes
-        self._executions.setdefault(goal_id, Execution(self, handle, callback or self.callbacks.execute))
+        execution = Execution(self, handle, callback or self.callbacks.execute)
         try:
-            effects = self.dispatch(self.reactor.on_execute, goal_id, self.now())
+            effects = self.dispatch(self.reactor.on_execute, handle.goal_id_bytes, self.now(), execution)
         except InvalidTransition as error:
-            self._executions.pop(goal_id, None)
             raise RCLError(str(error)) from None
-        if self.reactor.policy.preempts:
-            self._cancel_quietly(effects)
+        if effects:
+            self._tell_called_off(effects)
 
     def publish_feedback(self, handle: ServerGoalHandle, feedback: Any) -> None:
         """Send a goal's feedback; raises TypeError for another type, InvalidHandle once destroyed."""
         if not isinstance(feedback, self._feedback_class):
             raise TypeError(f'Expected {self._feedback_class}, got {type(feedback)}')
-        if self._destroyed:
+        if self.destroyed:
             raise InvalidHandle
         payload = wire.wrap(handle.goal_id_bytes, self._encode_feedback(feedback))
         self._feedback += 1
@@ -212,12 +294,18 @@ class ActionServerCore:
             self.dispatch(self.reactor.on_event, handle.goal_id_bytes, event, self.now())
         except InvalidTransition as error:
             raise RCLError(str(error)) from None  # rclpy raises that, with this text
-        self._forget(handle.goal_id_bytes)
 
     def finished(self, handle: ServerGoalHandle, outcome: object) -> None:
         """Execution is over. A result that cannot be sent is logged, and the default one sent instead."""
-        self.dispatch(self.reactor.on_result, handle.goal_id_bytes, self._results.encode(outcome), self.now())
-        self._forget(handle.goal_id_bytes)
+        if isinstance(outcome, Failure):
+            result = None
+            if outcome.result is not None:
+                result = self._encode_result(outcome.result, 'the failure came with')
+            if outcome.reason:
+                result = wire.with_reason(result or self._default_result(), outcome.reason)
+        else:
+            result = self._encode_result(outcome, 'the execute callback returned')
+        self.dispatch(self.reactor.on_result, handle.goal_id_bytes, result, self.now())
 
     def failure(self, handle: ServerGoalHandle, error: Exception) -> Failure:
         """Tell the program's hook what an execute callback raised; return what the client is told."""
@@ -230,15 +318,29 @@ class ActionServerCore:
                 self.logger.error(f"Action '{self.name}': on_failure failed itself: {described(another)}")
         return Failure(result, described(error))
 
-    def _forget(self, goal_id: GoalId) -> None:
-        self._goal_callbacks.forget(goal_id)
-        self._executions.pop(goal_id, None)
+    def _encode_result(self, result: object, told: str) -> bytes | None:
+        """Serialize a result; None, which stands for the default one, where it cannot be sent: it is logged.
 
-    def forget_ended(self, *goal_ids: GoalId) -> None:
-        """Forget those of these goals that have ended without the program's doing."""
-        for goal_id in goal_ids:
-            if not self.reactor.status(goal_id).is_active:
-                self._forget(goal_id)
+        Its status is only known when it is sent: see wire.with_status.
+        """
+        if not isinstance(result, self._result_class):
+            self.logger.error(
+                f"Action '{self.name}': {told} {type(result).__name__}; "
+                f'an empty result is sent; return a {self._result_class.__name__}'
+            )
+            return None
+        support = self.support.get_result
+        response: Any = support.response
+        try:
+            return support.encode_response(response(status=int(GoalStatus.UNKNOWN), result=result))
+        except (TypeError, ValueError) as error:
+            self.logger.error(f'Result cannot be sent, an empty one is: {error}')
+            return None
+
+    def _default_result(self) -> bytes:
+        """Serialize the result of a goal that has none."""
+        support = self.support.get_result
+        return support.encode_response(support.response())
 
     # -- what the server does on its own -------------------------------------------------------------------
 
@@ -246,25 +348,21 @@ class ActionServerCore:
         """Call on the executor's thread."""
         self.node.work_queue.post(CallSoon(self.node.work_queue, call))
 
-    def _cancel_quietly(self, effects: Effects) -> None:
-        """Tell the program of goals that a policy has cancelled or aborted; forget those that have ended."""
+    def _tell_called_off(self, effects: Effects) -> None:
+        """Tell the program of goals that a policy has cancelled or aborted."""
         for item in effects:
-            handle = self._goal_callbacks.handle(item.goal_id) if isinstance(item, effect.CalledOff) else None
-            if handle is not None and self.callbacks.called_off is not None:
-                self.callbacks.called_off(handle)
-        self.forget_ended(*self._goal_callbacks.goal_ids())
+            if isinstance(item, effect.CalledOff) and self.callbacks.called_off is not None:
+                goal = self.reactor.goals.get(item.goal_id)
+                if goal is not None and goal.handle is not None:  # else it has ended since
+                    self.callbacks.called_off(goal.handle)
 
     def _on_client_lost(self, client: bytes) -> None:
-        self._later(partial(self.give_up, client))
+        self._later(partial(self.end_goals_of, client))
 
-    def has_lost(self, client: bytes) -> bool:
-        """Return whether a client has gone, where that makes a difference."""
-        return self._lost_clients is not None and client in self._lost_clients
-
-    def give_up(self, client: bytes) -> None:
+    def end_goals_of(self, client: bytes) -> None:
         """Refuse, cancel or abort the goals of a client that has gone."""
-        if not self._destroyed:
-            self._cancel_quietly(self.dispatch(self.reactor.on_client_lost, client, self.now()))
+        if not self.destroyed:
+            self._tell_called_off(self.dispatch(self.reactor.on_client_lost, client, self.now()))
 
     def event_queues(self) -> list[EventQueue[Any]]:
         """Where requests wait for the executor."""
@@ -290,16 +388,11 @@ class ActionServerCore:
 
     # -- the end -------------------------------------------------------------------------------------------
 
-    @property
-    def destroyed(self) -> bool:
-        """True once destroyed."""
-        return self._destroyed
-
     def destroy(self) -> None:
         """Answer every open request, abort what runs, undeclare. Idempotent."""
-        if self._destroyed:
+        if self.destroyed:
             return
-        self._destroyed = True
+        self.destroyed = True
         self.node.disown(self)
         self._alarm.drop()
         if self._lost_clients is not None:
@@ -307,8 +400,6 @@ class ActionServerCore:
         self._endpoints.take_result_requests()
         self.dispatch(self.reactor.on_close)
         self._endpoints.close()
-        self._goal_callbacks.forget_all()
-        self._executions.clear()
 
 
 class CallSoon(CallbackSource):

@@ -1,8 +1,10 @@
-"""Actions as a type checker sees them: what ties goals, results and feedback to the action class."""
+"""What ties goals, results and feedback to an action class, for type checkers; and goal ids as messages."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+
+from goalwire.rules.goals.ids import ID_LENGTH, GoalId
 
 if TYPE_CHECKING:
     from typing_extensions import TypeVar as TypeVarWithDefault
@@ -64,3 +66,18 @@ class FeedbackMessage(Protocol[FeedbackT_co]):
 
 FeedbackMessageT = TypeVar('FeedbackMessageT', bound=FeedbackMessage[Any])
 """For callbacks that are annotated with the action's own Impl.FeedbackMessage."""
+
+
+def uuid_message(goal_id: GoalId) -> UUID:
+    """Return the UUID message of an id."""
+    from unique_identifier_msgs.msg import UUID
+
+    return UUID(uuid=list(goal_id))
+
+
+def goal_id_bytes(uuid: UUID) -> GoalId:
+    """Return the id of a UUID message; raises AttributeError for another type, ValueError for its length."""
+    goal_id = bytes(uuid.uuid)
+    if len(goal_id) != ID_LENGTH:
+        raise ValueError(f'a goal id has {ID_LENGTH} bytes, got {len(goal_id)}')
+    return goal_id

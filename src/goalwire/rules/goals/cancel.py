@@ -58,14 +58,11 @@ class Cancellation(Generic[RequestT]):
     goals: tuple[GoalId, ...]
     is_for_one: bool
     """True where a single goal was asked for, by its id alone."""
-    undecided: set[GoalId] = field(init=False)
+    undecided: set[GoalId]
     canceling: dict[GoalId, int] = field(default_factory=dict)
     """Those that went to CANCELING, with the stamps of their acceptance."""
     came_too_late: bool = False
     """True once the user has decided about a goal that could no longer be cancelled."""
-
-    def __post_init__(self) -> None:
-        self.undecided = set(self.goals)
 
     @property
     def code(self) -> CancelCode:

@@ -6,7 +6,7 @@ nanoseconds.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Generic, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
 
 from goalwire.records import record
 
@@ -50,10 +50,11 @@ class Accepted:
 class Execute:
     """Start the user's execute callback; hand what it returns to `on_result`.
 
-    With a policy its turn may come by the end of another goal.
+    With a policy its turn may come by the end of another goal. `execution` is what came with `on_execute`.
     """
 
     goal_id: GoalId
+    execution: Any = None
 
 
 @record

@@ -15,10 +15,12 @@ at once. The place of a goal that runs is free when its execution is over, not w
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, TypeAlias, get_args
+from typing import TYPE_CHECKING, Generic, Literal, TypeAlias, TypeVar, get_args
 
 if TYPE_CHECKING:
     from goalwire.rules.goals.ids import GoalId
+
+GoalT = TypeVar('GoalT')
 
 OnClientLost: TypeAlias = Literal['keep', 'cancel', 'abort']
 """What becomes of the goals of a client that has gone; ROS 2 keeps them."""
@@ -71,15 +73,15 @@ def queue(n: int) -> GoalPolicy:
     return GoalPolicy(1, n)
 
 
-class Places:
-    """Who runs and who waits, under one policy."""
+class Places(Generic[GoalT]):
+    """Which goals run and which wait, under one policy."""
 
     def __init__(self, policy: GoalPolicy) -> None:
         self.policy = policy
-        self.unfinished: dict[GoalId, None] = {}
+        self.unfinished: dict[GoalId, GoalT] = {}
         """Goals from their acceptance until their execution is over, in the order of acceptance."""
         self.running = 0
-        self.waiting: dict[GoalId, None] = {}
+        self.waiting: dict[GoalId, GoalT] = {}
         """In the order of their turns."""
 
     @property
@@ -95,16 +97,14 @@ class Places:
         """True where one more goal may run."""
         return self.policy.at_once is None or self.running < self.policy.at_once
 
-    def next(self) -> GoalId | None:
-        """Take the goal whose turn it is; None where nobody waits, or there is no room."""
+    def next(self) -> GoalT | None:
+        """Take the goal whose turn it is; None where none waits, or there is no room."""
         if not self.waiting or not self.has_room:
             return None
-        goal_id = next(iter(self.waiting))
-        del self.waiting[goal_id]
-        return goal_id
+        return self.waiting.pop(next(iter(self.waiting)))
 
     def clear(self) -> None:
-        """Forget everybody."""
+        """Discard all of them."""
         self.running = 0
         self.unfinished.clear()
         self.waiting.clear()

@@ -6,6 +6,10 @@
     get_result ─► on_result_request ─► ReplyResult, now or when the goal has ended
     a client is gone ─► on_client_lost ─► PublishStatus, CalledOff
 
+There is one record of each goal, and it is here: a ServerGoal, from the request for the goal until its result
+is discarded. Every event advances it once. What the driver needs of a goal, its handle and what runs it, is
+kept in the record too, and leaves it when the goal has ended.
+
 Under a policy other than UNLIMITED on_execute may let a goal wait for its turn; then the effects of whatever
 ends another goal begin with that end and go on with [PublishStatus, Execute] of the goal whose turn it is.
 
@@ -21,8 +25,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from heapq import heappop, heappush
-from typing import TYPE_CHECKING, Generic
+from typing import TYPE_CHECKING, Any, Generic
 
+from goalwire.errors import InvalidTransition
 from goalwire.rules.goals.cancel import Cancellation, choose
 from goalwire.rules.goals.effects import (
     Accepted,
@@ -51,18 +56,34 @@ if TYPE_CHECKING:
 RESULT_TIMEOUT_NS = 10_000_000_000
 """How long results are kept (rcl_action's default)."""
 
+_EXECUTABLE = (GoalStatus.ACCEPTED, GoalStatus.CANCELING)
+"""Where a goal may be that is executed for the first time."""
 
-@dataclass(slots=True)
-class _Goal(Generic[RequestT, ResultT]):
-    stamp_ns: int
+
+@dataclass(slots=True, eq=False)
+class ServerGoal(Generic[RequestT, ResultT]):
+    """One goal of a server. Only the reactor changes it; a user's handle may outlive its place there."""
+
+    goal_id: GoalId
     client: bytes = b''
-    status: GoalStatus = GoalStatus.ACCEPTED
+    """Who has sent it, as on_client_lost knows it."""
+    request: RequestT | None = None
+    """The request for it, until that is answered."""
+    status: GoalStatus = GoalStatus.UNKNOWN
+    """UNKNOWN until it is accepted, and once it is discarded."""
+    stamp_ns: int = 0
+    """When it was accepted (ROS time)."""
     started: bool = False
     """True once it has been handed to the execute callback."""
     ended: bool = False
     """True once status and result are both final."""
     result: ResultT | None = None
     waiting: list[RequestT] = field(default_factory=list)
+    """The requests for its result that are to be answered."""
+    handle: Any = None
+    """What the driver's callbacks know it by; None once it has ended."""
+    execution: Any = None
+    """What the driver runs when its turn has come; None before, and from then on."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,9 +107,9 @@ class ServedGoals:
 
 
 class GoalServer(Generic[RequestT, ResultT]):
-    """Every goal of one action server, from its request until its result is forgotten.
+    """Every goal of one action server, from its request until its result is discarded.
 
-    `result_timeout_ns` after its end a goal is forgotten: at once for 0 (clients that wait already get the
+    `result_timeout_ns` after its end a goal is discarded: at once for 0 (clients that wait already get the
     result), never for a negative one.
     """
 
@@ -107,16 +128,20 @@ class GoalServer(Generic[RequestT, ResultT]):
             )
         self._result_timeout_ns = result_timeout_ns
         self._lost = on_client_lost
-        self._places = Places(policy)
+        self._places: Places[ServerGoal[RequestT, ResultT]] = Places(policy)
         self._reached = [0] * len(GoalStatus)
         """How many goals have come to each status; UNKNOWN stands for those refused."""
-        self._deciding: dict[GoalId, tuple[RequestT, bytes]] = {}
-        self._goals: dict[GoalId, _Goal[RequestT, ResultT]] = {}
+        self.deciding: dict[GoalId, ServerGoal[RequestT, ResultT]] = {}
+        """Goals about which the user has been asked."""
+        self.goals: dict[GoalId, ServerGoal[RequestT, ResultT]] = {}
+        """Those that were accepted, in this order, until their results expire."""
         self._cancellations: dict[int, Cancellation[RequestT]] = {}
         self._next_cancellation = 0
         self._expiring: list[tuple[int, GoalId]] = []
         """A heap: simulated time may go back, so the oldest result need not be the first to go."""
         self._statuses = StatusArray()
+        self.take_status = self._statuses.take
+        """Return the serialised status array to publish; None where nothing has changed since the last."""
         self._closed = False
 
     # ---- what is known ----
@@ -133,19 +158,15 @@ class GoalServer(Generic[RequestT, ResultT]):
 
     def status(self, goal_id: GoalId) -> GoalStatus:
         """Return where a goal stands; UNKNOWN where it is not retained."""
-        goal = self._goals.get(goal_id)
+        goal = self.goals.get(goal_id)
         return GoalStatus.UNKNOWN if goal is None else goal.status
-
-    def take_status(self) -> bytes | None:
-        """Return the serialised status array to publish; None where nothing changed since the last."""
-        return self._statuses.take()
 
     def statistics(self) -> ServedGoals:
         """Count what is held."""
-        goals = self._goals.values()
+        goals = self.goals.values()
         reached = self._reached
         return ServedGoals(
-            deciding=len(self._deciding),
+            deciding=len(self.deciding),
             active=sum(goal.status.is_active for goal in goals),
             running=self._places.running,
             waiting=len(self._places.waiting),
@@ -169,27 +190,31 @@ class GoalServer(Generic[RequestT, ResultT]):
         `client` is what on_client_lost will know it by.
         """
         self._expire(now)
-        id_is_taken = goal_id in self._deciding or goal_id in self._goals
+        id_is_taken = goal_id in self.deciding or goal_id in self.goals
         if self._closed or id_is_taken or self._places.are_taken:
             return self._refuse(request)
-        self._deciding[goal_id] = request, client
+        self.deciding[goal_id] = ServerGoal(goal_id, client, request)
         return [AskGoal(goal_id)]
 
     def on_goal_decision(
-        self, goal_id: GoalId, accepted: bool, stamp_ns: int
+        self, goal_id: GoalId, accepted: bool, stamp_ns: int, handle: object = None
     ) -> list[ServerEffect[RequestT, ResultT]]:
         """The user has decided (a failed callback has refused): [ReplyGoal, Accepted], or [ReplyGoal].
 
-        The goal is refused as well where others have taken the last place meanwhile.
+        The goal is refused as well where others have taken the last place meanwhile. `handle` goes into its
+        record.
         """
-        if goal_id not in self._deciding:
+        goal = self.deciding.pop(goal_id, None)
+        if goal is None:
             return []
-        request, client = self._deciding.pop(goal_id)
+        request, goal.request = goal.request, None
+        assert request is not None
         if not accepted or self._places.are_taken:
             return self._refuse(request)
         self._statuses.add(goal_id, stamp_ns, GoalStatus.ACCEPTED)
-        self._places.unfinished[goal_id] = None
-        self._goals[goal_id] = _Goal(stamp_ns, client)
+        goal.status, goal.stamp_ns, goal.handle = GoalStatus.ACCEPTED, stamp_ns, handle
+        self._places.unfinished[goal_id] = goal
+        self.goals[goal_id] = goal
         self._reached[GoalStatus.ACCEPTED] += 1
         return [ReplyGoal(request, accepted=True, stamp_ns=stamp_ns), Accepted(goal_id)]
 
@@ -197,42 +222,47 @@ class GoalServer(Generic[RequestT, ResultT]):
         self._reached[GoalStatus.UNKNOWN] += 1
         return [ReplyGoal(request, accepted=False, stamp_ns=0)]
 
-    def on_execute(self, goal_id: GoalId, now: int) -> list[ServerEffect[RequestT, ResultT]]:
+    def on_execute(
+        self, goal_id: GoalId, now: int, execution: object = None
+    ) -> list[ServerEffect[RequestT, ResultT]]:
         """The user wants the goal executed: [PublishStatus, Execute]; [PublishStatus] where it has to wait.
 
-        Under preempt() those before it are called off: [PublishStatus, CalledOff]. A goal whose cancellation
-        was accepted before stays CANCELING: [Execute]; where it had to wait it ends. One that waits already
-        goes on waiting: []. Raises InvalidTransition for one that was executed before or has ended.
+        `execution` comes back with Execute. Under preempt() the goals before it are cancelled:
+        [PublishStatus, CalledOff]. A goal whose cancellation was accepted before stays CANCELING: [Execute];
+        where it had to wait it ends. One that waits already goes on waiting: []. Raises InvalidTransition for
+        one that was executed before or has ended.
         """
-        goal = self._goals.get(goal_id)
+        goal = self.goals.get(goal_id)
         if goal is None or goal_id in self._places.waiting:
             return []
-        if goal.status is not GoalStatus.CANCELING or goal.started:
-            after(goal.status, GoalEvent.EXECUTE)
+        if goal.started or goal.status not in _EXECUTABLE:
+            raise InvalidTransition(goal.status, GoalEvent.EXECUTE)
+        goal.execution = execution
         if self._places.has_room:
-            return self._start(goal_id, goal)
-        self._places.waiting[goal_id] = None
+            return self._start(goal)
+        self._places.waiting[goal_id] = goal
         if goal.status is GoalStatus.CANCELING:
-            return self._end_waiting(goal_id, goal, now)
-        return [PublishStatus(), *(self._preempt(goal_id, now) if self._places.policy.preempts else [])]
+            return self._end_waiting(goal, now)
+        return [PublishStatus(), *(self._preempt(goal, now) if self._places.policy.preempts else [])]
 
-    def _start(
-        self, goal_id: GoalId, goal: _Goal[RequestT, ResultT]
-    ) -> list[ServerEffect[RequestT, ResultT]]:
+    def _start(self, goal: ServerGoal[RequestT, ResultT]) -> list[ServerEffect[RequestT, ResultT]]:
         goal.started = True
         self._places.running += 1
+        execute = Execute(goal.goal_id, goal.execution)
+        goal.execution = None
         if goal.status is GoalStatus.CANCELING:
-            return [Execute(goal_id)]
-        self._move(goal_id, goal, GoalEvent.EXECUTE)
-        return [PublishStatus(), Execute(goal_id)]
+            return [execute]
+        self._move(goal, GoalEvent.EXECUTE)
+        return [PublishStatus(), execute]
 
-    def _preempt(self, newest: GoalId, now: int) -> list[ServerEffect[RequestT, ResultT]]:
+    def _preempt(
+        self, newest: ServerGoal[RequestT, ResultT], now: int
+    ) -> list[ServerEffect[RequestT, ResultT]]:
         """Cancel every other goal that runs, or waits for its turn."""
         effects: list[ServerEffect[RequestT, ResultT]] = []
-        for goal_id in list(self._places.unfinished):
-            goal = self._goals[goal_id]
-            if goal_id != newest and (goal.started or goal_id in self._places.waiting):
-                effects += self._cancel(goal_id, goal, now)
+        for goal in list(self._places.unfinished.values()):
+            if goal is not newest and (goal.started or goal.goal_id in self._places.waiting):
+                effects += self._cancel(goal, now)
         return effects
 
     def on_event(self, goal_id: GoalId, event: GoalEvent, now: int) -> list[ServerEffect[RequestT, ResultT]]:
@@ -241,11 +271,11 @@ class GoalServer(Generic[RequestT, ResultT]):
         The result follows with `on_result`. A goal that was never executed has none to wait for and gets the
         default: [PublishStatus, ReplyResult…, WakeAt]. Raises InvalidTransition.
         """
-        goal = self._goals.get(goal_id)
+        goal = self.goals.get(goal_id)
         if goal is None:
             return []
-        self._move(goal_id, goal, event)
-        return [PublishStatus(), *([] if goal.started else self._end(goal_id, goal, None, now))]
+        self._move(goal, event)
+        return [PublishStatus(), *([] if goal.started else self._end(goal, None, now))]
 
     def on_result(
         self, goal_id: GoalId, result: ResultT | None, now: int
@@ -255,24 +285,14 @@ class GoalServer(Generic[RequestT, ResultT]):
         Where the user set no terminal state the goal is aborted: [AssumedAborted, PublishStatus,
         ReplyResult…, WakeAt].
         """
-        goal = self._goals.get(goal_id)
+        goal = self.goals.get(goal_id)
         if goal is None or goal.ended:
             return []
         effects: list[ServerEffect[RequestT, ResultT]] = []
         if not goal.status.is_terminal:
-            self._move(goal_id, goal, GoalEvent.ABORT)
+            self._move(goal, GoalEvent.ABORT)
             effects = [AssumedAborted(goal_id), PublishStatus()]
-        return effects + self._end(goal_id, goal, result, now)
-
-    def on_finish(
-        self, goal_id: GoalId, event: GoalEvent, result: ResultT | None, now: int
-    ) -> list[ServerEffect[RequestT, ResultT]]:
-        """End and result at once: [PublishStatus, ReplyResult…, WakeAt]. Raises InvalidTransition."""
-        goal = self._goals.get(goal_id)
-        if goal is None:
-            return []
-        self._move(goal_id, goal, event)
-        return [PublishStatus(), *self._end(goal_id, goal, result, now)]
+        return effects + self._end(goal, result, now)
 
     # ---- cancelling ----
 
@@ -281,13 +301,13 @@ class GoalServer(Generic[RequestT, ResultT]):
     ) -> list[ServerEffect[RequestT, ResultT]]:
         """A client asks to cancel: [AskCancel…] in order of acceptance; [ReplyCancel] for nothing to ask."""
         self._expire(now)
-        code, chosen = choose(self._goals, goal_id, stamp_ns)
+        code, chosen = choose(self.goals, goal_id, stamp_ns)
         if not chosen:
             return [ReplyCancel(request, code, ())]
         number = self._next_cancellation
         self._next_cancellation += 1
         is_for_one = stamp_ns == 0 and chosen == (goal_id,)
-        self._cancellations[number] = Cancellation(request, chosen, is_for_one)
+        self._cancellations[number] = Cancellation(request, chosen, is_for_one, set(chosen))
         return [AskCancel(number, id_) for id_ in chosen]
 
     def on_cancel_decision(
@@ -304,14 +324,14 @@ class GoalServer(Generic[RequestT, ResultT]):
             return []
         open_one.undecided.remove(goal_id)
         effects: list[ServerEffect[RequestT, ResultT]] = []
-        goal = self._goals.get(goal_id)
+        goal = self.goals.get(goal_id)
         if goal is None or not goal.status.is_cancelable:
             open_one.came_too_late = True
         elif accepted:
             open_one.canceling[goal_id] = goal.stamp_ns
-            self._move(goal_id, goal, GoalEvent.CANCEL_GOAL)
+            self._move(goal, GoalEvent.CANCEL_GOAL)
             if goal_id in self._places.waiting:
-                effects = self._end_waiting(goal_id, goal, now)
+                effects = self._end_waiting(goal, now)
         return effects if open_one.undecided else effects + self._answer_cancellation(cancellation)
 
     def _answer_cancellation(self, number: int) -> list[ServerEffect[RequestT, ResultT]]:
@@ -320,23 +340,21 @@ class GoalServer(Generic[RequestT, ResultT]):
         published: list[ServerEffect[RequestT, ResultT]] = [PublishStatus()] if goals else []
         return [*published, ReplyCancel(done.request, done.code, goals)]
 
-    def _cancel(
-        self, goal_id: GoalId, goal: _Goal[RequestT, ResultT], now: int
-    ) -> list[ServerEffect[RequestT, ResultT]]:
+    def _cancel(self, goal: ServerGoal[RequestT, ResultT], now: int) -> list[ServerEffect[RequestT, ResultT]]:
         """Cancel a goal though no client has asked for that; nothing where it is being cancelled."""
         if not goal.status.is_cancelable:
             return []
-        self._move(goal_id, goal, GoalEvent.CANCEL_GOAL)
-        if goal_id in self._places.waiting:
-            return self._end_waiting(goal_id, goal, now)
-        return [PublishStatus(), CalledOff(goal_id)]
+        self._move(goal, GoalEvent.CANCEL_GOAL)
+        if goal.goal_id in self._places.waiting:
+            return self._end_waiting(goal, now)
+        return [PublishStatus(), CalledOff(goal.goal_id)]
 
     def _end_waiting(
-        self, goal_id: GoalId, goal: _Goal[RequestT, ResultT], now: int
+        self, goal: ServerGoal[RequestT, ResultT], now: int
     ) -> list[ServerEffect[RequestT, ResultT]]:
         """End a goal that is CANCELING before its turn has come."""
-        self._move(goal_id, goal, GoalEvent.CANCELED)
-        return [PublishStatus(), *self._end(goal_id, goal, None, now)]
+        self._move(goal, GoalEvent.CANCELED)
+        return [PublishStatus(), *self._end(goal, None, now)]
 
     # ---- clients ----
 
@@ -349,26 +367,23 @@ class GoalServer(Generic[RequestT, ResultT]):
         effects: list[ServerEffect[RequestT, ResultT]] = []
         if self._lost == 'keep':
             return effects
-        for goal_id, (_, sender) in list(self._deciding.items()):
-            if sender == client:
-                effects += self.on_goal_decision(goal_id, accepted=False, stamp_ns=0)
-        call_off = self._cancel if self._lost == 'cancel' else self._abort
-        for goal_id in list(self._places.unfinished):
-            goal = self._goals[goal_id]
+        for goal in list(self.deciding.values()):
             if goal.client == client:
-                effects += call_off(goal_id, goal, now)
+                effects += self.on_goal_decision(goal.goal_id, accepted=False, stamp_ns=0)
+        end = self._cancel if self._lost == 'cancel' else self._abort
+        for goal in list(self._places.unfinished.values()):
+            if goal.client == client:
+                effects += end(goal, now)
         return effects
 
-    def _abort(
-        self, goal_id: GoalId, goal: _Goal[RequestT, ResultT], now: int
-    ) -> list[ServerEffect[RequestT, ResultT]]:
+    def _abort(self, goal: ServerGoal[RequestT, ResultT], now: int) -> list[ServerEffect[RequestT, ResultT]]:
         """Abort a goal, whatever it is doing; nothing where it has ended."""
         if goal.status.is_terminal:
             return []
-        self._move_to_abortion(goal_id, goal)
+        self._move_to_abortion(goal)
         if goal.started:
-            return [PublishStatus(), CalledOff(goal_id)]
-        return [PublishStatus(), *self._end(goal_id, goal, None, now)]
+            return [PublishStatus(), CalledOff(goal.goal_id)]
+        return [PublishStatus(), *self._end(goal, None, now)]
 
     # ---- results ----
 
@@ -377,7 +392,7 @@ class GoalServer(Generic[RequestT, ResultT]):
     ) -> list[ServerEffect[RequestT, ResultT]]:
         """A client asks for a result: [ReplyResult], or nothing until the goal has ended."""
         self._expire(now)
-        goal = self._goals.get(goal_id)
+        goal = self.goals.get(goal_id)
         if goal is None:
             return [ReplyResult(request, GoalStatus.UNKNOWN, None)]
         if goal.ended:
@@ -386,7 +401,7 @@ class GoalServer(Generic[RequestT, ResultT]):
         return []
 
     def on_time(self, now: int) -> list[ServerEffect[RequestT, ResultT]]:
-        """The time of a WakeAt has come: forget what has expired; [WakeAt] where more is to come."""
+        """The time of a WakeAt has come: discard what has expired; [WakeAt] where more is to come."""
         self._expire(now)
         return [WakeAt(self._expiring[0][0])] if self._expiring else []
 
@@ -401,67 +416,64 @@ class GoalServer(Generic[RequestT, ResultT]):
         self._closed = True
         self._places.clear()
         effects: list[ServerEffect[RequestT, ResultT]] = []
-        for goal_id in list(self._deciding):
+        for goal_id in list(self.deciding):
             effects += self.on_goal_decision(goal_id, accepted=False, stamp_ns=0)
         for number in list(self._cancellations):
             effects += self._answer_cancellation(number)
-        for goal_id, goal in self._goals.items():
+        for goal in self.goals.values():
             if not goal.status.is_terminal:
-                self._move_to_abortion(goal_id, goal)
+                self._move_to_abortion(goal)
         effects.append(PublishStatus())
-        for goal in self._goals.values():
+        for goal in list(self.goals.values()):
             effects += [ReplyResult(request, goal.status, goal.result) for request in goal.waiting]
-        for goal_id in self._goals:
-            self._statuses.remove(goal_id)
-        self._goals.clear()
+            self._discard(goal)
         self._expiring.clear()
         return effects
 
     # ---- the one place where goals change ----
 
-    def _move(self, goal_id: GoalId, goal: _Goal[RequestT, ResultT], event: GoalEvent) -> None:
-        goal.status = after(goal.status, event)
-        self._reached[goal.status] += 1
-        self._statuses.update(goal_id, goal.status)
+    def _move(self, goal: ServerGoal[RequestT, ResultT], event: GoalEvent) -> None:
+        goal.status = status = after(goal.status, event)
+        self._reached[status] += 1
+        self._statuses.update(goal.goal_id, status)
 
-    def _move_to_abortion(self, goal_id: GoalId, goal: _Goal[RequestT, ResultT]) -> None:
+    def _move_to_abortion(self, goal: ServerGoal[RequestT, ResultT]) -> None:
         if goal.status is GoalStatus.ACCEPTED:  # the table knows no shorter way
-            self._move(goal_id, goal, GoalEvent.EXECUTE)
-        self._move(goal_id, goal, GoalEvent.ABORT)
+            self._move(goal, GoalEvent.EXECUTE)
+        self._move(goal, GoalEvent.ABORT)
 
     def _end(
-        self, goal_id: GoalId, goal: _Goal[RequestT, ResultT], result: ResultT | None, now: int
+        self, goal: ServerGoal[RequestT, ResultT], result: ResultT | None, now: int
     ) -> list[ServerEffect[RequestT, ResultT]]:
         """Status and result are final: answer who waits, keep the result for its time, let others run."""
-        goal.ended = True
-        self._leave_place(goal_id, goal)
-        goal.result = result
+        places = self._places
+        places.unfinished.pop(goal.goal_id, None)
+        if goal.started:
+            places.running -= 1
+        else:
+            places.waiting.pop(goal.goal_id, None)
+        goal.ended, goal.result, goal.handle, goal.execution = True, result, None, None
         effects: list[ServerEffect[RequestT, ResultT]] = [
             ReplyResult(request, goal.status, result) for request in goal.waiting
         ]
         goal.waiting.clear()
         if self._result_timeout_ns == 0:
-            self._forget(goal_id)
+            self._discard(goal)
         elif self._result_timeout_ns > 0:
-            expiry = (now + self._result_timeout_ns, goal_id)
+            expiry = (now + self._result_timeout_ns, goal.goal_id)
             heappush(self._expiring, expiry)
             if self._expiring[0] is expiry:
                 effects.append(WakeAt(expiry[0]))
-        while (following := self._places.next()) is not None:
-            effects += self._start(following, self._goals[following])
+        while places.waiting and (following := places.next()) is not None:
+            effects += self._start(following)
         return effects
-
-    def _leave_place(self, goal_id: GoalId, goal: _Goal[RequestT, ResultT]) -> None:
-        self._places.unfinished.pop(goal_id, None)
-        if goal.started:
-            self._places.running -= 1
-        else:
-            self._places.waiting.pop(goal_id, None)
 
     def _expire(self, now: int) -> None:
         while self._expiring and self._expiring[0][0] <= now:
-            self._forget(heappop(self._expiring)[1])
+            self._discard(self.goals[heappop(self._expiring)[1]])
 
-    def _forget(self, goal_id: GoalId) -> None:
-        del self._goals[goal_id]
-        self._statuses.remove(goal_id)
+    def _discard(self, goal: ServerGoal[RequestT, ResultT]) -> None:
+        """Hold a goal no more: a handle of it that is left tells that it is not known."""
+        del self.goals[goal.goal_id]
+        self._statuses.remove(goal.goal_id)
+        goal.status, goal.handle, goal.execution = GoalStatus.UNKNOWN, None, None

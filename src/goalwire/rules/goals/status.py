@@ -72,11 +72,12 @@ class StatusArray:
 
     def update(self, goal_id: GoalId, status: GoalStatus) -> None:
         """Note a goal's new status."""
-        self._entries[_ENTRY * self._position(goal_id) + _ENTRY - 1] = status
+        position = bisect_left(self._numbers, self._number_of[goal_id])
+        self._entries[_ENTRY * position + _ENTRY - 1] = status
         self._untaken.add(goal_id)
 
     def remove(self, goal_id: GoalId) -> None:
-        """Drop a goal that has ended, but not before its end has been taken once."""
+        """Discard a goal that has ended, but not before its end has been taken once."""
         if goal_id in self._untaken:
             self._leaving.add(goal_id)
         else:
@@ -98,14 +99,11 @@ class StatusArray:
         with memoryview(self._entries) as entries:
             first, rest = entries[:ID_LENGTH], entries[ID_LENGTH + len(_PADDING) :]
             with first, rest:
-                return b''.join((_HEADER, _COUNT.pack(len(self)), first, rest))
-
-    def _position(self, goal_id: GoalId) -> int:
-        return bisect_left(self._numbers, self._number_of[goal_id])
+                return b''.join((_HEADER, _COUNT.pack(len(self._numbers)), first, rest))
 
     def _delete(self, goal_id: GoalId) -> None:
-        position = self._position(goal_id)
-        del self._number_of[goal_id], self._numbers[position]
+        position = bisect_left(self._numbers, self._number_of.pop(goal_id))
+        del self._numbers[position]
         del self._entries[_ENTRY * position : _ENTRY * (position + 1)]
 
 

@@ -39,15 +39,12 @@ class GoalStatus(IntEnum):
     """True from acceptance to the end."""
     is_terminal: bool
     """True once the goal has ended."""
+    is_cancelable: bool
+    """True where the table allows CANCEL_GOAL: the user may still be asked to cancel the goal."""
 
     def __init__(self, _number: int) -> None:
         self.is_active = 1 <= self <= 3
         self.is_terminal = self >= 4
-
-    @property
-    def is_cancelable(self) -> bool:
-        """True where a cancel request may still be put to the user."""
-        return GoalEvent.CANCEL_GOAL in TABLE.get(self, {})
 
 
 class GoalEvent(IntEnum):
@@ -81,6 +78,9 @@ TABLE: Mapping[GoalStatus, Mapping[GoalEvent, GoalStatus]] = MappingProxyType(
         GoalStatus.ABORTED: {},
     }
 )
+
+for _status in GoalStatus:
+    _status.is_cancelable = GoalEvent.CANCEL_GOAL in TABLE.get(_status, {})
 
 
 def after(status: GoalStatus, event: GoalEvent) -> GoalStatus:

@@ -5,9 +5,13 @@ from __future__ import annotations
 from collections.abc import Awaitable, Callable
 from typing import TYPE_CHECKING, Generic, TypeAlias
 
-from goalwire.entities.actions.goal_callbacks import ActionCallbacks, CancelResponse, GoalResponse
-from goalwire.entities.actions.goal_handle import ServerGoalHandle
 from goalwire.entities.actions.server import ActionServerCore
+from goalwire.entities.actions.server_goal import (
+    ActionCallbacks,
+    CancelResponse,
+    GoalResponse,
+    ServerGoalHandle,
+)
 from goalwire.entities.actions.types import ActionType, FeedbackT, GoalT, ResultT
 from goalwire.entities.callbacks import check_callback, what_was_given
 from goalwire.entities.type_support import action_support

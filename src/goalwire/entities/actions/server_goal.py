@@ -1,0 +1,237 @@
+"""A goal on its server: the handle that callbacks get, what they answer, and one run of execute."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Coroutine
+from dataclasses import dataclass
+from enum import Enum
+from types import CoroutineType
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple, Protocol
+
+from goalwire.entities.actions.types import FeedbackT, GoalT, ResultT, goal_id_bytes, uuid_message
+from goalwire.entities.enclosing import Enclosing
+from goalwire.errors import ShutDownError, peer_text
+from goalwire.execution.callback_source import CallbackSource
+from goalwire.rules.goals.server import ServerGoal
+from goalwire.rules.goals.table import GoalEvent, GoalStatus
+
+if TYPE_CHECKING:
+    from action_msgs.msg import GoalInfo
+    from unique_identifier_msgs.msg import UUID
+
+    from goalwire.entities.node import NodeCore
+    from goalwire.execution.monotonic import SteadyClock
+    from goalwire.logging import RcutilsLogger
+    from goalwire.rules.goals.ids import GoalId
+    from goalwire.rules.latencies import Latencies
+
+
+class GoalResponse(Enum):
+    """What a goal callback returns."""
+
+    REJECT = 1
+    ACCEPT = 2
+
+
+class CancelResponse(Enum):
+    """What a cancel callback returns."""
+
+    REJECT = 1
+    ACCEPT = 2
+
+
+@dataclass(slots=True)
+class ActionCallbacks:
+    """What the user supplies; the first four may be `async def`."""
+
+    execute: Callable[[ServerGoalHandle], Any]
+    goal: Callable[[Any], Any]
+    accepted: Callable[[ServerGoalHandle], Any]
+    cancel: Callable[[ServerGoalHandle], Any]
+    failed: Callable[[ServerGoalHandle, Exception], object] | None = None
+    """Gets what execute raised; may return a result to send along."""
+    called_off: Callable[[ServerGoalHandle], object] | None = None
+    """Gets a goal that was cancelled or aborted by the server's own policy."""
+
+
+class Failure(NamedTuple):
+    """What an execute callback came to that did not return a result."""
+
+    result: object = None
+    """What is sent along; None: a result of default values."""
+    reason: str = ''
+    """What clients that know goalwire are told."""
+
+
+class GoalServing(Protocol):
+    """An action server as its goals see it (ActionServerCore)."""
+
+    node: NodeCore
+    logger: RcutilsLogger
+    destroyed: bool
+    steady_clock: SteadyClock
+    durations: Latencies
+
+    def goal(self, goal_id: GoalId) -> ServerGoal[Any, Any]:
+        """Return the record of a goal; a new one, of an UNKNOWN goal, where there is none."""
+
+    def start_execution(
+        self, handle: ServerGoalHandle, callback: Callable[[ServerGoalHandle], Any] | None
+    ) -> None:
+        """Have a goal executed, in its turn."""
+
+    def publish_feedback(self, handle: ServerGoalHandle, feedback: Any) -> None:
+        """Send a goal's feedback."""
+
+    def end(self, handle: ServerGoalHandle, event: GoalEvent) -> None:
+        """End a goal."""
+
+    def finished(self, handle: ServerGoalHandle, outcome: object) -> None:
+        """Execution is over, and came to `outcome`: a result, or a Failure."""
+
+    def failure(self, handle: ServerGoalHandle, error: Exception) -> Failure:
+        """Tell the program what an execute callback raised; return what the client is told."""
+
+
+class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
+    """What execute, cancel and handle_accepted callbacks get. It may outlive its goal."""
+
+    __slots__ = ('__dict__', '__weakref__', '_goal', '_server', '_uuid', 'goal_id_bytes', 'request')
+
+    def __init__(
+        self,
+        action_server: GoalServing,
+        goal_info: ServerGoal[Any, Any] | GoalInfo,
+        goal_request: GoalT,
+    ) -> None:
+        """`goal_info` is the goal's record in the server's reactor, or its id and stamp as rclpy has them."""
+        self._server = action_server
+        self._uuid: UUID | None = None
+        self._goal = (
+            goal_info
+            if isinstance(goal_info, ServerGoal)
+            else action_server.goal(goal_id_bytes(goal_info.goal_id))
+        )
+        self.goal_id_bytes = self._goal.goal_id
+        self.request = goal_request
+        """The goal message that the client sent."""
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, ServerGoalHandle) and other.goal_id_bytes == self.goal_id_bytes
+
+    def __hash__(self) -> int:
+        return hash(self.goal_id_bytes)
+
+    @property
+    def goal_id(self) -> UUID:
+        """Its id."""
+        if self._uuid is None:
+            self._uuid = uuid_message(self.goal_id_bytes)
+        return self._uuid
+
+    @property
+    def status(self) -> int:
+        """Its action_msgs/msg/GoalStatus number; STATUS_UNKNOWN once its result is no longer kept."""
+        return int(self._goal.status)
+
+    @property
+    def is_active(self) -> bool:
+        """True until it has ended."""
+        return self._goal.status.is_active
+
+    @property
+    def is_cancel_requested(self) -> bool:
+        """True once a cancel request was accepted, until the goal has ended."""
+        return self._goal.status is GoalStatus.CANCELING
+
+    def execute(
+        self,
+        execute_callback: Callable[[ServerGoalHandle[GoalT, ResultT, FeedbackT]], object] | None = None,
+    ) -> None:
+        """Start the execute callback, the server's own unless one is given.
+
+        Raises RCLError for a goal that was executed before or has ended.
+        """
+        self._server.start_execution(self, execute_callback)
+
+    def publish_feedback(self, feedback: FeedbackT) -> None:
+        """Send feedback to the goal's client. Raises TypeError for what is not the action's Feedback."""
+        self._server.publish_feedback(self, feedback)
+
+    def succeed(self) -> None:
+        """End it SUCCEEDED; raises RCLError where its state does not allow that."""
+        self._server.end(self, GoalEvent.SUCCEED)
+
+    def abort(self) -> None:
+        """End it ABORTED; raises RCLError where its state does not allow that."""
+        self._server.end(self, GoalEvent.ABORT)
+
+    def canceled(self) -> None:
+        """End it CANCELED, after is_cancel_requested; raises RCLError where its state does not allow that."""
+        self._server.end(self, GoalEvent.CANCELED)
+
+    def destroy(self) -> None:
+        """Nothing to close; kept for rclpy's programs."""
+
+
+class Execution(CallbackSource):
+    """Runs an execute callback, in no callback group, as in rclpy."""
+
+    __slots__ = ('_begun', '_callback', '_handle', '_server')
+
+    def __init__(
+        self, server: GoalServing, handle: ServerGoalHandle, callback: Callable[[ServerGoalHandle], Any]
+    ) -> None:
+        super().__init__(server.node.work_queue, None)
+        self._server = server
+        self._handle = handle
+        self._callback = callback
+        self._begun = 0
+
+    def run(self) -> object:
+        server = self._server
+        if server.destroyed:
+            return None
+        self._begun = server.steady_clock.now()
+        try:
+            result = self._callback(self._handle)
+        except BaseException as error:
+            self._failed(error)
+            return None
+        if isinstance(result, CoroutineType):
+            return Enclosing(self._carry(result), [result])
+        self._finish(result)
+        return None
+
+    async def _carry(self, coroutine: Coroutine[Any, Any, Any]) -> None:
+        from asyncio import CancelledError
+
+        try:
+            result = await coroutine
+        except CancelledError:  # the executor was shut down
+            self._finish(Failure())
+            raise
+        except BaseException as error:
+            self._failed(error)
+        else:
+            self._finish(result)
+
+    def _finish(self, outcome: object) -> None:
+        server = self._server
+        server.durations.add(server.steady_clock.now() - self._begun)
+        server.finished(self._handle, outcome)
+
+    def _failed(self, error: BaseException) -> None:
+        server = self._server
+        if isinstance(error, ShutDownError) and not server.node.context.ok():
+            server.logger.warning(f'A goal was stopped by the end of the context: {error}')
+        else:
+            from goalwire.logging.tracebacks import traceback_text
+
+            told = f'Error raised in execute callback: {peer_text(error)}'
+            server.logger.error(f'{told}\n{traceback_text(error)}')
+        if isinstance(error, Exception):
+            self._finish(server.failure(self._handle, error))
+        else:
+            self._finish(Failure())
+            raise error
