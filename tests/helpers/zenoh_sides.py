@@ -13,12 +13,23 @@ from helpers.isolation import free_port
 from helpers.patience import PATIENCE, wait_for
 
 from goalwire.transport.zenoh.native.dialler import Retry
+from goalwire.transport.zenoh.native.endpoints import TlsFiles
 from goalwire.transport.zenoh.native.session import NativeSession, Settings
 from goalwire.transport.zenoh.protocol.network import Consolidation, ReplyError, Sample, Target
 from goalwire.transport.zenoh.protocol.queries import Query
 from goalwire.transport.zenoh.protocol.senders import Publication, Querier
 from goalwire.transport.zenoh.protocol.transport import Role
 
+TLS_NAMES = (
+    'root_ca_certificate',
+    'listen_certificate',
+    'listen_private_key',
+    'connect_certificate',
+    'connect_private_key',
+    'enable_mtls',
+    'verify_name_on_connect',
+)
+NO_FILES = TlsFiles()
 ROLES = {'peer': Role.PEER, 'client': Role.CLIENT, 'router': Role.ROUTER}
 
 
@@ -85,10 +96,12 @@ class Ours(Side):
         lease_ms: int = 60_000,
         zid: str = '',
         *,
+        tls: TlsFiles = NO_FILES,
         portable: bool = False,
     ) -> None:
         self.session = NativeSession(
             Settings(
+                tls=tls,
                 role=ROLES[mode],
                 listen=listen,
                 connect=connect,
@@ -188,6 +201,8 @@ class Theirs(Side):
         lease_ms: int = 60_000,
         zid: str = '',
         strategy: str = 'greater-zid',
+        *,
+        tls: TlsFiles = NO_FILES,
     ) -> None:
         config = zenoh.Config()
         values: dict[str, object] = {
@@ -202,6 +217,7 @@ class Theirs(Side):
             'timestamping/enabled': True,
             'transport/link/tx/lease': lease_ms,
             'transport/shared_memory/enabled': False,
+            'transport/link/tls': {name: getattr(tls, name) or None for name in TLS_NAMES},
         }
         if zid:
             values['id'] = zid
@@ -284,6 +300,6 @@ class Theirs(Side):
         self.session.close()  # type: ignore[no-untyped-call]
 
 
-def address() -> str:
+def address(protocol: str = 'tcp') -> str:
     """Return where a session may listen."""
-    return f'tcp/127.0.0.1:{free_port()}'
+    return f'{protocol}/127.0.0.1:{free_port()}'

@@ -6,7 +6,7 @@ import json
 
 from goalwire.errors import TransportError
 from goalwire.transport.zenoh.native.dialler import Retry
-from goalwire.transport.zenoh.native.endpoints import parse
+from goalwire.transport.zenoh.native.endpoints import TlsFiles, parse
 from goalwire.transport.zenoh.native.session import Settings
 from goalwire.transport.zenoh.protocol.primitives import read_id
 from goalwire.transport.zenoh.protocol.transport import Role
@@ -44,6 +44,7 @@ def native_settings(values: Json) -> Settings:
             float(str(retry.get('period_increase_factor') or 2)),
         ),
         meets_peers=_at(values, 'scouting/gossip/enabled') is not False,
+        tls=_tls_files(values),
     )
 
 
@@ -59,6 +60,7 @@ _OFF: dict[str, tuple[Json, ...]] = {
     'scouting/gossip/multihop': (False, None),
     'routing/peer/mode': ('peer_to_peer', None),
     'namespace': (None,),
+    'transport/link/tls/close_link_on_expiration': (False, None),
 }
 """What must not be asked for, with the values that do not."""
 
@@ -87,6 +89,28 @@ def _endpoints(values: Json, name: str, role: Role) -> tuple[str, ...]:
             raise BeyondOursError(str(error)) from None
         checked.append(text)
     return tuple(checked)
+
+
+def _tls_files(values: Json) -> TlsFiles:
+    found = _at(values, 'transport/link/tls')
+    asked = found if isinstance(found, dict) else {}
+    inline = [name for name, value in asked.items() if name.endswith('_base64') and value]
+    if inline:
+        raise BeyondOursError(f'transport/link/tls/{inline[0]}')
+
+    def path(name: str) -> str:
+        value = asked.get(name)
+        return value if isinstance(value, str) else ''
+
+    return TlsFiles(
+        root_ca_certificate=path('root_ca_certificate'),
+        listen_certificate=path('listen_certificate'),
+        listen_private_key=path('listen_private_key'),
+        connect_certificate=path('connect_certificate'),
+        connect_private_key=path('connect_private_key'),
+        enable_mtls=asked.get('enable_mtls') is True,
+        verify_name_on_connect=asked.get('verify_name_on_connect') is not False,
+    )
 
 
 def _number(values: Json, path: str, otherwise: int) -> int:

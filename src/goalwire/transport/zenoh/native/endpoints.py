@@ -6,8 +6,9 @@ import socket
 from typing import Any, NamedTuple
 
 from goalwire.errors import TransportError
+from goalwire.records import record
 
-PROTOCOLS = ('tcp',)
+PROTOCOLS = ('tcp', 'tls')
 """What is spoken here."""
 
 
@@ -17,6 +18,22 @@ class Endpoint(NamedTuple):
     protocol: str
     host: str
     port: int
+
+
+@record
+class TlsFiles:
+    """Paths of PEM files, and what is checked: `transport/link/tls` of a Zenoh configuration."""
+
+    root_ca_certificate: str = ''
+    """Who signs the certificates of the others; empty: who this system trusts."""
+    listen_certificate: str = ''
+    listen_private_key: str = ''
+    connect_certificate: str = ''
+    connect_private_key: str = ''
+    enable_mtls: bool = False
+    """Whether those who connect must show a certificate as well."""
+    verify_name_on_connect: bool = True
+    """Whether the certificate must name the host that was dialled."""
 
 
 def parse(text: str) -> Endpoint:
@@ -52,11 +69,11 @@ def resolve(endpoint: Endpoint, *, passive: bool = False) -> list[tuple[socket.A
     )
 
 
-def locators_of(listener: socket.socket) -> list[str]:
+def locators_of(listener: socket.socket, protocol: str = 'tcp') -> list[str]:
     """Return where others reach a listening socket; all of the machine's addresses where it takes any."""
     host, port = listener.getsockname()[:2]
     hosts = _own_addresses(listener.family) if host in {'0.0.0.0', '::'} else [host]  # noqa: S104
-    return [f'tcp/{f"[{each}]" if ":" in each else each}:{port}' for each in hosts]
+    return [f'{protocol}/{f"[{each}]" if ":" in each else each}:{port}' for each in hosts]
 
 
 def _own_addresses(family: int) -> list[str]:

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from functools import partial
 from threading import Lock
 from time import monotonic, time_ns
+from typing import TYPE_CHECKING, TypeAlias
 
 from goalwire.errors import TransportError
 from goalwire.records import record
@@ -16,7 +17,7 @@ from goalwire.transport.fork import ForkGuard
 from goalwire.transport.reject_counters import LOGGER
 from goalwire.transport.wire_poller import LeaderFollowers
 from goalwire.transport.zenoh.native.dialler import Dial, Retry
-from goalwire.transport.zenoh.native.endpoints import locators_of, parse, resolve
+from goalwire.transport.zenoh.native.endpoints import TlsFiles, locators_of, parse, resolve
 from goalwire.transport.zenoh.native.poller import IN, Poller
 from goalwire.transport.zenoh.native.socket_link import SocketLink
 from goalwire.transport.zenoh.protocol.handshake import Handshake, Identity
@@ -25,6 +26,9 @@ from goalwire.transport.zenoh.protocol.link_state import Node, connects_to
 from goalwire.transport.zenoh.protocol.primitives import GENERIC, UNRESPONSIVE, show_id
 from goalwire.transport.zenoh.protocol.session import SessionProtocol
 from goalwire.transport.zenoh.protocol.transport import Role
+
+if TYPE_CHECKING:
+    from goalwire.transport.zenoh.native.tls import Tls
 
 CONNECTING_S = 1.0
 """How long opening waits for an address that neither answers nor refuses."""
@@ -36,6 +40,8 @@ ROOM_S = 60.0
 """How long a message waits for room, before its link is given up."""
 MOST_LINKS = 10_000
 """Links of one session, those in the handshake included."""
+MOST_TLS_FAULTS = 100
+"""Reasons for which TLS failed that are remembered, to say each once."""
 _TO_NODES = Retry(first_s=0.1, most_s=4.0, rounds=10)
 
 
@@ -52,8 +58,18 @@ class Settings:
     retry: Retry = Retry()
     meets_peers: bool = True
     """Whether it connects to peers that routers tell of."""
+    tls: TlsFiles = TlsFiles()
+    """For addresses that begin with tls/."""
     portable: bool = False
     """Whether to do without what only Linux has."""
+
+
+LinkMaker: TypeAlias = Callable[[socket.socket], Callable[..., SocketLink]]
+"""Returns the class, or what stands for it, of the link on a connected socket."""
+
+
+def _plain(_sock: socket.socket) -> type[SocketLink]:
+    return SocketLink
 
 
 class _Sleeper:
@@ -142,6 +158,8 @@ class NativeSession:
         self._watches: set[LinkWatch] = set()
         self._expiry: float = float('inf')
         self._told_of_limit = False
+        self._secured: Tls | None = None
+        self._tls_faults: set[str] = set()
         try:
             for each in settings.listen:
                 self._listen(each)
@@ -156,6 +174,7 @@ class NativeSession:
 
     def _listen(self, text: str) -> None:
         endpoint = parse(text)
+        make = self._tls().taking() if endpoint.protocol == 'tls' else _plain
         try:
             family, address = resolve(endpoint, passive=True)[0]
             listener = socket.create_server(address[:2], family=family, backlog=128)
@@ -163,10 +182,10 @@ class NativeSession:
             raise TransportError(f"cannot listen on '{text}': {error.strerror or error}") from None
         listener.setblocking(False)
         self._listeners.append(listener)
-        self.protocol.locators += tuple(locators_of(listener))
-        self._poller.register(listener.fileno(), IN, lambda _: self._accept(listener))
+        self.protocol.locators += tuple(locators_of(listener, endpoint.protocol))
+        self._poller.register(listener.fileno(), IN, lambda _: self._accept(listener, make))
 
-    def _accept(self, listener: socket.socket) -> None:
+    def _accept(self, listener: socket.socket, make: LinkMaker) -> None:
         while not self._is_closing:
             try:
                 sock, _ = listener.accept()
@@ -175,7 +194,7 @@ class NativeSession:
             except OSError as error:  # too many open files: others may end soon
                 self._warn(f'no connection can be taken: {error.strerror}; tried again each second')
                 self._poller.unregister(listener.fileno())
-                self._poller.call_later(1.0, lambda: self._accept_again(listener))
+                self._poller.call_later(1.0, lambda: self._accept_again(listener, make))
                 return
             if len(self._links) >= MOST_LINKS:
                 if not self._told_of_limit:
@@ -183,11 +202,11 @@ class NativeSession:
                     self._warn(f'there are {MOST_LINKS} links; no more are taken')
                 sock.close()
                 continue
-            self._add(sock, connects=False)
+            self._add(sock, make)
 
-    def _accept_again(self, listener: socket.socket) -> None:
+    def _accept_again(self, listener: socket.socket, make: LinkMaker) -> None:
         if not self._is_closing:
-            self._poller.register(listener.fileno(), IN, lambda _: self._accept(listener))
+            self._poller.register(listener.fileno(), IN, lambda _: self._accept(listener, make))
 
     # ---- connecting
 
@@ -197,8 +216,8 @@ class NativeSession:
             [connect] if self._settings.role is Role.CLIENT and connect else [(each,) for each in connect]
         )
         for group in groups:
-            for each in group:
-                parse(each)
+            if any(parse(each).protocol == 'tls' for each in list(group)):
+                self._tls().check_dialling()
             self._dial(group, group, self._settings.retry)
         for dial in list(self._dials.values()):
             self._poller.call(dial.start)
@@ -226,7 +245,16 @@ class NativeSession:
         if self._is_closing:
             sock.close()
         else:
-            self._add(sock, connects=True, dial=dial)
+            where = parse(dial.address)
+            self._add(sock, self._tls().dialling(where.host) if where.protocol == 'tls' else _plain, dial)
+
+    def _tls(self) -> Tls:
+        """Return what speaks TLS here; imported when it is needed, which costs some 10 ms."""
+        if self._secured is None:
+            from goalwire.transport.zenoh.native.tls import Tls
+
+            self._secured = Tls(self._settings.tls)
+        return self._secured
 
     def _failed(self, dial: Dial) -> None:
         if dial.is_over and dial.expected is not None:
@@ -236,15 +264,15 @@ class NativeSession:
 
     # ---- links
 
-    def _add(self, sock: socket.socket, *, connects: bool, dial: Dial | None = None) -> None:
+    def _add(self, sock: socket.socket, make: LinkMaker, dial: Dial | None = None) -> None:
         handshake = Handshake(
             self.protocol.identity,
-            connects=connects,
+            connects=dial is not None,
             random=os.urandom,
             expected=None if dial is None else dial.expected,
             is_linked=self._is_met,
         )
-        new = SocketLink(
+        new = make(sock)(
             self.protocol,
             sock,
             handshake,
@@ -290,7 +318,7 @@ class NativeSession:
         link = socket_link.link
         self._links.pop(link, None)
         was_up = link.terms is not None
-        if is_fault and not self._is_closing:
+        if is_fault and not self._is_closing and not self._is_told(why):
             who = self._name_of(link)
             self._warn(f'the link to {who} was closed: {why}')
         self.protocol.link_lost(link)
@@ -316,6 +344,15 @@ class NativeSession:
                 self.meet(node)
             else:
                 self.protocol.nodes.pop(link.zid, None)
+
+    def _is_told(self, why: str) -> bool:
+        """Whether TLS failed for this reason before: who dials tries again each few seconds."""
+        if not why.startswith('TLS: '):
+            return False
+        was_told = why in self._tls_faults or len(self._tls_faults) >= MOST_TLS_FAULTS
+        if not was_told:
+            self._tls_faults.add(why)
+        return was_told
 
     def _name_of(self, link: Link) -> str:
         return f'session {show_id(link.zid)}' if link.zid else 'an unknown session'

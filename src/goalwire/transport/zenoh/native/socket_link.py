@@ -72,8 +72,9 @@ class SocketLink:
         )
         self.connects = handshake.connects
         self._receive = self.link.receive
-        self._recv = sock.recv
-        self._send = sock.send
+        self._recv: Callable[[int], bytes] = sock.recv
+        self._send: Callable[[Buffer], int] = sock.send
+        self._sendmsg: Callable[[list[Buffer]], int] = sock.sendmsg
         sock.setblocking(False)
         sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._timer = poller.call_later(HANDSHAKE_S, self._check_handshake)
@@ -98,7 +99,7 @@ class SocketLink:
         if len(buffers) > _MANY:
             keep_freed_memory()
         try:
-            return self._socket.sendmsg(buffers)
+            return self._sendmsg(buffers)
         except (BlockingIOError, InterruptedError):
             return 0
         except OSError as error:
@@ -125,13 +126,16 @@ class SocketLink:
             link = self.link
             if link.flush():
                 with link.lock:
-                    if not link.queue.size:
+                    if not self._has_unsent():
                         self._wants_room = False
                         self._poller.modify(self._fd, IN)
             if self.waiting and link.queue.size <= ENOUGH_ROOM:
                 self.wake_waiting()
         if events & ~OUT:
             self._read()
+
+    def _has_unsent(self) -> bool:
+        return bool(self.link.queue.size)
 
     def _read(self) -> None:
         link = self.link
@@ -201,8 +205,12 @@ class SocketLink:
             self._has_ended = True
         self._timer.cancel()
         self.link.close(reason)
+        self._say_goodbye()
         self._poller.unregister(self._fd)
         with suppress(OSError):  # it broke before
             self._socket.shutdown(socket.SHUT_RDWR if reason is None else socket.SHUT_WR)
         self._socket.close()
         self._when_ended(self, why, is_fault)
+
+    def _say_goodbye(self) -> None:
+        """What the connection says last, below what the link says."""
