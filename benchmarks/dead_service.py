@@ -51,7 +51,7 @@ def resident_kib() -> int:
 def held(client: ClientCore) -> int:
     """What the tables of a client, its transport and its context hold for calls."""
     port: Any = client._port  # noqa: SLF001
-    tables: list[Any] = [client.pending, client.guarded]
+    tables: list[Any] = [client.pending, client.timed]
     tables += [getattr(port, name, ()) for name in ('_calls', '_waiting')]
     return sum(len(table) for table in tables)
 

@@ -19,7 +19,7 @@ REACHING_UP = {'idl': {'cdr'}, 'idl.slot_types': {'overlay'}}
 # What is still to be mended, by folder: files in a circle, and SLF001 silenced. The numbers only go down: who
 # lowers one writes the new one here, or removes its line.
 FILES_IN_CIRCLES = {
-    'entities': 7,
+    'entities': 4,
     'entities.actions': 7,
     'execution': 27,
     'overlay.rclpy': 3,

@@ -42,7 +42,7 @@ def test_the_nearest_default_counts(play: Play, monkeypatch: pytest.MonkeyPatch)
             with pytest.raises(TimeoutError):
                 async with asyncio.timeout(0.05):
                     await of_process.call(timeout=math.inf)
-            assert len(of_process._core.guarded) == 0
+            assert len(of_process._core.timed) == 0
 
     play(scenario)
 

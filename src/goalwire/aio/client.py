@@ -7,7 +7,7 @@ from math import inf
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 from goalwire.aio.entity import Entity, message_of
-from goalwire.entities.awaited_call import AwaitedCall
+from goalwire.entities.call_context import CallContext
 from goalwire.entities.client import ClientCore
 from goalwire.execution.asyncio_waiting import completion
 from goalwire.execution.loop_waker import waker_of
@@ -60,7 +60,7 @@ class Client(Entity, Generic[RequestT, ResponseT]):
             try:
                 await completion(future, self._bridge)
             except BaseException:
-                future.forget()
+                future.discard()
                 raise
         try:
             return future.result()  # type: ignore[return-value] # `cast` would be one function more to enter
@@ -70,7 +70,7 @@ class Client(Entity, Generic[RequestT, ResponseT]):
     async def wait_for_server(self, *, timeout: float | None = None) -> None:
         """Wait until there is a server. Raises NoServerError, InvalidHandle once closed, ShutDownError."""
         core = self._core
-        attempt = AwaitedCall(core.node.context, 'service', self.name, timeout)
+        attempt = CallContext(core.node.context, 'service', self.name, timeout)
         await attempt.until(core.server_is_there, self.name)
 
     def statistics(self) -> ClientStatistics:

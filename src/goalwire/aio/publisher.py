@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Generic, TypeVar, cast
 
 from goalwire.aio.entity import Entity, message_of
-from goalwire.entities.awaited_call import AwaitedCall
+from goalwire.entities.call_context import CallContext
 from goalwire.entities.publisher import PublisherCore
 from goalwire.entities.qos_warnings import warn_by_default
 
@@ -43,7 +43,7 @@ class Publisher(Entity, Generic[MsgT]):
 
         Raises DeadlineError, InvalidHandle once closed, ShutDownError.
         """
-        attempt = AwaitedCall(self._core.node.context, 'topic', self.name, timeout)
+        attempt = CallContext(self._core.node.context, 'topic', self.name, timeout)
         await attempt.shows(lambda: self._core.subscription_count() >= count, 'too few subscribers came')
 
     def statistics(self) -> PublisherStatistics:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import asyncio
 from typing import Any
 
-from goalwire.entities.client import ClientCore, ResponseFuture
+from goalwire.entities.client import ClientCore
 from goalwire.entities.graph_waiting import graph_shows
+from goalwire.entities.pending_call import PendingCall
 from goalwire.errors import DestroyedError, ShutDownError
 from goalwire.execution.asyncio_waiting import settle
 
@@ -16,7 +17,7 @@ class AwaitedCalls:
 
     def __init__(self, client: ClientCore) -> None:
         self._client = client
-        self._waiting: set[ResponseFuture] = set()
+        self._waiting: set[PendingCall] = set()
 
     async def call(self, request: Any) -> Any:
         """Send a request and wait for its response, for ever where nobody answers.
@@ -27,15 +28,14 @@ class AwaitedCalls:
         client = self._client
         if client.destroyed:
             raise DestroyedError(f"cannot call '{client.full_name}': the client was destroyed")
-        future = client.call_async(request)
-        assert isinstance(future, ResponseFuture)
+        future = client.begin(request, client.default_timeout)
         self._waiting.add(future)
         try:
             await settle(future, client.node.context.shutdown_signal)
         finally:
             self._waiting.discard(future)
             if not future.done():
-                future.forget()
+                future.discard()
         if future.cancelled():
             raise asyncio.CancelledError(f"the client of '{client.full_name}' was destroyed")
         if future.pending():

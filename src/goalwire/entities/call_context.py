@@ -5,18 +5,40 @@ from __future__ import annotations
 from math import inf
 from typing import TYPE_CHECKING, TypeVar
 
-from goalwire.errors import CallError, NoServerError, ShutDownError
+from goalwire.entities.graph_waiting import graph_shows
+from goalwire.errors import CallError, DeadlineError, NoServerError, ShutDownError
 from goalwire.execution.monotonic import timeout_ns
 from goalwire.transport.contract import EndpointKind
 from goalwire.transport.registry import selected_identifier
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from goalwire.entities.context import Context
+    from goalwire.entities.node import NodeCore
+    from goalwire.execution.loop_waker import Awaitable
     from goalwire.transport.contract import GraphEntity
 
 ErrorT = TypeVar('ErrorT', bound=CallError)
+
+
+class TimedCalls:
+    """Mixed into what calls services and actions: how long calls may take that are given no time."""
+
+    node: NodeCore
+    call_timeout: float | None = None
+    """s that a call of this client may take; None: what its node says."""
+
+    @property
+    def default_timeout(self) -> float | None:
+        """The nearest `call_timeout` in s: the client's, its node's, its context's. None: as in ROS 2."""
+        nearest = self.call_timeout
+        if nearest is None:
+            node = self.node
+            nearest = node.call_timeout
+            if nearest is None:
+                return node.context.call_timeout
+        return nearest
 
 
 def where(context: Context) -> str:
@@ -111,3 +133,26 @@ class CallContext:
         """Raise ShutDownError where the context has ended."""
         if not self.context.ok():
             raise ShutDownError(self.title)
+
+    # -- for coroutines under any asyncio loop
+
+    async def until(self, is_there: Callable[[], bool], served_as: str) -> None:
+        """Wait for a server; see `see_servers`. Raises NoServerError at the deadline, ShutDownError."""
+        if not await graph_shows(self.context, is_there, self.deadline):
+            self.check_alive()
+            raise self.no_server()
+        self.see_servers(served_as)
+
+    async def shows(self, predicate: Callable[[], bool], problem: str) -> None:
+        """Wait until the graph looks as wanted. Raises DeadlineError, ShutDownError."""
+        if not await graph_shows(self.context, predicate, self.deadline):
+            self.check_alive()
+            raise self.error(DeadlineError, problem)
+
+    async def settle(self, future: Awaitable) -> None:
+        """Wait until `future` is no longer pending. Raises DeadlineError, ShutDownError."""
+        from goalwire.execution.asyncio_waiting import settle  # asyncio is slow to import
+
+        if not await settle(future, self.context.shutdown_signal, self.deadline):
+            self.check_alive()
+            raise self.error(DeadlineError, 'no answer came in time')

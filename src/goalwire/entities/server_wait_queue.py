@@ -5,8 +5,6 @@ from __future__ import annotations
 from threading import Lock
 from typing import TYPE_CHECKING, Protocol
 
-from goalwire.entities.call_context import CallContext
-from goalwire.entities.request_timeout import RequestTimeout
 from goalwire.errors import ClosedError
 from goalwire.execution.timer_heap import TimerEntry
 from goalwire.transport.contract import EndpointKind
@@ -15,8 +13,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from goalwire.entities.context import Context
-    from goalwire.entities.request_timeout import TimedRequest
-    from goalwire.entities.retrying import Retries
     from goalwire.graph.watch import Watch
     from goalwire.transport.contract import GraphEntity
 
@@ -66,15 +62,6 @@ class ServerWaitQueue:
         self._lock = Lock()
         self._changes: Watch[[]] | None = None
         self._alarm = TimerEntry(self._look)
-
-    def guard(self, request: TimedRequest, timeout: float | None, retries: Retries | None) -> RequestTimeout:
-        """Make what sees to the end of a request, within `timeout` s; raises as CallContext does."""
-        call_context = CallContext(self.context, self.kind, self.name, timeout)
-        return (
-            RequestTimeout(call_context, self, request)
-            if retries is None
-            else retries.guard(call_context, self, request)
-        )
 
     def has_server(self) -> bool:
         """As `is_there`, but looks no more where the graph is as it was: twelve calls less for a request."""

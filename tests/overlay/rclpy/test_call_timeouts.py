@@ -20,7 +20,7 @@ from rclpy.exceptions import InvalidHandle
 from rclpy.task import Future
 from std_srvs.srv import SetBool, Trigger
 
-from goalwire.entities.client import PENDING_LIMIT
+from goalwire.entities.pending_call import PENDING_LIMIT
 from goalwire.errors import (
     DeadlineError,
     NoServerError,
@@ -88,15 +88,15 @@ def impatient(hanging: Hanging, make_node: MakeNode) -> TriggerClient:
 
 def calls_of(client: TriggerClient) -> list[object]:
     """What a client holds of calls."""
-    return [*client.guarded, *client.pending]
+    return [*client.timed, *client.pending]
 
 
 def empty(client: TriggerClient) -> bool:
     """Whether a client holds nothing of calls, nor does its transport."""
     port: Any = client._port
     table = {**getattr(port, '_calls', {}), **getattr(port, 'waiting', {})}
-    waits_for_servers = {} if client._line is None else client._line.waiting
-    return not (client.pending or client.guarded or waits_for_servers or table)
+    waits_for_servers = {} if client.wait_queue is None else client.wait_queue.waiting
+    return not (client.pending or client.timed or waits_for_servers or table)
 
 
 def test_a_call_to_a_server_that_hangs_ends_at_its_deadline(impatient: TriggerClient) -> None:
@@ -264,7 +264,7 @@ def test_giving_a_call_up_leaves_nothing(impatient: TriggerClient, make_node: Ma
     waiting.call_timeout = math.inf
     for client in (impatient, waiting):
         cancelled, removed, lost = (client.call_async(Trigger.Request()) for _ in range(3))
-        assert len(client.guarded) == 3
+        assert len(client.timed) == 3
         cancelled.cancel()
         client.remove_pending_request(removed)
         assert not removed.done()
@@ -344,10 +344,10 @@ def test_thousands_of_calls_that_nobody_answers_leave_nothing(impatient: Trigger
 
 def test_a_client_has_so_many_calls_and_no_more(impatient: TriggerClient) -> None:
     sent = impatient.call_async(Trigger.Request())
-    impatient.guarded = crowd = dict.fromkeys(range(PENDING_LIMIT), sent)  # type: ignore[assignment]
+    impatient.timed = crowd = dict.fromkeys(range(PENDING_LIMIT), sent)  # type: ignore[assignment]
     with pytest.raises(TooManyCallsError, match="cannot call '/hang': 10000 calls of this client wait"):
         _ = impatient.call_async(Trigger.Request())
-    impatient.guarded = {}
+    impatient.timed = {}
     impatient.call_timeout = None
     impatient.pending = crowd  # type: ignore[assignment]
     with pytest.raises(TooManyCallsError):

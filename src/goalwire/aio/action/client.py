@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar, cast
 from goalwire.aio.action.run import Limits, Run
 from goalwire.aio.entity import Entity, message_of
 from goalwire.entities.actions.client import ActionClientCore
-from goalwire.entities.awaited_call import AwaitedCall
+from goalwire.entities.call_context import CallContext
 from goalwire.errors import CallError, InvalidHandle
 from goalwire.execution.callback_groups import ReentrantCallbackGroup
 from goalwire.execution.monotonic import timeout_ns
@@ -132,7 +132,7 @@ class ActionClient(Entity, Generic[GoalT, ResultT, FeedbackT]):
         return await self._cancel(lambda: self._core.cancel_goals_before_async(stamp), timeout)
 
     async def _cancel(self, ask: Callable[[], Future[Any]], timeout: float | None) -> CancelAnswer:
-        attempt = AwaitedCall(self._core.node.context, 'action', self.name, timeout)
+        attempt = CallContext(self._core.node.context, 'action', self.name, timeout)
         await attempt.until(self._core.server_is_there, self._core.goal_service)
         asked = ask()
         try:
@@ -148,7 +148,7 @@ class ActionClient(Entity, Generic[GoalT, ResultT, FeedbackT]):
 
     async def wait_for_server(self, *, timeout: float | None = None) -> None:
         """Wait until there is a server. Raises NoServerError, InvalidHandle once closed, ShutDownError."""
-        attempt = AwaitedCall(self._core.node.context, 'action', self.name, timeout)
+        attempt = CallContext(self._core.node.context, 'action', self.name, timeout)
         await attempt.until(self._core.server_is_there, self._core.goal_service)
 
     def statistics(self) -> ActionClientStatistics:

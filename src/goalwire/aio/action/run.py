@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
 from goalwire.aio.action.heartbeat import Heartbeat
 from goalwire.entities.actions.goal_feedback import FEEDBACK_LIMIT
-from goalwire.entities.awaited_call import AwaitedCall
+from goalwire.entities.call_context import CallContext
 from goalwire.errors import (
     CallError,
     ClosedError,
@@ -64,7 +64,7 @@ class Run(Generic[ResultT, FeedbackT]):
         self._limits = limits
         self._id = new_goal_id()
         self._record = core.goal(self._id)
-        self._attempt: AwaitedCall | None = None
+        self._attempt: CallContext | None = None
         self._answer: Future[Any] | None = None
         self._stream: AsyncQueue[Sample] = AsyncQueue(FEEDBACK_LIMIT)
         self._alarm: asyncio.TimerHandle | None = None
@@ -107,7 +107,7 @@ class Run(Generic[ResultT, FeedbackT]):
         """
         core = self._core
         limit = core.default_timeout if timeout is None else timeout
-        return await self._cancel(AwaitedCall(core.node.context, 'action', core.full_name, limit))
+        return await self._cancel(CallContext(core.node.context, 'action', core.full_name, limit))
 
     def __del__(self) -> None:
         if self._attempt is None:
@@ -130,7 +130,7 @@ class Run(Generic[ResultT, FeedbackT]):
             raise ClosedError('this run was entered before: send the goal again')
         core = self._core
         context = core.node.context
-        attempt = self._attempt = AwaitedCall(context, 'action', core.full_name, self._limits.timeout)
+        attempt = self._attempt = CallContext(context, 'action', core.full_name, self._limits.timeout)
         until_accepted = None if self._limits.timeout is None else attempt
         sending = core.send_as(self._id, self._goal, self._stream, until_accepted)
         self._record = core.goal(self._id)
@@ -188,8 +188,8 @@ class Run(Generic[ResultT, FeedbackT]):
 
     # -- its end -------------------------------------------------------------------------------------------
 
-    def _limit(self) -> AwaitedCall:
-        return AwaitedCall(self._core.node.context, 'action', self._core.full_name, self._limits.grace)
+    def _limit(self) -> CallContext:
+        return CallContext(self._core.node.context, 'action', self._core.full_name, self._limits.grace)
 
     async def _give_up(self, sending: Future[ClientGoalHandle[Any, Any, Any]]) -> None:
         """Nobody waits for this goal any more, which the server may take yet: cancel it then."""
@@ -214,7 +214,7 @@ class Run(Generic[ResultT, FeedbackT]):
             answer.set_exception(attempt.error(ServerStuckError, silence))
             self._core.cancel_quietly(self._id)
 
-    async def _stop(self, limit: AwaitedCall) -> None:
+    async def _stop(self, limit: CallContext) -> None:
         """Cancel the goal and wait for its end."""
         assert self._answer is not None
         try:
@@ -227,7 +227,7 @@ class Run(Generic[ResultT, FeedbackT]):
         except (CallError, ClosedError):
             return  # its server is gone: so is the goal
 
-    async def _cancel(self, attempt: AwaitedCall) -> bool:
+    async def _cancel(self, attempt: CallContext) -> bool:
         asked = self._core.cancel_goal(self._id, call_context=attempt)
         try:
             if not await settle(asked, attempt.context.shutdown_signal):
@@ -265,7 +265,7 @@ def _look_at(future: Future[Any]) -> None:
     future.exception()
 
 
-def _failure(attempt: AwaitedCall, response: Any, reason: str) -> CallError:
+def _failure(attempt: CallContext, response: Any, reason: str) -> CallError:
     """What a result means that comes with another status than SUCCEEDED."""
     failure: GoalFailed
     if response.status == GoalStatus.ABORTED:

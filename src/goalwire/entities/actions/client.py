@@ -20,9 +20,9 @@ from goalwire.entities.actions.goal_feedback import GoalFeedback
 from goalwire.entities.actions.requests import EncodedResponseFuture, GoalRequest
 from goalwire.entities.actions.types import goal_id_bytes
 from goalwire.entities.callbacks import check_callback
-from goalwire.entities.client import PENDING_LIMIT, unanswered
 from goalwire.entities.endpoint import describe_endpoint
 from goalwire.entities.node import NodeCore
+from goalwire.entities.pending_call import PENDING_LIMIT, unanswered
 from goalwire.entities.type_support import ActionSupport, MessageSupport
 from goalwire.errors import InvalidHandle, RemoteError, TooManyCallsError
 from goalwire.execution.callback_groups import CallbackGroup

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from goalwire.entities.actions.endpoints import ActionQoS
-from goalwire.entities.client import NO_REASON, REASONS_LIMIT, end_with
+from goalwire.entities.call_context import TimedCalls
 from goalwire.entities.endpoint import describe_endpoint
 from goalwire.entities.graph_waiting import tell_near_misses, wait_for_graph
-from goalwire.entities.timed_calls import TimedCalls
+from goalwire.entities.pending_call import NO_REASON, REASONS_LIMIT, end_with
 from goalwire.errors import ClosedError, InvalidHandle, ShutDownError
 from goalwire.execution.event_queue import ResponseTicks
 from goalwire.logging import get_logger

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from goalwire.entities.actions.goal_feedback import GoalFeedback
 from goalwire.entities.actions.requests import EncodedResponseFuture
-from goalwire.entities.client import end_with, unanswered
+from goalwire.entities.pending_call import end_with, unanswered
 from goalwire.errors import CallError, GoalwireError, InvalidHandle, ShutDownError, peer_text
 from goalwire.execution.monotonic import STEADY
 from goalwire.execution.timer_heap import TimerEntry

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from goalwire.entities.client import MARGIN_S, end_with
+from goalwire.entities.pending_call import MARGIN_S, end_with
 from goalwire.errors import DeadlineError
 from goalwire.execution.future import Future
 from goalwire.execution.timer_heap import TimerEntry

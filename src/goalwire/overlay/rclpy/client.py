@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-from goalwire.entities.client import ClientCore, ResponseFuture
+from goalwire.entities.client import ClientCore
+from goalwire.entities.pending_call import PendingCall
 from goalwire.entities.type_support import ServiceType
 from rclpy._borrowed import borrow
 from rclpy.impl.endpoint import ServiceEndpoint
@@ -39,8 +40,8 @@ class Client(BaseClient[RequestT, ResponseT]):
 
     def remove_pending_request(self, future: Future[Any]) -> None:
         """Wait for a response no longer; its future stays pending."""
-        if isinstance(future, ResponseFuture):
-            future.forget()
+        if isinstance(future, PendingCall):
+            future.discard()
 
 
 borrow(__name__)

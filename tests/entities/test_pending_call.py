@@ -61,7 +61,7 @@ def client(node: NodeCore) -> Iterator[ClientCore]:
     client.retry = QUICK
     yield client
     assert client.pending == {}
-    assert len(client.guarded) == 0
+    assert len(client.timed) == 0
 
 
 def error_of(future: Any) -> BaseException:

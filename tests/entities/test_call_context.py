@@ -7,7 +7,7 @@ import math
 import pytest
 from helpers.loops import run
 
-from goalwire.entities.awaited_call import AwaitedCall
+from goalwire.entities.call_context import CallContext
 from goalwire.entities.context import Context
 from goalwire.errors import CallError, DeadlineError, NoServerError, ShutDownError
 from goalwire.execution.future import Future
@@ -19,7 +19,7 @@ from goalwire.execution.monotonic import STEADY
 )
 def test_a_timeout_is_a_deadline_from_now_on(timeout: float | None, deadline: int | None) -> None:
     before = STEADY.now()
-    found = AwaitedCall(Context(), 'service', '/x', timeout).deadline
+    found = CallContext(Context(), 'service', '/x', timeout).deadline
     after = STEADY.now()
     if deadline is None:
         assert found is None
@@ -30,11 +30,11 @@ def test_a_timeout_is_a_deadline_from_now_on(timeout: float | None, deadline: in
 
 def test_what_is_no_number_is_no_timeout() -> None:
     with pytest.raises(ValueError, match='nan'):
-        AwaitedCall(Context(), 'service', '/x', math.nan)
+        CallContext(Context(), 'service', '/x', math.nan)
 
 
 def test_an_error_is_retold_with_name_and_time() -> None:
-    attempt = AwaitedCall(Context(), 'service', '/x', None)
+    attempt = CallContext(Context(), 'service', '/x', None)
     told = attempt.retold(NoServerError('nobody'))
     assert isinstance(told, NoServerError)
     assert str(told).startswith("service '/x': nobody; waited 0.0")
@@ -47,14 +47,14 @@ def test_waiting_ends_with_the_future_the_deadline_or_the_context(isolated: dict
         with Context() as context:
             future: Future[int] = Future()
             with pytest.raises(DeadlineError, match="action '/x': no answer came in time"):
-                await AwaitedCall(context, 'action', '/x', 0.001).settle(future)
+                await CallContext(context, 'action', '/x', 0.001).settle(future)
             with pytest.raises(CallError, match='too dark'):
-                await AwaitedCall(context, 'action', '/x', 0.001).shows(lambda: False, 'too dark')
+                await CallContext(context, 'action', '/x', 0.001).shows(lambda: False, 'too dark')
             future.set_result(1)
-            await AwaitedCall(context, 'action', '/x', 0).settle(future)
+            await CallContext(context, 'action', '/x', 0).settle(future)
             pending: Future[int] = Future()
             context.shutdown()
             with pytest.raises(ShutDownError, match="action '/x'"):
-                await AwaitedCall(context, 'action', '/x', 5.0).settle(pending)
+                await CallContext(context, 'action', '/x', 5.0).settle(pending)
 
     run(scenario())

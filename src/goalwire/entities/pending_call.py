@@ -1,0 +1,589 @@
+"""A request that is on its way: how it is sent, answered, ended in time, sent again, or cancelled.
+
+A `RequestClient` is one client of one service on the wire; a `PendingCall` is one request of it, and the
+future of its response. A service client is a RequestClient. An action client has three: for goals, for
+cancelling and for results. Both fronts use them.
+
+A call without a `CallContext` is ROS 2's: it is sent at once, and its future stays pending where nobody
+answers. A call with one waits for a server and ends for certain: with its response or with a typed error, at
+its deadline, when its server goes, or when the client or the context ends. With a `Retry` policy it is sent
+again.
+
+What ends a call comes on several threads: the reply, the wire's word that none can come, the deadline, the
+end of the context, the caller. Whoever takes `end_lock` first has it, and completes the future.
+
+An action makes a subclass of PendingCall for a goal, whose reply is more than a value. It overrides
+`on_reply` (`take_reply` says whether this is the first), `on_end`, `fail` and `discard`, which begin with
+`end()`; or `discard_request`, to keep listening for a while. It starts one with
+
+    call = GoalCall(node.work_queue)
+    goal_client.start(call, decode, payload, CallContext(context, 'action', name, timeout))
+
+`PendingCall` itself is what cancels a goal, with `waits = False`: who cancels has had a server.
+"""
+
+from __future__ import annotations
+
+from _thread import allocate_lock
+from random import random
+from threading import Lock
+from typing import TYPE_CHECKING, Any
+
+from goalwire.entities.server_wait_queue import ServerWaitQueue
+from goalwire.errors import CallError, ClosedError, DeadlineError, InvalidHandle, ShutDownError
+from goalwire.execution.event_queue import EventQueue, ResponseTicks
+from goalwire.execution.future import FINISHED, PENDING, Future
+from goalwire.execution.monotonic import timeout_ns
+from goalwire.execution.timer_heap import TimerEntry
+from goalwire.logging import get_logger
+from goalwire.rules import reasons
+from goalwire.rules.latencies import Latencies
+
+if TYPE_CHECKING:
+    from _thread import LockType
+    from collections.abc import Callable, Sequence
+
+    from goalwire.entities.call_context import CallContext
+    from goalwire.entities.node import NodeCore
+    from goalwire.entities.service_introspection import IntrospectedCall
+    from goalwire.rules.retries import Attempts, CallAttempt, Retry
+    from goalwire.transport.contract import ClientPort, Endpoint, Sample
+
+PENDING_LIMIT = 10_000
+"""Calls of one client that may wait for their answers. ROS 2 has no limit, and its clients leak where nobody
+answers."""
+
+MARGIN_S = 1.0
+"""How much longer than its caller the wire waits: the caller's deadline says what happened."""
+
+REASONS_LIMIT = 10
+"""Different reasons for missing answers that one client logs: servers choose their words."""
+
+RECORDS_LIMIT = 1000
+"""Records of attempts that may wait for the hook of a Retry; the oldest is dropped."""
+
+NO_REASON = 'there is none, or it went away'
+
+
+def unanswered(what: str, reason: str) -> CallError:
+    """Return what a server's silence means: it went away or, where it said so, gave the request up."""
+    return reasons.meaning(reason)(f'no server answered the {what} ({reason or NO_REASON})')
+
+
+def end_with(future: Future[Any], error: Exception) -> None:
+    """Complete a request's future with `error`.
+
+    Nobody is reminded of one that was not looked at, where the program itself has closed what it waited for.
+    """
+    future.set_exception(error)
+    if isinstance(error, ClosedError):
+        future.exception()
+
+
+def _nothing() -> None:
+    """What an alarm rings for whose call has ended."""
+
+
+class PendingCall(Future[Any]):
+    """One request, and the future of its response; who asks for that decodes it, not the transport's thread.
+
+    `RequestClient` fills it in: an __init__ of its own would cost every call 0.6 us. What few calls need is
+    an attribute of the class until then. Programs keep things of their own on futures: so the names are such
+    as nobody else would take.
+    """
+
+    __slots__ = ('awaited_by', 'decode', 'end_lock', 'sent_as', 'sent_ns')
+
+    awaited_by: RequestClient
+    """The client that has sent it."""
+    decode: Callable[[Any], Any]
+    end_lock: LockType
+    """Taken by who ends the call."""
+    sent_as: int
+    """The number of what was sent last; 0 while nothing is on its way."""
+    sent_ns: int
+    """When, in ns since the UNIX epoch, as a reply's `received_timestamp`."""
+    call_context: CallContext | None = None
+    """Its deadline and what its errors tell; None: it stays pending where nobody answers."""
+    waits = True
+    """Whether a call with a context waits for a server. Else it is sent at once."""
+    was_sent = False
+    """Whether a call with a context was handed to the wire."""
+    encoded = b''
+    """The request of a call with a context, which is sent later or again."""
+    introspected: IntrospectedCall | None = None
+    """Where the steps of this call are told; None where nobody wants to know."""
+    _alarm: TimerEntry | None = None
+    _attempts: _Attempts | None = None
+
+    # -- sending -------------------------------------------------------------------------------------------
+
+    def start(self, call_context: CallContext, payload: bytes) -> None:
+        """Send the request, or wait for a server. Raises what sending raises; then nothing is left of it.
+
+        Raises ShutDownError after the context's end.
+        """
+        client, context, deadline = self.awaited_by, call_context.context, call_context.deadline
+        self.call_context, self.encoded = call_context, payload
+        if client.retries is not None:
+            self._attempts = _Attempts(client.retries, self, call_context)
+        client.timed[self] = None  # then look: who ends the context looks here after that
+        if deadline is None and not client.watches_end:
+            client.watch_end()
+        if not context.shutdown_signal.alive:  # an alarm would ring at once, and fail what nobody has
+            self.end()
+            raise ShutDownError(call_context.title)
+        try:
+            if deadline is not None:
+                self._alarm = TimerEntry(self._on_deadline)
+                context.deadlines.set(self._alarm, deadline)
+            self._send_when_served(client, call_context)
+        except BaseException:
+            self.end()
+            raise
+
+    def resume(self) -> None:
+        """Go on, where it is not over yet, and let the future tell what goes wrong."""
+        context = self.call_context
+        if context is None or self.end_lock.locked():
+            return
+        try:
+            self._send_when_served(self.awaited_by, context)
+        except Exception as error:
+            self.fail(error)
+
+    def _send_when_served(self, client: RequestClient, context: CallContext) -> None:
+        queue = client.wait_queue or client.make_wait_queue()
+        if queue.has_server():
+            context.servers = queue.servers
+        elif self.waits:
+            queue.add(self)
+            if self.end_lock.locked():
+                queue.discard(self)  # it has ended meanwhile
+            return
+        self.was_sent = True
+        if self._attempts is None:
+            client.send(self.encoded, self)
+        else:
+            self._send_attempt(self._attempts, client)
+
+    # -- how it ends ---------------------------------------------------------------------------------------
+
+    def on_reply(self, sample: Sample) -> None:
+        """Take the first reply; those of further servers of the same name are ignored, as in ROS 2."""
+        # hot path: `take_reply` and `set_raw` written out, three calls of the 45 that a service call enters
+        if not self.end_lock.acquire(False):
+            return
+        client = self.awaited_by
+        client.pending.pop(self.sent_as, None)
+        if self.call_context is not None:
+            self._discard_timers(is_answered=True)
+        if self.introspected is not None:
+            self.introspected.received(sample)
+        took = sample.received_timestamp - self.sent_ns
+        client.latencies.counts[took.bit_length() if took > 0 else 0] += 1
+        if self._state == PENDING:
+            self._raw = sample.payload
+            self._state = FINISHED
+            if not self._tell():
+                client.arrivals.deliver(None)
+        client.events += 1
+        for wake in client.watchers:
+            wake()
+
+    def take_reply(self) -> bool:
+        """End the call because a reply has come: True for the first one. It does not complete the future."""
+        if not self.end_lock.acquire(False):
+            return False
+        self.awaited_by.pending.pop(self.sent_as, None)
+        if self.call_context is not None:
+            self._discard_timers(is_answered=True)
+        return True
+
+    def complete(self, payload: Any) -> None:
+        """Give the future what it waits for, unless it was cancelled."""
+        if self._state == PENDING and not self.set_raw(payload):
+            self.awaited_by.arrivals.deliver(None)
+
+    def on_end(self, reason: str) -> None:
+        """No reply can come any more to what was sent last; `reason` is a server's, or ''."""
+        if self.end_lock.locked():
+            return
+        client, context = self.awaited_by, self.call_context
+        if context is not None:
+            client.unanswered += 1
+            self._attempt_failed(self._unanswered(context, reason))
+        elif self.end():
+            client.pending.pop(self.sent_as, None)
+            client.report_unanswered(reason)
+
+    def end(self) -> bool:
+        """End the call: True for the one caller who comes first, and has to complete the future."""
+        if not self.end_lock.acquire(False):
+            return False
+        if self.call_context is not None:
+            self._discard_timers()
+        return True
+
+    def fail(self, error: Exception) -> None:
+        """End it with `error`, unless it is over."""
+        attempts = self._attempts
+        if attempts is not None and attempts.take_back() and isinstance(error, CallError):
+            attempts.failed(error, is_last=True)  # the time of the whole call is up
+        if self.end():
+            self.discard_request()
+            if self.pending():
+                end_with(self, error)
+
+    def cancel(self) -> None:
+        """Give the response up."""
+        self.discard()
+        super().cancel()
+
+    def discard(self) -> None:
+        """Wait for the response no longer; the future stays as it is."""
+        if self.end():
+            self.discard_request()
+
+    def discard_request(self) -> None:
+        """Hold nothing for what was sent last, here and on the wire."""
+        self.awaited_by.discard(self)
+
+    def end_with_context(self) -> None:
+        """The context has ended."""
+        if self.call_context is not None:
+            self.fail(ShutDownError(self.call_context.title))
+
+    def _discard_timers(self, *, is_answered: bool = False) -> None:
+        """Leave the tables of what waits: the call is over."""
+        client, context = self.awaited_by, self.call_context
+        assert context is not None
+        client.timed.pop(self, None)
+        alarm, attempts = self._alarm, self._attempts
+        if alarm is not None:
+            context.context.deadlines.drop(alarm)
+            alarm.ring = _nothing  # no circle is left for the garbage collector
+        queue = client.wait_queue
+        if queue is not None and self in queue.waiting:
+            queue.discard(self)
+        if attempts is not None:
+            if is_answered and attempts.take_back():
+                attempts.answered()
+            attempts.drop_alarms()
+
+    # -- the deadline --------------------------------------------------------------------------------------
+
+    def _on_deadline(self) -> None:
+        context = self.call_context
+        assert context is not None
+        if not context.context.ok():
+            self.end_with_context()
+        elif self._lacks_server():
+            self.fail(context.no_server())
+        else:
+            self.fail(context.error(DeadlineError, 'no answer came in time'))
+
+    def _lacks_server(self) -> bool:
+        client = self.awaited_by
+        if self.was_sent:
+            return client.wait_queue is not None and self in client.wait_queue.waiting  # to be sent again
+        try:
+            return not client.server_is_there()
+        except ClosedError:
+            return True
+
+    def _unanswered(self, context: CallContext, reason: str) -> Exception:
+        if not context.context.ok():
+            return ShutDownError(context.title)
+        problem = reason or 'the server went away before it answered'
+        return context.error(reasons.meaning(reason), problem)
+
+    # -- sending again -------------------------------------------------------------------------------------
+
+    def _send_attempt(self, attempts: _Attempts, client: RequestClient) -> None:
+        attempts.begin()
+        client.send(self.encoded, self)
+        early = attempts.sent()
+        if early is not None:
+            self._attempt_failed(early)
+        if self.end_lock.locked():
+            attempts.drop_alarms()  # it has ended meanwhile
+
+    def out_of_patience(self) -> None:
+        """An attempt has had its time."""
+        context, attempts = self.call_context, self._attempts
+        assert context is not None
+        assert attempts is not None
+        problem = f'no answer came to an attempt within {attempts.retries.policy.timeout} s'
+        self._attempt_failed(context.error(DeadlineError, problem))
+
+    def _attempt_failed(self, error: Exception) -> None:
+        """What was sent last comes to nothing: send it again, where there is a policy that says so."""
+        attempts, context = self._attempts, self.call_context
+        if attempts is None or context is None:
+            self.fail(error)
+            return
+        if attempts.is_early(error) or self.end_lock.locked() or not attempts.take_back():
+            return
+        context.context.deadlines.drop(attempts.patience)
+        self.discard_request()
+        delay = attempts.failed(error) if isinstance(error, CallError) else None
+        if delay is None:
+            self.fail(error)
+            return
+        context.context.sends.set(attempts.again, context.now() + delay)
+        if self.end_lock.locked():
+            attempts.drop_alarms()
+
+
+class _Attempts:
+    """The attempts of one call whose client sends requests again."""
+
+    __slots__ = (
+        '_context',
+        '_counted',
+        '_early',
+        '_is_out',
+        '_is_sending',
+        '_lock',
+        'again',
+        'patience',
+        'retries',
+    )
+
+    def __init__(self, retries: Retries, call: PendingCall, context: CallContext) -> None:
+        self.retries = retries
+        self._context = context
+        self._counted = retries.count()
+        self._lock = Lock()
+        self._is_out = False
+        """True while an attempt waits for its answer."""
+        self._is_sending = False
+        self._early: Exception | None = None
+        """How an attempt has failed while it was being sent."""
+        self.patience = TimerEntry(call.out_of_patience)
+        self.again = TimerEntry(call.resume)
+
+    def begin(self) -> None:
+        """The request goes out, again or for the first time."""
+        context, timeout = self._context, self.retries.policy.timeout
+        now = context.now()
+        self._counted.begin(now)
+        context.attempts = self._counted.number
+        self._is_out = self._is_sending = True
+        if timeout is not None:
+            context.context.deadlines.set(self.patience, now + timeout_ns(timeout))
+
+    def sent(self) -> Exception | None:
+        """The request has its number: return how the attempt has failed meanwhile, if it has."""
+        with self._lock:
+            self._is_sending, early = False, self._early
+            self._early = None
+        return early
+
+    def is_early(self, error: Exception) -> bool:
+        """Keep the failure of an attempt that is being sent: it cannot be taken back without its number."""
+        with self._lock:
+            if self._is_sending:
+                self._early = error
+            return self._is_sending
+
+    def take_back(self) -> bool:
+        """True for the one who ends the attempt that is out."""
+        with self._lock:
+            was_out, self._is_out = self._is_out, False
+        return was_out
+
+    def failed(self, error: CallError, *, is_last: bool = False) -> int | None:
+        """Return the ns until the next attempt; None where there is none, as where the call's time is up."""
+        now = self._context.now()
+        delay = self._counted.failed(error, now, now if is_last else self._context.deadline)
+        self._tell(error, now, delay)
+        return delay
+
+    def answered(self) -> None:
+        """The attempt was answered."""
+        self._counted.answered()
+        self._tell(None, self._context.now(), None)
+
+    def drop_alarms(self) -> None:
+        """The call is over: send nothing again, and end no attempt."""
+        deadlines, sends = self._context.context.deadlines, self._context.context.sends
+        for thread, alarm in ((deadlines, self.patience), (sends, self.again)):
+            thread.drop(alarm)
+            alarm.ring = _nothing
+
+    def _tell(self, error: CallError | None, now: int, delay: int | None) -> None:
+        from goalwire.rules.retries import CallAttempt
+
+        context, counted = self._context, self._counted
+        began = (counted.began - context.begun) / 1e9
+        lasted = (now - counted.began) / 1e9
+        retry_in = None if delay is None else delay / 1e9
+        self.retries.tell(
+            CallAttempt(context.name, context.peers, counted.number, began, lasted, error, retry_in)
+        )
+
+
+class Retries:
+    """What the calls of one client share: the policy, its budget, the hook."""
+
+    def __init__(self, policy: Retry, node: NodeCore) -> None:
+        """Raises TypeError for what is no policy."""
+        from goalwire.rules.retries import Retry, RetryBudget
+
+        if not isinstance(policy, Retry):
+            raise TypeError(f'retry is a goalwire.Retry(…) or None, not {policy!r}')
+        self.policy = policy
+        self._node = node
+        self._budget = RetryBudget(policy)
+        hook = policy.on_attempt
+        self._records: EventQueue[CallAttempt] | None = None
+        if hook is not None:
+            self._records = EventQueue(
+                node.work_queue, None, lambda record: self._call(hook, record), depth=RECORDS_LIMIT
+            )
+
+    def count(self) -> Attempts:
+        """Begin to count the attempts of one call."""
+        from goalwire.rules.retries import Attempts
+
+        return Attempts(self.policy, self._budget, random)
+
+    def tell(self, record: CallAttempt) -> None:
+        """Let the hook hear of it. Any thread."""
+        if self._records is not None:
+            self._records.deliver(record)
+
+    def _call(self, hook: Callable[[CallAttempt], object], record: CallAttempt) -> None:
+        try:
+            hook(record)
+        except Exception as error:
+            get_logger(self._node.logger_name).error(f"Service '{record.name}': on_attempt failed: {error!r}")
+
+    def close(self) -> None:
+        """Tell no more."""
+        if self._records is not None:
+            self._records.close()
+
+
+class RequestClient:
+    """One client of one service on the wire, and its calls that are not over."""
+
+    margin_s = MARGIN_S
+    """How much longer than the call the wire has to hold a request, in s."""
+
+    def __init__(self, node: NodeCore, endpoint: Endpoint) -> None:
+        self.node = node
+        self.full_name = endpoint.name
+        self.pending: dict[int, PendingCall] = {}
+        """The calls that wait for a reply, by the numbers of their requests."""
+        self.timed: dict[PendingCall, None] = {}
+        """The calls with a context that are not over: on their way, or waiting for a server."""
+        self.watches_end = False
+        """Whether the calls in `timed` hear of the context's end: those without an alarm need that."""
+        self.events = 0
+        """How many responses have come; see wait_set.Waited."""
+        self.watchers: Sequence[Callable[[], None]] = ()
+        self.sent = 0
+        """How many requests were handed to the wire."""
+        self.unanswered = 0
+        """How many requests no server answered: there was none, it went away, or it gave them up."""
+        self.latencies = Latencies()
+        """From requests to their responses."""
+        self.arrivals = ResponseTicks(node.work_queue, self)
+        self.wait_queue: ServerWaitQueue | None = None
+        self.retries: Retries | None = None
+        self._clock = node.context.shutdown_signal.clock
+        self._port: ClientPort | None = node.port.client(endpoint)
+
+    def start(
+        self,
+        call: PendingCall,
+        decode: Callable[[Any], Any],
+        payload: bytes,
+        call_context: CallContext | None = None,
+    ) -> None:
+        """Send a request, whose response `decode` makes of what the wire brings.
+
+        Raises InvalidHandle once closed, ShutDownError after the context's end, TransportError where the wire
+        refuses it. With a context or retries it may be sent later, and then the future gets these.
+        """
+        call.awaited_by, call.decode, call.sent_as, call.end_lock = self, decode, 0, allocate_lock()
+        if call_context is None:
+            self.send(payload, call)
+        else:
+            call.start(call_context, payload)
+
+    def send(self, payload: bytes, call: PendingCall) -> None:
+        """Hand a request to the wire; its reply, and its end, go to `call`. Raises as `start` does."""
+        port = self._port
+        if port is None:
+            raise InvalidHandle
+        context = call.call_context
+        left = None if context is None or context.deadline is None else context.left_ns(self.margin_s)
+        call.sent_ns = self._clock.system_now()
+        try:
+            sequence = port.request(payload, call.on_reply, call.on_end, left)
+        except ClosedError:
+            if self._port is None:
+                raise InvalidHandle from None
+            raise ShutDownError(self.what_fails()) from None
+        self.sent += 1
+        call.sent_as = sequence
+        if call.introspected is not None:
+            call.introspected.sent(sequence)
+        self.pending[sequence] = call
+        if call.end_lock.locked():  # it has ended before this number was known
+            call.discard_request()
+
+    def discard(self, call: PendingCall) -> None:
+        """Hold nothing for what `call` has sent last, here and on the wire."""
+        sequence, call.sent_as = call.sent_as, 0
+        port = self._port
+        if self.pending.pop(sequence, None) is not None and port is not None:
+            port.cancel(sequence)
+
+    # -- what a subclass says ------------------------------------------------------------------------------
+
+    def server_is_there(self) -> bool:
+        """True while there is a server that can be called. Raises ClosedError once this has ended."""
+        raise NotImplementedError
+
+    def make_wait_queue(self) -> ServerWaitQueue:
+        """Make `wait_queue`, in which calls wait for a server; clients of one action share theirs."""
+        raise NotImplementedError
+
+    def report_unanswered(self, reason: str) -> None:
+        """Nobody will answer a call that has no context: its future stays pending, as in ROS 2."""
+        raise NotImplementedError
+
+    def what_fails(self) -> str:
+        """What the error says that a call raises after the end of the context."""
+        return f"cannot call '{self.full_name}'"
+
+    # -- its end -------------------------------------------------------------------------------------------
+
+    def watch_end(self) -> None:
+        """See to it that calls without a deadline end with the context. One watch serves them all."""
+        self.watches_end = True
+        self.node.context.deadlines.tell_end(self)
+
+    def end(self) -> None:
+        """The context has ended."""
+        for call in list(self.timed):
+            call.end_with_context()
+
+    def close(self) -> None:
+        """Undeclare it. Calls with a context end with InvalidHandle, others stay pending. Idempotent."""
+        port, self._port = self._port, None
+        if port is None:
+            return
+        for call in list(self.timed):
+            call.fail(InvalidHandle())
+        for call in list(self.pending.values()):
+            call.discard()
+        if self.retries is not None:
+            self.retries.close()
+        self.arrivals.close()
+        port.close()
