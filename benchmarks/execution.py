@@ -17,10 +17,10 @@ from goalwire.execution.event_queue import EventQueue
 from goalwire.execution.executor import Executor
 from goalwire.execution.future import Future
 from goalwire.execution.multi_threaded import MultiThreadedExecutor
-from goalwire.execution.node_work_queue import NodeWorkQueue
-from goalwire.execution.shutdown_signal import ShutdownSignal
+from goalwire.execution.ready_queue import NodeWorkQueue
 from goalwire.execution.single_threaded import SingleThreadedExecutor
 from goalwire.execution.timer import Timer
+from goalwire.execution.waiting import ShutdownSignal
 from goalwire.rules.time import ClockType
 
 ROUNDS = 5

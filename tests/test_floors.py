@@ -21,14 +21,12 @@ REACHING_UP = {'idl': {'cdr'}, 'idl.slot_types': {'overlay'}}
 FILES_IN_CIRCLES = {
     'entities': 4,
     'entities.actions': 7,
-    'execution': 27,
     'overlay.rclpy': 3,
     'overlay.rclpy.impl': 1,
 }
 SILENCED_PRIVATES = {
     'benchmarks': 3,
     'entities': 4,
-    'execution': 25,
     'overlay.rclpy': 5,
     'overlay.rclpy.impl': 3,
     'overlay.rclpy.lifecycle': 1,

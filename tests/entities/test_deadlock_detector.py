@@ -12,7 +12,7 @@ from goalwire.errors import WouldDeadlockError
 from goalwire.execution.callback_groups import CallbackGroup, MutuallyExclusiveCallbackGroup
 from goalwire.execution.current import held_groups
 from goalwire.execution.event_queue import EventQueue
-from goalwire.execution.node_work_queue import NodeWorkQueue
+from goalwire.execution.ready_queue import NodeWorkQueue
 from goalwire.graph.graph import Graph
 from goalwire.transport.contract import EndpointKind, GraphEntity, NodeName
 

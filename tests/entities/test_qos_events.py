@@ -11,8 +11,7 @@ from helpers.collector import Collector
 
 from goalwire.entities.node import NodeCore
 from goalwire.entities.qos_events import EndpointEvents
-from goalwire.execution.node_work_queue import NodeWorkQueue
-from goalwire.execution.ready import ReadyQueue
+from goalwire.execution.ready_queue import NodeWorkQueue, ReadyQueue
 from goalwire.execution.timer_heap import TimerHeap
 from goalwire.graph.graph import Graph
 from goalwire.rules.qos import DEFAULT, QoS, ReliabilityPolicy

@@ -6,9 +6,8 @@ import asyncio
 
 from helpers.loops import run
 
-from goalwire.execution.asyncio_callback_tasks import CallbackTasks
-from goalwire.execution.callback_source import CallbackSource
-from goalwire.execution.node_work_queue import NodeWorkQueue
+from goalwire.execution.asyncio.executor import CallbackTasks
+from goalwire.execution.ready_queue import CallbackSource, NodeWorkQueue
 
 
 def test_cancelling_a_work_spares_others_and_the_caller() -> None:

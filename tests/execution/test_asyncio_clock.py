@@ -9,10 +9,10 @@ import pytest
 from helpers.loops import LOOPS, run
 
 from goalwire.errors import DestroyedError, ROSInterruptException, TimeSourceChangedError
-from goalwire.execution.asyncio_clock import AsyncClock
+from goalwire.execution.asyncio.clock import AsyncClock
 from goalwire.execution.clock import ROSClock
 from goalwire.execution.monotonic import STEADY
-from goalwire.execution.shutdown_signal import ShutdownSignal
+from goalwire.execution.waiting import ShutdownSignal
 from goalwire.rules.time import ClockType, Time
 
 

@@ -21,9 +21,9 @@ from goalwire.execution.callback_groups import (
     MutuallyExclusiveCallbackGroup,
     ReentrantCallbackGroup,
 )
+from goalwire.execution.event_queue import GuardCondition
 from goalwire.execution.executor import Executor
 from goalwire.execution.future import Future
-from goalwire.execution.guard_condition import GuardCondition
 from goalwire.execution.monotonic import STEADY
 from goalwire.execution.single_threaded import SingleThreadedExecutor
 

@@ -20,11 +20,16 @@ from weakref import ref
 import pytest
 from helpers.loops import LOOPS, run
 
-from goalwire.execution.asyncio_loop_waker import AsyncioLoopWaker, DirectFuture, LoopWaker
+from goalwire.execution.asyncio.stepped_loop import FastSteppedLoop, SteppedLoop
+from goalwire.execution.asyncio.waiting import (
+    AsyncioLoopWaker,
+    DirectFuture,
+    LoopWaker,
+    shared_waker,
+    waker_of,
+)
 from goalwire.execution.fd_selector import FdSelector
-from goalwire.execution.loop_waker import shared_waker, waker_of
 from goalwire.execution.monotonic import STEADY
-from goalwire.execution.stepped_loop import FastSteppedLoop, SteppedLoop
 
 ROUNDS = 2000
 EAGER = getattr(asyncio, 'eager_task_factory', None)

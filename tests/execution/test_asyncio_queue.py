@@ -8,7 +8,7 @@ import threading
 import pytest
 from helpers.loops import LOOPS, run
 
-from goalwire.execution.asyncio_queue import AsyncQueue
+from goalwire.execution.asyncio.waiting import AsyncQueue
 
 
 @pytest.mark.parametrize('loop', LOOPS)

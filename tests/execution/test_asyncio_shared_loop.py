@@ -13,18 +13,15 @@ import pytest
 from helpers.execution import SmallContext, SmallNode
 from helpers.loops import LOOPS, run
 
-from goalwire.execution.asyncio_callback_tasks import CallbackTasks
-from goalwire.execution.asyncio_shared_loop import SharedLoop
-from goalwire.execution.blocking import why_it_cannot_answer
+from goalwire.execution.asyncio.executor import CallbackTasks, SharedLoop
 from goalwire.execution.callback_groups import (
     CallbackGroup,
     MutuallyExclusiveCallbackGroup,
     ReentrantCallbackGroup,
 )
 from goalwire.execution.clock import ROSClock
-from goalwire.execution.current import active_executors
-from goalwire.execution.event_queue import EventQueue
-from goalwire.execution.guard_condition import GuardCondition
+from goalwire.execution.current import active_executors, why_it_cannot_answer
+from goalwire.execution.event_queue import EventQueue, GuardCondition
 from goalwire.execution.monotonic import STEADY
 from goalwire.execution.timer import Timer
 

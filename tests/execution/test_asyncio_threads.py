@@ -8,7 +8,7 @@ import threading
 import pytest
 from helpers.loops import run
 
-from goalwire.execution.asyncio_threads import in_thread
+from goalwire.execution.asyncio.waiting import in_thread
 
 
 def test_what_a_function_returns_or_raises_arrives() -> None:

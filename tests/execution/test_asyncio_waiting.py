@@ -10,11 +10,10 @@ from types import ModuleType
 import pytest
 from helpers.loops import LOOPS, run
 
-from goalwire.execution.asyncio_waiting import AsyncWaiter, delay_s, settle
+from goalwire.execution.asyncio.waiting import AsyncWaiter, delay_s, settle
 from goalwire.execution.future import Future
-from goalwire.execution.loop_waker import running_loop
 from goalwire.execution.monotonic import STEADY
-from goalwire.execution.shutdown_signal import ShutdownSignal
+from goalwire.execution.waiting import ShutdownSignal, running_loop
 
 MS = 1_000_000
 

@@ -14,9 +14,8 @@ from goalwire.execution.callback_groups import (
     MutuallyExclusiveCallbackGroup,
     ReentrantCallbackGroup,
 )
-from goalwire.execution.event_queue import EventQueue
+from goalwire.execution.event_queue import EventQueue, GuardCondition
 from goalwire.execution.executor import Executor
-from goalwire.execution.guard_condition import GuardCondition
 from goalwire.execution.multi_threaded import MultiThreadedExecutor
 from goalwire.execution.single_threaded import SingleThreadedExecutor
 

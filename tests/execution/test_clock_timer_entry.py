@@ -7,8 +7,7 @@ import pytest
 from helpers.execution import SmallContext, SmallNode, Spinning
 from helpers.patience import soon
 
-from goalwire.execution.clock import Clock, ROSClock
-from goalwire.execution.clock_timer_entry import ClockTimerEntry
+from goalwire.execution.clock import Clock, ClockTimerEntry, ROSClock
 from goalwire.execution.single_threaded import SingleThreadedExecutor
 from goalwire.rules.time import ClockType, Time
 

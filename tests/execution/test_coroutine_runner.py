@@ -6,7 +6,7 @@ from contextvars import copy_context
 import pytest
 from helpers.patience import PATIENCE
 
-from goalwire.execution.coroutine_runner import Start
+from goalwire.execution.asyncio.coroutine_runner import Start
 from goalwire.execution.single_threaded import SingleThreadedExecutor
 
 

@@ -11,11 +11,10 @@ from goalwire.execution.callback_groups import (
     MutuallyExclusiveCallbackGroup,
     ReentrantCallbackGroup,
 )
-from goalwire.execution.callback_source import CallbackSource
 from goalwire.execution.event_queue import EventQueue
 from goalwire.execution.executor import Executor
 from goalwire.execution.multi_threaded import MultiThreadedExecutor
-from goalwire.execution.node_work_queue import NodeWorkQueue
+from goalwire.execution.ready_queue import CallbackSource, NodeWorkQueue
 from goalwire.execution.single_threaded import SingleThreadedExecutor
 
 

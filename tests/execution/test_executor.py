@@ -13,7 +13,7 @@ from helpers.execution import SmallContext, SmallNode, Spinning
 from helpers.patience import PATIENCE, soon
 
 from goalwire.execution.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
-from goalwire.execution.event_queue import EventQueue
+from goalwire.execution.event_queue import EventQueue, GuardCondition
 from goalwire.execution.executor import (
     ConditionReachedException,
     Executor,
@@ -24,11 +24,10 @@ from goalwire.execution.executor import (
     await_or_execute,
 )
 from goalwire.execution.future import Future
-from goalwire.execution.guard_condition import GuardCondition
 from goalwire.execution.monotonic import STEADY
 from goalwire.execution.multi_threaded import MultiThreadedExecutor
-from goalwire.execution.shutdown_signal import default_context, provide_default_context
 from goalwire.execution.single_threaded import SingleThreadedExecutor
+from goalwire.execution.waiting import default_context, provide_default_context
 
 
 def took(action: Callable[[], object]) -> float:
@@ -372,7 +371,7 @@ def test_threads_are_made_on_demand_and_all_ended(context: SmallContext, node: S
 
 
 def test_the_default_context_is_asked_for() -> None:
-    import goalwire.execution.shutdown_signal as module
+    import goalwire.execution.waiting as module
 
     before = module._provider[:]
     context = SmallContext()

@@ -8,8 +8,8 @@ from collections.abc import Iterator
 import pytest
 from helpers.patience import PATIENCE
 
-from goalwire.execution.fd_selector import FdSelector, FdWaiter
-from goalwire.execution.shutdown_signal import ShutdownSignal
+from goalwire.execution.fd_selector import FdSelector
+from goalwire.execution.waiting import ShutdownSignal, WireWaiter
 
 READ = selectors.EVENT_READ
 LONG = int(PATIENCE * 1e9)
@@ -70,14 +70,14 @@ def test_a_parked_thread_wakes_for_a_descriptor(fd_selector: FdSelector, pipe: P
     fd_selector.arm(pipe.reader, READ, lambda fd, _: reports.append(fd))
     writer = threading.Timer(0.02, pipe.write)
     writer.start()
-    FdWaiter(fd_selector, ShutdownSignal()).wait(LONG)
+    WireWaiter(ShutdownSignal(), fd_selector).wait(LONG)
     assert reports == [pipe.reader]
     writer.join()
 
 
 def test_a_thread_that_watches_is_woken_by_wake(fd_selector: FdSelector, pipe: Pipe) -> None:
     fd_selector.arm(pipe.reader, READ, lambda _, __: None)
-    waiter = FdWaiter(fd_selector, ShutdownSignal())
+    waiter = WireWaiter(ShutdownSignal(), fd_selector)
     waker = threading.Timer(0.02, waiter.wake)
     waker.start()
     assert waiter.wait(LONG)
@@ -91,7 +91,7 @@ def test_a_sleeper_that_found_the_selector_taken_is_told_when_it_is_free(pipe: P
     fd_selector = FdSelector(told.set)
     fd_selector.arm(pipe.reader, READ, lambda _, __: None)
     told.clear()
-    first, second = FdWaiter(fd_selector, ShutdownSignal()), FdWaiter(fd_selector, ShutdownSignal())
+    first, second = WireWaiter(ShutdownSignal(), fd_selector), WireWaiter(ShutdownSignal(), fd_selector)
     watching = threading.Thread(target=first.wait, args=(LONG,))
     watching.start()
     while not fd_selector.attended:
@@ -112,7 +112,7 @@ def test_closing_sends_the_watching_thread_off_and_arms_nothing_more(
     fd_selector: FdSelector, pipe: Pipe
 ) -> None:
     fd_selector.arm(pipe.reader, READ, lambda _, __: None)
-    waiter = FdWaiter(fd_selector, ShutdownSignal())
+    waiter = WireWaiter(ShutdownSignal(), fd_selector)
     watching = threading.Thread(target=waiter.wait, args=(LONG,))
     watching.start()
     while not fd_selector.attended:

@@ -14,10 +14,9 @@ from helpers.patience import PATIENCE
 
 from goalwire.execution.executor import Executor
 from goalwire.execution.future import Future
-from goalwire.execution.monotonic import STEADY, SteadyClock
-from goalwire.execution.shutdown_signal import ShutdownSignal
+from goalwire.execution.monotonic import STEADY, Sleeper, SteadyClock
 from goalwire.execution.single_threaded import SingleThreadedExecutor
-from goalwire.execution.waiting import Waiter
+from goalwire.execution.waiting import ShutdownSignal
 
 
 class Decoded(Future[int]):
@@ -287,7 +286,7 @@ class Falling(SteadyClock):
     def __init__(self, happens: Callable[[], object]) -> None:
         self._happens = happens
 
-    def wait(self, waiter: Waiter, deadline_ns: int | None) -> bool:
+    def wait(self, waiter: Sleeper, deadline_ns: int | None) -> bool:
         self._happens()
         return super().wait(waiter, deadline_ns)
 

@@ -4,7 +4,7 @@ import pytest
 from helpers.execution import SmallNode
 
 from goalwire.errors import InvalidHandle
-from goalwire.execution.guard_condition import GuardCondition
+from goalwire.execution.event_queue import GuardCondition
 from goalwire.execution.single_threaded import SingleThreadedExecutor
 
 

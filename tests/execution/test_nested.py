@@ -10,11 +10,11 @@ import pytest
 from helpers.execution import SmallContext, SmallNode, Spinning
 from helpers.patience import PATIENCE
 
-from goalwire.execution.blocking import block_on, current_executor, current_group, why_it_cannot_answer
 from goalwire.execution.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
+from goalwire.execution.current import current_executor, current_group, why_it_cannot_answer
+from goalwire.execution.event_queue import GuardCondition
 from goalwire.execution.executor import Executor
-from goalwire.execution.future import Future
-from goalwire.execution.guard_condition import GuardCondition
+from goalwire.execution.future import Future, block_on
 from goalwire.execution.monotonic import STEADY
 from goalwire.execution.multi_threaded import MultiThreadedExecutor
 from goalwire.execution.single_threaded import SingleThreadedExecutor

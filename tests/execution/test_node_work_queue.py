@@ -6,10 +6,8 @@ from typing import Any
 from helpers.execution import SmallContext, SmallNode, Spinning
 from helpers.patience import PATIENCE, soon
 
-from goalwire.execution.callback_source import CallbackSource
 from goalwire.execution.event_queue import EventQueue
-from goalwire.execution.node_work_queue import NodeWorkQueue
-from goalwire.execution.ready import ReadyQueue
+from goalwire.execution.ready_queue import CallbackSource, NodeWorkQueue, ReadyQueue
 from goalwire.execution.single_threaded import SingleThreadedExecutor
 from goalwire.execution.timer_heap import TimerEntry
 

@@ -5,10 +5,8 @@ from collections.abc import Callable
 
 from helpers.patience import PATIENCE
 
-from goalwire.execution.callback_source import CallbackSource
 from goalwire.execution.monotonic import STEADY
-from goalwire.execution.node_work_queue import NodeWorkQueue
-from goalwire.execution.ready import ReadyQueue
+from goalwire.execution.ready_queue import CallbackSource, NodeWorkQueue, ReadyQueue
 from goalwire.execution.spinning import NEVER, StopWhen
 from goalwire.execution.timer_heap import TimerEntry, TimerHeap
 from goalwire.execution.waiting import Waiter

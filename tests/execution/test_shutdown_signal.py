@@ -6,8 +6,7 @@ from weakref import ref
 
 import pytest
 
-from goalwire.execution.shutdown_signal import ShutdownSignal
-from goalwire.execution.waiting import WireWaiter
+from goalwire.execution.waiting import ShutdownSignal, WireWaiter
 
 
 def test_it_ends_once_and_tells_everybody_once() -> None:

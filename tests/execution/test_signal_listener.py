@@ -19,7 +19,7 @@ if sys.platform == 'win32':
 HEAD = """
 import asyncio, os, signal, sys, threading, time
 import rclpy
-from goalwire.execution.signal_listener import LISTENING
+from goalwire.execution.signals import LISTENING
 from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import Trigger
 

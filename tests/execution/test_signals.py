@@ -21,9 +21,9 @@ HEAD = """
 import asyncio, sys, threading, time
 from goalwire.execution import signals
 from goalwire.execution.future import Future
-from goalwire.execution.node_work_queue import NodeWorkQueue
-from goalwire.execution.guard_condition import GuardCondition
-from goalwire.execution.shutdown_signal import ShutdownSignal
+from goalwire.execution.ready_queue import NodeWorkQueue
+from goalwire.execution.event_queue import GuardCondition
+from goalwire.execution.waiting import ShutdownSignal
 from goalwire.execution.multi_threaded import MultiThreadedExecutor
 from goalwire.execution.signals import SignalHandlerOptions
 from goalwire.execution.single_threaded import SingleThreadedExecutor

@@ -12,14 +12,12 @@ from helpers.patience import PATIENCE, soon
 
 from goalwire.errors import InvalidHandle, ROSInterruptException
 from goalwire.execution.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
-from goalwire.execution.clock import Clock, ROSClock, SteadyClock
+from goalwire.execution.clock import Clock, ROSClock
 from goalwire.execution.executor import Executor
-from goalwire.execution.monotonic import STEADY
+from goalwire.execution.monotonic import STEADY, Sleeper, SteadyClock
 from goalwire.execution.multi_threaded import MultiThreadedExecutor
-from goalwire.execution.rate import Rate
 from goalwire.execution.single_threaded import SingleThreadedExecutor
-from goalwire.execution.timer import Timer
-from goalwire.execution.waiting import Waiter
+from goalwire.execution.timer import Rate, Timer
 from goalwire.rules.time import ClockType, Duration, Time
 
 MS = 1_000_000
@@ -40,7 +38,7 @@ class HandSet(SteadyClock):
     def system_now(self) -> int:
         return self.time + self.offset
 
-    def wait(self, waiter: Waiter, deadline_ns: int | None) -> bool:
+    def wait(self, waiter: Sleeper, deadline_ns: int | None) -> bool:
         raise AssertionError('a test with time set by hand must not sleep')
 
 

@@ -8,8 +8,7 @@ from helpers.execution import SmallContext, SmallNode
 
 from goalwire.execution.clock import Clock, ROSClock
 from goalwire.execution.single_threaded import SingleThreadedExecutor
-from goalwire.execution.timer import Timer, TimerInfo
-from goalwire.execution.timer_info import taking_info
+from goalwire.execution.timer import Timer, TimerInfo, taking_info
 from goalwire.rules.time import ClockType, Time
 
 if TYPE_CHECKING:

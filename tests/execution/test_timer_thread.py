@@ -10,8 +10,7 @@ from helpers.collector import Collector
 from helpers.execution import SmallContext
 
 from goalwire.execution.monotonic import STEADY
-from goalwire.execution.timer_heap import TimerEntry
-from goalwire.execution.timer_thread import TimerThread
+from goalwire.execution.timer_heap import TimerEntry, TimerThread
 from goalwire.logging import LogRecord
 
 MS = 1_000_000

@@ -5,10 +5,9 @@ import threading
 import pytest
 from helpers.patience import PATIENCE
 
-from goalwire.execution.fd_selector import FdSelector, FdWaiter
+from goalwire.execution.fd_selector import FdSelector
 from goalwire.execution.monotonic import STEADY, deadline_after
-from goalwire.execution.shutdown_signal import ShutdownSignal
-from goalwire.execution.waiting import Waiter, WireWaiter
+from goalwire.execution.waiting import ShutdownSignal, Waiter, WireWaiter
 
 
 def test_a_wake_that_comes_first_ends_the_next_wait_at_once() -> None:
@@ -69,9 +68,10 @@ def test_a_signal_that_comes_as_a_sleep_beside_the_wire_begins_leaves_nobody_dep
             raise KeyboardInterrupt
 
     shutdown_signal, fd_selector = Interrupted(), FdSelector(lambda: None)
-    wire_waiter, waiter = WireWaiter(shutdown_signal), FdWaiter(fd_selector, shutdown_signal)
-    for sleep in (wire_waiter._wait_on_lock_beside_wire, waiter._wait_on_descriptors):
-        with pytest.raises(KeyboardInterrupt):
-            sleep(0)
+    wire_waiter, waiter = WireWaiter(shutdown_signal), WireWaiter(shutdown_signal, fd_selector)
+    with pytest.raises(KeyboardInterrupt):
+        wire_waiter._wait_on_lock_beside_wire(0)
+    with pytest.raises(KeyboardInterrupt):
+        waiter._wait_on_descriptors(fd_selector, 0)
     assert not shutdown_signal.external_sleepers
     assert waiter.interrupt is None

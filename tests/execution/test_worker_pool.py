@@ -8,8 +8,7 @@ from helpers.execution import SmallContext, Spinning
 from helpers.patience import PATIENCE, soon
 
 from goalwire.execution.monotonic import STEADY
-from goalwire.execution.multi_threaded import MultiThreadedExecutor
-from goalwire.execution.worker_pool import WorkerPool
+from goalwire.execution.multi_threaded import MultiThreadedExecutor, WorkerPool
 
 
 def test_of_workers_that_ask_at_once_no_more_are_let_go_than_there_are_too_many() -> None:

@@ -9,8 +9,8 @@ from typing import Any, Self
 from helpers.patience import PATIENCE
 
 from goalwire.execution.executor import Executor
-from goalwire.execution.node_work_queue import NodeWorkQueue
-from goalwire.execution.shutdown_signal import ShutdownSignal
+from goalwire.execution.ready_queue import NodeWorkQueue
+from goalwire.execution.waiting import ShutdownSignal
 
 
 class SmallContext:

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 from goalwire.aio.entity import Entity, message_of
 from goalwire.entities.call_context import CallContext
 from goalwire.entities.client import ClientCore
-from goalwire.execution.asyncio_waiting import completion
-from goalwire.execution.loop_waker import waker_of
+from goalwire.execution.asyncio.waiting import completion, waker_of
 
 if TYPE_CHECKING:
     from goalwire.entities.node import NodeCore

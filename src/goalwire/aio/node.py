@@ -19,10 +19,9 @@ from goalwire.aio.timer import Timer
 from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import ServiceType, action_support, service_support
 from goalwire.errors import ClosedError
-from goalwire.execution.asyncio_callback_tasks import CallbackTasks
-from goalwire.execution.asyncio_clock import AsyncClock
-from goalwire.execution.asyncio_shared_loop import SharedLoop
-from goalwire.execution.asyncio_threads import in_thread
+from goalwire.execution.asyncio.clock import AsyncClock
+from goalwire.execution.asyncio.executor import CallbackTasks, SharedLoop
+from goalwire.execution.asyncio.waiting import in_thread
 from goalwire.execution.monotonic import timeout_ns
 from goalwire.logging import RcutilsLogger, get_logger
 from goalwire.rules.goals.policy import UNLIMITED

@@ -11,7 +11,7 @@ from goalwire.entities.parameters.node_parameters import NodeParameters
 from goalwire.entities.publisher import PublisherCore
 from goalwire.entities.standard_types import standard_message
 from goalwire.errors import InvalidParameterValueException
-from goalwire.execution.asyncio_queue import AsyncQueue
+from goalwire.execution.asyncio.waiting import AsyncQueue
 from goalwire.rules.parameters import Outcome, Parameter
 from goalwire.rules.qos import PARAMETER_EVENTS
 

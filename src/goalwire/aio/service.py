@@ -14,7 +14,7 @@ from goalwire.logging import get_logger
 if TYPE_CHECKING:
     from goalwire.entities.node import NodeCore
     from goalwire.entities.type_support import ServiceSupport
-    from goalwire.execution.asyncio_callback_tasks import CallbackTasks
+    from goalwire.execution.asyncio.executor import CallbackTasks
     from goalwire.rules.qos import QoS
     from goalwire.rules.statistics import ServiceStatistics
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from goalwire.aio.entity import Entity
 from goalwire.execution import timer
-from goalwire.execution.asyncio_queue import AsyncQueue
+from goalwire.execution.asyncio.waiting import AsyncQueue
 from goalwire.rules.time import S_TO_NS
 
 if TYPE_CHECKING:

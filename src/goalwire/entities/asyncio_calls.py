@@ -9,7 +9,7 @@ from goalwire.entities.client import ClientCore
 from goalwire.entities.graph_waiting import graph_shows
 from goalwire.entities.pending_call import PendingCall
 from goalwire.errors import DestroyedError, ShutDownError
-from goalwire.execution.asyncio_waiting import settle
+from goalwire.execution.asyncio.waiting import settle
 
 
 class AwaitedCalls:

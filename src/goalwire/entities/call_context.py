@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from goalwire.entities.context import Context
     from goalwire.entities.node import NodeCore
-    from goalwire.execution.loop_waker import Awaitable
+    from goalwire.execution.asyncio.waiting import Awaitable
     from goalwire.transport.contract import GraphEntity
 
 ErrorT = TypeVar('ErrorT', bound=CallError)
@@ -151,7 +151,7 @@ class CallContext:
 
     async def settle(self, future: Awaitable) -> None:
         """Wait until `future` is no longer pending. Raises DeadlineError, ShutDownError."""
-        from goalwire.execution.asyncio_waiting import settle  # asyncio is slow to import
+        from goalwire.execution.asyncio.waiting import settle  # asyncio is slow to import
 
         if not await settle(future, self.context.shutdown_signal, self.deadline):
             self.check_alive()

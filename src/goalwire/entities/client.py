@@ -28,9 +28,8 @@ from goalwire.errors import (
     ShutDownError,
     TooManyCallsError,
 )
-from goalwire.execution.blocking import abandon, block_on
 from goalwire.execution.callback_groups import CallbackGroup
-from goalwire.execution.future import Future
+from goalwire.execution.future import Future, abandon, block_on
 from goalwire.execution.monotonic import deadline_after
 from goalwire.logging import get_logger
 from goalwire.rules.qos import QoS

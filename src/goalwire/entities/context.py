@@ -18,10 +18,10 @@ from goalwire.entities.arguments import override_use, process_arguments
 from goalwire.entities.deadlock_detector import DeadlockDetector
 from goalwire.entities.rosout import Rosout
 from goalwire.errors import NotInitializedException, RCLError
-from goalwire.execution import excepthook, signals
+from goalwire.execution import signals
 from goalwire.execution.handle import handle_of
-from goalwire.execution.shutdown_signal import ShutdownSignal
-from goalwire.execution.timer_thread import TimerThread
+from goalwire.execution.timer_heap import TimerThread
+from goalwire.execution.waiting import ShutdownSignal
 from goalwire.graph.graph import Graph
 from goalwire.graph.mismatch import Mismatch
 from goalwire.rules import domain
@@ -86,7 +86,7 @@ class Context:
             self.call_timeout = call_timeout_from_environment()
         if initialize_logging:
             self._configure_logging()
-        excepthook.install()
+        signals.install_excepthooks()
         signals.register(self.shutdown_signal)
         _contexts.add(self)
 

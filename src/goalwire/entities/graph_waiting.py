@@ -56,7 +56,7 @@ async def graph_shows(context: Context, predicate: Callable[[], bool], deadline:
 
     False where the context ends, or its steady clock shows `deadline`.
     """
-    from goalwire.execution.asyncio_waiting import AsyncWaiter
+    from goalwire.execution.asyncio.waiting import AsyncWaiter
 
     if predicate():
         return True

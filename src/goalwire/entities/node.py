@@ -16,7 +16,7 @@ from goalwire.entities.names import (
 )
 from goalwire.errors import InvalidHandle, ShutDownError
 from goalwire.execution.clock import ROSClock
-from goalwire.execution.node_work_queue import NodeWorkQueue
+from goalwire.execution.ready_queue import NodeWorkQueue
 from goalwire.rules.arguments import Arguments
 from goalwire.rules.names import RemapRules
 

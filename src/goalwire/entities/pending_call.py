@@ -182,9 +182,9 @@ class PendingCall(Future[Any]):
             self.introspected.received(sample)
         took = sample.received_timestamp - self.sent_ns
         client.latencies.counts[took.bit_length() if took > 0 else 0] += 1
-        if self._state == PENDING:
+        if self.completion_state == PENDING:
             self._raw = sample.payload
-            self._state = FINISHED
+            self.completion_state = FINISHED
             if not self._tell():
                 client.arrivals.deliver(None)
         client.events += 1
@@ -202,7 +202,7 @@ class PendingCall(Future[Any]):
 
     def complete(self, payload: Any) -> None:
         """Give the future what it waits for, unless it was cancelled."""
-        if self._state == PENDING and not self.set_raw(payload):
+        if self.completion_state == PENDING and not self.set_raw(payload):
             self.awaited_by.arrivals.deliver(None)
 
     def on_end(self, reason: str) -> None:

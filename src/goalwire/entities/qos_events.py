@@ -13,7 +13,7 @@ from threading import Lock
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from goalwire.errors import InvalidHandle, UnsupportedEventTypeError
-from goalwire.execution.callback_source import CallbackSource
+from goalwire.execution.ready_queue import CallbackSource
 from goalwire.rules.qos_compatibility import incompatible_policy
 from goalwire.rules.qos_events import (
     NOTHING_YET,

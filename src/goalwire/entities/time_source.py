@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from goalwire.entities.subscription import SubscriptionCore
 from goalwire.errors import RemoteError
-from goalwire.execution.blocking import why_it_cannot_answer
+from goalwire.execution.current import why_it_cannot_answer
 from goalwire.rules.qos import QoS, ReliabilityPolicy
 from goalwire.rules.time import S_TO_NS, ClockType, Time
 

@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, TypeVar
 
 from goalwire.entities.subscription import SubscriptionCore
 from goalwire.errors import RemoteError
-from goalwire.execution.blocking import block_on
 from goalwire.execution.callback_groups import ReentrantCallbackGroup
-from goalwire.execution.future import Future
+from goalwire.execution.future import Future, block_on
 from goalwire.execution.monotonic import deadline_after
 
 if TYPE_CHECKING:

@@ -5,83 +5,20 @@ from __future__ import annotations
 from _thread import allocate_lock
 from collections import deque
 from typing import TYPE_CHECKING
-from weakref import WeakSet
+
+from goalwire.execution.ready_queue import CallbackGroup
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from goalwire.execution.callback_source import CallbackSource
-    from goalwire.execution.node_work_queue import NodeWorkQueue
+    from goalwire.execution.ready_queue import CallbackSource
 
-
-class CallbackGroup:
-    """The entities whose callbacks one rule governs."""
-
-    exclusive = False
-    """Whether one callback at a time may run."""
-
-    foreign = False
-    """Whether a program has written its rule."""
-
-    work_queue: NodeWorkQueue | None = None
-    """Where its members' work goes, if not to their node's executor; to be set before they are made."""
-
-    def __init__(self) -> None:
-        self.entities: WeakSet[object] = WeakSet()
-        self._active: object = None
-
-    def __init_subclass__(cls) -> None:
-        if 'begin' not in vars(cls) and _RULE & vars(cls).keys():
-            cls.foreign = True
-            cls.begin = CallbackGroup.begin  # type: ignore[method-assign]  # where a quicker one was inherited
-            cls.ended = CallbackGroup.ended  # type: ignore[method-assign]
-
-    def add_entity(self, entity: object) -> None:
-        """Make `entity` a member. Raises TypeError for what cannot be referenced weakly."""
-        self.entities.add(entity)
-
-    def has_entity(self, entity: object) -> bool:
-        """Whether `entity` is a member."""
-        return entity in self.entities
-
-    def can_execute(self, entity: object) -> bool:
-        """Whether a callback of `entity` may start now."""
-        raise NotImplementedError
-
-    def beginning_execution(self, entity: object) -> bool:
-        """Note that a callback of `entity` starts; False where it may not."""
-        raise NotImplementedError
-
-    def ending_execution(self, entity: object) -> None:
-        """Note that a callback of `entity` has ended."""
-        raise NotImplementedError
-
-    def begin(self, source: CallbackSource, /) -> bool:
-        """Ask the rule whether a callback of `work` may start, and note that it does."""
-        entity = source.entity
-        return self.can_execute(entity) and self.beginning_execution(entity)
-
-    def ended(self, source: CallbackSource, /) -> None:
-        """Note that a callback of `work` has ended."""
-        self.ending_execution(source.entity)
-
-    @property
-    def active_entity(self) -> object:
-        """Whose callback runs in an exclusive group, or None."""
-        return self._active
-
-    @property
-    def parked(self) -> Sequence[CallbackSource]:
-        """What waits for the running callback to end."""
-        return ()
-
-    def park(self, source: CallbackSource) -> None:
-        """Keep `work`, which may not start now, and post it again when it may."""
-        raise NotImplementedError
-
-
-_RULE = {'can_execute', 'beginning_execution', 'ending_execution'}
-"""What a group written by a program replaces."""
+__all__ = [
+    'CallbackGroup',
+    'MutuallyExclusiveCallbackGroup',
+    'ReentrantCallbackGroup',
+    'checked_group',
+]
 
 
 class ReentrantCallbackGroup(CallbackGroup):

@@ -1,36 +1,128 @@
-"""Clocks: system, steady and ROS time (rclpy.clock)."""
+"""Clocks: system, steady and ROS time (rclpy.clock), their jumps, and entries that go by them."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol
-from weakref import ReferenceType, ref
+from enum import IntEnum
+from typing import TYPE_CHECKING, Any, Protocol, Self, TypedDict
 
 from goalwire.errors import LocalError, NotInitializedException
-from goalwire.execution.blocking import capacity_added
+from goalwire.execution.current import capacity_added
 from goalwire.execution.handle import handle_of
-from goalwire.execution.jump import ClockChange, JumpHandle, JumpThreshold, TimeJump, TimeJumpDictionary
 from goalwire.execution.monotonic import STEADY, SteadyClock
-from goalwire.execution.shutdown_signal import ContextLike, default_context
+from goalwire.execution.timer_heap import TimerEntry
+from goalwire.execution.waiting import ContextLike, WeakListeners, default_context, wake_all
 from goalwire.rules.time import ClockType, Duration, Time
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from types import TracebackType
 
-    from goalwire.execution.shutdown_signal import ShutdownSignal
-    from goalwire.execution.waiting import Waiter
+    from goalwire.execution.future import Future
+    from goalwire.execution.ready_queue import NodeWorkQueue
+    from goalwire.execution.waiting import ShutdownSignal, Waiter
 
-__all__ = [
-    'STEADY',
-    'Clock',
-    'ClockChange',
-    'ClockType',
-    'JumpHandle',
-    'JumpThreshold',
-    'ROSClock',
-    'SteadyClock',
-    'TimeJump',
-    'TimeJumpDictionary',
-]
+
+class ClockChange(IntEnum):
+    """How the source of a clock changed (rcl_clock_change_t)."""
+
+    ROS_TIME_NO_CHANGE = 1
+    ROS_TIME_ACTIVATED = 2
+    ROS_TIME_DEACTIVATED = 3
+    SYSTEM_TIME_NO_CHANGE = 4
+
+
+class TimeJumpDictionary(TypedDict):
+    """A jump as rclpy's C layer tells it."""
+
+    clock_change: str
+    delta: int
+
+
+class JumpThreshold:
+    """Which jumps are worth a call: forward by at least `min_forward`, backward by `min_backward` or more."""
+
+    def __init__(
+        self, *, min_forward: Duration | None, min_backward: Duration | None, on_clock_change: bool = True
+    ) -> None:
+        """Raises ValueError for a threshold of the wrong sign, and where all three are off."""
+        if min_forward is not None and min_forward.nanoseconds <= 0:
+            raise ValueError('min_forward must be a positive non-zero duration')
+        if min_backward is not None and min_backward.nanoseconds >= 0:
+            raise ValueError('min_backward must be a negative non-zero duration')
+        if min_forward is None and min_backward is None and not on_clock_change:
+            raise ValueError('At least one jump threshold must be enabled')
+        self.min_forward = min_forward
+        self.min_backward = min_backward
+        self.on_clock_change = on_clock_change
+
+    def met_by(self, jump: TimeJump) -> bool:
+        """Whether `jump` is large enough."""
+        if jump.clock_change in (ClockChange.ROS_TIME_ACTIVATED, ClockChange.ROS_TIME_DEACTIVATED):
+            return self.on_clock_change
+        forward, backward = self.min_forward, self.min_backward
+        delta = jump.delta.nanoseconds
+        return (forward is not None and delta >= forward.nanoseconds) or (
+            backward is not None and delta <= backward.nanoseconds
+        )
+
+
+class TimeJump:
+    """One jump: what changed, and by how much."""
+
+    def __init__(self, clock_change: ClockChange, delta: Duration) -> None:
+        if not isinstance(clock_change, ClockChange):
+            raise TypeError('clock_change must be a ClockChange')
+        self._clock_change = clock_change
+        self._delta = delta
+
+    @property
+    def clock_change(self) -> ClockChange:
+        """What changed."""
+        return self._clock_change
+
+    @property
+    def delta(self) -> Duration:
+        """New time minus old time."""
+        return self._delta
+
+
+class JumpHandle:
+    """A registered pair of jump callbacks."""
+
+    def __init__(
+        self,
+        *,
+        clock: Clock,
+        threshold: JumpThreshold,
+        pre_callback: Callable[[], object] | None,
+        post_callback: Callable[[TimeJump], object] | None,
+    ) -> None:
+        """Raises ValueError where no callback is given, or one is not callable."""
+        if pre_callback is None and post_callback is None:
+            raise ValueError('One of pre_callback or post_callback must be callable')
+        if pre_callback is not None and not callable(pre_callback):
+            raise ValueError('pre_callback must be callable if given')
+        if post_callback is not None and not callable(post_callback):
+            raise ValueError('post_callback must be callable if given')
+        self.threshold = threshold
+        self.pre_callback = pre_callback
+        self.post_callback = post_callback
+        self._clock: Clock | None = clock
+        clock.jump_handles.append(self)
+
+    def unregister(self) -> None:
+        """Be called no more. Idempotent."""
+        clock, self._clock = self._clock, None
+        if clock is not None:
+            clock.jump_handles.remove(self)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, t: type[BaseException] | None, v: BaseException | None, tb: TracebackType | None
+    ) -> None:
+        self.unregister()
 
 
 class JumpListener(Protocol):
@@ -62,7 +154,8 @@ class Clock:
         """The machine's time, or the virtual time that stands in for it."""
         self.overridden = False
         """Whether somebody sets its time, so that waiting for it means waiting for them."""
-        self._jump_handles: list[JumpHandle] = []
+        self.jump_handles: list[JumpHandle] = []
+        """Who is called around each jump."""
 
     @property
     def clock_type(self) -> ClockType:
@@ -174,7 +267,7 @@ class ROSClock(Clock):
         self._sleepers: list[Waiter] = []
         self.on_doze: list[Callable[[], bool]] = []
         """Called by a thread before it sleeps until a time is set; True where that has set the time."""
-        self._listeners: dict[ReferenceType[JumpListener], None] = {}
+        self._listeners: WeakListeners[JumpListener] = WeakListeners()
 
     @property
     def ros_time_is_active(self) -> bool:
@@ -206,7 +299,7 @@ class ROSClock(Clock):
     def advance_quietly(self, time_ns: int) -> bool:
         """Set the time as above, unless that would call a jump callback: False, and nothing is done."""
         if self.overridden:
-            if self._jump_handles:
+            if self.jump_handles:
                 delta = Duration(nanoseconds=time_ns - self._override_ns)
                 if self._concerned(TimeJump(ClockChange.ROS_TIME_NO_CHANGE, delta)):
                     return False
@@ -218,10 +311,7 @@ class ROSClock(Clock):
 
     def watch_jumps(self, listener: JumpListener) -> None:
         """Tell `listener`, held weakly, of every change."""
-        self._listeners[ref(listener, self._forget)] = None
-
-    def _forget(self, listener: ReferenceType[JumpListener]) -> None:
-        self._listeners.pop(listener, None)
+        self._listeners.add(listener)
 
     def wait_until(
         self,
@@ -247,7 +337,7 @@ class ROSClock(Clock):
         change = ClockChange.ROS_TIME_ACTIVATED if enabled else ClockChange.ROS_TIME_DEACTIVATED
         jump = TimeJump(change, Duration())
         told = self._tell_before(jump)
-        listeners = [(listener, listener.remaining_ns()) for listener in self._alive()]
+        listeners = [(listener, listener.remaining_ns()) for listener in self._listeners.alive()]
         self.overridden = enabled
         self._switches += 1
         try:
@@ -258,7 +348,7 @@ class ROSClock(Clock):
             self.wake_sleepers()
 
     def _concerned(self, jump: TimeJump) -> list[JumpHandle]:
-        return [handle for handle in tuple(self._jump_handles) if handle.threshold.met_by(jump)]
+        return [handle for handle in tuple(self.jump_handles) if handle.threshold.met_by(jump)]
 
     def _tell_before(self, jump: TimeJump) -> list[JumpHandle]:
         told = self._concerned(jump)
@@ -275,18 +365,13 @@ class ROSClock(Clock):
 
     def _spread(self, change: ClockChange) -> None:
         """Let whoever goes by this clock look at its new time."""
-        for listener in self._alive():
+        for listener in self._listeners.alive():
             listener.clock_jumped(change, None)
         self.wake_sleepers()
 
-    def _alive(self) -> list[JumpListener]:
-        found = (reference() for reference in list(self._listeners))  # no tuple: see ShutdownSignal._tell
-        return [listener for listener in found if listener is not None]
-
     def wake_sleepers(self) -> None:
         """Let whoever sleeps by this clock look again."""
-        for waiter in tuple(self._sleepers):
-            waiter.wake()
+        wake_all(self._sleepers)
 
     def _wait_on_lock(self, waiter: Waiter, missing_ns: int) -> None:
         if not self.overridden:
@@ -294,3 +379,71 @@ class ROSClock(Clock):
         elif not any(help_on() for help_on in self.on_doze):
             with capacity_added():  # who makes the time may be among this executor's callbacks
                 self.source.wait(waiter, None)
+
+
+class ClockTimerEntry(TimerEntry):
+    """Rings once when `clock` shows the due time: on an executor's thread, or on the one that sets the time.
+
+    `ring` must be short and call no user code. `due` is None while it is off; it is in ns of the clock where
+    somebody sets that, and then in no timer heap.
+    """
+
+    __slots__ = ('_clock', '_time', '_work_queue')
+
+    def __init__(self, work_queue: NodeWorkQueue, clock: Clock, ring: Callable[[], None]) -> None:
+        super().__init__(ring)
+        self._work_queue = work_queue
+        self._clock = clock
+        self._time = 0
+
+    @property
+    def time(self) -> int | None:
+        """When it rings, in ns of the clock; None while it is off."""
+        return None if self.due is None else self._time
+
+    def follow(self) -> None:
+        """Hear of the clock's jumps by itself, where nobody passes them on."""
+        if isinstance(self._clock, ROSClock):
+            self._clock.watch_jumps(self)
+
+    def set(self, time_ns: int) -> None:
+        """Ring at `time_ns`, instead of any time set before; at once where a clock that is set is past it."""
+        self._time = time_ns
+        clock = self._clock
+        if not clock.overridden:
+            self._work_queue.set_alarm(self, clock.steady_time_of(time_ns))
+            return
+        self._work_queue.drop_alarm(self)
+        if clock.now_ns() >= time_ns:
+            self.ring()
+        else:
+            self.due = time_ns
+
+    def drop(self) -> None:
+        """Ring no more."""
+        self._work_queue.drop_alarm(self)
+
+    def remaining_ns(self) -> int | None:
+        """What is left until it rings; None while it is off."""
+        return None if self.due is None else self._time - self._clock.now_ns()
+
+    def clock_jumped(self, _change: ClockChange, _remaining_ns: int | None) -> None:
+        """Look at the clock's new time."""
+        if self.due is not None:
+            self.set(self._time)
+
+
+def block_on_clock(future: Future[Any], clock: Clock, until_ns: int, shutdown_signal: ShutdownSignal) -> bool:
+    """Block until `future` is settled (True); False when `clock` shows `until_ns`, or at the shutdown.
+
+    A switch between system and simulated time ends it, too: `until_ns` means nothing then.
+    """
+    waiter = shutdown_signal.new_waiter()
+    is_over = clock.has_passed(until_ns - clock.now_ns())
+    future.add_waker(waiter.wake)
+    try:
+        with capacity_added():
+            clock.wait_until(until_ns, waiter, shutdown_signal, lambda: future.settled() or is_over())
+        return future.settled()
+    finally:
+        future.remove_waker(waiter.wake)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from contextvars import ContextVar
 from threading import local
 from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
-    from goalwire.execution.callback_groups import CallbackGroup
-    from goalwire.execution.node_work_queue import NodeWorkQueue
+    from goalwire.execution.ready_queue import CallbackGroup, NodeWorkQueue
 
 held_groups: ContextVar[tuple[CallbackGroup, ...]] = ContextVar('goalwire_held_groups', default=())
 """The exclusive groups that the running callback holds. asyncio hands it on to the tasks and threads that a
@@ -46,3 +47,41 @@ def current_executor() -> Driven | None:
     """What runs the current callback on this thread, or None outside callbacks."""
     executors = active_executors.executors
     return executors[-1] if executors else None
+
+
+@contextmanager
+def capacity_added() -> Iterator[None]:
+    """Give the executor of the calling callback a thread more, while this one waits for others."""
+    executor = current_executor()
+    if executor is None:
+        yield
+        return
+    executor.add_capacity(1)
+    try:
+        yield
+    finally:
+        executor.add_capacity(-1)
+
+
+def current_groups() -> tuple[CallbackGroup, ...]:
+    """The exclusive groups that the calling callback holds."""
+    return held_groups.get()
+
+
+def why_it_cannot_answer(work_queue: NodeWorkQueue, group: CallbackGroup | None) -> str | None:
+    """Why a callback of `work_queue` in `group` cannot run while this thread blocks; None where it can.
+
+    To be asked before blocking on something that an entity of this very process has to do.
+    """
+    if group is not None and group in held_groups.get():
+        return (
+            'its callback is in the mutually exclusive callback group that the calling callback holds: '
+            'give one of them a group of its own, or await call_async()'
+        )
+    for executor in active_executors.executors:
+        if work_queue.queue is executor.work_queue.queue and executor.thread_waits_alone():
+            return (
+                'its callback needs the very thread that would wait: spin with a MultiThreadedExecutor, '
+                'put one of the nodes into another executor, or await call_async()'
+            )
+    return None

@@ -12,15 +12,14 @@ from typing import TYPE_CHECKING, Any
 
 from goalwire.execution.current import held_groups
 from goalwire.execution.fd_selector import FdSelector
-from goalwire.execution.node_work_queue import NodeWorkQueue
-from goalwire.execution.ready import ReadyQueue
+from goalwire.execution.ready_queue import NodeWorkQueue, ReadyQueue
 from goalwire.execution.timer_heap import TimerHeap
 
 if TYPE_CHECKING:
+    from goalwire.execution.asyncio.coroutine_runner import CoroutineRunner, RunnerPool
     from goalwire.execution.callback_groups import CallbackGroup
-    from goalwire.execution.callback_source import CallbackSource
-    from goalwire.execution.coroutine_runner import CoroutineRunner, RunnerPool
-    from goalwire.execution.shutdown_signal import ShutdownSignal
+    from goalwire.execution.ready_queue import CallbackSource
+    from goalwire.execution.waiting import ShutdownSignal
 
 
 class Engine:
@@ -156,7 +155,7 @@ class Engine:
         self._failures.append(error)
 
     def _open_runners(self) -> RunnerPool:
-        from goalwire.execution.coroutine_runner import RunnerPool
+        from goalwire.execution.asyncio.coroutine_runner import RunnerPool
 
         with self._runners_lock:
             if self._runners is None:
@@ -166,7 +165,7 @@ class Engine:
         return self._runners
 
     def _make_runner(self) -> CoroutineRunner:
-        from goalwire.execution.coroutine_runner import CoroutineRunner
+        from goalwire.execution.asyncio.coroutine_runner import CoroutineRunner
 
         return CoroutineRunner(self.work_queue, self._fd_selector, self._clock, self._fail)
 

@@ -16,24 +16,22 @@ from goalwire.errors import (
 )
 from goalwire.execution.current import active_executors, held_groups
 from goalwire.execution.engine import Engine
-from goalwire.execution.fd_selector import FdWaiter
 from goalwire.execution.future import Future
 from goalwire.execution.monotonic import deadline_after
-from goalwire.execution.node_work_queue import NodeWorkQueue
-from goalwire.execution.shutdown_signal import ContextLike, default_context
+from goalwire.execution.ready_queue import NodeWorkQueue
 from goalwire.execution.spinning import (
     NEVER,
     ReleasedGroups,
-    StopCondition,
     StopWhen,
     settled,
     stop_condition_of,
 )
 from goalwire.execution.task import Handler, Task, TaskSource
+from goalwire.execution.waiting import ContextLike, StopCondition, WireWaiter, default_context
 
 if TYPE_CHECKING:
     from goalwire.execution.callback_groups import CallbackGroup
-    from goalwire.execution.callback_source import CallbackSource
+    from goalwire.execution.ready_queue import CallbackSource
 
 __all__ = [
     'ConditionReachedException',
@@ -278,7 +276,7 @@ class Executor(Engine):
     def _run(self, until: Future[Any] | None, deadline: int | None, *, once: bool) -> None:
         """Spin on the calling thread."""
         stop = stop_condition_of(until)
-        if not (stop._state and self._has_nothing_left(once=once)):  # noqa: SLF001
+        if not (stop.completion_state and self._has_nothing_left(once=once)):
             self._drive(self._new_waiter(), stop, deadline, once=once)
 
     def _has_nothing_left(self, *, once: bool) -> bool:
@@ -314,7 +312,7 @@ class Executor(Engine):
 
     def _drive(
         self,
-        waiter: FdWaiter,
+        waiter: WireWaiter,
         stop: StopCondition,
         deadline: int | None,
         *,
@@ -332,19 +330,19 @@ class Executor(Engine):
             executors.append(self)
             if stop is not NEVER:
                 stop.add_waker(waiter.wake)
-            if not stop._state:  # noqa: SLF001
+            if not stop.completion_state:
                 self._run_callbacks(waiter, stop, deadline, once=once)
-            if self._ready.items and not (once or leave_at_once) and stop._state:  # noqa: SLF001
+            if self._ready.items and not (once or leave_at_once) and stop.completion_state:
                 self._work_off(deadline)
         finally:
             del executors[depth:]
             if held_groups.get() is not held:
                 held_groups.set(held)
-            if stop is not NEVER and not stop._state:  # noqa: SLF001 - else the waker has been called
+            if stop is not NEVER and not stop.completion_state:  # else the waker has been called
                 stop.remove_waker(waiter.wake)
 
     def _run_callbacks(
-        self, waiter: FdWaiter, stop: StopCondition, deadline: int | None, *, once: bool
+        self, waiter: WireWaiter, stop: StopCondition, deadline: int | None, *, once: bool
     ) -> None:
         """Run callbacks until `ending`, at `deadline`, or after one."""
         if self._failures:
@@ -356,7 +354,7 @@ class Executor(Engine):
             performed = self._perform(source)
             if self._failures:
                 self._raise_failure()
-            if (performed and once) or not self._shutdown_signal.alive or stop._state:  # noqa: SLF001
+            if (performed and once) or not self._shutdown_signal.alive or stop.completion_state:
                 return
             if deadline is not None and not once and self._is_past(deadline):
                 return  # callbacks that are always due must not keep it from ending in time
@@ -379,8 +377,8 @@ class Executor(Engine):
     def _is_past(self, deadline: int | None) -> bool:
         return deadline is not None and deadline <= self._clock.now()
 
-    def _new_waiter(self) -> FdWaiter:
-        return FdWaiter(self._fd_selector, self._shutdown_signal)
+    def _new_waiter(self) -> WireWaiter:
+        return WireWaiter(self._shutdown_signal, self._fd_selector)
 
     def _deadline(self, timeout: Timeout) -> int | None:
         return deadline_after(self._clock, timeout.timeout if isinstance(timeout, TimeoutObject) else timeout)
@@ -388,7 +386,7 @@ class Executor(Engine):
     def _refuse(self, what: str) -> NoReturn:
         raise ShutdownException(f'cannot {what}: this executor was shut down; make a new one')
 
-    def _take(self, waiter: FdWaiter, stop: StopCondition, deadline: int | None) -> CallbackSource | None:
+    def _take(self, waiter: WireWaiter, stop: StopCondition, deadline: int | None) -> CallbackSource | None:
         """The next ready work, after sleeping for it; None at `ending`, at shutdown and at `deadline`.
 
         Raises ExternalShutdownException when the context has ended.
@@ -406,7 +404,7 @@ class Executor(Engine):
                     return ready.items.popleft()
                 except IndexError:
                     continue  # another thread was quicker
-            if stop._state or (deadline is not None and deadline <= self._clock.now()):  # noqa: SLF001
+            if stop.completion_state or (deadline is not None and deadline <= self._clock.now()):
                 return None
             self._ready.park(waiter, self._clock, stop, deadline, self._timer_heap)
         return None

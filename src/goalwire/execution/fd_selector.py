@@ -1,4 +1,4 @@
-"""File descriptors: which are ready, for the asyncio loops; and the sleep that watches them."""
+"""File descriptors: which are ready, for the asyncio loops of an executor."""
 
 from __future__ import annotations
 
@@ -6,14 +6,10 @@ from _thread import allocate_lock
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
-from goalwire.execution.waiting import WireWaiter
-
 if TYPE_CHECKING:
     import selectors
     import socket
     from collections.abc import Callable
-
-    from goalwire.execution.shutdown_signal import ShutdownSignal
 
 
 class FdSelector:
@@ -145,32 +141,3 @@ class FdSelector:
     def _drain(self) -> None:
         if self._listener is not None:
             self._listener.recv(4096)
-
-
-class FdWaiter(WireWaiter):
-    """A waiter that watches file descriptors while it sleeps, where there are any and nobody else does."""
-
-    __slots__ = ('_fd_selector',)
-
-    def __init__(self, fd_selector: FdSelector, shutdown_signal: ShutdownSignal) -> None:
-        super().__init__(shutdown_signal)
-        self._fd_selector: FdSelector = fd_selector
-
-    def _wait_on_descriptors(self, timeout_ns: int | None) -> bool:
-        fd_selector = self._fd_selector
-        timeout = None if timeout_ns is None else max(timeout_ns, 0) / 1e9
-        try:
-            self.interrupt = fd_selector.interrupt
-            self._shutdown_signal.add_external_sleeper(self)
-            if not fd_selector.wait(timeout, self._is_woken):
-                fd_selector.wanted = True
-                if not fd_selector.wait(timeout, self._is_woken):
-                    self.interrupt = None
-                    return self.wait_on_lock(timeout_ns)
-        finally:
-            self.interrupt = None
-            self._shutdown_signal.remove_external_sleeper(self)
-        return self.wait_on_lock(0)
-
-    def _is_woken(self) -> bool:
-        return not self._gate.locked()

@@ -7,17 +7,16 @@ import warnings
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, cast
 
-from goalwire.execution.callback_source import CallbackSource
-from goalwire.execution.loop_waker import running_loop, wait_on
+from goalwire.execution.current import active_executors
 from goalwire.execution.monotonic import STEADY, SteadyClock
-from goalwire.execution.waiting import Waiter
+from goalwire.execution.ready_queue import CallbackSource
+from goalwire.execution.waiting import Waiter, running_loop
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator
 
-    from goalwire.execution.executor import Executor
-    from goalwire.execution.node_work_queue import NodeWorkQueue
-    from goalwire.execution.shutdown_signal import ShutdownSignal
+    from goalwire.execution.ready_queue import NodeWorkQueue
+    from goalwire.execution.waiting import ShutdownSignal
 
 T = TypeVar('T')
 
@@ -82,7 +81,7 @@ class _ForeignWorkQueue:
             self._executor.create_task(source.run)
 
 
-def _home_of(executor: Executor | MakesTasks) -> NodeWorkQueue:
+def _home_of(executor: MakesTasks) -> NodeWorkQueue:
     work_queue: NodeWorkQueue | None = getattr(executor, 'work_queue', None)
     return cast('NodeWorkQueue', _ForeignWorkQueue(executor)) if work_queue is None else work_queue
 
@@ -105,22 +104,22 @@ class Future(Generic[T]):
         '_exception',
         '_raw',
         '_result',
-        '_state',
         '_wakers',
         '_work_queue',
+        'completion_state',
     )
 
     _reminder: _Reminder | None = None
     """Beside an exception, until somebody asks for it."""
 
     def __init__(
-        self, work_queue: NodeWorkQueue | None = None, /, *, executor: Executor | MakesTasks | None = None
+        self, work_queue: NodeWorkQueue | None = None, /, *, executor: MakesTasks | None = None
     ) -> None:
         """It belongs to `executor`, as in rclpy, or to the one that `work_queue` is in, or to none.
 
         An executor may be anything that has `create_task`.
         """
-        self._state = PENDING
+        self.completion_state = PENDING
         self._result: T | None = None
         self._exception: BaseException | None = None
         self._raw: object = None
@@ -132,11 +131,11 @@ class Future(Generic[T]):
 
     def done(self) -> bool:
         """Whether it has a result or an exception."""
-        return self._state == FINISHED
+        return self.completion_state == FINISHED
 
     def cancelled(self) -> bool:
         """Whether it was cancelled before it was done."""
-        return self._state == _CANCELLED
+        return self.completion_state == _CANCELLED
 
     def result(self) -> T | None:
         """The result; None while there is none. Raises the exception if it was given one."""
@@ -188,7 +187,7 @@ class Future(Generic[T]):
 
     def cancel(self) -> None:
         """Give it up, if it is not done."""
-        if self._state == PENDING:
+        if self.completion_state == PENDING:
             self._become(_CANCELLED)
 
     def add_done_callback(self, callback: Callable[[Future[T]], object]) -> None:
@@ -197,9 +196,9 @@ class Future(Generic[T]):
             raise TypeError(
                 f'{type(callback).__name__!r} object is not callable: give the function itself, f not f()'
             )
-        if self._state == PENDING:
+        if self.completion_state == PENDING:
             self._callbacks.append(callback)
-            if self._state != PENDING:
+            if self.completion_state != PENDING:
                 self._tell()
         elif self._work_queue is not None:
             self._work_queue.post(_DoneCallback(self._work_queue, callback, self))
@@ -211,11 +210,13 @@ class Future(Generic[T]):
 
         Awaiting a cancelled future gives None, as in newer rclpy.
         """
-        while self._state == PENDING:
+        while self.completion_state == PENDING:
             loop = running_loop()
             if loop is None:
                 yield self
             else:
+                from goalwire.execution.asyncio.waiting import wait_on  # a loop runs: asyncio is there
+
                 yield from wait_on(loop, self)
         try:
             return self.result()
@@ -226,11 +227,11 @@ class Future(Generic[T]):
 
     def pending(self) -> bool:
         """Whether it is neither done nor cancelled."""
-        return self._state == PENDING
+        return self.completion_state == PENDING
 
     def settled(self) -> bool:
         """Whether it is done or cancelled."""
-        return self._state != PENDING
+        return self.completion_state != PENDING
 
     def set_raw(self, raw: object) -> bool:
         """Complete it with something that `decode` makes the result of, when somebody asks for that.
@@ -238,13 +239,13 @@ class Future(Generic[T]):
         False where nobody was told: no thread or coroutine waits for it, and it has no done callback.
         """
         self._raw = raw
-        self._state = FINISHED
+        self.completion_state = FINISHED
         return self._tell()
 
     def add_waker(self, waker: Callable[[], None]) -> None:
         """Call `waker` once, on the completing thread; at once if this is not pending."""
         self._wakers.append(waker)
-        if self._state != PENDING:
+        if self.completion_state != PENDING:
             self._tell()
 
     def remove_waker(self, waker: Callable[[], None]) -> None:
@@ -269,13 +270,13 @@ class Future(Generic[T]):
 
         Needs no executor: the thread that completes this wakes the waiting one.
         """
-        if self._state != PENDING:
+        if self.completion_state != PENDING:
             return True
         waiter = Waiter() if shutdown_signal is None else shutdown_signal.borrow_waiter()
         wake = waiter.wake
         self._wakers.append(wake)
         try:
-            while self._state == PENDING and (shutdown_signal is None or shutdown_signal.alive):
+            while self.completion_state == PENDING and (shutdown_signal is None or shutdown_signal.alive):
                 if not clock.wait(waiter, deadline):
                     break
         finally:
@@ -283,13 +284,13 @@ class Future(Generic[T]):
                 self.remove_waker(wake)
             if shutdown_signal is not None:
                 shutdown_signal.idle_waiters.append(waiter)
-        return self._state != PENDING
+        return self.completion_state != PENDING
 
     def decode(self, raw: object, /) -> T:
         """Make the result of what `set_raw` was given."""
         return cast('T', raw)
 
-    def _set_executor(self, executor: Executor | MakesTasks | None) -> None:
+    def _set_executor(self, executor: MakesTasks | None) -> None:
         self._work_queue = None if executor is None else _home_of(executor)
 
     def _retrieved(self) -> None:
@@ -299,7 +300,7 @@ class Future(Generic[T]):
             self._reminder = None
 
     def _become(self, state: int) -> None:
-        self._state = state
+        self.completion_state = state
         self._tell()
 
     def _tell(self) -> bool:
@@ -335,3 +336,24 @@ class Future(Generic[T]):
                 callback(self)
             except Exception as error:
                 warnings.warn(f'Unhandled exception in done callback: {error}', stacklevel=4)
+
+
+def block_on(future: Future[Any], deadline: int | None, shutdown_signal: ShutdownSignal) -> bool:
+    """Block until `future` is settled (True); False at `deadline` (steady ns) or the shutdown."""
+    executors = active_executors.executors
+    if not executors:
+        return future.wait(deadline, clock=shutdown_signal.clock, shutdown_signal=shutdown_signal)
+    if future.settled():
+        return True
+    executor = executors[-1]
+    executor.add_capacity(1)
+    try:
+        return future.wait(deadline, clock=shutdown_signal.clock, shutdown_signal=shutdown_signal)
+    finally:
+        executor.add_capacity(-1)
+
+
+def abandon(future: Future[Any]) -> None:
+    """Give it up where blocking on it was interrupted: nobody will ask how it ended, or ends."""
+    future.cancel()
+    future.exception()

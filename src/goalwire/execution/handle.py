@@ -17,28 +17,28 @@ class Handle:
     object.
     """
 
-    __slots__ = ('_entity',)
+    __slots__ = ('ros_entity',)
 
     def __init__(self, entity: object) -> None:
-        self._entity = entity
+        self.ros_entity = entity
 
     @property  # type: ignore[misc]
     def __class__(self) -> type:
         """The entity's: a handle passes for what it is the handle of."""
-        return type(self._entity)
+        return type(self.ros_entity)
 
     def __getattr__(self, name: str) -> object:
-        return getattr(self._entity, name)
+        return getattr(self.ros_entity, name)
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Handle) and other._entity is self._entity
+        return isinstance(other, Handle) and other.ros_entity is self.ros_entity
 
     def __hash__(self) -> int:
-        return object.__hash__(self._entity)
+        return object.__hash__(self.ros_entity)
 
     def __enter__(self) -> Self:
         """Raises InvalidHandle where the entity is destroyed."""
-        if getattr(self._entity, 'destroyed', False):
+        if getattr(self.ros_entity, 'destroyed', False):
             raise InvalidHandle
         return self
 
@@ -55,4 +55,4 @@ def handle_of(entity: T) -> T:
 
 def entity_of(handle: T) -> T:
     """Return the entity that a handle is of; anything else as it is."""
-    return cast('T', handle._entity) if isinstance(handle, Handle) else handle  # noqa: SLF001
+    return cast('T', handle.ros_entity) if isinstance(handle, Handle) else handle

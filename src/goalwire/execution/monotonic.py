@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING
+from typing import Protocol
 
-if TYPE_CHECKING:
-    from goalwire.execution.waiting import Waiter
+
+class Sleeper(Protocol):
+    """Where a thread sleeps: a waiter."""
+
+    def wait(self, timeout_ns: int | None = None) -> bool:
+        """Sleep until woken (True) or for `timeout_ns` (False)."""
 
 
 class SteadyClock:
@@ -24,7 +28,7 @@ class SteadyClock:
     system_now = staticmethod(time.time_ns)
     """System time in ns since the UNIX epoch."""
 
-    def wait(self, waiter: Waiter, deadline_ns: int | None) -> bool:
+    def wait(self, waiter: Sleeper, deadline_ns: int | None) -> bool:
         """Sleep in `waiter` until it is woken (True) or steady time reaches `deadline_ns` (False)."""
         if deadline_ns is None:
             return waiter.wait(None)

@@ -2,26 +2,212 @@
 
 from __future__ import annotations
 
+import atexit
 import os
 import threading
 import warnings
+from _thread import allocate_lock
 from typing import TYPE_CHECKING, Any
+from weakref import WeakSet
 
 from goalwire.errors import ExternalShutdownException
 from goalwire.execution.current import active_executors
-from goalwire.execution.drain_tracker import DrainTracker
+from goalwire.execution.event_queue import EventQueue
 from goalwire.execution.executor import Executor, Timeout
 from goalwire.execution.monotonic import STEADY, deadline_after
-from goalwire.execution.ready import ReadyQueue
-from goalwire.execution.spinning import StopCondition, StopConditionScope, StopWhen, stop_condition_of
-from goalwire.execution.waiting import Waiter
-from goalwire.execution.worker_pool import WorkerPool
+from goalwire.execution.ready_queue import ReadyQueue
+from goalwire.execution.spinning import (
+    StopConditionScope,
+    StopWhen,
+    stop_condition_of,
+)
+from goalwire.execution.waiting import StopCondition, Waiter, wake_all
 
 if TYPE_CHECKING:
-    from goalwire.execution.callback_source import CallbackSource
-    from goalwire.execution.fd_selector import FdWaiter
+    from collections.abc import Callable, Iterable
+    from threading import Thread
+
     from goalwire.execution.future import Future
-    from goalwire.execution.shutdown_signal import ContextLike
+    from goalwire.execution.ready_queue import CallbackSource
+    from goalwire.execution.waiting import ContextLike, WireWaiter
+
+
+class DrainTracker:
+    """The events that have come by the time a spin's future is settled.
+
+    Workers tell of each callback, after they have noted it as theirs, when it begins and when it has ended;
+    `done` is called once the last one has. Callbacks of tasks and timers that run already are not waited
+    for: they may be meant to run on.
+    """
+
+    def __init__(self, done: Callable[[], None]) -> None:
+        self.ended = 0
+        """How many callbacks have ended since."""
+        self._done = done
+        self._lock = allocate_lock()
+        self._events: dict[CallbackSource, int] = {}  # whose callbacks have not begun
+        self._running: set[Thread] = set()
+        self._seen: set[Thread] = set()
+
+    def gather(self, ready: Iterable[CallbackSource], busy: dict[Thread, CallbackSource]) -> None:
+        """Count what is `ready`, what waits for the groups of the `busy` workers, and what they are at."""
+        with self._lock:
+            for source in ready:
+                self._count(source)
+            for thread, source in busy.items():
+                if source.group is not None:
+                    for parked in source.group.parked:
+                        self._count(parked)
+                if isinstance(source, EventQueue):
+                    self._running.add(thread)
+                    self._count(source)
+
+    @property
+    def over(self) -> bool:
+        """Whether all has been run."""
+        return not self._running and not self._events
+
+    def begun(self, thread: Thread, source: CallbackSource) -> None:
+        """Note that `thread` begins a callback of `work`."""
+        with self._lock:
+            if thread in self._running:
+                return  # it has been gathered
+            # A worker's first callback may have left the queue just before that was looked at.
+            if source not in self._events and thread not in self._seen and isinstance(source, EventQueue):
+                self._count(source)
+            self._seen.add(thread)
+            if source in self._events:
+                self._running.add(thread)
+                self._take_one(source)
+
+    def has_ended(self, thread: Thread, source: CallbackSource, *, performed: bool) -> None:
+        """Note that `thread` is through with `work`; not `performed`: its group was busy."""
+        with self._lock:
+            self.ended += 1
+            if thread not in self._running:
+                return
+            self._running.discard(thread)
+            if not performed:
+                self._events[source] = self._events.get(source, 0) + 1
+            elif not source.backlog:
+                self._events.pop(source, None)
+            over = self.over
+        if over:
+            self._done()
+
+    def _count(self, source: CallbackSource) -> None:
+        if source.backlog:
+            self._events[source] = source.backlog
+
+    def _take_one(self, source: CallbackSource) -> None:
+        left = self._events.pop(source) - 1
+        if left:
+            self._events[source] = left
+
+
+_EXIT_GRACE = 1.0
+"""s that the interpreter's exit waits for each thread that is in user code."""
+
+
+class WorkerPool:
+    """Up to `limit` threads, each of which runs `serve` until that returns.
+
+    They are daemons: a callback that blocks for ever does not keep the interpreter from ending. `rouse` wakes
+    all that sleep, so that they see they are dismissed.
+    """
+
+    __slots__ = (
+        '__weakref__',
+        '_lock',
+        '_serve',
+        '_threads',
+        '_wake_all',
+        'busy',
+        'closed',
+        'limit',
+        'serving',
+    )
+
+    def __init__(self, limit: int, serve: Callable[[], None], wake_all: Callable[[], None]) -> None:
+        self.limit = limit
+        self.closed = False
+        self.busy: dict[threading.Thread, CallbackSource] = {}
+        """Those in user code, and at what."""
+        self._serve = serve
+        self._wake_all = wake_all
+        self._lock = threading.Lock()
+        self._threads: set[threading.Thread] = set()  # all that live
+        self.serving: set[threading.Thread] = set()
+        """Those that were not let go."""
+        _pools.add(self)
+
+    def __len__(self) -> int:
+        return len(self.serving)
+
+    def start_worker(self) -> None:
+        """Start one more thread, unless there are enough."""
+        if len(self) >= self.limit:
+            return
+        with self._lock:
+            if self.closed or len(self) >= self.limit:
+                return
+            thread = threading.Thread(target=self._run, name='goalwire-callbacks', daemon=True)
+            self._threads.add(thread)
+            self.serving.add(thread)
+            thread.start()
+
+    def retire(self) -> bool:
+        """Whether the calling thread is one too many and has to leave: from here on it does not count.
+
+        Of several that ask at once no more are let go than there are too many.
+        """
+        with self._lock:
+            if len(self) <= self.limit:
+                return False
+            self.serving.discard(threading.current_thread())
+            return True
+
+    def close(self, *, idle_only: bool = True) -> None:
+        """End all threads; wait for those that are in no user code, or for all. Idempotent."""
+        with self._lock:
+            self.closed = True
+        self._wake_all()
+        self._join(idle_only=idle_only)
+
+    def await_end(self, deadline: int | None) -> bool:
+        """Wait until all threads but the calling one have ended; False at `deadline` (steady ns)."""
+        for thread in tuple(self._threads):
+            if thread is not threading.current_thread() and thread.is_alive():
+                thread.join(None if deadline is None else max(deadline - STEADY.now(), 0) / 1e9)
+                if thread.is_alive():
+                    return False
+        return True
+
+    def _join(self, *, idle_only: bool) -> None:
+        for thread in tuple(self._threads):
+            if not thread.is_alive():
+                continue  # Ctrl-C came while it was being started
+            if thread is not threading.current_thread() and not (idle_only and thread in self.busy):
+                thread.join(_EXIT_GRACE)
+
+    def _run(self) -> None:
+        try:
+            self._serve()
+        finally:
+            with self._lock:
+                self.serving.discard(threading.current_thread())
+            self._threads.discard(threading.current_thread())
+
+
+_pools: WeakSet[WorkerPool] = WeakSet()
+
+
+@atexit.register
+def _close_all() -> None:
+    """At the interpreter's exit no thread may be left inside a library that is being torn down."""
+    for pool in tuple(_pools):
+        pool.close(idle_only=False)
+
 
 _FEWEST_THREADS = 8
 """The default on small machines: threads are made on demand, and those that block cost nothing."""
@@ -100,7 +286,7 @@ class MultiThreadedExecutor(Executor):
 
     def _run(self, until: Future[Any] | None, deadline: int | None, *, once: bool) -> None:
         stop = stop_condition_of(until)
-        if stop._state and self._has_nothing_left(once=once):  # noqa: SLF001
+        if stop.completion_state and self._has_nothing_left(once=once):
             return
         try:
             if self in active_executors.executors:
@@ -126,7 +312,7 @@ class MultiThreadedExecutor(Executor):
                     self._raise_failure()
                     if self._is_shutdown or not self._shutdown_signal.alive:
                         return
-                    if stop._state:  # noqa: SLF001
+                    if stop.completion_state:
                         self._await_remainder(waiter, deadline)
                         return
                     if not self._clock.wait(waiter, deadline):
@@ -187,8 +373,7 @@ class MultiThreadedExecutor(Executor):
 
     def _fail(self, error: BaseException) -> None:
         super()._fail(error)
-        for waiter in tuple(self._coordinators):
-            waiter.wake()
+        wake_all(self._coordinators)
 
     # -- the workers
 
@@ -254,7 +439,7 @@ class MultiThreadedExecutor(Executor):
         elif self._watcher is None and (self._timer_heap.heap or self._fd_selector.watched):
             self._ready.wake_one()
 
-    def _sleep_at_queue(self, waiter: FdWaiter) -> None:
+    def _sleep_at_queue(self, waiter: WireWaiter) -> None:
         if self._watcher is None and (self._timer_heap.heap or self._fd_selector.watched):
             self._watcher = waiter
             try:
@@ -288,5 +473,4 @@ class MultiThreadedExecutor(Executor):
     def _wake_all(self) -> None:
         self._ready.wake_all()
         self._bench.wake_all()
-        for waiter in tuple(self._coordinators):
-            waiter.wake()
+        wake_all(self._coordinators)

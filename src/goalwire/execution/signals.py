@@ -1,33 +1,141 @@
-"""SIGINT and SIGTERM end the contexts (rclpy.signals).
+"""SIGINT and SIGTERM end the contexts (rclpy.signals), and how a program ends that catches nothing.
 
 The handlers take no lock: they may interrupt the main thread anywhere. They end the registered shutdown
 signals, which wakes every thread that waits under them, and then do what was installed before them: for
 SIGINT that is Python's own handler, which raises KeyboardInterrupt.
 
-A listener thread ends the shutdown signals too, and first. Python runs handlers in the main thread, and a
-signal that comes in the microseconds before that thread falls asleep on a lock is noticed at its next waking
-only.
+A listener thread ends the shutdown signals too, and first. Python runs handlers in the main thread, between
+two steps of Python code. A signal that comes after the last step before a call of the system's,
+`time.sleep(20)` in a callback or a lock's wait, is seen when that call is over; so is one that the system
+gives to another thread. Another signal ends such a call: SIGURG, which means nothing to most programs, is
+sent to the main thread while it has not run the handler.
+
+What nobody catches is printed with the program's own frames, and Ctrl-C in a wait of ours ends the program
+quietly. The hooks for that are installed by `init`, and only where they are still Python's own: those of test
+runners, debuggers and notebooks stay. The exit status is Python's in every case: that of Ctrl-C, and 1 after
+an exception.
 """
 
 from __future__ import annotations
 
 import atexit
 import os
+import select
 import signal
+import sys
 import threading
 from contextlib import suppress
 from enum import Enum
+from threading import get_ident
+from time import monotonic_ns
 from typing import TYPE_CHECKING, Any
-from weakref import ref
 
-from goalwire.errors import InvalidHandle
-from goalwire.execution.guard_condition import GuardCondition
-from goalwire.execution.signal_listener import SignalListener
+from goalwire.errors import ExternalShutdownException, InvalidHandle
+from goalwire.execution.event_queue import GuardCondition
+from goalwire.execution.waiting import LISTENING, WeakListeners
+from goalwire.logging.tracebacks import is_library, is_standard, traceback_text
 
 if TYPE_CHECKING:
-    from types import FrameType
+    from collections.abc import Callable, Iterator
+    from types import FrameType, TracebackType
 
-    from goalwire.execution.shutdown_signal import ContextLike, ShutdownSignal
+    from goalwire.execution.waiting import ContextLike, ShutdownSignal
+    from goalwire.transport.contract import WirePoller
+
+_CLOSE = 0
+"""No signal has this number."""
+_NUDGES_MS = (20, 200, 2000)
+"""After so long each, the main thread is looked after that has not run a signal's handler."""
+_EARLIER_NS = 10_000_000
+"""How much before this thread has read of a signal its handler may have run."""
+
+
+class SignalListener:
+    """Calls `on_signal(number)` on its own thread for each signal that has a Python handler.
+
+    It returns whether the main thread must run its handler soon, which says so by `noticed`. Python's C
+    handler writes the numbers into a pipe (`signal.set_wakeup_fd`). Main thread only.
+    """
+
+    def __init__(self, on_signal: Callable[[int], bool]) -> None:
+        self.main_thread = get_ident()
+        self.wire_poller: WirePoller | None = None
+        """What the main thread waits in, where no signal reaches it."""
+        self._on_signal = on_signal
+        self._process = os.getpid()
+        self._reader, self._writer = os.pipe()
+        if sys.platform != 'win32':
+            os.set_blocking(self._writer, False)
+        self._noticed_ns = 0
+        self._nudges = sys.platform != 'win32' and signal.getsignal(signal.SIGURG) is signal.SIG_DFL
+        if sys.platform != 'win32' and self._nudges:
+            signal.signal(signal.SIGURG, _nothing)
+        self._before = signal.set_wakeup_fd(self._writer, warn_on_full_buffer=False)
+        self._thread = threading.Thread(target=self._listen, name='goalwire-signals', daemon=True)
+        self._thread.start()
+        LISTENING.append(self)
+
+    def hears(self) -> bool:
+        """Whether signals come here; where an asyncio loop has given the pipe up, they do again."""
+        owner = signal.set_wakeup_fd(self._writer, warn_on_full_buffer=False)
+        if owner in (self._writer, -1):
+            return True
+        signal.set_wakeup_fd(owner)
+        return False
+
+    def noticed(self) -> None:
+        """The main thread runs a handler. Takes no lock."""
+        self._noticed_ns = monotonic_ns()
+
+    def close(self) -> None:
+        """Put back what was there before and end the thread."""
+        with suppress(ValueError):
+            LISTENING.remove(self)
+        if sys.platform != 'win32' and self._nudges and signal.getsignal(signal.SIGURG) is _nothing:
+            signal.signal(signal.SIGURG, signal.SIG_DFL)
+        if os.getpid() != self._process:
+            signal.set_wakeup_fd(-1)  # a forked child shares the pipe with its parent, and has no thread
+            return
+        current = signal.set_wakeup_fd(self._before)
+        if current not in (self._writer, self._before):
+            signal.set_wakeup_fd(current)  # an asyncio loop took over meanwhile
+        os.write(self._writer, bytes([_CLOSE]))
+        self._thread.join()
+        os.close(self._writer)
+        os.close(self._reader)
+
+    def _listen(self) -> None:
+        nudges: Iterator[int] = iter(())
+        heard_ns = 0
+        with suppress(OSError):
+            while True:
+                wait_ms = next(nudges, None)
+                if wait_ms is not None and not self._has_more(wait_ms):
+                    if self._noticed_ns < heard_ns - _EARLIER_NS:
+                        self._nudge()
+                    continue
+                for number in os.read(self._reader, 64):
+                    if number == _CLOSE:
+                        return
+                    if self._on_signal(number) and self._nudges:
+                        nudges, heard_ns = iter(_NUDGES_MS), monotonic_ns()
+                    wire_poller = self.wire_poller
+                    if wire_poller is not None:
+                        wire_poller.interrupt()
+
+    def _has_more(self, wait_ms: int) -> bool:
+        """Whether something is written into the pipe within that time."""
+        poll = select.poll()
+        poll.register(self._reader, select.POLLIN)
+        return bool(poll.poll(wait_ms))
+
+    def _nudge(self) -> None:
+        if sys.platform != 'win32':
+            signal.pthread_kill(self.main_thread, signal.SIGURG)
+
+
+def _nothing(_number: int, _frame: FrameType | None) -> None:
+    """Handle SIGURG: to be interrupted by it is enough."""
 
 
 class SignalHandlerOptions(Enum):
@@ -45,9 +153,8 @@ _WANTED = {
     SignalHandlerOptions.SIGTERM: (signal.SIGTERM,),
     SignalHandlerOptions.ALL: (signal.SIGINT, signal.SIGTERM),
 }
-_lifelines: dict[int, ref[ShutdownSignal]] = {}
-_guards: dict[int, ref[GuardCondition]] = {}
-"""By id. Copied in one step where they are gone through, since another thread may change them."""
+_ended: WeakListeners[ShutdownSignal] = WeakListeners()
+_triggered: WeakListeners[GuardCondition] = WeakListeners()
 _previous: dict[signal.Signals, Any] = {}
 _listeners: list[SignalListener] = []
 _came: set[int] = set()
@@ -55,13 +162,12 @@ _came: set[int] = set()
 
 def register(shutdown_signal: ShutdownSignal) -> None:
     """Let the handled signals end `shutdown_signal`, which is held weakly."""
-    key = id(shutdown_signal)
-    _lifelines[key] = ref(shutdown_signal, lambda _: _lifelines.pop(key, None))
+    _ended.add(shutdown_signal)
 
 
 def unregister(shutdown_signal: ShutdownSignal) -> None:
     """Let signals leave `shutdown_signal` alone."""
-    _lifelines.pop(id(shutdown_signal), None)
+    _ended.discard(shutdown_signal)
 
 
 def install_signal_handlers(options: SignalHandlerOptions = SignalHandlerOptions.ALL) -> None:
@@ -110,11 +216,10 @@ class SignalHandlerGuardCondition(GuardCondition):
 
     def __init__(self, context: ContextLike | None = None) -> None:
         super().__init__(None, None, context)
-        key = id(self)
-        _guards[key] = ref(self, lambda _: _guards.pop(key, None))
+        _triggered.add(self)
 
     def destroy(self) -> None:
-        _guards.pop(id(self), None)
+        _triggered.discard(self)
         super().destroy()
 
 
@@ -124,13 +229,11 @@ def _end_contexts(number: int) -> bool:
         return False
     _came.add(number)
     name = signal.Signals(number).name
-    for shutdown_signal in [reference() for reference in tuple(_lifelines.values())]:
-        if shutdown_signal is not None:
-            shutdown_signal.end(name)
-    for guard in [reference() for reference in tuple(_guards.values())]:
-        if guard is not None:
-            with suppress(InvalidHandle):
-                guard.trigger()
+    for shutdown_signal in _ended.alive():
+        shutdown_signal.end(name)
+    for guard in _triggered.alive():
+        with suppress(InvalidHandle):
+            guard.trigger()
     return True
 
 
@@ -152,3 +255,71 @@ def _forget_in_child() -> None:
 if hasattr(os, 'register_at_fork'):
     os.register_at_fork(after_in_child=_forget_in_child)
 atexit.register(uninstall_signal_handlers)
+
+
+def install_excepthooks() -> None:
+    """Take over from Python's own hooks, where they are still Python's own: see the module."""
+    if sys.excepthook is sys.__excepthook__:
+        sys.excepthook = _excepthook
+    if threading.excepthook is threading.__excepthook__:
+        threading.excepthook = _thread_excepthook
+
+
+def _excepthook(kind: type[BaseException], error: BaseException, traceback: TracebackType | None) -> None:
+    """Print what was not caught; nothing where Ctrl-C or SIGTERM ended a wait of ours."""
+    if not _ended_a_wait(error.with_traceback(traceback)):
+        _print(kind, error)
+    if isinstance(error, KeyboardInterrupt):
+        # Python remembers that Ctrl-C ends it, and forgets it when source is compiled and run, as modules
+        # do that formatting a traceback imports. This reminds it, so that the exit status stays right.
+        with suppress(KeyboardInterrupt):
+            exec('raise KeyboardInterrupt')  # noqa: S102
+
+
+def _thread_excepthook(arguments: threading.ExceptHookArgs) -> None:
+    """Print what was not caught in a thread."""
+    error = arguments.exc_value
+    if error is None or isinstance(error, SystemExit):
+        return
+    if isinstance(error, ExternalShutdownException):
+        return  # the program ends: so does what spins in its threads
+    name = threading.current_thread().name if arguments.thread is None else arguments.thread.name
+    if sys.stderr is not None:
+        print(f'Exception in thread {name}:', file=sys.stderr)  # noqa: T201 - as Python does
+    _print(arguments.exc_type, error)
+
+
+def _print(kind: type[BaseException], error: BaseException) -> None:
+    if sys.stderr is None:
+        return
+    try:
+        print(traceback_text(error), file=sys.stderr, flush=True)  # noqa: T201
+    except UnicodeEncodeError:
+        sys.__excepthook__(kind, error, error.__traceback__)
+
+
+def _ended_a_wait(error: BaseException) -> bool:
+    """Whether a signal ended the program in a wait of the library, on the main thread."""
+    if isinstance(error, ExternalShutdownException):
+        return has_come()
+    if not isinstance(error, KeyboardInterrupt):
+        return False
+    if _is_in_library(error):
+        return True
+    # asyncio.run() cancels what it runs, and raises KeyboardInterrupt in place of that.
+    cancelled = error.__context__
+    return (
+        type(cancelled).__name__ == 'CancelledError' and cancelled is not None and _is_in_library(cancelled)
+    )
+
+
+def _is_in_library(error: BaseException) -> bool:
+    """Whether the innermost frame is the library's, but for the signal's handler and Python's own waiting."""
+    innermost = ''
+    trace = error.__traceback__
+    while trace is not None:
+        filename = trace.tb_frame.f_code.co_filename
+        if not is_standard(filename) and filename != __file__:
+            innermost = filename
+        trace = trace.tb_next
+    return is_library(innermost)

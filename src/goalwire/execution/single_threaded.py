@@ -8,11 +8,15 @@ from typing import TYPE_CHECKING, Any
 from goalwire.errors import ExternalShutdownException
 from goalwire.execution.executor import Executor, Timeout
 from goalwire.execution.future import Future
-from goalwire.execution.spinning import NEVER, StopCondition, StopConditionScope, stop_condition_of
-from goalwire.execution.waiting import Waiter
+from goalwire.execution.spinning import (
+    NEVER,
+    StopConditionScope,
+    stop_condition_of,
+)
+from goalwire.execution.waiting import StopCondition, Waiter, wake_all
 
 if TYPE_CHECKING:
-    from goalwire.execution.shutdown_signal import ContextLike
+    from goalwire.execution.waiting import ContextLike
 
 
 _SEAT = 'seat'
@@ -49,7 +53,7 @@ class SingleThreadedExecutor(Executor):
         stop: StopCondition = NEVER
         if until is not None:  # it may be another library's
             stop = until if isinstance(until, Future) else stop_condition_of(until)  # type: ignore[redundant-expr]
-        if stop._state and self._has_nothing_left(once=once):  # noqa: SLF001
+        if stop.completion_state and self._has_nothing_left(once=once):
             return
         driver, me = self._driver, get_ident()
         if _SEAT in driver and driver[_SEAT] == me:
@@ -72,7 +76,7 @@ class SingleThreadedExecutor(Executor):
         waiter = Waiter()
         with StopConditionScope(self._shutdown_signal, waiter, stop):
             while not self._wait_for_seat(waiter, deadline):
-                if self._is_shutdown or stop._state or self._is_past(deadline):  # noqa: SLF001
+                if self._is_shutdown or stop.completion_state or self._is_past(deadline):
                     return False
                 if not self._shutdown_signal.alive:
                     raise ExternalShutdownException
@@ -96,8 +100,7 @@ class SingleThreadedExecutor(Executor):
 
     def _call_successor(self) -> None:
         """Let all that wait for the seat try: one gets it, the others wait on."""
-        for waiter in tuple(self._successors):
-            waiter.wake()
+        wake_all(self._successors)
 
     def _wake_workers(self) -> None:
         self._call_successor()

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
-from goalwire.execution.callback_source import CallbackSource
 from goalwire.execution.current import held_groups
 from goalwire.execution.future import Future
+from goalwire.execution.ready_queue import CallbackSource
+from goalwire.execution.waiting import StopCondition
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -15,28 +16,13 @@ if TYPE_CHECKING:
     from types import TracebackType
 
     from goalwire.execution.callback_groups import CallbackGroup
-    from goalwire.execution.node_work_queue import NodeWorkQueue
-    from goalwire.execution.shutdown_signal import ShutdownSignal, ShutdownWatch
-    from goalwire.execution.waiting import Waiter
+    from goalwire.execution.ready_queue import NodeWorkQueue
+    from goalwire.execution.waiting import ShutdownSignal, ShutdownWatch, Waiter
 
 
 def settled(future: Any) -> bool:
     """Whether `future`, ours or another library's, is done or cancelled."""
     return bool(future.done() or future.cancelled())
-
-
-class StopCondition(Protocol):
-    """What ends a spin. A future of ours is one; the others are made by `ending_of`."""
-
-    @property
-    def _state(self) -> object:
-        """True once it has come: an attribute of futures, since a call would cost 0.6 us with each look."""
-
-    def add_waker(self, waker: Callable[[], None]) -> None:
-        """Call `waker` when it comes, or has come, wherever nobody else wakes who waits for it."""
-
-    def remove_waker(self, waker: Callable[[], None]) -> None:
-        """Take a waker back."""
 
 
 class StopWhen:
@@ -48,7 +34,7 @@ class StopWhen:
         self._ask = ask
 
     @property
-    def _state(self) -> object:
+    def completion_state(self) -> object:
         return self._ask()
 
     def add_waker(self, waker: Callable[[], None]) -> None:
@@ -76,7 +62,7 @@ class _Never(StopWhen):
 
     __slots__ = ()
 
-    _state = False
+    completion_state = False
 
 
 NEVER = _Never(bool)

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Coroutine
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, cast
 
-from goalwire.execution.callback_source import CallbackSource
-from goalwire.execution.future import FINISHED, Future
+from goalwire.execution.future import FINISHED, Future, MakesTasks
+from goalwire.execution.ready_queue import CallbackSource
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from goalwire.execution.executor import Executor
-    from goalwire.execution.node_work_queue import NodeWorkQueue
+    from goalwire.execution.ready_queue import NodeWorkQueue
 
 T = TypeVar('T')
 Handler: TypeAlias = Callable[..., T] | Callable[..., Coroutine[Any, Any, T]] | Coroutine[Any, Any, T]
@@ -32,7 +31,7 @@ class Task(Future[T]):
         handler: Handler[T],
         args: Sequence[object] | None = None,
         kwargs: Mapping[str, object] | None = None,
-        executor: Executor | None = None,
+        executor: MakesTasks | None = None,
     ) -> None:
         super().__init__(executor=executor)
         self._handler = (handler, tuple(args or ()), dict(kwargs or {}))
@@ -134,7 +133,7 @@ class Task(Future[T]):
     def _fail(self, error: BaseException, fail: Callable[[BaseException], None]) -> None:
         """Be done with `error`, which comes out of spin: known to the executor before anybody is woken."""
         self._exception = error
-        self._state = FINISHED
+        self.completion_state = FINISHED
         fail(error)
         self._become(FINISHED)
 

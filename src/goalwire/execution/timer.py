@@ -1,31 +1,167 @@
-"""Timer: a callback at a steady rhythm (rclpy.timer)."""
+"""Timer: a callback at a steady rhythm; Rate: sleeping at one (rclpy.timer)."""
 
 from __future__ import annotations
 
+import sys
 from threading import Lock
+from types import FunctionType, MethodType
 from typing import TYPE_CHECKING, Self
 
-from goalwire.errors import InvalidHandle
-from goalwire.execution.callback_source import CallbackSource
-from goalwire.execution.clock import ClockChange, ROSClock
-from goalwire.execution.clock_timer_entry import ClockTimerEntry
+from goalwire.errors import InvalidHandle, ROSInterruptException
+from goalwire.execution.clock import ClockChange, ClockTimerEntry, ROSClock
 from goalwire.execution.handle import entity_of, handle_of
-from goalwire.execution.node_work_queue import NodeWorkQueue
-from goalwire.execution.rate import Rate
-from goalwire.execution.timer_info import TimerInfo, taking_info
+from goalwire.execution.ready_queue import CallbackSource, NodeWorkQueue
+from goalwire.execution.waiting import wake_all
 from goalwire.rules.latencies import Latencies
-from goalwire.rules.time import S_TO_NS
+from goalwire.rules.time import S_TO_NS, ClockType, Time
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
+    from inspect import Signature
     from types import TracebackType
 
     from goalwire.execution.callback_groups import CallbackGroup
     from goalwire.execution.clock import Clock
-    from goalwire.execution.shutdown_signal import ContextLike
+    from goalwire.execution.waiting import ContextLike, Waiter
     from goalwire.rules.statistics import TimerStatistics
 
-__all__ = ['Rate', 'Timer', 'TimerInfo']
+
+class TimerInfo:
+    """When a call was due and when it came, both in the time of the timer's clock."""
+
+    __slots__ = ('_actual', '_expected')
+
+    def __init__(
+        self,
+        *,
+        expected_call_time: int = 0,
+        actual_call_time: int = 0,
+        clock_type: ClockType = ClockType.SYSTEM_TIME,
+    ) -> None:
+        """Both times in ns. Raises TypeError for what is no ClockType, ValueError for a negative time."""
+        if not isinstance(clock_type, ClockType):
+            raise TypeError('Clock type must be a ClockType enum')
+        if expected_call_time < 0 or actual_call_time < 0:
+            raise ValueError('call time values must not be negative')
+        self._expected = Time(nanoseconds=expected_call_time, clock_type=clock_type)
+        self._actual = Time(nanoseconds=actual_call_time, clock_type=clock_type)
+
+    @property
+    def expected_call_time(self) -> Time:
+        """When the call was due."""
+        return self._expected
+
+    @property
+    def actual_call_time(self) -> Time:
+        """When the call came."""
+        return self._actual
+
+
+def taking_info(callback: object) -> Callable[[TimerInfo], object] | None:
+    """Return how to call `callback` with a TimerInfo; None where it asks for none.
+
+    It asks with a parameter that is annotated as TimerInfo, as in rclpy, or with one that has no default.
+    """
+    if not callable(callback) or _takes_nothing(callback):
+        return None
+    from inspect import Parameter  # 5 ms, for few callbacks
+
+    try:
+        parameters = _signature(callback).parameters.values()
+    except (TypeError, ValueError):  # a builtin that does not tell
+        return None
+    for parameter in parameters:
+        if _is_timer_info(parameter.annotation):
+            name = parameter.name
+            if parameter.kind is Parameter.POSITIONAL_ONLY:
+                return callback
+            return lambda info: callback(**{name: info})
+    positional = (Parameter.POSITIONAL_ONLY, Parameter.POSITIONAL_OR_KEYWORD)
+    required = [one for one in parameters if one.default is Parameter.empty and one.kind in positional]
+    return callback if required else None
+
+
+def _takes_nothing(callback: Callable[..., object]) -> bool:
+    """The quick look at the usual case."""
+    if isinstance(callback, MethodType):
+        function, given = callback.__func__, 1
+    else:
+        function, given = callback, 0
+    if not isinstance(function, FunctionType):
+        return False
+    code = function.__code__
+    return code.co_argcount <= given and not code.co_kwonlyargcount
+
+
+def _signature(callback: Callable[..., object]) -> Signature:
+    from inspect import signature
+
+    if sys.version_info >= (3, 14):  # annotations that were imported for type checkers only have no value
+        from annotationlib import Format
+
+        return signature(callback, annotation_format=Format.STRING)
+    return signature(callback)
+
+
+def _is_timer_info(annotation: object) -> bool:
+    if isinstance(annotation, str):
+        return annotation.strip('\'"').rpartition('.')[2] == 'TimerInfo'
+    return annotation is TimerInfo
+
+
+class Rate:
+    """Sleeps until its timer is due. Unlike rclpy's it needs no executor that spins meanwhile.
+
+    One that does has a turn with each tick, whether somebody sleeps or not.
+    """
+
+    def __init__(self, timer: Timer, *, context: ContextLike) -> None:
+        timer.take_over()
+        self._timer = timer
+        self._context = context
+        self._destroyed = False
+        self._ticks = 0
+        self._sleepers: list[Waiter] = []
+
+    def destroy(self) -> None:
+        """End it, and every sleep in it. Idempotent."""
+        self._destroyed = True
+        self._timer.destroy()
+        wake_all(self._sleepers)
+
+    def sleep(self) -> None:
+        """Block until the next tick; not at all where one has passed since the last sleep.
+
+        Raises RuntimeError when destroyed, ROSInterruptException when the context has ended.
+        """
+        self._check()
+        waiter, before = self._context.shutdown_signal.new_waiter(), self._ticks
+        self._sleepers.append(waiter)
+        try:
+            while self._ticks == before:
+                self._wait_for_tick(waiter, before)
+                self._check()
+        finally:
+            self._sleepers.remove(waiter)
+
+    def _wait_for_tick(self, waiter: Waiter, before: int) -> None:
+        """Sleep to the next tick and count it, unless another sleeper has done that, or the clock jumped."""
+        timer = self._timer
+        target = timer.next_call_ns
+
+        def moved() -> bool:
+            return self._destroyed or self._ticks != before or timer.next_call_ns != target
+
+        reached = timer.clock.wait_until(target, waiter, self._context.shutdown_signal, moved)
+        if reached and self._ticks == before and timer.advance() is not None:
+            self._ticks += 1
+
+    def _check(self) -> None:
+        if self._destroyed:
+            raise RuntimeError('Rate cannot sleep because it has been destroyed')
+        if not self._context.ok():
+            raise ROSInterruptException
+
 
 _INT64 = range(-(2**63), 2**63)
 

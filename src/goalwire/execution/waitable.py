@@ -1,17 +1,152 @@
-"""Waitable: what a program adds to an executor as a source of callbacks of its own (rclpy.waitable)."""
+"""Waitables: what a program adds to an executor as a source of callbacks of its own (rclpy.waitable)."""
 
 from __future__ import annotations
 
+from _thread import allocate_lock
 from collections.abc import Coroutine
-from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar
+from contextlib import ExitStack
+from threading import Lock
+from typing import TYPE_CHECKING, Any, Generic, Literal, Protocol, Self, TypeVar, cast
+
+from goalwire.errors import InvalidHandle
+from goalwire.execution.clock import ClockTimerEntry
+from goalwire.execution.handle import entity_of
+from goalwire.execution.ready_queue import CallbackSource
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
     from types import TracebackType
 
     from goalwire.execution.callback_groups import CallbackGroup
     from goalwire.execution.event_queue import EventQueue
     from goalwire.execution.future import Future
-    from goalwire.execution.wait_set import WaitSet
+    from goalwire.execution.ready_queue import NodeWorkQueue
+    from goalwire.execution.timer import Timer
+
+Kind = Literal['subscription', 'guard_condition', 'timer', 'client', 'service', 'event']
+_KINDS: tuple[Kind, ...] = ('subscription', 'guard_condition', 'timer', 'client', 'service', 'event')
+
+
+class Waited(Protocol):
+    """What a wait set can hold. It calls all of `watchers` with each event; any thread."""
+
+    watchers: Sequence[Callable[[], None]]
+
+    @property
+    def counts_up(self) -> bool:
+        """What `events` is: how many there have been so far (True), or how many wait to be taken."""
+
+    @property
+    def events(self) -> int:
+        """See `counts_up`."""
+
+
+_watching = Lock()
+"""Held while somebody begins or ends to watch, and nothing else."""
+
+
+def watch(entity: Waited, wake: Callable[[], None]) -> None:
+    """Have `wake` called with each event of `entity`, on any thread."""
+    with _watching:
+        entity.watchers = (*entity.watchers, wake)
+
+
+def unwatch(entity: Waited, wake: Callable[[], None]) -> None:
+    """Take `wake` back; nothing where it is not there."""
+    with _watching:
+        entity.watchers = tuple(other for other in entity.watchers if other != wake)
+
+
+class WaitSet:
+    """Entities by kind and index, and which of them were ready at the last `look`."""
+
+    def __init__(self, wake: Callable[[], None]) -> None:
+        self._wake = wake
+        self._entities: dict[str, list[Waited]] = {kind: [] for kind in _KINDS}
+        self._ready: dict[str, list[bool]] = {kind: [] for kind in _KINDS}
+        self._seen: dict[Waited, int] = {}
+        """Everything that is watched, and how far its count was at the last look."""
+
+    # -- what rclpy offers
+
+    def add_subscription(self, handle: object) -> int:
+        """Add a subscription; returns the index to ask `is_ready` with."""
+        return self._add('subscription', handle)
+
+    def add_guard_condition(self, handle: object) -> int:
+        """Add a guard condition; it is ready in the first look after it was triggered."""
+        return self._add('guard_condition', handle)
+
+    def add_timer(self, handle: object) -> int:
+        """Add a timer; it is ready from when it is due until `call_timer`."""
+        return self._add('timer', handle)
+
+    def add_client(self, handle: object) -> int:
+        """Add a client; it is ready in the first look after a response has come."""
+        return self._add('client', handle)
+
+    def add_service(self, handle: object) -> int:
+        """Add a service; it is ready while requests wait."""
+        return self._add('service', handle)
+
+    def add_event(self, handle: object) -> int:
+        """Add an event; it is ready while there is something to take."""
+        return self._add('event', handle)
+
+    def is_ready(self, entity_type: Kind, index: int) -> bool:
+        """Whether that entity was ready; raises RuntimeError for another kind, IndexError for no index."""
+        ready = self._ready.get(entity_type)
+        if ready is None:
+            raise RuntimeError(f"'{entity_type}' is not a known entity: ask for one of {', '.join(_KINDS)}")
+        if not 0 <= index < len(ready):
+            raise IndexError(f'no {entity_type} was added under the index {index}: there are {len(ready)}')
+        return ready[index]
+
+    # -- what executors do with it
+
+    def clear(self) -> None:
+        """Take everything out, so that it can be added anew."""
+        for entities in self._entities.values():
+            entities.clear()
+
+    def look(self) -> None:
+        """Watch what is in it, and nothing else; see what is ready."""
+        wanted = {entity for entities in self._entities.values() for entity in entities}
+        for entity in wanted - self._seen.keys():
+            self._seen[entity] = 0
+            watch(entity, self._wake)  # first: what comes from now on is told, what has come is seen below
+        for entity in self._seen.keys() - wanted:
+            del self._seen[entity]
+            unwatch(entity, self._wake)
+        counts = {entity: entity.events for entity in wanted}
+        for kind, entities in self._entities.items():
+            self._ready[kind] = [self._is_ready(entity, counts[entity]) for entity in entities]
+        self._seen = counts
+
+    def close(self) -> None:
+        """Watch nothing any more."""
+        self.clear()
+        self.look()
+
+    @property
+    def timers(self) -> Sequence[Timer]:
+        """The timers in it."""
+        return cast('list[Timer]', self._entities['timer'])
+
+    def _is_ready(self, entity: Waited, events: int) -> bool:
+        return events != self._seen[entity] if entity.counts_up else events > 0
+
+    def _add(self, kind: Kind, handle: object) -> int:
+        found: Any = entity_of(handle)
+        entity: Waited = getattr(found, 'event_queue', found)
+        if not hasattr(entity, 'watchers'):
+            raise TypeError(
+                f'add_{kind}() takes the handle of a {kind.replace("_", " ")}, got {type(handle).__name__}'
+            )
+        entities = self._entities[kind]
+        entities.append(entity)
+        return len(entities) - 1
+
 
 T = TypeVar('T')
 
@@ -100,6 +235,11 @@ class Waitable(Generic[T]):
         """Forget `future`; raises ValueError where it was not added."""
         self._futures.remove(future)
 
+    def run_futures_in(self, work_queue: NodeWorkQueue) -> None:
+        """Let the done callbacks of all added futures run where `work_queue` is."""
+        for future in self._futures:
+            future.set_work_queue(work_queue)
+
     def is_ready(self, wait_set: WaitSet) -> bool:
         """Whether there is something to execute."""
         raise NotImplementedError(f'{type(self).__name__} must say whether it is_ready(wait_set)')
@@ -166,3 +306,106 @@ class EventQueueWaitable(SelfDriven['tuple[EventQueue[Any], Any] | None']):
             outcome = event_queue.handle(event)
             if isinstance(outcome, Coroutine):
                 await outcome
+
+
+class WaitablePoller(CallbackSource):
+    """Asks one waitable whether it is ready, each time before the executor takes work or goes to sleep.
+
+    One thread at a time asks; a thread that finds another one at it leaves a note, so that it asks again.
+    What the waitable raises while it is asked comes out of spin, like what it raises while it runs.
+    """
+
+    __slots__ = ('_alarms', '_asking', '_closed', '_error', '_found', '_missed', '_wait_set', 'waitable')
+
+    def __init__(self, work_queue: NodeWorkQueue, waitable: Waitable[Any]) -> None:
+        super().__init__(work_queue, waitable.callback_group)
+        self.waitable = waitable
+        self._wait_set = WaitSet(self.wake)
+        self._alarms: dict[Timer, ClockTimerEntry] = {}
+        self._asking = allocate_lock()
+        self._missed = self._found = self._closed = False
+        self._error: BaseException | None = None
+
+    @property
+    def entity(self) -> object:
+        """The waitable."""
+        return self.waitable
+
+    def wake(self) -> None:
+        """Get the executor to look. Any thread."""
+        queue = self.work_queue.queue
+        if queue is not None:
+            queue.recheck()
+
+    def look(self) -> None:
+        """Ask, and post this where the answer is yes; nothing while it is posted or its group is busy."""
+        self._missed = True
+        while self._missed:
+            if not self._asking.acquire(blocking=False):
+                if self._asking.locked():
+                    return  # that thread reads the note
+                continue
+            try:
+                self._missed = False
+                self._look_alone()
+            finally:
+                self._asking.release()
+
+    def run(self) -> object:
+        error, self._error = self._error, None
+        waitable = self.waitable
+        try:
+            if error is not None:
+                raise error
+            if self._closed:
+                return None
+            data = waitable.take_data()
+        finally:
+            self._found = False
+        waitable.run_futures_in(self.work_queue)
+        return waitable.execute(data)
+
+    def close(self) -> None:
+        """Ask no more; a thread that asks now ends that by itself."""
+        self._closed = True
+        self.look()
+
+    def _look_alone(self) -> None:
+        if self._closed:
+            self._wait_set.close()
+            self._follow_timers()
+        elif not self._found and (self.group is None or self.group.can_execute(self.waitable)):
+            self._found = self._ask()
+            if self._found:
+                self.work_queue.post(self)
+
+    def _ask(self) -> bool:
+        waitable, wait_set = self.waitable, self._wait_set
+        try:
+            with ExitStack() as held:
+                try:
+                    held.enter_context(waitable)
+                except InvalidHandle:
+                    return False  # as in rclpy: it is on its way out
+                wait_set.clear()
+                waitable.add_to_wait_set(wait_set)
+                wait_set.look()
+                self._follow_timers()
+                return bool(waitable.is_ready(wait_set))
+        except BaseException as error:
+            self._error = error
+            return True
+
+    def _follow_timers(self) -> None:
+        """Look again when a timer that is waited for becomes due. Of jumps of its clock it tells itself."""
+        timers = self._wait_set.timers
+        for timer in self._alarms.keys() - set(timers):
+            self._alarms.pop(timer).drop()
+        for timer in timers:
+            alarm = self._alarms.get(timer)
+            if alarm is None:
+                alarm = self._alarms[timer] = ClockTimerEntry(self.work_queue, timer.clock, self.wake)
+            if timer.is_canceled() or timer.is_ready():
+                alarm.drop()
+            elif alarm.time != timer.next_call_ns:
+                alarm.set(timer.next_call_ns)

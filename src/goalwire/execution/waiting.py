@@ -1,18 +1,31 @@
-"""How a thread sleeps until somebody wakes it."""
+"""The wake-up kit: how a thread sleeps until somebody wakes it, and the signal that wakes all of them.
+
+Everything that waits here follows one rule, and so no wake-up is lost although no lock is held:
+
+- who waits first shows itself (puts its `wake` on a list), then looks whether what it waits for is there;
+- who brings it first puts it there, then looks who waits.
+
+One of the two sees the other. What that leans on is in docs/explanation/memory-model.md.
+"""
 
 from __future__ import annotations
 
+import sys
 from _thread import allocate_lock
+from collections.abc import Callable, Iterable
 from threading import TIMEOUT_MAX, current_thread, get_ident, main_thread
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol, TypeVar
+from weakref import ReferenceType, ref
 
-from goalwire.execution.signal_listener import LISTENING
+from goalwire.execution.monotonic import STEADY, SteadyClock
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    import asyncio
 
     from goalwire.execution.fd_selector import FdSelector
-    from goalwire.execution.shutdown_signal import ShutdownSignal
+    from goalwire.transport.contract import Session, WirePoller
+
+L = TypeVar('L')
 
 
 class Waiter:
@@ -45,6 +58,75 @@ class Waiter:
             return  # the wake-up before this one has not been used yet
 
 
+def wake_all(waiters: Iterable[Waiter]) -> None:
+    """Wake all of them; other threads may change the collection meanwhile."""
+    for waiter in tuple(waiters):
+        waiter.wake()
+
+
+class WeakListeners(dict[ReferenceType[L], None]):
+    """Who is to be told of something, held weakly, in the order in which they came.
+
+    Any thread may add and discard, also while others go through them: each step is one operation of a dict.
+    """
+
+    __slots__ = ()
+
+    def add(self, listener: L) -> None:
+        """Tell `listener` from now on. Adding twice is harmless."""
+        self[ref(listener, self._discard_reference)] = None
+
+    def discard(self, listener: L) -> None:
+        """Tell `listener` no more; nothing where it is not told."""
+        self.pop(ref(listener), None)
+
+    def alive(self) -> list[L]:
+        """Return those that still live."""
+        # Python 3.11 may collect garbage while it makes a tuple of a dict, which then changes: so a list.
+        found = []
+        for reference in list(self):
+            listener = reference()
+            if listener is not None:
+                found.append(listener)
+        return found
+
+    def _discard_reference(self, reference: ReferenceType[L]) -> None:
+        self.pop(reference, None)
+
+
+class StopCondition(Protocol):
+    """What ends a spin or a wait. A future of ours is one; the others are made by `stop_condition_of`."""
+
+    @property
+    def completion_state(self) -> object:
+        """True once it has come.
+
+        hot path: an attribute of futures, since a call would cost 0.6 us with each look after a sleep.
+        """
+
+    def add_waker(self, waker: Callable[[], None]) -> None:
+        """Call `waker` when it comes, or has come, wherever nobody else wakes who waits for it."""
+
+    def remove_waker(self, waker: Callable[[], None]) -> None:
+        """Take a waker back."""
+
+
+class SignalReceiver(Protocol):
+    """What hears of the process's signals, whatever the main thread is doing."""
+
+    main_thread: int
+    """Its ident."""
+
+    wire_poller: WirePoller | None
+    """What the main thread waits in, where no signal reaches it: a signal ends that wait."""
+
+    def hears(self) -> bool:
+        """Whether signals come to it."""
+
+
+LISTENING: list[SignalReceiver] = []
+"""The receiver of this process, if there is one."""
+
 SHORT_NS = 50_000_000
 """How long the main thread waits on the wire without having seen that signals would bring it out: that is how
 long they may wait. The look costs 5 us (two system calls), so it is for long sleeps."""
@@ -53,28 +135,28 @@ long they may wait. The look costs 5 us (two system calls), so it is for long sl
 class WireWaiter(Waiter):
     """A waiter whose thread waits on the wire itself, where the context's session has a place for it.
 
-    The shutdown wakes it.
+    Where `fd_selector` watches file descriptors and nobody else waits in it, this waits there. The shutdown
+    wakes it, too.
     """
 
-    __slots__ = ('__weakref__', '_shutdown_signal', 'interrupt')
+    __slots__ = ('__weakref__', '_fd_selector', '_shutdown_signal', 'interrupt')
 
     wait_on_lock = Waiter.wait
     """Sleep on the lock, whatever the wire does."""
 
-    _fd_selector: FdSelector | None = None
-    """What else it watches while it sleeps."""
-
-    def __init__(self, shutdown_signal: ShutdownSignal) -> None:
+    def __init__(self, shutdown_signal: ShutdownSignal, fd_selector: FdSelector | None = None) -> None:
         super().__init__()
         self.interrupt: Callable[[], None] | None = None
         """What ends this thread's sleep, where it sleeps elsewhere than on its lock."""
         self._shutdown_signal = shutdown_signal
+        self._fd_selector = fd_selector
         shutdown_signal.wake_at_end(self)
 
     def wait(self, timeout_ns: int | None = None) -> bool:
-        # All of it in one function, for the common cases: it begins and ends each sleep of an executor.
-        if self._fd_selector is not None and self._fd_selector.watched:
-            return self._wait_on_descriptors(timeout_ns)
+        # hot path: one function for the common cases, 2 calls less (1.2 us) with each sleep of an executor.
+        fd_selector = self._fd_selector
+        if fd_selector is not None and fd_selector.watched:
+            return self._wait_on_descriptors(fd_selector, timeout_ns)
         wire_poller = self._shutdown_signal.wire_poller
         if wire_poller is None or (timeout_ns is not None and timeout_ns <= 0):
             return self.wait_on_lock(timeout_ns)
@@ -110,10 +192,26 @@ class WireWaiter(Waiter):
         finally:
             self._shutdown_signal.remove_external_sleeper(self)
 
-    def _wait_on_descriptors(self, timeout_ns: int | None) -> bool:
-        raise NotImplementedError
+    def _wait_on_descriptors(self, fd_selector: FdSelector, timeout_ns: int | None) -> bool:
+        timeout = None if timeout_ns is None else max(timeout_ns, 0) / 1e9
+        try:
+            self.interrupt = fd_selector.interrupt
+            self._shutdown_signal.add_external_sleeper(self)
+            if not fd_selector.wait(timeout, self._is_woken):
+                fd_selector.wanted = True
+                if not fd_selector.wait(timeout, self._is_woken):
+                    self.interrupt = None
+                    return self.wait_on_lock(timeout_ns)
+        finally:
+            self.interrupt = None
+            self._shutdown_signal.remove_external_sleeper(self)
+        return self.wait_on_lock(0)
+
+    def _is_woken(self) -> bool:
+        return not self._gate.locked()
 
     def wake(self) -> None:
+        # hot path: as the base class, in one call (0.6 us less between a reply and the thread that waits).
         # Who sleeps elsewhere says so first, then looks at the lock: one of the two sees the other.
         try:
             self._gate.release()
@@ -122,3 +220,161 @@ class WireWaiter(Waiter):
         interrupt = self.interrupt
         if interrupt is not None:
             interrupt()
+
+
+class ShutdownWatch:
+    """Somebody who wants to know when a shutdown signal ends."""
+
+    __slots__ = ('_watchers', 'wake')
+
+    def __init__(self, watchers: dict[ShutdownWatch, None], wake: Callable[[], None]) -> None:
+        self._watchers = watchers
+        self.wake = wake
+        """What is called at the end."""
+        watchers[self] = None
+
+    def close(self) -> None:
+        """Watch no more."""
+        self._watchers.pop(self, None)
+
+
+class ShutdownSignal:
+    """Ends once, for whatever reason. `clock` is the time that everything under this context lives in."""
+
+    __slots__ = (
+        '__weakref__',
+        '_session',
+        '_waiters',
+        '_watchers',
+        'alive',
+        'clock',
+        'external_sleepers',
+        'idle_waiters',
+        'reason',
+        'wire_poller',
+    )
+
+    def __init__(self, clock: SteadyClock = STEADY) -> None:
+        self.clock = clock
+        self.alive = True
+        self.reason: str | None = None
+        self.wire_poller: WirePoller | None = None
+        """Where threads under this may wait on the wire, once there is a session that lets them."""
+        self.idle_waiters: list[Waiter] = []
+        """As many as have blocked at the same time; see `borrow_waiter`."""
+        self.external_sleepers: set[object] = set()
+        """Who sleeps under this where the wire does not reach it: asyncio loops, watchers of descriptors."""
+        self._watchers: dict[ShutdownWatch, None] = {}
+        self._waiters: WeakListeners[WireWaiter] = WeakListeners()
+        self._session: Session | None = None
+
+    def take_session(self, session: Session) -> None:
+        """Let threads under this wait on a session's wire, as far as it has a place for that.
+
+        When this ends, nothing more is sent by that session.
+        """
+        wire_poller = session.wire_poller
+        if wire_poller is not None:
+            wire_poller.external_sleepers = self.external_sleepers
+            self.wire_poller = wire_poller
+        self._session = session  # then look: who ends this looks here after that
+        if not self.alive:
+            session.silence()
+
+    def add_external_sleeper(self, who: object) -> None:
+        """Have the session's own thread wait on the wire until `remove_external_sleeper`. Any thread."""
+        self.external_sleepers.add(who)
+        if self.wire_poller is not None:
+            self.wire_poller.ensure_polled()
+
+    def remove_external_sleeper(self, who: object) -> None:
+        """Undo `add_external_sleeper`; nothing where it was not called."""
+        self.external_sleepers.discard(who)
+
+    def new_waiter(self) -> Waiter:
+        """A place for one thread to sleep in while it waits for what the wire may bring; the end wakes it."""
+        return WireWaiter(self)
+
+    def borrow_waiter(self) -> Waiter:
+        """The same for a short while: it goes back to `idle_waiters`. To make one takes five calls.
+
+        Who had it before may still wake it: look again at what you wait for, as after every wake-up.
+        """
+        try:
+            return self.idle_waiters.pop()
+        except IndexError:
+            return WireWaiter(self)
+
+    def wake_at_end(self, waiter: WireWaiter) -> None:
+        """Wake `waiter`, held weakly, when this ends: for all its life, where a watch is for one sleep."""
+        self._waiters.add(waiter)
+
+    def end(self, reason: str) -> bool:
+        """End it and tell everybody; False if it has ended before. Takes no lock: signal handlers call it."""
+        if not self.alive:
+            return False
+        self.reason = reason
+        self._silence()  # first: who sees that this has ended relies on it
+        self.alive = False
+        self._silence()  # of a session that was taken in between
+        self._session = None
+        self._tell()
+        return True
+
+    def watch(self, wake: Callable[[], None]) -> ShutdownWatch:
+        """Call `wake` once when this ends; at once if it has ended.
+
+        It may run on any thread and inside a signal handler: it must only wake somebody, and take no lock.
+        """
+        watch = ShutdownWatch(self._watchers, wake)
+        if not self.alive:
+            self._tell()
+        return watch
+
+    def _silence(self) -> None:
+        session = self._session
+        if session is not None:
+            session.silence()
+
+    def _tell(self) -> None:
+        while self._watchers:
+            try:
+                watch, _ = self._watchers.popitem()
+            except KeyError:
+                break
+            watch.wake()
+        wake_all(self._waiters.alive())
+
+
+class ContextLike(Protocol):
+    """What execution needs of a context."""
+
+    @property
+    def shutdown_signal(self) -> ShutdownSignal:
+        """Its life."""
+
+    def ok(self) -> bool:
+        """Whether it is initialised and not shut down."""
+
+
+_provider: list[Callable[[], ContextLike]] = []
+
+
+def provide_default_context(provider: Callable[[], ContextLike]) -> None:
+    """Say where `default_context` finds the default context; the front does, once."""
+    _provider[:] = [provider]
+
+
+def default_context() -> ContextLike:
+    """The context for what was made without one. Raises RuntimeError where no front was imported."""
+    if not _provider:
+        raise RuntimeError('there is no default context: pass context=..., or import rclpy first')
+    return _provider[0]()
+
+
+def running_loop() -> asyncio.AbstractEventLoop | None:
+    """The asyncio loop that runs on this thread; does not import asyncio to find out."""
+    # Another thread may be in the middle of importing it: then no loop runs yet.
+    get: Callable[[], asyncio.AbstractEventLoop | None] | None
+    get = getattr(sys.modules.get('asyncio.events'), '_get_running_loop', None)
+    return None if get is None else get()

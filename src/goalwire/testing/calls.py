@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from goalwire.entities.actions.types import FeedbackT, GoalT, ResultT
 from goalwire.errors import GoalwireError
-from goalwire.execution.loop_waker import running_loop
+from goalwire.execution.waiting import running_loop
 
 if TYPE_CHECKING:
     from collections.abc import Coroutine

@@ -27,7 +27,7 @@ from std_srvs.srv import Trigger
 from tf2_ros import TransformBroadcaster
 
 from goalwire.errors import ShutDownError
-from goalwire.execution.shutdown_signal import ShutdownSignal
+from goalwire.execution.waiting import ShutdownSignal
 
 pytestmark = pytest.mark.also_on_dds
 

@@ -33,8 +33,7 @@ from rclpy.waitable import NumberOfEntities, Waitable
 from std_msgs.msg import String
 from std_srvs.srv import SetBool
 
-from goalwire.execution.wait_set import Kind, WaitSet
-from goalwire.execution.waitable_poller import WaitablePoller
+from goalwire.execution.waitable import Kind, WaitablePoller, WaitSet
 
 SECOND = 10**9
 

@@ -11,8 +11,7 @@ from typing import Self
 import pytest
 from helpers.patience import PATIENCE
 
-from goalwire.execution.shutdown_signal import ShutdownSignal
-from goalwire.execution.waiting import Waiter, WireWaiter
+from goalwire.execution.waiting import ShutdownSignal, Waiter, WireWaiter
 from goalwire.rules.qos import QoS
 from goalwire.transport.contract import Sleeper
 from goalwire.transport.dds.domain import DOMAINS

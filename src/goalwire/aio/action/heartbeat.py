@@ -6,7 +6,7 @@ import asyncio
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from goalwire.execution.asyncio_waiting import delay_s
+from goalwire.execution.asyncio.waiting import delay_s
 from goalwire.execution.monotonic import timeout_ns
 from goalwire.rules.goals.table import GoalStatus
 

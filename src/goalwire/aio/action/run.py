@@ -24,8 +24,7 @@ from goalwire.errors import (
     ServerStuckError,
     ShutDownError,
 )
-from goalwire.execution.asyncio_queue import AsyncQueue
-from goalwire.execution.asyncio_waiting import delay_s, settle
+from goalwire.execution.asyncio.waiting import AsyncQueue, delay_s, settle
 from goalwire.execution.future import Future
 from goalwire.logging import get_logger
 from goalwire.rules.goals.ids import new_goal_id
@@ -37,7 +36,7 @@ if TYPE_CHECKING:
 
     from goalwire.entities.actions.client import ActionClientCore
     from goalwire.entities.actions.client_goal import ClientGoalHandle
-    from goalwire.execution.shutdown_signal import ShutdownWatch
+    from goalwire.execution.waiting import ShutdownWatch
     from goalwire.transport.contract import Sample
 
 ResultT = TypeVar('ResultT')

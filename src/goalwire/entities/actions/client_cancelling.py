@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NoReturn, cast
 from goalwire.entities.actions.client_calls import ActionCalls
 from goalwire.entities.actions.requests import LATE_S, ActionRequest, EncodedResponseFuture
 from goalwire.errors import ClosedError, ShutDownError
-from goalwire.execution.blocking import abandon, block_on
+from goalwire.execution.future import abandon, block_on
 from goalwire.rules.goals import wire
 from goalwire.rules.goals.ids import NO_ID
 from goalwire.rules.time import S_TO_NS, Time

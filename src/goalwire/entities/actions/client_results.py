@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from goalwire.entities.actions.client import ActionClientCore
     from goalwire.entities.call_context import CallContext
     from goalwire.execution.monotonic import SteadyClock
-    from goalwire.execution.shutdown_signal import ShutdownSignal
+    from goalwire.execution.waiting import ShutdownSignal
     from goalwire.rules.goals.ids import GoalId
     from goalwire.rules.goals.table import GoalStatus
     from goalwire.transport.contract import ClientPort, Payload, Sample

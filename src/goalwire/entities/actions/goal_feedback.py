@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from goalwire.execution.blocking import current_groups, why_it_cannot_answer
+from goalwire.execution.current import current_groups, why_it_cannot_answer
 from goalwire.execution.event_queue import EventQueue
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from goalwire.execution.callback_groups import CallbackGroup
-    from goalwire.execution.node_work_queue import NodeWorkQueue
+    from goalwire.execution.ready_queue import NodeWorkQueue
     from goalwire.transport.contract import Sample
 
 FEEDBACK_LIMIT = 1000

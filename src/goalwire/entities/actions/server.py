@@ -36,10 +36,9 @@ from goalwire.errors import (
     TransportError,
 )
 from goalwire.execution.callback_groups import CallbackGroup
-from goalwire.execution.callback_source import CallbackSource
-from goalwire.execution.clock_timer_entry import ClockTimerEntry
+from goalwire.execution.clock import ClockTimerEntry
 from goalwire.execution.event_queue import EventQueue
-from goalwire.execution.node_work_queue import NodeWorkQueue
+from goalwire.execution.ready_queue import CallbackSource, NodeWorkQueue
 from goalwire.logging import RcutilsLogger, get_logger
 from goalwire.rules.goals import effects as effect
 from goalwire.rules.goals import wire

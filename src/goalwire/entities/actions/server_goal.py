@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Generic, NamedTuple, Protocol
 from goalwire.entities.actions.types import FeedbackT, GoalT, ResultT, goal_id_bytes, uuid_message
 from goalwire.entities.enclosing import Enclosing
 from goalwire.errors import ShutDownError, peer_text
-from goalwire.execution.callback_source import CallbackSource
+from goalwire.execution.ready_queue import CallbackSource
 from goalwire.rules.goals.server import ServerGoal
 from goalwire.rules.goals.table import GoalEvent, GoalStatus
 

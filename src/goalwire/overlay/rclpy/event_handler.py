@@ -31,7 +31,7 @@ from rclpy._borrowed import borrow
 
 if TYPE_CHECKING:
     from goalwire.entities.subscription import SubscriptionCore
-    from goalwire.execution.wait_set import WaitSet
+    from goalwire.execution.waitable import WaitSet
     from rclpy.callback_groups import CallbackGroup
 
 __all__ = [

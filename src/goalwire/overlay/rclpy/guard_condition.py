@@ -1,6 +1,6 @@
 """rclpy.guard_condition: a callback that the program itself triggers."""
 
-from goalwire.execution.guard_condition import GuardCondition
+from goalwire.execution.event_queue import GuardCondition
 from rclpy._borrowed import borrow
 
 __all__ = ['GuardCondition']

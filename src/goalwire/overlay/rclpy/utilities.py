@@ -7,7 +7,7 @@ import threading
 from collections.abc import Sequence
 
 from goalwire.entities.arguments import node_arguments
-from goalwire.execution.shutdown_signal import provide_default_context
+from goalwire.execution.waiting import provide_default_context
 from goalwire.transport import registry
 from rclpy._borrowed import borrow
 from rclpy.constants import S_TO_NS

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 from rclpy.task import Future
 
-from goalwire.execution.blocking import block_on_clock
+from goalwire.execution.clock import block_on_clock
 from goalwire.execution.event_queue import EventQueue
-from goalwire.execution.wait_set import unwatch, watch
+from goalwire.execution.waitable import unwatch, watch
 
 if TYPE_CHECKING:
     from rclpy.clock import Clock
 
-    from goalwire.execution.shutdown_signal import ShutdownSignal
+    from goalwire.execution.waiting import ShutdownSignal
 
 __all__ = ['wait_hearing']
 

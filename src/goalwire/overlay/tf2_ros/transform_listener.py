@@ -15,7 +15,7 @@ from rclpy.subscription import Subscription
 from tf2_msgs.msg import TFMessage
 from tf2_py import BufferCore
 
-from goalwire.execution.node_work_queue import NodeWorkQueue
+from goalwire.execution.ready_queue import NodeWorkQueue
 from tf2_ros.buffer import Buffer
 
 __all__ = ['TransformListener']

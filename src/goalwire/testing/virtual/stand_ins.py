@@ -14,7 +14,7 @@ import time
 from typing import TYPE_CHECKING, Any, SupportsIndex, TypeAlias, cast
 from weakref import WeakKeyDictionary
 
-from goalwire.execution.loop_waker import WAKE_FDS
+from goalwire.execution.asyncio.waiting import WAKE_FDS
 from goalwire.execution.monotonic import SteadyClock
 from goalwire.testing.virtual.scheduler import never
 

@@ -35,7 +35,7 @@ MakeAsyncNode = Callable[..., AsyncNode]
 def test_nothing_of_it_is_imported_before_it_is_asked_for(tmp_path: Path) -> None:
     program = """
         import sys, rclpy, rclpy.node, rclpy.experimental
-        heavy = {'asyncio', 'goalwire.execution.asyncio_executor'}
+        heavy = {'asyncio', 'goalwire.execution.asyncio.executor'}
         print(heavy & set(sys.modules))
         from rclpy.experimental import AsyncNode
         print(heavy <= set(sys.modules))

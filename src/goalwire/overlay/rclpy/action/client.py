@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from action_msgs.srv import CancelGoal
     from unique_identifier_msgs.msg import UUID
 
-    from goalwire.execution.wait_set import WaitSet
+    from goalwire.execution.waitable import WaitSet
     from rclpy.impl.base_node import BaseNode
 
 __all__ = ['ActionClient', 'ClientGoalHandle', 'FeedbackMessage', 'ResultResponse']

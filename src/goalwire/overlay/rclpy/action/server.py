@@ -29,7 +29,7 @@ from rclpy.qos import QoSProfile, qos_profile_action_status_default, qos_profile
 from rclpy.waitable import NumberOfEntities
 
 if TYPE_CHECKING:
-    from goalwire.execution.wait_set import WaitSet
+    from goalwire.execution.waitable import WaitSet
     from goalwire.transport.contract import Request
     from rclpy.impl.base_node import BaseNode
 

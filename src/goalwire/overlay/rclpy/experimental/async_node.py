@@ -11,9 +11,8 @@ from goalwire.entities.asyncio_calls import AwaitedCalls
 from goalwire.entities.graph_waiting import graph_shows
 from goalwire.entities.type_support import ServiceSupport, ServiceType, service_support
 from goalwire.errors import DestroyedError, RCLError, ShutDownError
-from goalwire.execution.asyncio_callback_tasks import CallbackTasks
-from goalwire.execution.asyncio_clock import AsyncClock
-from goalwire.execution.asyncio_shared_loop import SharedLoop
+from goalwire.execution.asyncio.clock import AsyncClock
+from goalwire.execution.asyncio.executor import CallbackTasks, SharedLoop
 from rclpy.callback_groups import CallbackGroup, MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
 from rclpy.clock_type import ClockType
 from rclpy.event_handler import event_handlers
@@ -27,7 +26,7 @@ from rclpy.qos import QoSProfile, qos_profile_services_default
 
 if TYPE_CHECKING:
     from goalwire.entities.subscription import MessageInfo
-    from goalwire.execution.callback_source import CallbackSource
+    from goalwire.execution.ready_queue import CallbackSource
     from rclpy.subscription_content_filter_options import ContentFilterOptions
 
 MsgT = TypeVar('MsgT')

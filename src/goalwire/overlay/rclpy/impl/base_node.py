@@ -235,7 +235,7 @@ class BaseNode(NodeGraph, NodeParameters):
         """Let the node's executor run `waitable`, too."""
         self._ros_waitables.append(waitable)
         if not isinstance(waitable, SelfDriven):
-            from goalwire.execution.waitable_poller import WaitablePoller
+            from goalwire.execution.waitable import WaitablePoller
 
             self.handle.work_queue.add_poller(WaitablePoller(self.handle.work_queue, waitable))
 

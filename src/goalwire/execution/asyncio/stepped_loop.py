@@ -14,12 +14,13 @@ import asyncio
 import os
 import selectors
 import sys
-from asyncio import events, tasks
+from asyncio.events import _get_running_loop, _set_running_loop
+from asyncio.tasks import _enter_task, _leave_task
 from heapq import heappop, heappush
 from threading import get_ident
 from typing import TYPE_CHECKING, Any
 
-from goalwire.execution.asyncio_loop_waker import LoopWaker
+from goalwire.execution.asyncio.waiting import LoopWaker
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -161,7 +162,7 @@ class SteppedLoop(asyncio.SelectorEventLoop):
 
         What a task raises as KeyboardInterrupt or SystemExit comes out.
         """
-        outer = None if events._get_running_loop() is None else _leave_outer()  # noqa: SLF001
+        outer = None if _get_running_loop() is None else _leave_outer()
         self._stepping = get_ident()
         try:
             if begin is not None:
@@ -220,7 +221,7 @@ class FastSteppedLoop(SteppedLoop):
         hooks = sys.get_asyncgen_hooks()
         sys.set_asyncgen_hooks(self._asyncgen_firstiter_hook, self._asyncgen_finalizer_hook)  # type: ignore[attr-defined]
         self._thread_id = self._stepping
-        events._set_running_loop(self)  # noqa: SLF001
+        _set_running_loop(self)
         try:
             waker = self.goalwire_waker
             if waker.calls or not waker.asleep:
@@ -229,7 +230,7 @@ class FastSteppedLoop(SteppedLoop):
                 self.more = False
                 self._run_once()  # type: ignore[attr-defined]
         finally:
-            events._set_running_loop(None)  # noqa: SLF001
+            _set_running_loop(None)
             self._thread_id = None
             sys.set_asyncgen_hooks(*hooks)
 
@@ -246,17 +247,17 @@ def new_loop(fd_selector: FdSelector, clock: SteadyClock, wake: Callable[[], Non
 
 def _leave_outer() -> tuple[asyncio.AbstractEventLoop, asyncio.Task[Any] | None] | None:
     """Where an asyncio loop runs on this thread already, step out of it and of its current task."""
-    loop = events._get_running_loop()  # noqa: SLF001
+    loop = _get_running_loop()
     if loop is None:
         return None
     task = asyncio.current_task(loop)
     if task is not None:
-        tasks._leave_task(loop, task)  # noqa: SLF001
-    events._set_running_loop(None)  # noqa: SLF001
+        _leave_task(loop, task)
+    _set_running_loop(None)
     return loop, task
 
 
 def _return_to(loop: asyncio.AbstractEventLoop, task: asyncio.Task[Any] | None) -> None:
-    events._set_running_loop(loop)  # noqa: SLF001
+    _set_running_loop(loop)
     if task is not None:
-        tasks._enter_task(loop, task)  # noqa: SLF001
+        _enter_task(loop, task)

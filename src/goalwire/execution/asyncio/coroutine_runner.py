@@ -10,8 +10,8 @@ from threading import Lock
 from typing import TYPE_CHECKING, Any, NamedTuple
 from weakref import WeakKeyDictionary, WeakSet
 
-from goalwire.execution.callback_source import CallbackSource
-from goalwire.execution.stepped_loop import new_loop
+from goalwire.execution.asyncio.stepped_loop import new_loop
+from goalwire.execution.ready_queue import CallbackSource
 from goalwire.execution.timer_heap import TimerEntry
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from goalwire.execution.callback_groups import CallbackGroup
     from goalwire.execution.fd_selector import FdSelector
     from goalwire.execution.monotonic import SteadyClock
-    from goalwire.execution.node_work_queue import NodeWorkQueue
+    from goalwire.execution.ready_queue import NodeWorkQueue
 
 
 class Start(NamedTuple):

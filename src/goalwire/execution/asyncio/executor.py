@@ -3,23 +3,56 @@
 from __future__ import annotations
 
 import asyncio
+from contextlib import suppress
 from contextvars import copy_context
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
-from goalwire.execution.asyncio_waiting import delay_s
+from goalwire.execution.asyncio.waiting import delay_s, shared_waker
 from goalwire.execution.current import active_executors
 from goalwire.execution.engine import Engine
-from goalwire.execution.loop_waker import shared_waker
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine
+    from types import TracebackType
 
-    from goalwire.execution.asyncio_callback_tasks import CallbackTasks
     from goalwire.execution.callback_groups import CallbackGroup
-    from goalwire.execution.callback_source import CallbackSource
-    from goalwire.execution.node_work_queue import NodeWorkQueue
-    from goalwire.execution.shutdown_signal import ShutdownSignal
+    from goalwire.execution.ready_queue import CallbackSource, NodeWorkQueue
+    from goalwire.execution.waiting import ShutdownSignal
+
+
+class CallbackTasks:
+    """Which tasks run the callbacks of which work. For the loop's thread alone."""
+
+    def __init__(self) -> None:
+        self._tasks: dict[asyncio.Task[Any], CallbackSource] = {}
+
+    def __len__(self) -> int:
+        return len(self._tasks)
+
+    def add(self, task: asyncio.Task[Any], source: CallbackSource) -> None:
+        """Note that `task` runs a callback of `work`."""
+        self._tasks[task] = source
+
+    def discard(self, task: asyncio.Task[Any]) -> None:
+        """Forget a task that has ended."""
+        self._tasks.pop(task, None)
+
+    def cancel(self, source: CallbackSource) -> None:
+        """Cancel the callbacks of `work`, save one that calls this: it may go on to its end."""
+        self._cancel([task for task, its_work in self._tasks.items() if its_work is source])
+
+    def cancel_all(self) -> None:
+        """Cancel every callback, save one that calls this."""
+        self._cancel(list(self._tasks))
+
+    def _cancel(self, tasks: list[asyncio.Task[Any]]) -> None:
+        if not tasks:
+            return
+        calling = asyncio.current_task()
+        for task in tasks:
+            if task is not calling:
+                task.cancel()
 
 
 class AsyncExecutor(Engine):
@@ -146,3 +179,62 @@ class AsyncExecutor(Engine):
 
 async def _raise(error: BaseException) -> None:
     raise error
+
+
+class SharedLoop:
+    """`async with` it, once. Errors of callbacks behave as those of tasks in an asyncio.TaskGroup.
+
+    An error cancels the body and the other callbacks, and leaves the block in an ExceptionGroup. Leaving the
+    block cancels the callbacks that run and waits until they have cleaned up.
+    """
+
+    def __init__(
+        self, work_queue: NodeWorkQueue, shutdown_signal: ShutdownSignal, runs: CallbackTasks
+    ) -> None:
+        """`runs` is where the coroutine callbacks under way are noted."""
+        self._runs = runs
+        self._work_queue = work_queue
+        self._shutdown_signal = shutdown_signal
+        self._tasks: asyncio.TaskGroup | None = None
+        self._engine: AsyncExecutor | None = None
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._over = asyncio.Event()
+
+    @property
+    def running(self) -> bool:
+        """Whether the block has been entered and not left."""
+        return self._tasks is not None
+
+    async def __aenter__(self) -> Self:
+        self._loop = asyncio.get_running_loop()
+        self._tasks = await asyncio.TaskGroup().__aenter__()
+        self._engine = AsyncExecutor(
+            self._work_queue, self._shutdown_signal, self._tasks, self._runs, self._over.set
+        )
+        self._engine.open()
+        return self
+
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        assert self._tasks is not None
+        assert self._engine is not None
+        try:
+            self._engine.close()
+            self._runs.cancel_all()
+            await self._tasks.__aexit__(kind, error, trace)
+        finally:
+            self._tasks = self._engine = self._loop = None
+
+    async def wait(self) -> None:
+        """Return after `end`, or when the shutdown has begun."""
+        await self._over.wait()
+
+    def end(self) -> None:
+        """Let `wait` return. Any thread."""
+        loop = self._loop
+        if loop is None:
+            self._over.set()
+        else:
+            with suppress(RuntimeError):  # the loop is closed
+                loop.call_soon_threadsafe(self._over.set)

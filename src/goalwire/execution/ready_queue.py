@@ -1,0 +1,408 @@
+"""What an executor runs: sources of callbacks, the queue of the ready ones, the address of a node."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import TYPE_CHECKING, Protocol
+from weakref import WeakSet
+
+from goalwire.execution.monotonic import STEADY
+from goalwire.execution.waiting import WeakListeners
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from goalwire.execution.monotonic import SteadyClock
+    from goalwire.execution.timer_heap import TimerEntry, TimerHeap
+    from goalwire.execution.waiting import StopCondition, Waiter
+
+_NOTHING_MORE: Callable[[], object] = bool
+"""Does nothing, and enters no function of Python's for it."""
+
+
+class CallbackSource:
+    """A source of callbacks: a subscription's event queue, a timer, a task, an asyncio runner.
+
+    Each turn through an executor's queue runs one callback, so sources take turns fairly.
+    """
+
+    __slots__ = ('__weakref__', 'group', 'work_queue')
+
+    def __init__(self, work_queue: NodeWorkQueue, group: CallbackGroup | None) -> None:
+        self.work_queue = work_queue if group is None or group.work_queue is None else group.work_queue
+        self.group = group
+
+    @property
+    def entity(self) -> object:
+        """Whose callbacks these are: what an executor written by a user is told."""
+        return self
+
+    @property
+    def backlog(self) -> int:
+        """How many events wait here."""
+        return 1
+
+    def run(self) -> object:
+        """Take one event and run the user's callback for it.
+
+        Where the callback is `async def`, return the coroutine it made: the executor runs it as an asyncio
+        task and holds the group until that ends. Any other value means nothing. What this raises comes out
+        of spin.
+        """
+        raise NotImplementedError
+
+    settle = staticmethod(_NOTHING_MORE)
+    """Called when the callback has ended and the group is free: post again if there is more to do."""
+
+
+class CallbackGroup:
+    """The entities whose callbacks one rule governs."""
+
+    exclusive = False
+    """Whether one callback at a time may run."""
+
+    foreign = False
+    """Whether a program has written its rule."""
+
+    work_queue: NodeWorkQueue | None = None
+    """Where its members' work goes, if not to their node's executor; to be set before they are made."""
+
+    def __init__(self) -> None:
+        self.entities: WeakSet[object] = WeakSet()
+        self._active: object = None
+
+    def __init_subclass__(cls) -> None:
+        if 'begin' not in vars(cls) and _RULE & vars(cls).keys():
+            cls.foreign = True
+            cls.begin = CallbackGroup.begin  # type: ignore[method-assign]  # where a quicker one was inherited
+            cls.ended = CallbackGroup.ended  # type: ignore[method-assign]
+
+    def add_entity(self, entity: object) -> None:
+        """Make `entity` a member. Raises TypeError for what cannot be referenced weakly."""
+        self.entities.add(entity)
+
+    def has_entity(self, entity: object) -> bool:
+        """Whether `entity` is a member."""
+        return entity in self.entities
+
+    def can_execute(self, entity: object) -> bool:
+        """Whether a callback of `entity` may start now."""
+        raise NotImplementedError
+
+    def beginning_execution(self, entity: object) -> bool:
+        """Note that a callback of `entity` starts; False where it may not."""
+        raise NotImplementedError
+
+    def ending_execution(self, entity: object) -> None:
+        """Note that a callback of `entity` has ended."""
+        raise NotImplementedError
+
+    def begin(self, source: CallbackSource, /) -> bool:
+        """Ask the rule whether a callback of `work` may start, and note that it does."""
+        entity = source.entity
+        return self.can_execute(entity) and self.beginning_execution(entity)
+
+    def ended(self, source: CallbackSource, /) -> None:
+        """Note that a callback of `work` has ended."""
+        self.ending_execution(source.entity)
+
+    @property
+    def active_entity(self) -> object:
+        """Whose callback runs in an exclusive group, or None."""
+        return self._active
+
+    @property
+    def parked(self) -> Sequence[CallbackSource]:
+        """What waits for the running callback to end."""
+        return ()
+
+    def park(self, source: CallbackSource) -> None:
+        """Keep `work`, which may not start now, and post it again when it may."""
+        raise NotImplementedError
+
+
+_RULE = {'can_execute', 'beginning_execution', 'ending_execution'}
+"""What a group written by a program replaces."""
+
+
+class Poller(Protocol):
+    """What is asked for work each time before an executor takes some: see `WaitablePoller`."""
+
+    @property
+    def waitable(self) -> object:
+        """What it asks."""
+
+    def look(self) -> None:
+        """Ask, and post work where there is some."""
+
+    def close(self) -> None:
+        """Ask no more."""
+
+
+class ReadyQueue:
+    """First in, first out. It takes no lock: each step is one atomic operation of a deque or a list.
+
+    No wake-up is lost, because both sides act in opposite order. A poster appends its work, then looks for
+    sleepers. A sleeper puts itself on the list, then looks for work. One of them sees the other. The thread
+    that went to sleep last is woken first: its caches are warm, and the others sleep on.
+    """
+
+    __slots__ = ('_recheck_wanted', 'closed', 'is_driven', 'items', 'pollers', 'wakers')
+
+    def __init__(self, is_driven: Callable[[], bool] = bool) -> None:
+        self.is_driven = is_driven
+        """Tells whether somebody runs what is posted here."""
+        self.items: deque[CallbackSource] = deque()
+        self.pollers: WeakListeners[Poller] = WeakListeners()
+        """Who is to be asked for work before any is taken; they belong to their nodes."""
+        self.wakers: list[Callable[[], None]] = []
+        """What wakes those that sleep here; who went to sleep last stands last."""
+        self.closed = False
+        """Whether nobody sleeps here any more."""
+        self._recheck_wanted = False
+
+    def post(self, source: CallbackSource) -> None:
+        """Append `work` and wake one sleeper, if any: the poster's last act. Any thread."""
+        self.items.append(source)
+        if self.wakers:
+            self.wake_one()
+
+    def pop(self) -> CallbackSource | None:
+        """The oldest ready work, or None."""
+        try:
+            return self.items.popleft()
+        except IndexError:
+            return None
+
+    def take(self, source: CallbackSource) -> bool:
+        """Take `work` out of turn; False where it is not here."""
+        try:
+            self.items.remove(source)
+        except ValueError:
+            return False
+        return True
+
+    def recheck(self) -> None:
+        """Let the lookouts be asked once more: by a sleeper, or by who is about to sleep. Any thread."""
+        self._recheck_wanted = True
+        self.wake_one()
+
+    def add_poller(self, poller: Poller) -> None:
+        """Ask `poller` from now on. Adding twice is harmless."""
+        self.pollers.add(poller)
+        self.recheck()
+
+    def remove_poller(self, poller: Poller) -> None:
+        """Ask `poller` no more; nothing where it is not asked."""
+        self.pollers.discard(poller)
+
+    def poll_waitables(self) -> None:
+        """Ask the lookouts; those with work post it here."""
+        self._recheck_wanted = False
+        for poller in self.pollers.alive():
+            poller.look()
+
+    @property
+    def has_work(self) -> bool:
+        """Whether there is something to do before anybody sleeps."""
+        return bool(self.items) or (self._recheck_wanted and bool(self.pollers))
+
+    def wake_one(self) -> None:
+        """Let one sleeper look again. Whoever leaves while there is work must call this."""
+        if not self.wakers:  # each tick of a timer asks, and an exception costs more than a look
+            return
+        try:
+            waker = self.wakers.pop()
+        except IndexError:
+            return
+        waker()
+
+    def wake_all(self) -> None:
+        """Let all sleepers look again."""
+        while self.wakers:
+            self.wake_one()
+
+    def listen(self, waker: Callable[[], None]) -> None:
+        """Call `waker` once when there may be work, at once where there is: how a loop sleeps here."""
+        self.wakers.append(waker)
+        if self.has_work:
+            self.wake_one()
+
+    def unlisten(self, waker: Callable[[], None]) -> None:
+        """Take a waker back, if it has not been called."""
+        try:
+            self.wakers.remove(waker)
+        except ValueError:
+            return  # `suppress` would cost three calls more, with each sleep
+
+    @property
+    def sleepers(self) -> int:
+        """How many threads sleep here."""
+        return len(self.wakers)
+
+    def park(
+        self,
+        waiter: Waiter,
+        clock: SteadyClock,
+        stop: StopCondition,
+        deadline: int | None,
+        timer_heap: TimerHeap | None = None,
+        *,
+        last: bool = False,
+    ) -> None:
+        """Sleep in `waiter` until there may be work, `ending`, `deadline` (ns), or the next timer.
+
+        `last` makes this sleeper the last one to be woken by posts.
+        """
+        wakers, wake = self.wakers, waiter.wake
+        try:
+            if last:
+                wakers.insert(0, wake)
+            else:
+                wakers.append(wake)
+            # The looks come last: who posts, or sets an earlier alarm, does that first and then looks here.
+            if timer_heap is not None:
+                due = timer_heap.earliest
+                if due is not None and (deadline is None or due < deadline):
+                    deadline = due
+            if self.items or (self._recheck_wanted and self.pollers) or self.closed or stop.completion_state:
+                return
+            if clock is STEADY:  # its `wait` does this
+                waiter.wait(None if deadline is None else deadline - clock.now())
+            else:
+                clock.wait(waiter, deadline)
+        finally:
+            # Where a poster took it: its wake-up ends this wait, or makes the next one look once more.
+            if wakers:
+                try:  # noqa: SIM105 - as in `unlisten`, which would be a call more
+                    wakers.remove(wake)
+                except ValueError:
+                    pass
+
+    def reclaim(self, work_queue: NodeWorkQueue) -> list[CallbackSource]:
+        """Take out all work of `work_queue`, oldest first; the order of the rest stays."""
+        taken = []
+        for _ in range(len(self.items)):
+            source = self.pop()
+            if source is None:
+                break
+            if source.work_queue is work_queue:
+                taken.append(source)
+            else:
+                self.items.append(source)
+        if self.items:
+            self.wake_one()
+        return taken
+
+
+class NodeWorkQueue:
+    """The address that all of a node's entities post to, whichever executor the node is in.
+
+    Moving costs what is pending and the number of timers, not the number of entities: `rclpy.spin_once(node)`
+    adds and removes the node with every call.
+    """
+
+    __slots__ = ('__weakref__', '_alarms', '_backlog', '_pollers', 'queue', 'timer_heap')
+
+    def __init__(self) -> None:
+        self.queue: ReadyQueue | None = None
+        self.timer_heap: TimerHeap | None = None
+        self._backlog: deque[CallbackSource] = deque()
+        self._alarms: dict[TimerEntry, None] = {}  # in order, so that what is due at once comes in that order
+        self._pollers: dict[Poller, None] = {}
+
+    @property
+    def attached(self) -> bool:
+        """Whether an executor runs what is posted here."""
+        return self.queue is not None
+
+    def post(self, source: CallbackSource) -> None:
+        """Queue `work` for the executor. Any thread."""
+        queue = self.queue
+        if queue is None:
+            self._backlog.append(source)
+            if self.queue is not None:
+                self._flush()  # attached in between
+            return
+        queue.items.append(source)  # as `queue.post` does: one call less for each event
+        if queue.wakers:
+            queue.wake_one()
+        if self.queue is not queue:
+            self._move_out(queue)  # detached in between
+
+    def attach(self, queue: ReadyQueue, timer_heap: TimerHeap) -> None:
+        """From now on post to `queue`, and let timers follow `timer_heap`."""
+        if self.queue is not None:
+            self.detach()
+        self.timer_heap = timer_heap
+        self.queue = queue
+        if self._backlog:
+            self._flush()
+        for poller in tuple(self._pollers):
+            queue.add_poller(poller)
+        for alarm in tuple(self._alarms):
+            due = alarm.due  # read once: another thread may ring it
+            if due is not None and alarm.timer_heap is not timer_heap:
+                timer_heap.set(alarm, due)
+
+    def detach(self) -> None:
+        """Take everything pending back from the executor. Timers keep their due times."""
+        queue = self.queue
+        if queue is None:
+            return
+        self.queue = self.timer_heap = None
+        for poller in tuple(self._pollers):
+            queue.remove_poller(poller)
+        if queue.items:
+            self._move_out(queue)
+
+    def set_alarm(self, alarm: TimerEntry, due: int) -> None:
+        """Let `alarm` ring at steady time `due` (ns), whichever executor the node is in by then."""
+        self._alarms[alarm] = None
+        if self.timer_heap is None and (left := alarm.timer_heap) is not None:
+            left.forget(alarm)  # the executor that the node has left, and may come back to
+        alarm.due = due
+        timer_heap = self.timer_heap
+        while timer_heap is not None:
+            timer_heap.set(alarm, due)
+            moved = self.timer_heap
+            if moved is timer_heap:
+                return
+            timer_heap = moved
+
+    def drop_alarm(self, alarm: TimerEntry) -> None:
+        """Forget `alarm`."""
+        self._alarms.pop(alarm, None)
+        while (timer_heap := alarm.timer_heap) is not None:  # it may be moving
+            timer_heap.forget(alarm)
+        alarm.due = None
+
+    def add_poller(self, poller: Poller) -> None:
+        """Let `poller` be asked for work, by whichever executor the node is in."""
+        self._pollers[poller] = None
+        while (queue := self.queue) is not None:
+            queue.add_poller(poller)
+            if self.queue is queue:
+                return
+            queue.remove_poller(poller)  # the node has moved in between
+
+    def remove_poller(self, waitable: object) -> None:
+        """Ask `waitable` no more; nothing where it is not asked."""
+        for poller in tuple(self._pollers):
+            if poller.waitable is waitable:
+                del self._pollers[poller]
+                if self.queue is not None:
+                    self.queue.remove_poller(poller)
+                poller.close()
+
+    def _flush(self) -> None:
+        while self._backlog:
+            try:
+                source = self._backlog.popleft()
+            except IndexError:
+                return
+            self.post(source)
+
+    def _move_out(self, queue: ReadyQueue) -> None:
+        for source in queue.reclaim(self):
+            self.post(source)
