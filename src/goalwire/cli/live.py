@@ -4,30 +4,64 @@ from __future__ import annotations
 
 import asyncio
 import os
+import signal
 import sys
 from collections.abc import Awaitable, Callable
-from typing import TYPE_CHECKING
+from math import inf
+from time import monotonic
+from typing import TypeAlias
 
+import goalwire
 from goalwire.cli.outcome import Outcome
-
-if TYPE_CHECKING:
-    import goalwire
 
 NODE_NAME_PREFIX = '_ros2cli'
 """Nodes of the tools are hidden ones, as ROS 2's are."""
+_AT_ONCE = 3
+"""So many Ctrl-C end the process as it stands."""
+_SAME_S = 0.2
+"""What comes within this time counts as one: a shell's `timeout` and supervisors signal child and group."""
+
+Main: TypeAlias = Callable[['goalwire.Node'], Awaitable[Outcome | None]]
 
 
-def live(main: Callable[[goalwire.Node], Awaitable[Outcome | None]], node_name: str | None = None) -> Outcome:
-    """Run `main` with a node of the command's own, until it returns or Ctrl-C cancels it."""
-    import goalwire
+def live(main: Main, node_name: str | None = None) -> Outcome:
+    """Run `main` with a node of the command's own, until it returns.
+
+    Each Ctrl-C cancels it: the first may be used to clean up, a second one then ends that. SIGTERM likewise.
+    """
+    signals: list[int] = []
 
     async def run() -> Outcome | None:
+        _watch_signals(signals)
         async with goalwire.Node(node_name or f'{NODE_NAME_PREFIX}_{os.getpid()}') as node:
             return await main(node)
 
     try:
         outcome = asyncio.run(run())
-    except KeyboardInterrupt:
-        return Outcome.INTERRUPTED
+    except (KeyboardInterrupt, asyncio.CancelledError):
+        return Outcome.TERMINATED if signal.SIGTERM in signals else Outcome.INTERRUPTED
     sys.stdout.flush()
     return Outcome.OK if outcome is None else outcome
+
+
+def _watch_signals(signals: list[int]) -> None:
+    """Have signals cancel the task that runs; where that cannot be, Ctrl-C is left to asyncio."""
+    task = asyncio.current_task()
+    assert task is not None
+
+    last = -inf
+
+    def on_signal(number: int) -> None:
+        nonlocal last
+        if monotonic() - last < _SAME_S:
+            return
+        last = monotonic()
+        signals.append(number)
+        if len(signals) >= _AT_ONCE:
+            os._exit(Outcome.INTERRUPTED)
+        task.cancel()
+
+    if sys.platform != 'win32':
+        loop = asyncio.get_running_loop()
+        for number in (signal.SIGINT, signal.SIGTERM):
+            loop.add_signal_handler(number, on_signal, number)

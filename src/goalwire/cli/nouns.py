@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from goalwire.cli.verbs import Noun
 
 NOUNS = {
+    'action': ('goalwire.cli.action', 'Various action related sub-commands'),
     'service': ('goalwire.cli.service', 'Various service related sub-commands'),
 }
 """Module and summary by name, in the order of `--help`. The module's NOUN has the same summary."""

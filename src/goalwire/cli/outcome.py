@@ -31,6 +31,8 @@ class Outcome(IntEnum):
     """This machine cannot do it now: no wire, no terminal, an extra that is not installed."""
     INTERRUPTED = 130
     """Ctrl-C."""
+    TERMINATED = 143
+    """SIGTERM."""
     CLOSED_PIPE = 141
     """Whoever read the output has gone, as with `| head`: the one ending without a line."""
 

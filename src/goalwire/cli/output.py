@@ -65,6 +65,11 @@ class Output:
         self._stream.write(f'\r{escaped(text)}\x1b[K')
         self._stream.flush()
 
+    def raw(self, text: str) -> None:
+        """Print a text that steers the terminal; what of it came from a peer has been escaped."""
+        self._stream.write(text)
+        self._stream.flush()
+
     def flush(self) -> None:
         """Have everything seen that was printed."""
         self._stream.flush()

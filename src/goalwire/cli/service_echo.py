@@ -36,16 +36,22 @@ def echo(arguments: Namespace, output: Output) -> Outcome:
     return live(follow)
 
 
+def name_step(fields: Any) -> Any:
+    """Put the name of a step in the place of its number, in the fields of a service's event."""
+    info = fields.get('info')
+    if isinstance(info, dict) and info.get('event_type') in range(len(STEPS)):
+        info['event_type'] = STEPS[info['event_type']]
+    return fields
+
+
 def _show(message: Any, arguments: Namespace, output: Output) -> None:
     from rosidl_runtime_py import message_to_csv, message_to_ordereddict
 
     if arguments.csv and not output.json:
         output.block(message_to_csv(message, **style_of(arguments)))
         return
-    fields: Any = as_dict(message) if output.json else message_to_ordereddict(message, **style_of(arguments))
-    kind = message.info.event_type
-    fields['info']['event_type'] = STEPS[kind] if kind < len(STEPS) else kind
     if output.json:
-        output.data(fields)
+        output.data(name_step(as_dict(message)))
     else:
+        fields = name_step(message_to_ordereddict(message, **style_of(arguments)))
         output.block(message_yaml(fields, flow_style=arguments.flow_style) + '---')

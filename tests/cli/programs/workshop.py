@@ -32,12 +32,20 @@ def execute(goal_handle):
     feedback = Fibonacci.Feedback(sequence=[0, 1])
     while len(feedback.sequence) <= order % 1000:
         if goal_handle.is_cancel_requested:
+            if order >= 3000:
+                sleep(20)
             goal_handle.canceled()
             return Fibonacci.Result(sequence=feedback.sequence)
         feedback.sequence.append(feedback.sequence[-1] + feedback.sequence[-2])
         goal_handle.publish_feedback(feedback)
-        while order >= 1000 and not goal_handle.is_cancel_requested:
+        waited = 0
+        while (
+            order >= 1000
+            and not goal_handle.is_cancel_requested
+            and waited < (200 if order == 2005 else 2000)
+        ):
             sleep(0.01)
+            waited += 1
     if order == 13:
         goal_handle.abort()
     else:
@@ -64,7 +72,7 @@ def main():
         callback_group=group,
         goal_callback=lambda goal: GoalResponse.REJECT if goal.order < 0 else GoalResponse.ACCEPT,
         cancel_callback=lambda goal: (
-            CancelResponse.REJECT if goal.request.order == 2000 else CancelResponse.ACCEPT
+            CancelResponse.REJECT if goal.request.order == 2005 else CancelResponse.ACCEPT
         ),
     )
     latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -82,7 +90,7 @@ def main():
             successful=all(each.name != 'speed' or each.value < 10 for each in given), reason='too fast'
         )
     )
-    executor = MultiThreadedExecutor(4)
+    executor = MultiThreadedExecutor(12)
     executor.add_node(node)
     executor.add_node(hidden)
     print('ready', flush=True)

@@ -1,0 +1,69 @@
+"""How far a goal is, as a field of its feedback tells: `--progress FIELD` or `--progress FIELD/MAX`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from goalwire.cli.outcome import CommandError, Outcome
+
+HELP = (
+    'Draw a bar on a terminal from a field of the feedback: a part of 1, or of MAX as in FIELD/MAX; of an '
+    'array its length counts. A field that says what remains begins at nothing done'
+)
+_FALLING = ('remaining', 'left', 'to_go')
+_WIDTH = 30
+
+
+class Progress:
+    """Reads one field of the feedback of one goal."""
+
+    def __init__(self, spec: str) -> None:
+        """Raises CommandError."""
+        path, slash, most = spec.partition('/')
+        self._path = path.split('.')
+        self._falls = any(word in path for word in _FALLING)
+        self._first: float | None = None
+        try:
+            self._most = float(most) if slash else 1.0
+        except ValueError:
+            self._most = 0.0
+        if not self._most > 0:
+            raise CommandError(
+                Outcome.BAD_VALUE,
+                f"--progress {spec}: '{most}' is no number above 0",
+                'write FIELD or FIELD/MAX',
+            )
+
+    def of(self, feedback: Any) -> float:
+        """Return how much is done, 0 to 1. Raises CommandError where there is no such number."""
+        value = feedback
+        for part in self._path:
+            if not hasattr(value, 'get_fields_and_field_types') or not hasattr(value, part):
+                known: dict[str, str] = getattr(value, 'get_fields_and_field_types', dict)()
+                raise CommandError(
+                    Outcome.BAD_VALUE,
+                    f"the feedback has no field '{'.'.join(self._path)}'",
+                    f'its fields are: {", ".join(known)}' if known else '',
+                )
+            value = getattr(value, part)
+        try:
+            number = float(len(value) if hasattr(value, '__len__') and not isinstance(value, str) else value)
+        except (TypeError, ValueError):
+            raise CommandError(
+                Outcome.BAD_VALUE, f"the field '{'.'.join(self._path)}' is no number", 'name another one'
+            ) from None
+        if self._first is None:
+            self._first = number
+        if self._falls:
+            return _bounded(1 - number / self._first) if self._first > 0 else 1.0
+        return _bounded(number / self._most)
+
+
+def bar(done: float) -> str:
+    """Return a bar for a terminal."""
+    full = round(done * _WIDTH)
+    return f'{"█" * full}{"░" * (_WIDTH - full)} {done * 100:3.0f} %'
+
+
+def _bounded(number: float) -> float:
+    return min(max(number, 0.0), 1.0)
