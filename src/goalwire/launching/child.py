@@ -1,0 +1,205 @@
+"""One process that a launch starts, in a process group of its own.
+
+A group of its own has two reasons. Ctrl-C in the terminal reaches the launch alone, which then passes it on
+once: a node that gets it twice would be interrupted in its own cleaning up. And a signal reaches what the
+process has started itself, a shell's commands or a debugger's program, so that nothing of it is left behind.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Mapping
+from typing import Any
+
+POSIX = os.name == 'posix'
+_TO_GROUP = frozenset({'SIGINT', 'SIGTERM', 'SIGKILL', 'SIGQUIT', 'SIGHUP'})
+_RECHECKS = (0.0, 0.01, 0.05, 0.2)  # the kernel tells nobody but its parent that a process of the group ended
+
+
+class Child(asyncio.SubprocessProtocol):
+    """A running process: its output, its end, and the end of what it started."""
+
+    def __init__(
+        self, on_start: Callable[[Child], None], on_output: Callable[[Child, int, bytes], None]
+    ) -> None:
+        loop = asyncio.get_running_loop()
+        self._on_start = on_start
+        self._on_output = on_output
+        self._transport: asyncio.SubprocessTransport | None = None
+        self._open_streams: set[int] = {1, 2}
+        self._terminals: list[asyncio.BaseTransport] = []
+        self.exited: asyncio.Future[int] = loop.create_future()
+        self.streams_closed: asyncio.Future[None] = loop.create_future()
+        self.pid = -1
+
+    # --- what asyncio calls
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        if isinstance(transport, asyncio.SubprocessTransport):
+            self._transport = transport
+            self.pid = transport.get_pid()
+            self._on_start(self)  # before its first output
+
+    def pipe_data_received(self, fd: int, data: bytes) -> None:
+        self._on_output(self, fd, data)
+
+    def pipe_connection_lost(self, fd: int, exc: Exception | None) -> None:
+        self.stream_ended(fd)
+
+    def process_exited(self) -> None:
+        code = self._transport.get_returncode() if self._transport else None
+        if not self.exited.done():
+            self.exited.set_result(-1 if code is None else code)
+
+    # --- streams
+
+    def stream_ended(self, fd: int) -> None:
+        """Say that nobody can write to a stream any more."""
+        self._open_streams.discard(fd)
+        if not self._open_streams and not self.streams_closed.done():
+            self.streams_closed.set_result(None)
+
+    def add_terminal(self, transport: asyncio.BaseTransport) -> None:
+        self._terminals.append(transport)
+
+    def output(self, fd: int, data: bytes) -> None:
+        self._on_output(self, fd, data)
+
+    # --- ending it
+
+    @property
+    def returncode(self) -> int | None:
+        return self.exited.result() if self.exited.done() else None
+
+    async def ended(self) -> int:
+        """Wait for the process's end and, where nothing of its group runs on, for its last output."""
+        code = await asyncio.shield(self.exited)
+        if not self.group_alive():
+            await asyncio.shield(self.streams_closed)
+        return code
+
+    def signal(self, wanted: signal.Signals) -> None:
+        """Send a signal: those that end, to the whole group; others to the process."""
+        with contextlib.suppress(ProcessLookupError, PermissionError):
+            if POSIX and wanted.name in _TO_GROUP:
+                os.killpg(self.pid, wanted)
+            elif not self.exited.done():
+                os.kill(self.pid, wanted)
+
+    def group_alive(self) -> bool:
+        """Whether a process of the group runs."""
+        if not POSIX:
+            return not self.exited.done()
+        try:
+            os.killpg(self.pid, 0)
+        except ProcessLookupError:
+            return False
+        except PermissionError:
+            return True
+        return not sys.platform.startswith('linux') or _has_members(self.pid)
+
+    async def gone(self, seconds: float) -> bool:
+        """Wait at most so long until the process and its group have ended; whether they have."""
+        deadline = time.monotonic() + seconds
+        await asyncio.wait([self.exited], timeout=seconds)
+        if not self.exited.done():
+            return False
+        if not self.group_alive():
+            return True
+        await asyncio.wait([self.streams_closed], timeout=max(0.0, deadline - time.monotonic()))
+        for pause in (*_RECHECKS, max(0.0, deadline - time.monotonic())):
+            if not self.group_alive():
+                return True
+            if time.monotonic() >= deadline:
+                break
+            await asyncio.sleep(pause)
+        return not self.group_alive()
+
+    def close(self) -> None:
+        """Let go of pipes and terminals."""
+        for terminal in self._terminals:
+            terminal.close()
+        if self._transport is not None:
+            self._transport.close()
+        if not self.streams_closed.done():
+            self.streams_closed.set_result(None)
+
+
+def _has_members(group: int) -> bool:
+    """Whether Linux knows a process of the group that is no zombie."""
+    for name in os.listdir('/proc'):
+        if not name.isdecimal():
+            continue
+        with contextlib.suppress(OSError, ValueError, IndexError):
+            with open(f'/proc/{name}/stat', 'rb') as file:
+                state, _, own_group = file.read().rpartition(b')')[2].split()[:3]
+            if int(own_group) == group and state not in {b'Z', b'X', b'x'}:
+                return True
+    return False
+
+
+class _TerminalReader(asyncio.Protocol):
+    """Reads what a process writes to the terminal that it was given."""
+
+    def __init__(self, child: Child, fd: int) -> None:
+        self._child = child
+        self._fd = fd
+
+    def data_received(self, data: bytes) -> None:
+        self._child.output(self._fd, data.replace(b'\r\n', b'\n'))
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        self._child.stream_ended(self._fd)
+
+
+async def start_child(
+    cmd: list[str],
+    *,
+    cwd: str | None,
+    env: Mapping[str, str] | None,
+    shell: bool,
+    emulate_tty: bool,
+    on_start: Callable[[Child], None],
+    on_output: Callable[[Child, int, bytes], None],
+) -> Child:
+    """Start a process. Raises OSError, and ValueError for a text with a null character."""
+    loop = asyncio.get_running_loop()
+    child = Child(on_start, on_output)
+    options: dict[str, Any] = {'cwd': cwd, 'env': env, 'stdin': subprocess.PIPE}
+    if POSIX:
+        options['process_group'] = 0
+    else:
+        options['creationflags'] = subprocess.CREATE_NEW_PROCESS_GROUP  # type: ignore[attr-defined]
+    slaves: list[int] = []
+    masters: list[int] = []
+    try:
+        if emulate_tty and POSIX:
+            import pty
+
+            for stream in ('stdout', 'stderr'):
+                master, slave = pty.openpty()
+                masters.append(master)
+                slaves.append(slave)
+                options[stream] = slave
+        if shell:
+            await loop.subprocess_shell(lambda: child, ' '.join(cmd), **options)
+        else:
+            await loop.subprocess_exec(lambda: child, *cmd, **options)
+        for fd, master in zip((1, 2), list(masters), strict=False):
+            stream_file = os.fdopen(master, 'rb', 0)
+            masters.remove(master)
+            transport, _ = await loop.connect_read_pipe(
+                lambda fd=fd: _TerminalReader(child, fd),  # type: ignore[misc]
+                stream_file,
+            )
+            child.add_terminal(transport)
+    finally:
+        for descriptor in (*slaves, *masters):
+            os.close(descriptor)
+    return child

@@ -1,0 +1,104 @@
+"""What `ros2 launch` does, without the command line around it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from difflib import get_close_matches
+from pathlib import Path
+
+from goalwire.files import shown
+from goalwire.launching import packages
+from goalwire.launching.errors import LaunchError
+from goalwire.launching.introspection import LaunchIntrospector, print_arguments
+from goalwire.launching.model import LaunchDescription
+from goalwire.launching.service import LaunchService
+from goalwire.launching.sources import (
+    AnyLaunchDescriptionSource,
+    IncludeLaunchDescription,
+    get_launch_description_from_any_launch_file,
+)
+
+ENDINGS = ('launch.py', 'launch.xml', 'launch.yaml', 'launch.yml')
+
+
+def launch_files(folder: str) -> list[str]:
+    """The paths of the launch files below a folder, sorted."""
+    return sorted(
+        os.path.join(place, name)
+        for place, _, names in os.walk(folder)
+        for name in names
+        if name.endswith(ENDINGS)
+    )
+
+
+def file_of_package(package: str, name: str) -> str:
+    """The path of a package's launch file. Raises LaunchError, with near names."""
+    folder = packages.share(package)
+    found = [os.path.join(place, name) for place, _, names in os.walk(folder) if name in names]
+    if len(found) == 1:
+        return found[0]
+    if found:
+        raise LaunchError(
+            f"file '{name}' was found more than once in the package '{package}': {', '.join(found)}; "
+            'give the path of the one that is meant'
+        )
+    there = sorted({os.path.basename(path) for path in launch_files(folder)})
+    near = get_close_matches(name, there, n=3) or there[:8]
+    hint = f'it has {", ".join(near)}' if near else 'it has no launch files'
+    raise LaunchError(
+        f"file '{name}' was not found in the package '{package}', which is at '{folder}'; {hint}"
+    )
+
+
+def find_launch_file(words: list[str]) -> tuple[str, list[str]]:
+    """Read `PACKAGE FILE [arguments]` or `PATH [arguments]`: the file's path, and the arguments."""
+    if not words:
+        raise LaunchError('no launch file: ros2 launch PACKAGE FILE, or ros2 launch PATH')
+    first, rest = words[0], words[1:]
+    named = rest and ':=' not in rest[0]
+    if named and not Path(first).is_file():
+        return file_of_package(first, rest[0]), rest[1:]
+    if Path(first).is_file():
+        return first, rest
+    if first.endswith(ENDINGS) or os.sep in first:
+        raise LaunchError(f'there is no launch file {shown(first)}')
+    there = sorted({os.path.basename(path) for path in launch_files(packages.share(first))})
+    raise LaunchError(
+        f"which launch file of the package '{first}'? "
+        + (f'It has {", ".join(there)}' if there else 'It has none')
+    )
+
+
+def parse_arguments(arguments: Iterable[str]) -> list[tuple[str, str]]:
+    """Read `name:=value` words; the last of one name counts. Raises LaunchError for others."""
+    found: dict[str, str] = {}
+    for argument in arguments:
+        name, separator, value = argument.partition(':=')
+        if not separator or not name:
+            raise LaunchError(f"malformed launch argument '{argument}', expected format '<name>:=<value>'")
+        found[name] = value
+    return list(found.items())
+
+
+def launch(
+    path: str, arguments: Iterable[str] = (), *, debug: bool = False, noninteractive: bool = False
+) -> int:
+    """Launch a file and wait for its end; the exit code. Raises LaunchError for malformed arguments."""
+    words = list(arguments)
+    given = parse_arguments(words)
+    service = LaunchService(argv=words, debug=debug, noninteractive=noninteractive)
+    include = IncludeLaunchDescription(AnyLaunchDescriptionSource(path), launch_arguments=given)
+    include.location = None
+    service.include_launch_description(LaunchDescription([include]))
+    return service.run()
+
+
+def show_arguments(path: str) -> str:
+    """The text of `ros2 launch --show-args`."""
+    return '\n'.join(print_arguments(get_launch_description_from_any_launch_file(path)))
+
+
+def show_description(path: str) -> str:
+    """The text of `ros2 launch --print`."""
+    return LaunchIntrospector().format_launch_description(get_launch_description_from_any_launch_file(path))

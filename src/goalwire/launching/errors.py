@@ -1,0 +1,84 @@
+"""What goes wrong with launch files, as launch names it, and where: file and line in one sentence."""
+
+from __future__ import annotations
+
+import traceback
+from pathlib import Path
+from typing import NamedTuple
+
+from goalwire.files import shown
+
+
+class Location(NamedTuple):
+    """A line of a launch file."""
+
+    file: str
+    line: int
+
+    def __str__(self) -> str:
+        return f'{shown(self.file)}:{self.line}'
+
+
+class LaunchError(RuntimeError):
+    """A launch file asks for what cannot be done; the message says what and what to do."""
+
+
+class LocatedError(LaunchError):
+    """A failure whose message begins with the file and the line that it comes from."""
+
+
+class InvalidLaunchFileError(LaunchError):
+    """A file that no front end can read."""
+
+
+class SubstitutionFailure(LaunchError):
+    """A substitution that has no value."""
+
+
+class InvalidConditionExpressionError(LaunchError):
+    """A condition that is neither true nor false."""
+
+
+_launch_files: set[str] = set()
+
+
+def remember_launch_file(path: str) -> None:
+    """Say that a Python file is a launch file, so that failures inside it are told with its line."""
+    _launch_files.add(path)
+
+
+def located(error: Exception, location: Location | None, prefix: str = '') -> LocatedError:
+    """The error with its place in front: the line of a launch file that raised it, else `location`."""
+    if isinstance(error, LocatedError):
+        return error
+    place = _line_of_launch_file(error) or location
+    text = prefix + sentence(error)
+    told = LocatedError(f'{place}: {text}' if place else text)
+    told.__cause__ = error
+    return told
+
+
+def sentence(error: BaseException) -> str:
+    """What an error says, on one line, with its type where the message alone would not tell."""
+    text = ' '.join(str(error).split())
+    if isinstance(error, LaunchError) and text:
+        return text
+    if isinstance(error, OSError) and error.strerror:
+        where = f' {shown(str(error.filename))}' if error.filename else ''
+        return f'{error.strerror}:{where}' if where else error.strerror
+    if type(error).__name__ == 'PackageNotFoundError':
+        return text
+    return f'{type(error).__name__}: {text}' if text else type(error).__name__
+
+
+def _line_of_launch_file(error: Exception) -> Location | None:
+    if isinstance(error, SyntaxError) and error.filename in _launch_files and error.lineno:
+        return Location(str(error.filename), error.lineno)
+    for frame in reversed(traceback.extract_tb(error.__traceback__)):
+        if frame.filename in _launch_files and frame.lineno:
+            return Location(frame.filename, frame.lineno)
+    return None
+
+
+HERE = str(Path(__file__).parent)
+OVERLAY = str(Path(__file__).parent.parent / 'overlay')

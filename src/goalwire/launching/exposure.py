@@ -1,0 +1,90 @@
+"""The names by which XML and YAML files reach actions and substitutions, in one table each.
+
+Packages of others add to them with the decorators, from entry points of the group
+`launch.frontend.launch_extension`, which are loaded before the first file is read.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Sequence
+from importlib.metadata import entry_points
+from typing import Any, TypeVar
+
+from goalwire.launching.errors import LaunchError, sentence
+from goalwire.launching.model import Action, SomeSubstitutions, Substitution
+
+_Class = TypeVar('_Class')
+_actions: dict[str, Callable[[Any, Any], tuple[Any, dict[str, Any]]]] = {}
+_substitutions: dict[str, Callable[[Sequence[SomeSubstitutions]], tuple[Any, dict[str, Any]]]] = {}
+_loaded: set[str] = set()
+
+
+def expose_action(*names: str) -> Callable[[_Class], _Class]:
+    """Make a class with a classmethod `parse(entity, parser)`, or such a function, a tag of these names."""
+    return _exposing(_actions, names)
+
+
+def expose_substitution(*names: str) -> Callable[[_Class], _Class]:
+    """Make a class with a classmethod `parse(data)`, or such a function, a $(name …)."""
+    return _exposing(_substitutions, names)
+
+
+def _exposing(table: dict[str, Any], names: tuple[str, ...]) -> Callable[[_Class], _Class]:
+    def expose(exposed: _Class) -> _Class:
+        for name in names:
+            table[name] = getattr(exposed, 'parse', exposed)
+        return exposed
+
+    return expose
+
+
+def load_extensions() -> None:
+    """Import what other packages add, once a process."""
+    import goalwire.launching.ros  # noqa: F401 - its classes expose themselves
+
+    for point in entry_points(group='launch.frontend.launch_extension'):
+        if point.name in _loaded:
+            continue
+        _loaded.add(point.name)
+        try:
+            point.load()
+        except Exception as error:
+            from goalwire.launching.output import get_logger
+
+            get_logger('launch').warning(
+                f'the launch extension {point.name} failed to load: {sentence(error)}'
+            )
+
+
+def instantiate_action(entity: Any, parser: Any) -> Action:
+    """The action that a tag stands for. Raises LaunchError for an unknown tag, with near names."""
+    made, arguments = _parse(_actions, entity.type_name, 'tag')(entity, parser)
+    entity.assert_entity_completely_parsed()
+    action = made(**arguments)
+    if not isinstance(action, Action):
+        raise LaunchError(f'<{entity.type_name}> gives {type(action).__name__}, which is no action')
+    return action
+
+
+def instantiate_substitution(name: str, data: Sequence[SomeSubstitutions] = ()) -> Substitution:
+    """The substitution that $(name data…) stands for. Raises LaunchError for an unknown one."""
+    made, arguments = _parse(_substitutions, name, 'substitution')(data)
+    positional = arguments.pop('args', ())
+    substitution = made(*positional, **arguments)
+    if not isinstance(substitution, Substitution):
+        raise LaunchError(f'$({name}) gives {type(substitution).__name__}, which is no substitution')
+    return substitution
+
+
+def _parse(table: dict[str, Any], name: str, what: str) -> Callable[..., tuple[Any, dict[str, Any]]]:
+    if name not in table:
+        load_extensions()
+    with contextlib.suppress(KeyError):
+        found: Callable[..., tuple[Any, dict[str, Any]]] = table[name]
+        return found
+    from difflib import get_close_matches
+
+    near = get_close_matches(name, table, n=3)
+    hint = f'; did you mean {" or ".join(near)}?' if near else f'; known are {", ".join(sorted(table))}'
+    raise LaunchError(f'unknown {what} `{name}`{hint}')

@@ -1,0 +1,91 @@
+"""Evaluates PythonExpression and $(eval …).
+
+A launch file may say anything in Python, so this is no wall against a hostile file. It keeps an expression
+what it is meant to be: arithmetic, comparisons and the functions of the modules that the file names. There
+are no names with double underscores, no lambdas or walrus, and of Python's own functions FUNCTIONS alone.
+"""
+
+from __future__ import annotations
+
+import ast
+import builtins
+import importlib
+from collections.abc import Iterable
+from typing import Any
+
+from goalwire.launching.errors import SubstitutionFailure, sentence
+
+FUNCTIONS = frozenset(
+    [
+        'abs',
+        'all',
+        'any',
+        'bool',
+        'chr',
+        'dict',
+        'divmod',
+        'enumerate',
+        'float',
+        'format',
+        'hash',
+        'hex',
+        'int',
+        'isinstance',
+        'len',
+        'list',
+        'map',
+        'max',
+        'min',
+        'oct',
+        'ord',
+        'pow',
+        'range',
+        'repr',
+        'reversed',
+        'round',
+        'set',
+        'sorted',
+        'str',
+        'sum',
+        'tuple',
+        'zip',
+    ]
+)
+_builtins = {name: getattr(builtins, name) for name in FUNCTIONS}
+_REFUSED = (ast.Lambda, ast.NamedExpr, ast.Await, ast.Yield, ast.YieldFrom)
+
+
+def evaluate(expression: str, modules: Iterable[str] = ('math',)) -> str:
+    """The value of an expression as a string; names of `math` need no prefix, where that module is named.
+
+    Raises SubstitutionFailure for what is no such expression, and for whatever it raises.
+    """
+    names: dict[str, Any] = {'__builtins__': _builtins}
+    try:
+        tree = ast.parse(expression.strip(), mode='eval')
+        _check(tree)
+        for name in modules:
+            module = importlib.import_module(name)
+            if name == 'math':
+                names |= {key: value for key, value in vars(module).items() if not key.startswith('_')}
+            names[name.partition('.')[0]] = importlib.import_module(name.partition('.')[0])
+        return str(eval(compile(tree, '<expression>', 'eval'), names))  # noqa: S307 - see the module's text
+    except SubstitutionFailure:
+        raise
+    except Exception as error:
+        raise SubstitutionFailure(f"cannot evaluate '{expression}': {_reason(error)}") from error
+
+
+def _reason(error: Exception) -> str:
+    if isinstance(error, NameError):
+        return f'{error.args[0]} (a string needs quotes of its own)'
+    return error.msg if isinstance(error, SyntaxError) else sentence(error)
+
+
+def _check(tree: ast.AST) -> None:
+    for node in ast.walk(tree):
+        name = node.id if isinstance(node, ast.Name) else node.attr if isinstance(node, ast.Attribute) else ''
+        if isinstance(node, _REFUSED) or name.startswith('__'):
+            raise SubstitutionFailure(
+                f"an expression may not use {name or type(node).__name__.lower()}: '{ast.unparse(tree)}'"
+            )

@@ -1,0 +1,354 @@
+"""Launch files in XML and YAML: one tree of tags, from which actions are made.
+
+Both are read into `Entity`, a tag with attributes, children and its line. The classes of actions say
+themselves, in `parse`, which attributes they take; what nobody has read is an error, with the line.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any, TextIO
+from xml.parsers import expat
+
+import yaml
+
+from goalwire.files import read_regular
+from goalwire.launching.errors import InvalidLaunchFileError, LaunchError, Location, located
+from goalwire.launching.exposure import instantiate_action
+from goalwire.launching.model import Action, LaunchDescription, Substitution
+from goalwire.launching.notation import parse_if_substitutions, parse_substitution, replace_escaped_characters
+from goalwire.launching.values import coerce_to_type, scalar_type
+
+LARGEST = 2**24
+
+
+class InvalidFrontendLaunchFileError(InvalidLaunchFileError):
+    """A file that is no launch file in XML or YAML."""
+
+
+class Entity:
+    """A tag: attributes by name, children in order, and where it stands."""
+
+    def __init__(
+        self,
+        type_name: str,
+        attributes: dict[str, Any],
+        children: list[Entity],
+        location: Location,
+        parent: Entity | None = None,
+    ) -> None:
+        self._type_name = type_name
+        self._attributes = attributes
+        self._children = children
+        self.location = location
+        self._parent = parent
+        self._read: set[str] = set()
+        self._read_tags: set[str] = set()
+        for child in children:
+            child._parent = self  # noqa: SLF001 - of the same class
+
+    @property
+    def type_name(self) -> str:
+        return self._type_name
+
+    @property
+    def parent(self) -> Entity | None:
+        return self._parent
+
+    @property
+    def children(self) -> list[Entity]:
+        """All children; they count as read."""
+        self._read_tags |= {child.type_name for child in self._children}
+        return self._children
+
+    def attribute_names(self) -> list[str]:
+        """The names of all attributes."""
+        return list(self._attributes)
+
+    def get_entities(self, name: str) -> list[Entity]:
+        """The children of one tag."""
+        self._read_tags.add(name)
+        return [child for child in self._children if child.type_name == name]
+
+    def get_attr(
+        self, name: str, *, data_type: Any = str, optional: bool = False, can_be_str: bool = True
+    ) -> Any:
+        """An attribute's value, read as a type; `List[Entity]` gives the children of that name.
+
+        A text that does not fit stays one where `can_be_str`, as it may hold a substitution. Raises
+        LaunchError for a missing attribute that is not optional, and for a value of another type.
+        """
+        if _is_entity_list(data_type):
+            found = self.get_entities(name)
+            if found or optional:
+                return found or None
+            raise LaunchError(f'<{self._type_name}> needs <{name}> in it')
+        if name not in self._attributes:
+            if optional:
+                return None
+            raise LaunchError(f"<{self._type_name}> needs the attribute '{name}'")
+        self._read.add(name)
+        value = self._attributes[name]
+        separator = self._attributes.get(f'{name}-sep')
+        if separator is not None:
+            self._read.add(f'{name}-sep')
+            inner = None if data_type in (str, None) else scalar_type(data_type)[0]
+            return [coerce_to_type(item, inner, can_be_str) for item in str(value).split(separator)]
+        try:
+            if data_type is str and not isinstance(value, str):
+                return _as_text(value)
+            return coerce_to_type(value, data_type, can_be_str) if isinstance(value, str) else value
+        except ValueError as error:
+            raise LaunchError(f"attribute '{name}' of <{self._type_name}>: {error}") from error
+
+    def assert_entity_completely_parsed(self) -> None:
+        """Raise LaunchError for attributes and children that nobody has read."""
+        attributes = sorted(self._attributes.keys() - self._read)
+        if attributes:
+            raise LaunchError(f'<{self._type_name}> does not take {_listed("attribute", attributes)}')
+        tags = sorted({child.type_name for child in self._children} - self._read_tags)
+        if tags:
+            raise LaunchError(f'<{self._type_name}> does not take {_listed("tag", tags)} in it')
+
+
+def _listed(what: str, names: list[str]) -> str:
+    return f'the {what}{"s" if len(names) > 1 else ""} ' + ', '.join(f"'{name}'" for name in names)
+
+
+def _as_text(value: Any) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    return (
+        str(value)
+        if isinstance(value, int | float)
+        else yaml.safe_dump(value, default_flow_style=True).strip()
+    )
+
+
+def _is_entity_list(data_type: Any) -> bool:
+    inner: list[Any] = list(getattr(data_type, '__args__', ()))
+    return bool(inner) and isinstance(inner[0], type) and issubclass(inner[0], Entity)
+
+
+class Parser:
+    """Makes launch descriptions of files; the classes that derive from it know one notation each."""
+
+    endings: tuple[str, ...] = ()
+
+    @classmethod
+    def parsers(cls) -> list[type[Parser]]:
+        return [XMLParser, YAMLParser]
+
+    @classmethod
+    def may_parse(cls, filename: str) -> bool:
+        return any(filename.endswith(f'.{ending}') for ending in cls.endings)
+
+    @classmethod
+    def is_filename_valid(cls, filename: str) -> bool:
+        return any(parser.may_parse(filename) for parser in cls.parsers())
+
+    @classmethod
+    def get_file_extensions(cls) -> set[str]:
+        return set(cls.endings)
+
+    @classmethod
+    def get_available_extensions(cls) -> list[str]:
+        return ['xml', 'yaml', 'yml']
+
+    @classmethod
+    def get_file_extensions_from_parsers(cls) -> set[str]:
+        return {ending for parser in cls.parsers() for ending in parser.endings}
+
+    @classmethod
+    def load(cls, file: str | os.PathLike[str] | TextIO) -> tuple[Entity, Parser]:
+        """Read a file as a tree. Raises InvalidFrontendLaunchFileError, with file and line."""
+        if isinstance(file, str | os.PathLike):
+            name, data = os.fspath(file), _contents(os.fspath(file))
+        else:
+            name, data = getattr(file, 'name', '<text>'), file.read().encode()
+        own = [cls] if cls.endings else [parser for parser in cls.parsers() if parser.may_parse(name)]
+        failures: list[Exception] = []
+        for parser in own or cls.parsers():
+            try:
+                return parser.read(data, name), parser()
+            except InvalidFrontendLaunchFileError as error:
+                failures.append(error)
+        raise failures[0]
+
+    @classmethod
+    def read(cls, data: bytes, name: str) -> Entity:
+        """Read text of this notation."""
+        raise NotImplementedError
+
+    def parse_action(self, entity: Entity) -> Action:
+        """The action of a tag. Raises LocatedError."""
+        try:
+            action = instantiate_action(entity, self)
+        except Exception as error:
+            raise located(error, entity.location) from error
+        action.location = entity.location
+        return action
+
+    def parse_children(self, entity: Entity, skip: Iterable[str] = ()) -> list[Action]:
+        """The actions of a tag's children."""
+        skipped = set(skip)
+        return [self.parse_action(child) for child in entity.children if child.type_name not in skipped]
+
+    def parse_substitution(self, value: str) -> list[Substitution]:
+        """A text with $(…) in it."""
+        return parse_substitution(value)
+
+    def parse_if_substitutions(self, value: Any) -> Any:
+        """A value, or the substitutions of a text that has some."""
+        return parse_if_substitutions(value)
+
+    def escape_characters(self, value: str) -> str:
+        """A text whose backslashes are read."""
+        return replace_escaped_characters(value)
+
+    def parse_description(self, entity: Entity) -> LaunchDescription:
+        """The description of a whole file. Raises LocatedError."""
+        if entity.type_name != 'launch':
+            raise LaunchError(f'{entity.location}: the outermost tag is <launch>, not <{entity.type_name}>')
+        try:
+            reason = entity.get_attr('deprecated', optional=True)
+            version = entity.get_attr('version', optional=True)
+            if version is not None:
+                str(version)
+            actions = self.parse_children(entity)
+            entity.assert_entity_completely_parsed()
+        except Exception as error:
+            raise located(error, entity.location) from error
+        return LaunchDescription(actions, deprecated_reason=reason)
+
+
+def _contents(path: str) -> bytes:
+    try:
+        return read_regular(path, LARGEST)
+    except OSError as error:
+        raise InvalidFrontendLaunchFileError(f'cannot read {path}: {error.strerror}') from error
+
+
+class XMLParser(Parser):
+    """XML: tags, attributes."""
+
+    endings = ('launch.xml', 'xml')
+
+    @classmethod
+    def read(cls, data: bytes, name: str) -> Entity:
+        path = _absolute(name)
+        reader = expat.ParserCreate()
+        roots: list[Entity] = []
+        stack: list[tuple[str, dict[str, Any], list[Entity], Location]] = []
+
+        def begin(tag: str, attributes: dict[str, Any]) -> None:
+            stack.append((tag, dict(attributes), [], Location(path, reader.CurrentLineNumber)))
+
+        def end(_: str) -> None:
+            tag, attributes, children, location = stack.pop()
+            entity = Entity(tag, attributes, children, location)
+            (stack[-1][2] if stack else roots).append(entity)
+
+        def text(characters: str) -> None:
+            if characters.strip():
+                line = reader.CurrentLineNumber
+                raise InvalidFrontendLaunchFileError(
+                    f"{Location(path, line)}: text between the tags: '{characters.strip()[:60]}'"
+                )
+
+        def refuse(*_: object) -> None:
+            raise InvalidFrontendLaunchFileError(
+                f'{Location(path, reader.CurrentLineNumber)}: entities of an own document type are not read'
+            )
+
+        reader.StartElementHandler, reader.EndElementHandler = begin, end
+        reader.CharacterDataHandler, reader.EntityDeclHandler = text, refuse
+        try:
+            reader.Parse(data, True)
+        except expat.ExpatError as error:
+            what = expat.errors.messages.get(error.code, str(error))
+            raise InvalidFrontendLaunchFileError(
+                f'{Location(path, error.lineno)}: no valid XML: {what}'
+            ) from error
+        return roots[0]
+
+
+class YAMLParser(Parser):
+    """YAML: a mapping of one key is a tag; lists are children, mappings attributes."""
+
+    endings = ('launch.yaml', 'launch.yml', 'yaml', 'yml')
+
+    @classmethod
+    def read(cls, data: bytes, name: str) -> Entity:
+        path = _absolute(name)
+        try:
+            node = yaml.compose(data.decode('utf-8-sig'), Loader=yaml.SafeLoader)
+        except (yaml.YAMLError, UnicodeDecodeError) as error:
+            mark = getattr(error, 'problem_mark', None)
+            what = ' '.join(str(getattr(error, 'problem', None) or error).split())
+            place = Location(path, mark.line + 1) if mark else path
+            raise InvalidFrontendLaunchFileError(f'{place}: no valid YAML: {what}') from error
+        if not isinstance(node, yaml.MappingNode) or len(node.value) != 1:
+            raise InvalidFrontendLaunchFileError(
+                f"{Location(path, 1)}: a launch file in YAML begins with 'launch:'"
+            )
+        key, value = node.value[0]
+        return _tag(path, str(key.value), value, key)
+
+
+def _tag(path: str, name: str, node: yaml.Node, key: yaml.Node) -> Entity:
+    location = Location(path, key.start_mark.line + 1)
+    attributes: dict[str, Any] = {}
+    children: list[Entity] = []
+    if isinstance(node, yaml.SequenceNode):
+        children = [_child(path, item) for item in node.value]
+    elif isinstance(node, yaml.MappingNode):
+        for inner_key, inner in node.value:
+            inner_name = str(inner_key.value)
+            if inner_name == 'children' and isinstance(inner, yaml.SequenceNode):
+                children += [_child(path, item) for item in inner.value]
+            elif _is_tags(inner):
+                children += [_tag(path, inner_name, item, item) for item in inner.value]
+            else:
+                attributes[inner_name] = _value(path, inner)
+    elif not (isinstance(node, yaml.ScalarNode) and node.value == ''):
+        raise InvalidFrontendLaunchFileError(
+            f"{location}: '{name}' needs attributes or a list, not a single value"
+        )
+    return Entity(name, attributes, children, location)
+
+
+def _is_tags(node: yaml.Node) -> bool:
+    return (
+        isinstance(node, yaml.SequenceNode)
+        and bool(node.value)
+        and all(isinstance(item, yaml.MappingNode) for item in node.value)
+    )
+
+
+def _child(path: str, node: yaml.Node) -> Entity:
+    if not isinstance(node, yaml.MappingNode) or len(node.value) != 1:
+        line = Location(path, node.start_mark.line + 1)
+        raise InvalidFrontendLaunchFileError(
+            f'{line}: expected one tag with its attributes, such as `- node:`; are its attributes indented?'
+        )
+    key, value = node.value[0]
+    return _tag(path, str(key.value), value, key)
+
+
+def _value(path: str, node: yaml.Node) -> Any:
+    try:
+        loader = yaml.SafeLoader('')
+        try:
+            return loader.construct_document(node)
+        finally:
+            loader.dispose()
+    except yaml.YAMLError as error:
+        line = Location(path, node.start_mark.line + 1)
+        raise InvalidFrontendLaunchFileError(f'{line}: {" ".join(str(error).split())}') from error
+
+
+def _absolute(name: str) -> str:
+    return name if name.startswith('<') else str(Path(name).absolute())

@@ -1,0 +1,103 @@
+"""What a launch description would do, without doing it: its arguments, and its tree for printing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from goalwire.launching.actions import DeclareLaunchArgument
+from goalwire.launching.model import LaunchDescription, LaunchDescriptionEntity
+from goalwire.launching.sources import IncludeLaunchDescription
+
+
+def declared_arguments(
+    description: LaunchDescription, *, conditional: bool = False
+) -> list[tuple[DeclareLaunchArgument, list[IncludeLaunchDescription]]]:
+    """The arguments that a description and what it includes declare, each once, with the includes around it.
+
+    An include that cannot be read without running the launch is left out, as is what an include sets itself.
+    """
+    found: dict[str, tuple[DeclareLaunchArgument, list[IncludeLaunchDescription]]] = {}
+    for argument, includes, is_conditional in _arguments(description.entities, [], set(), conditional):
+        if argument.name not in found:
+            argument._conditionally_included = is_conditional  # noqa: SLF001 - launch's own name for it
+            found[argument.name] = (argument, includes)
+    return list(found.values())
+
+
+def _arguments(
+    entities: Iterable[LaunchDescriptionEntity],
+    includes: list[IncludeLaunchDescription],
+    given: set[str],
+    conditional: bool,
+) -> Iterator[tuple[DeclareLaunchArgument, list[IncludeLaunchDescription], bool]]:
+    for entity in entities:
+        if isinstance(entity, DeclareLaunchArgument):
+            if entity.name not in given:
+                yield entity, includes, conditional
+            continue
+        if isinstance(entity, IncludeLaunchDescription):
+            inner = entity.read_ahead()
+            if inner is not None and len(includes) < 20:
+                yield from _arguments(
+                    inner.entities,
+                    [*includes, entity],
+                    given | entity.given_names(),
+                    conditional or entity.condition is not None,
+                )
+            continue
+        yield from _arguments(entity.describe_sub_entities(), includes, given, conditional)
+        for _, inner_entities in entity.describe_conditional_sub_entities():
+            yield from _arguments(inner_entities, includes, given, True)
+
+
+class LaunchIntrospector:
+    """Prints launch descriptions as trees."""
+
+    def format_launch_description(self, launch_description: LaunchDescription) -> str:
+        """The tree of a description, one entity a line."""
+        return '\n'.join(['LaunchDescription', *_tree(launch_description.entities)])
+
+
+def _tree(entities: Iterable[LaunchDescriptionEntity]) -> list[str]:
+    items = list(entities)
+    lines: list[str] = []
+    for position, entity in enumerate(items):
+        last = position == len(items) - 1
+        first, more = ('└── ', '    ') if last else ('├── ', '│   ')
+        block = _block(entity)
+        lines.append(first + block[0])
+        lines += [more + line for line in block[1:]]
+    return lines
+
+
+def _block(entity: LaunchDescriptionEntity) -> list[str]:
+    text = 'LaunchDescription' if isinstance(entity, LaunchDescription) else entity.describe()
+    condition = getattr(entity, 'condition', None)
+    if condition is not None:
+        text += f' if {condition.describe()}'
+    lines = [text]
+    if isinstance(entity, IncludeLaunchDescription):
+        inner = entity.read_ahead()
+        return lines + (_tree(inner.entities) if inner is not None else [])
+    lines += _tree(entity.describe_sub_entities())
+    for when, inner_entities in entity.describe_conditional_sub_entities():
+        lines.append(f'└── when {when}:')
+        lines += ['    ' + line for line in _tree(inner_entities)]
+    return lines
+
+
+def print_arguments(description: LaunchDescription) -> list[str]:
+    """The lines of `ros2 launch --show-args`."""
+    lines = ["Arguments (pass arguments as '<name>:=<value>'):"]
+    arguments = declared_arguments(description)
+    for argument, _ in arguments:
+        star = '*' if argument._conditionally_included else ''  # noqa: SLF001
+        lines += ['', f"    '{argument.name}':{star}", f'        {argument.description}']
+        if argument.default_value is not None:
+            default = ' + '.join(part.describe() for part in argument.default_value)
+            lines.append(f'        (default: {default})')
+    if not arguments:
+        lines += ['', '  No arguments.']
+    elif any(argument._conditionally_included for argument, _ in arguments):  # noqa: SLF001
+        lines += ['', '* argument(s) which are only used if specific conditions occur']
+    return lines

@@ -1,0 +1,429 @@
+"""What a launch description is made of, and the context in which it is carried out.
+
+Theory of operation. A description is a tree of entities. Visiting an entity does what it stands for and gives
+its sub-entities, which are visited in turn, depth first: so the order of a file is the order of its effects.
+Whatever takes time (a process, a timer) answers with an asyncio future. Everything that happens later is an
+event: it goes through the context's queue, and each event handler that matches gives entities to visit.
+`service.py` is the loop that does this until nothing is left to wait for.
+
+The names are those of ROS 2's `launch`, whose public classes these are: launch files derive from them.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import sys
+from collections import deque
+from collections.abc import Callable, Coroutine, Iterable, Iterator, Sequence
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, TypeAlias
+
+from goalwire.launching.errors import HERE, OVERLAY, LaunchError, Location, located
+
+
+class Event:
+    """Something that happened; event handlers are asked in the order in which they were registered."""
+
+    name = 'launch.Event'
+
+
+class Substitution:
+    """A text that is found out when the launch runs."""
+
+    def describe(self) -> str:
+        """What stands in the file, for printing."""
+        return f'{type(self).__name__}()'
+
+    def perform(self, context: LaunchContext) -> str:
+        """Return the text."""
+        raise NotImplementedError
+
+    @classmethod
+    def parse(cls, data: Sequence[SomeSubstitutions]) -> tuple[type[Substitution], dict[str, Any]]:
+        """For $(name …) in XML and YAML: the class and its keyword arguments."""
+        if data:
+            raise TypeError(f'{cls.__name__} takes no arguments')
+        return cls, {}
+
+
+SomeSubstitutions: TypeAlias = str | Path | Substitution | Iterable[str | Path | Substitution]
+"""What may stand wherever a text may stand: `SomeSubstitutionsType` of launch."""
+
+
+class Condition:
+    """Whether an action is carried out."""
+
+    def __init__(self, *, predicate: Callable[[LaunchContext], bool] | None = None) -> None:
+        self._predicate = predicate
+        self._last: bool | None = None
+
+    def describe(self) -> str:
+        return f'{type(self).__name__}({self._predicate})'
+
+    def _condition_expression(self, context: LaunchContext) -> bool:
+        if self._predicate is None:
+            raise NotImplementedError('a condition is given a predicate, or derives and evaluates itself')
+        return self._predicate(context)
+
+    def evaluate(self, context: LaunchContext) -> bool:
+        """Find out whether the condition holds."""
+        self._last = self._condition_expression(context)
+        return self._last
+
+    def evaluate_prev(self) -> bool | None:
+        """What evaluate() said the last time; None before."""
+        return self._last
+
+
+class LaunchDescriptionEntity:
+    """A node of the tree."""
+
+    location: Location | None = None
+
+    def describe(self) -> str:
+        return repr(self)
+
+    def get_sub_entities(self) -> list[LaunchDescriptionEntity]:
+        return []
+
+    def describe_sub_entities(self) -> list[LaunchDescriptionEntity]:
+        """The sub-entities that are certain, for printing."""
+        return self.get_sub_entities()
+
+    def describe_conditional_sub_entities(self) -> list[tuple[str, Iterable[LaunchDescriptionEntity]]]:
+        """The sub-entities that something must happen for, each with what that is."""
+        return []
+
+    def visit(self, context: LaunchContext) -> Sequence[LaunchDescriptionEntity] | None:
+        raise NotImplementedError
+
+    def get_asyncio_future(self) -> asyncio.Future[Any] | None:
+        """What the launch waits for before it is done; None for what is done at once."""
+        return None
+
+
+SomeEntities: TypeAlias = LaunchDescriptionEntity | Iterable[LaunchDescriptionEntity]
+
+
+class Action(LaunchDescriptionEntity):
+    """An entity that does something, where its condition holds."""
+
+    def __init__(self, *, condition: Condition | None = None) -> None:
+        self._condition = condition
+        self.location = _place_outside()
+
+    @property
+    def condition(self) -> Condition | None:
+        return self._condition
+
+    @classmethod
+    def parse(cls, entity: Any, parser: Any) -> tuple[type[Action], dict[str, Any]]:
+        """For XML and YAML: the class and its keyword arguments; `if` and `unless` are read here."""
+        from goalwire.launching.conditions import IfCondition, UnlessCondition
+
+        yes, no = entity.get_attr('if', optional=True), entity.get_attr('unless', optional=True)
+        if yes is not None and no is not None:
+            raise LaunchError('`if` and `unless` cannot be used together')
+        if yes is not None:
+            return cls, {'condition': IfCondition(parser.parse_substitution(yes))}
+        if no is not None:
+            return cls, {'condition': UnlessCondition(parser.parse_substitution(no))}
+        return cls, {}
+
+    def describe(self) -> str:
+        return f'{type(self).__name__}()'
+
+    def visit(self, context: LaunchContext) -> Sequence[LaunchDescriptionEntity] | None:
+        if self._condition is not None and not self._condition.evaluate(context):
+            return None
+        try:
+            return self.execute(context)
+        finally:
+            self._tell_completion(context)
+
+    def execute(self, context: LaunchContext) -> Sequence[LaunchDescriptionEntity] | None:
+        """Do it; the entities that are returned are visited next."""
+        return None
+
+    def _tell_completion(self, context: LaunchContext) -> None:
+        from goalwire.launching.events import ExecutionComplete
+
+        event = ExecutionComplete(action=self)
+        if context.would_handle_event(event):
+            future = self.get_asyncio_future()
+            if future is None:
+                context.emit_event_sync(event)
+            else:
+                future.add_done_callback(lambda _: context.emit_event_sync(event))
+
+
+def _place_outside() -> Location | None:
+    """The line of the launch file that makes an action: the nearest caller outside of this package."""
+    frame = sys._getframe(1)  # noqa: SLF001 - inspect.stack() reads every source file
+    while frame is not None:
+        name = frame.f_code.co_filename
+        if not name.startswith((HERE, OVERLAY)):
+            return Location(name, frame.f_lineno)
+        if frame.f_back is None:
+            break
+        frame = frame.f_back
+    return None
+
+
+class EventHandler:
+    """Which events to answer, and with which entities."""
+
+    def __init__(
+        self,
+        *,
+        matcher: Callable[[Event], bool],
+        entities: SomeEntities | None = None,
+        handle_once: bool = False,
+    ) -> None:
+        self._matcher = matcher
+        self._entities = entity_list(entities)
+        self._handle_once = handle_once
+
+    @property
+    def entities(self) -> list[LaunchDescriptionEntity]:
+        return self._entities
+
+    @property
+    def handle_once(self) -> bool:
+        return self._handle_once
+
+    @property
+    def handler_description(self) -> str:
+        return '<actions>' if self._entities else f'{type(self).__name__}'
+
+    @property
+    def matcher_description(self) -> str:
+        return '<matcher>'
+
+    def matches(self, event: Event) -> bool:
+        return self._matcher(event)
+
+    def describe(self) -> tuple[str, list[LaunchDescriptionEntity]]:
+        """Say what it does, and give what it would visit."""
+        does = f"matcher='{self.matcher_description}', handler='{self.handler_description}'"
+        return f'{type(self).__name__}({does})', self._entities
+
+    def handle(self, event: Event, context: LaunchContext) -> SomeEntities | None:
+        """Answer an event that matches."""
+        context.extend_locals({'event': event})
+        if self._handle_once:
+            context.unregister_event_handler(self)
+        return self._entities
+
+
+def entity_list(some: Any) -> list[LaunchDescriptionEntity]:
+    """None, an entity or several, as a list. Raises LaunchError for anything else."""
+    if some is None:
+        return []
+    items = [some] if isinstance(some, LaunchDescriptionEntity) else None
+    if items is None and isinstance(some, Iterable) and not isinstance(some, str | bytes):
+        items = [item for item in some if item is not None]
+    if items is None or any(not isinstance(item, LaunchDescriptionEntity) for item in items):
+        raise LaunchError(f'expected actions or other launch entities, got {some!r:.200}')
+    return items
+
+
+class LaunchContext:
+    """What entities read and change: launch configurations, the environment, handlers, the queue of events.
+
+    Not thread-safe: other threads use LaunchService.emit_event().
+    """
+
+    def __init__(self, *, argv: Iterable[str] | None = None, noninteractive: bool = False) -> None:
+        self.argv = list(argv or ())
+        self.noninteractive = noninteractive
+        self.launch_configurations: dict[str, Any] = {}
+        self.is_shutdown = False
+        self.events: deque[Event] = deque()
+        self.handlers: deque[EventHandler] = deque()
+        self.completion_futures: set[asyncio.Future[Any]] = set()
+        self.cleanups: list[Callable[[], None]] = []  # called when the launch has ended, the last one first
+        self.async_cleanups: list[Callable[[], Coroutine[Any, Any, None]]] = []  # awaited before these
+        self.on_failure: Callable[[Exception], None] = lambda _: None
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._wake: Callable[[], None] = lambda: None
+        self._globals: dict[str, Any] = {}
+        self._locals: list[dict[str, Any]] = [{}]
+        self._configuration_stack: list[dict[str, Any]] = []
+        self._environment_stack: list[dict[str, str]] = []
+        self._first_environment = dict(os.environ)
+        self._first_configurations: dict[str, Any] = {}
+
+    def attach(self, loop: asyncio.AbstractEventLoop | None, wake: Callable[[], None]) -> None:
+        """Say which loop runs, and how to wake it for a new event."""
+        self._loop, self._wake = loop, wake
+
+    @property
+    def asyncio_loop(self) -> asyncio.AbstractEventLoop:
+        if self._loop is None:
+            raise LaunchError('this launch does not run: entities are executed by LaunchService.run()')
+        return self._loop
+
+    @property
+    def environment(self) -> dict[str, str]:
+        """The variables that processes will see: os.environ itself."""
+        return os.environ  # type: ignore[return-value]
+
+    # --- names of the moment
+
+    @property
+    def locals(self) -> SimpleNamespace:
+        """The names of the moment, such as `event`, as attributes; AttributeError for what is not there."""
+        return SimpleNamespace(**self.get_locals_as_dict())
+
+    def get_locals_as_dict(self) -> dict[str, Any]:
+        return {**self._globals, **self._locals[-1]}
+
+    def extend_locals(self, extra: dict[str, Any]) -> None:
+        self._locals[-1].update(extra)
+
+    def extend_globals(self, extra: dict[str, Any]) -> None:
+        self._globals.update(extra)
+
+    def remove_globals(self, names: Iterable[str]) -> None:
+        for name in names:
+            self._globals.pop(name, None)
+
+    def get_globals(self) -> dict[str, Any]:
+        return dict(self._globals)
+
+    def push_locals(self) -> None:
+        self._locals.append({})
+
+    def pop_locals(self) -> None:
+        self._locals.pop()
+
+    # --- scopes
+
+    def push_launch_configurations(self) -> None:
+        self._configuration_stack.append(dict(self.launch_configurations))
+
+    def pop_launch_configurations(self) -> None:
+        if not self._configuration_stack:
+            raise LaunchError('there is no pushed scope of launch configurations to go back to')
+        self.launch_configurations = self._configuration_stack.pop()
+
+    def push_environment(self) -> None:
+        self._environment_stack.append(dict(os.environ))
+
+    def pop_environment(self) -> None:
+        if not self._environment_stack:
+            raise LaunchError('there is no pushed environment to go back to')
+        self._set_environment(self._environment_stack.pop())
+
+    def reset_environment(self) -> None:
+        """Go back to the environment that the launch began with."""
+        self._set_environment(self._first_environment)
+
+    def _set_environment(self, wanted: dict[str, str]) -> None:
+        for name in os.environ.keys() - wanted.keys():
+            del os.environ[name]
+        os.environ.update(wanted)
+
+    # --- events
+
+    def register_event_handler(self, event_handler: EventHandler, append: bool = False) -> None:
+        """Ask this handler too; before those that are registered already, unless `append`."""
+        if append:
+            self.handlers.append(event_handler)
+        else:
+            self.handlers.appendleft(event_handler)
+
+    def unregister_event_handler(self, event_handler: EventHandler) -> None:
+        """Ask this handler no more. Raises ValueError for one that is not registered."""
+        self.handlers.remove(event_handler)
+
+    def would_handle_event(self, event: Event) -> bool:
+        return any(handler.matches(event) for handler in self.handlers)
+
+    def emit_event_sync(self, event: Event) -> None:
+        """Queue an event; from the loop's thread alone."""
+        self.events.append(event)
+        self._wake()
+
+    async def emit_event(self, event: Event) -> None:
+        self.emit_event_sync(event)
+
+    def add_completion_future(self, future: asyncio.Future[Any]) -> None:
+        """Wait for this future too before the launch is done."""
+        self.completion_futures.add(future)
+        future.add_done_callback(self._completed)
+
+    def _completed(self, future: asyncio.Future[Any]) -> None:
+        self.completion_futures.discard(future)
+        if not future.cancelled() and isinstance(error := future.exception(), Exception):
+            self.on_failure(error)
+        self._wake()
+
+    def perform_substitution(self, substitution: Substitution) -> str:
+        return substitution.perform(self)
+
+
+class LaunchDescription(LaunchDescriptionEntity):
+    """What a launch file returns: entities in order."""
+
+    def __init__(
+        self,
+        initial_entities: Iterable[LaunchDescriptionEntity] | None = None,
+        *,
+        deprecated_reason: str | None = None,
+    ) -> None:
+        self._entities = list(initial_entities or ())
+        self._deprecated_reason = deprecated_reason
+
+    @property
+    def entities(self) -> list[LaunchDescriptionEntity]:
+        return self._entities
+
+    @property
+    def deprecated(self) -> bool:
+        return self._deprecated_reason is not None
+
+    @property
+    def deprecated_reason(self) -> str | None:
+        return self._deprecated_reason
+
+    def add_entity(self, entity: LaunchDescriptionEntity) -> None:
+        self._entities.append(entity)
+
+    def add_action(self, action: Action) -> None:
+        self.add_entity(action)
+
+    def get_sub_entities(self) -> list[LaunchDescriptionEntity]:
+        return entity_list(self._entities)
+
+    def visit(self, context: LaunchContext) -> Sequence[LaunchDescriptionEntity] | None:
+        if self._deprecated_reason is not None:
+            from goalwire.launching.output import get_logger
+
+            get_logger('launch').warning(f'this launch file is deprecated: {self._deprecated_reason}')
+        return self.get_sub_entities()
+
+    def get_launch_arguments(self, conditional_inclusion: bool = False) -> list[Any]:
+        """The DeclareLaunchArgument actions of this file and those it includes, each name once."""
+        from goalwire.launching.introspection import declared_arguments
+
+        return [argument for argument, _ in declared_arguments(self, conditional=conditional_inclusion)]
+
+
+def visit_tree(entity: LaunchDescriptionEntity, context: LaunchContext) -> Iterator[asyncio.Future[Any]]:
+    """Visit an entity and what it gives, depth first; yields what to wait for.
+
+    Raises LocatedError: what failed, with the file and line of the entity.
+    """
+    try:
+        entities = entity_list(entity.visit(context))
+    except Exception as error:
+        raise located(error, entity.location) from error
+    future = entity.get_asyncio_future()
+    if future is not None:
+        yield future
+    for inner in entities:
+        yield from visit_tree(inner, context)

@@ -1,0 +1,552 @@
+"""Actions that run a process: started, watched, respawned, ended in order."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import os
+import re
+import shlex
+import signal
+from collections.abc import Callable, Iterable, Mapping
+from itertools import count
+from typing import Any
+
+from goalwire.launching.child import Child, start_child
+from goalwire.launching.errors import LaunchError, located
+from goalwire.launching.event_handlers import Answer, OnProcessExit
+from goalwire.launching.events import (
+    ProcessExited,
+    ProcessStarted,
+    ProcessStderr,
+    ProcessStdout,
+    Shutdown,
+    ShutdownProcess,
+    SignalProcess,
+)
+from goalwire.launching.exposure import expose_action
+from goalwire.launching.model import (
+    Action,
+    Event,
+    EventHandler,
+    LaunchContext,
+    LaunchDescriptionEntity,
+    SomeEntities,
+    SomeSubstitutions,
+    Substitution,
+)
+from goalwire.launching.output import get_logger, get_output_loggers
+from goalwire.launching.substitutions import LaunchConfiguration
+from goalwire.launching.values import (
+    TextSubstitution,
+    describe_text,
+    evaluate_condition_expression,
+    normalize_to_list_of_substitutions,
+    perform_substitutions,
+    truth,
+)
+
+_numbers = count(1)
+Variables = Mapping[Any, SomeSubstitutions]
+
+
+class Executable:
+    """A command with its folder and its environment; `prepare` finds its texts out."""
+
+    def __init__(
+        self,
+        *,
+        cmd: Iterable[SomeSubstitutions],
+        prefix: SomeSubstitutions | None = None,
+        name: SomeSubstitutions | None = None,
+        cwd: SomeSubstitutions | None = None,
+        env: Variables | None = None,
+        additional_env: Variables | None = None,
+        arguments: Iterable[SomeSubstitutions] | None = None,
+    ) -> None:
+        self.cmd = [normalize_to_list_of_substitutions(part) for part in (*cmd, *(arguments or ()))]
+        if not self.cmd:
+            raise LaunchError('a process needs a command: cmd is empty')
+        self.prefix = normalize_to_list_of_substitutions(
+            LaunchConfiguration('launch-prefix', default='') if prefix is None else prefix
+        )
+        self.name = None if name is None else normalize_to_list_of_substitutions(name)
+        self.cwd = None if cwd is None else normalize_to_list_of_substitutions(cwd)
+        self.env = None if env is None else dict(env)
+        self.additional_env = None if additional_env is None else dict(additional_env)
+        self.final_name: str | None = None
+        self.final_cmd: list[str] | None = None
+        self.final_cwd: str | None = None
+        self.final_env: dict[str, str] | None = None
+
+    def prepare(self, context: LaunchContext, action: ExecuteLocal | None = None) -> None:
+        """Find out command, name, folder and environment."""
+        cmd = action.command(context) if action is not None else self.command(context)
+        name = os.path.basename(cmd[0]) if self.name is None else perform_substitutions(context, self.name)
+        self.final_name = f'{name}-{next(_numbers)}'
+        wanted = context.launch_configurations.get('launch-prefix-filter')
+        prefix = shlex.split(perform_substitutions(context, self.prefix))
+        if wanted is None or re.match(str(wanted), os.path.basename(cmd[0])):
+            cmd = prefix + cmd
+        self.final_cmd = cmd
+        self.final_cwd = None if self.cwd is None else perform_substitutions(context, self.cwd)
+        env = dict(context.environment) if self.env is None else _performed(context, self.env)
+        self.final_env = env | _performed(context, self.additional_env or {})
+
+    def command(self, context: LaunchContext) -> list[str]:
+        return [perform_substitutions(context, part) for part in self.cmd]
+
+
+def _performed(context: LaunchContext, variables: Variables) -> dict[str, str]:
+    return {
+        perform_substitutions(context, normalize_to_list_of_substitutions(name)): perform_substitutions(
+            context, normalize_to_list_of_substitutions(value)
+        )
+        for name, value in variables.items()
+    }
+
+
+class _Lines:
+    """Gives the lines of a stream to a logger as soon as they are complete."""
+
+    def __init__(self, tell: Callable[[str], None], *, cached: bool) -> None:
+        self._tell = tell
+        self._rest = b''
+        self._cache: list[bytes] | None = [] if cached else None
+
+    def feed(self, data: bytes) -> None:
+        if self._cache is not None:
+            self._cache.append(data)
+        *lines, self._rest = (self._rest + data).split(b'\n')
+        for line in lines:
+            self._tell(line.rstrip(b'\r').decode(errors='replace'))
+
+    def flush(self) -> None:
+        """Tell what has no end of line."""
+        if self._rest:
+            self._tell(self._rest.decode(errors='replace'))
+            self._rest = b''
+
+    @property
+    def text(self) -> str | None:
+        return None if self._cache is None else b''.join(self._cache).decode(errors='replace')
+
+
+class ExecuteLocal(Action):
+    """Runs a process on this machine."""
+
+    def __init__(
+        self,
+        *,
+        process_description: Executable,
+        shell: bool = False,
+        sigterm_timeout: SomeSubstitutions | float | None = None,
+        sigkill_timeout: SomeSubstitutions | float | None = None,
+        emulate_tty: bool = False,
+        output: SomeSubstitutions | dict[str, Any] = 'log',
+        output_format: str = '[{this.process_description.final_name}] {line}',
+        cached_output: bool = False,
+        log_cmd: bool = False,
+        on_exit: Answer = None,
+        respawn: bool | SomeSubstitutions = False,
+        respawn_delay: float | None = None,
+        respawn_max_retries: int = -1,
+        **options: Any,
+    ) -> None:
+        super().__init__(**options)
+        self.process_description = process_description
+        self.shell = shell
+        self.emulate_tty = emulate_tty
+        self._timeouts = (
+            _timeout('sigterm_timeout', sigterm_timeout),
+            _timeout('sigkill_timeout', sigkill_timeout),
+        )
+        forced = os.environ.get('OVERRIDE_LAUNCH_PROCESS_OUTPUT')
+        self._output = forced or output
+        self._output_format = output_format
+        self._cached_output = cached_output
+        self._log_cmd = log_cmd
+        self._on_exit = on_exit
+        self._respawn = respawn
+        self._respawn_delay = respawn_delay
+        self._respawns_left = respawn_max_retries
+        self._child: Child | None = None
+        self._details: dict[str, Any] | None = None
+        self._completed: asyncio.Future[None] | None = None
+        self._stopping: asyncio.Event | None = None
+        self._ending: asyncio.Task[None] | None = None
+        self._stdout: _Lines | None = None
+        self._stderr: _Lines | None = None
+
+    # --- what others read
+
+    @property
+    def output(self) -> SomeSubstitutions | dict[str, Any]:
+        return self._output
+
+    @property
+    def sigterm_timeout(self) -> list[Substitution]:
+        return self._timeouts[0]
+
+    @property
+    def sigkill_timeout(self) -> list[Substitution]:
+        return self._timeouts[1]
+
+    @property
+    def process_details(self) -> dict[str, Any] | None:
+        """Name, command, folder, environment and, once it runs, pid; None before."""
+        return self._details
+
+    @property
+    def return_code(self) -> int | None:
+        """The exit code; None while the process runs, and before."""
+        return None if self._child is None else self._child.returncode
+
+    def get_stdout(self) -> str:
+        """What the process has printed. Raises LaunchError without `cached_output`."""
+        return self._cached(self._stdout, 'stdout')
+
+    def get_stderr(self) -> str:
+        """What the process has printed to its standard error. Raises LaunchError without `cached_output`."""
+        return self._cached(self._stderr, 'stderr')
+
+    def _cached(self, lines: _Lines | None, stream: str) -> str:
+        if not self._cached_output:
+            raise LaunchError(f'get_{stream}() needs cached_output=True')
+        return (lines.text if lines else None) or ''
+
+    def get_sub_entities(self) -> list[LaunchDescriptionEntity]:
+        return list(self._on_exit) if isinstance(self._on_exit, list) else []
+
+    def describe_sub_entities(self) -> list[LaunchDescriptionEntity]:
+        return []
+
+    def get_asyncio_future(self) -> asyncio.Future[None] | None:
+        return self._completed
+
+    # --- starting
+
+    def command(self, context: LaunchContext) -> list[str]:
+        """The command without its prefix."""
+        return self.process_description.command(context)
+
+    def execute(self, context: LaunchContext) -> None:
+        if context.is_shutdown:
+            return
+        if self._completed is not None:
+            raise LaunchError(
+                f'{self.describe()} is executed a second time: make one action for each process'
+            )
+        description = self.process_description
+        description.prepare(context, self)
+        name = description.final_name or ''
+        self._details = {
+            'action': self,
+            'name': name,
+            'cmd': description.final_cmd,
+            'cwd': description.final_cwd,
+            'env': description.final_env,
+        }
+        output = self._output
+        if not isinstance(output, dict):
+            output = perform_substitutions(context, normalize_to_list_of_substitutions(output))
+        loggers = get_output_loggers(name, output)
+        self._stdout, self._stderr = (self._lines(logger) for logger in loggers)
+        respawn = self._respawn
+        if not isinstance(respawn, bool):
+            respawn = truth(context, respawn)
+        handlers: list[EventHandler] = [
+            _on(ShutdownProcess, self._on_shutdown_process),
+            _on(SignalProcess, self._on_signal_process),
+            _on(Shutdown, self._on_shutdown),
+        ]
+        if self._on_exit is not None:
+            handlers.append(OnProcessExit(target_action=self, on_exit=self._on_exit))
+        for handler in handlers:
+            context.register_event_handler(handler)
+        self._completed = context.asyncio_loop.create_future()
+        self._stopping = asyncio.Event()
+        context.add_completion_future(context.asyncio_loop.create_task(self._run(context, respawn=respawn)))
+
+    def _lines(self, logger: Any) -> _Lines:
+        def tell(line: str) -> None:
+            text = self._output_format.format(line=line, this=self)
+            logger.info('%s', text, extra={'process_line': True})
+
+        return _Lines(tell, cached=self._cached_output)
+
+    def _emulates_tty(self, context: LaunchContext) -> bool:
+        configured = context.launch_configurations.get('emulate_tty')
+        if configured is None:
+            return self.emulate_tty
+        return evaluate_condition_expression(context, [TextSubstitution(text=str(configured))])
+
+    async def _run(self, context: LaunchContext, *, respawn: bool) -> None:
+        """Start the process, and again where it is to respawn, until it has ended for good."""
+        try:
+            while await self._run_once(context) and respawn and self._respawns_left != 0:
+                if context.is_shutdown or self._stopping is None or self._stopping.is_set():
+                    break
+                self._respawns_left -= 1
+                with contextlib.suppress(TimeoutError):
+                    await asyncio.wait_for(self._stopping.wait(), self._respawn_delay or 0.0)
+                if self._stopping.is_set():
+                    break
+        finally:
+            if self._completed is not None and not self._completed.done():
+                self._completed.set_result(None)
+
+    async def _run_once(self, context: LaunchContext) -> bool:
+        """Run the process to its end; False where it could not be started."""
+        details = dict(self._details or {})
+        name, cmd = details['name'], details['cmd']
+        logger = get_logger(name)
+        shown = ' '.join(part for part in cmd if part.strip())
+        if self._log_cmd:
+            custom = self.process_description.env is not None
+            logger.info(f"process details: cmd='{shown}', cwd='{details['cwd']}', custom_env?={custom}")
+
+        def on_output(_: Child, fd: int, data: bytes) -> None:
+            event = ProcessStdout if fd == 1 else ProcessStderr
+            lines = self._stdout if fd == 1 else self._stderr
+            if lines is not None:
+                lines.feed(data)
+            context.emit_event_sync(event(text=data, **details))
+
+        def on_start(child: Child) -> None:
+            self._child = child
+            details['pid'] = child.pid
+            self._details = details
+            logger.info(f'process started with pid [{child.pid}]')
+            context.emit_event_sync(ProcessStarted(**details))
+
+        try:
+            child = await start_child(
+                cmd,
+                cwd=details['cwd'],
+                env=details['env'],
+                shell=self.shell,
+                emulate_tty=self._emulates_tty(context),
+                on_start=on_start,
+                on_output=on_output,
+            )
+        except (OSError, ValueError) as error:
+            logger.error(str(located(error, self.location, f"cannot start '{cmd[0]}': ")))
+            context.extend_globals({'launch_failed': True})
+            return False
+        if self._stopping is not None and self._stopping.is_set():
+            self._begin_ending(context)  # the end was asked for while the process was being started
+        code = await child.ended()
+        for lines in (self._stdout, self._stderr):
+            if lines is not None:
+                lines.flush()
+        if code == 0:
+            logger.info(f'process has finished cleanly [pid {child.pid}]')
+        else:
+            logger.error(f"process has died [pid {child.pid}, exit code {code}, cmd '{shown}'].")
+        context.emit_event_sync(ProcessExited(returncode=code, **details))
+        if self._ending is not None:
+            await self._ending
+        if not child.group_alive():
+            child.close()
+        return True
+
+    # --- ending
+
+    def _on_shutdown_process(self, event: ShutdownProcess, context: LaunchContext) -> None:
+        if event.process_matcher(self):
+            self._begin_ending(context)
+
+    def _on_shutdown(self, event: Shutdown, context: LaunchContext) -> None:
+        self._begin_ending(context)
+
+    def _on_signal_process(self, event: SignalProcess, context: LaunchContext) -> None:
+        if not event.process_matcher(self):
+            return
+        if self._child is None:
+            raise LaunchError(
+                f'{event.signal_name} is to be sent to {self.describe()}, which has not started'
+            )
+        self._signal(event.signal)
+
+    def _signal(self, wanted: signal.Signals) -> None:
+        child = self._child
+        if child is not None and child.group_alive():
+            get_logger(self._details['name'] if self._details else None).info(
+                f"sending signal '{wanted.name}' to process[{self._details['name'] if self._details else ''}]"
+            )
+            child.signal(wanted)
+
+    def _begin_ending(self, context: LaunchContext) -> None:
+        """SIGINT, and what follows where that is not enough; once a process."""
+        if self._stopping is not None:
+            self._stopping.set()
+        child = self._child
+        if child is None or self._ending is not None or not child.group_alive():
+            return
+        seconds = [_seconds(context, text) for text in self._timeouts]
+        self._ending = context.asyncio_loop.create_task(self._end(child, seconds))
+        context.add_completion_future(self._ending)
+
+    async def _end(self, child: Child, seconds: list[float]) -> None:
+        name = self._details['name'] if self._details else ''
+        sent = signal.SIGINT
+        self._signal(sent)
+        for wait, following in zip(seconds, ('SIGTERM', 'SIGKILL'), strict=True):
+            if await child.gone(wait):
+                break
+            get_logger(name).error(
+                f"process[{name}] failed to terminate '{wait:g}' seconds after receiving '{sent.name}', "
+                f"escalating to '{following}'"
+            )
+            sent = getattr(signal, following, signal.SIGTERM)
+            self._signal(sent)
+        else:
+            await child.gone(1.0)
+        if child.exited.done():
+            child.close()
+
+
+def _timeout(name: str, given: SomeSubstitutions | float | None) -> list[Substitution]:
+    if given is None:
+        return normalize_to_list_of_substitutions(LaunchConfiguration(name, default='5'))
+    return normalize_to_list_of_substitutions(str(given) if isinstance(given, int | float) else given)
+
+
+def _seconds(context: LaunchContext, text: list[Substitution]) -> float:
+    try:
+        return max(0.0, float(perform_substitutions(context, text)))
+    except ValueError:
+        return 5.0
+
+
+class _on(EventHandler):  # noqa: N801 - reads as a word where it is used
+    """Calls a method for the events of a class."""
+
+    def __init__(self, event_class: type[Any], method: Callable[[Any, LaunchContext], None]) -> None:
+        super().__init__(matcher=lambda event: isinstance(event, event_class))
+        self._method = method
+
+    def handle(self, event: Event, context: LaunchContext) -> SomeEntities | None:
+        self._method(event, context)
+        return None
+
+
+@expose_action('executable')
+class ExecuteProcess(ExecuteLocal):
+    """Runs a command."""
+
+    def __init__(
+        self,
+        *,
+        cmd: Iterable[SomeSubstitutions],
+        prefix: SomeSubstitutions | None = None,
+        name: SomeSubstitutions | None = None,
+        cwd: SomeSubstitutions | None = None,
+        env: Variables | None = None,
+        additional_env: Variables | None = None,
+        **options: Any,
+    ) -> None:
+        description = Executable(
+            cmd=cmd, prefix=prefix, name=name, cwd=cwd, env=env, additional_env=additional_env
+        )
+        super().__init__(process_description=description, **options)
+
+    @classmethod
+    def parse(
+        cls, entity: Any, parser: Any, ignore: Iterable[str] = ()
+    ) -> tuple[type[Action], dict[str, Any]]:
+        _, arguments = super().parse(entity, parser)
+        ignored = set(ignore)
+        if 'cmd' not in ignored:
+            arguments['cmd'] = parse_command_line(entity.get_attr('cmd'), parser)
+        texts = {'cwd': 'cwd', 'name': 'name', 'launch-prefix': 'prefix', 'output': 'output'}
+        texts |= {'sigterm_timeout': 'sigterm_timeout', 'sigkill_timeout': 'sigkill_timeout'}
+        for attribute, argument in texts.items():
+            value = None if argument in ignored else entity.get_attr(attribute, optional=True)
+            if value is not None:
+                arguments[argument] = parser.parse_substitution(value)
+        for attribute in ('shell', 'emulate_tty', 'log_cmd', 'cached_output'):
+            value = entity.get_attr(attribute, data_type=bool, optional=True, can_be_str=False)
+            if value is not None:
+                arguments[attribute] = value
+        respawn = entity.get_attr('respawn', data_type=bool, optional=True)
+        if respawn is not None:
+            arguments['respawn'] = parser.parse_if_substitutions(respawn)
+        delay = entity.get_attr('respawn_delay', data_type=float, optional=True, can_be_str=False)
+        if delay is not None:
+            arguments['respawn_delay'] = delay
+        retries = entity.get_attr('respawn_max_retries', data_type=int, optional=True, can_be_str=False)
+        if retries is not None:
+            arguments['respawn_max_retries'] = retries
+        on_exit = entity.get_attr('on_exit', optional=True)
+        if on_exit is not None:
+            if on_exit != 'shutdown':
+                raise LaunchError(f"on_exit can be 'shutdown' alone, not '{on_exit}'")
+            from goalwire.launching.actions import Shutdown as ShutdownAction
+
+            arguments['on_exit'] = [ShutdownAction()]
+        variables = entity.get_entities('env')
+        if variables:
+            arguments['additional_env'] = {
+                tuple(parser.parse_substitution(item.get_attr('name'))): parser.parse_substitution(
+                    item.get_attr('value')
+                )
+                for item in variables
+            }
+            for item in variables:
+                item.assert_entity_completely_parsed()
+        return cls, arguments
+
+    @property
+    def name(self) -> str | list[Substitution] | None:
+        return self.process_description.final_name or self.process_description.name
+
+    @property
+    def cmd(self) -> list[list[Substitution]]:
+        return self.process_description.cmd
+
+    @property
+    def cwd(self) -> list[Substitution] | None:
+        return self.process_description.cwd
+
+    @property
+    def env(self) -> Variables | None:
+        return self.process_description.env
+
+    @property
+    def additional_env(self) -> Variables | None:
+        return self.process_description.additional_env
+
+    @property
+    def prefix(self) -> list[Substitution]:
+        return self.process_description.prefix
+
+    def describe(self) -> str:
+        return f'{type(self).__name__}({" ".join(describe_text(part) for part in self.cmd)})'
+
+
+def parse_command_line(cmd: str, parser: Any) -> list[list[Substitution]]:
+    """Split a command line as a shell would, with the substitutions in it left whole."""
+    words: list[list[Substitution]] = []
+    word: list[Substitution] | None = None
+    for part in parser.parse_substitution(cmd):
+        if not isinstance(part, TextSubstitution):
+            word = [*(word or []), part]
+            continue
+        text = part.text
+        tokens = shlex.split(text)
+        if text[:1].isspace() and word:
+            words.append(word)
+            word = None
+        for position, token in enumerate(tokens):
+            if position:
+                words.append(word or [])
+                word = None
+            word = [*(word or []), TextSubstitution(text=token)]
+        if text[-1:].isspace() and word:
+            words.append(word)
+            word = None
+    if word:
+        words.append(word)
+    return words

@@ -1,0 +1,5 @@
+"""What launch_ros adds to launch: nodes, their parameters and names, managed nodes, packages."""
+
+from goalwire.launching.ros import composition, lifecycle, node, scope, substitutions
+
+__all__ = ['composition', 'lifecycle', 'node', 'scope', 'substitutions']

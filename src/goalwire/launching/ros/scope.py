@@ -1,0 +1,183 @@
+"""Actions that hold for the nodes which follow in the same scope: namespace, parameters, remappings."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from goalwire.launching.actions import TimerAction
+from goalwire.launching.errors import LaunchError
+from goalwire.launching.exposure import expose_action
+from goalwire.launching.model import Action, LaunchContext, SomeSubstitutions, Substitution
+from goalwire.launching.ros.node import joined_namespace
+from goalwire.launching.ros.parameters import ParameterFile, evaluate_dictionary
+from goalwire.launching.values import (
+    describe_text,
+    normalize_to_list_of_substitutions,
+    perform_substitutions,
+    perform_text,
+)
+from goalwire.protocol.names import validate_namespace
+
+
+@expose_action('push_ros_namespace', 'push-ros-namespace')
+class PushROSNamespace(Action):
+    """Puts a namespace before those of the nodes that follow."""
+
+    def __init__(self, namespace: SomeSubstitutions, **options: Any) -> None:
+        super().__init__(**options)
+        self._namespace = normalize_to_list_of_substitutions(namespace)
+
+    @classmethod
+    def parse(cls, entity: Any, parser: Any) -> tuple[type[Action], dict[str, Any]]:
+        _, arguments = super().parse(entity, parser)
+        arguments['namespace'] = parser.parse_substitution(entity.get_attr('namespace'))
+        return cls, arguments
+
+    @property
+    def namespace(self) -> list[Substitution]:
+        return self._namespace
+
+    def describe(self) -> str:
+        return f'{type(self).__name__}({describe_text(self._namespace)})'
+
+    def execute(self, context: LaunchContext) -> None:
+        pushed = perform_substitutions(context, self._namespace)
+        found = joined_namespace(context.launch_configurations.get('ros_namespace'), pushed)
+        if found is None:
+            return
+        try:
+            validate_namespace(found)
+        except ValueError as error:
+            raise LaunchError(' '.join(str(error).split())) from error
+        context.launch_configurations['ros_namespace'] = found
+
+
+PushRosNamespace = PushROSNamespace
+
+
+@expose_action('set_parameter')
+class SetParameter(Action):
+    """Gives a parameter to the nodes that follow."""
+
+    def __init__(self, name: SomeSubstitutions, value: Any, **options: Any) -> None:
+        super().__init__(**options)
+        self._name = tuple(normalize_to_list_of_substitutions(name))
+        self._value = value
+
+    @classmethod
+    def parse(cls, entity: Any, parser: Any) -> tuple[type[Action], dict[str, Any]]:
+        _, arguments = super().parse(entity, parser)
+        arguments['name'] = parser.parse_substitution(entity.get_attr('name'))
+        arguments['value'] = parser.parse_substitution(entity.get_attr('value'))
+        return cls, arguments
+
+    @property
+    def name(self) -> tuple[Substitution, ...]:
+        return self._name
+
+    @property
+    def value(self) -> Any:
+        return self._value
+
+    def describe(self) -> str:
+        return f'{type(self).__name__}({describe_text(self._name)})'
+
+    def execute(self, context: LaunchContext) -> None:
+        value = self._value
+        if isinstance(value, list) and all(isinstance(item, Substitution) for item in value):
+            value = tuple(value)
+            if len(value) == 1:
+                value = value[0]
+        found = evaluate_dictionary(context, {self._name: value})
+        known = list(context.launch_configurations.get('global_params', ()))
+        context.launch_configurations['global_params'] = [*known, *found.items()]
+
+
+@expose_action('set_parameters_from_file')
+class SetParametersFromFile(Action):
+    """Gives a parameter file to the nodes that follow."""
+
+    def __init__(self, filename: SomeSubstitutions | Path, **options: Any) -> None:
+        super().__init__(**options)
+        self._file = ParameterFile(filename)
+
+    @classmethod
+    def parse(cls, entity: Any, parser: Any) -> tuple[type[Action], dict[str, Any]]:
+        _, arguments = super().parse(entity, parser)
+        arguments['filename'] = parser.parse_substitution(entity.get_attr('filename'))
+        return cls, arguments
+
+    def execute(self, context: LaunchContext) -> None:
+        path = self._file.evaluate(context)
+        if not path.is_file():
+            raise LaunchError(f'the parameter file {path} does not exist')
+        known = list(context.launch_configurations.get('global_params', ()))
+        context.launch_configurations['global_params'] = [*known, str(path.absolute())]
+
+
+@expose_action('set_use_sim_time')
+class SetUseSimTime(SetParameter):
+    """Says whether the nodes that follow take their time from /clock."""
+
+    def __init__(self, value: Any, **options: Any) -> None:
+        super().__init__('use_sim_time', value, **options)
+
+    @classmethod
+    def parse(cls, entity: Any, parser: Any) -> tuple[type[Action], dict[str, Any]]:
+        _, arguments = Action.parse(entity, parser)
+        arguments['value'] = parser.parse_substitution(entity.get_attr('value'))
+        return cls, arguments
+
+
+@expose_action('set_remap')
+class SetRemap(Action):
+    """Gives a remapping to the nodes that follow."""
+
+    def __init__(self, src: SomeSubstitutions, dst: SomeSubstitutions, **options: Any) -> None:
+        super().__init__(**options)
+        self._src = normalize_to_list_of_substitutions(src)
+        self._dst = normalize_to_list_of_substitutions(dst)
+
+    @classmethod
+    def parse(cls, entity: Any, parser: Any) -> tuple[type[Action], dict[str, Any]]:
+        _, arguments = super().parse(entity, parser)
+        arguments['src'] = parser.parse_substitution(entity.get_attr('from'))
+        arguments['dst'] = parser.parse_substitution(entity.get_attr('to'))
+        return cls, arguments
+
+    @property
+    def src(self) -> list[Substitution]:
+        return self._src
+
+    @property
+    def dst(self) -> list[Substitution]:
+        return self._dst
+
+    def describe(self) -> str:
+        return f'SetRemap({describe_text(self._src)}, {describe_text(self._dst)})'
+
+    def execute(self, context: LaunchContext) -> None:
+        rule = perform_substitutions(context, self._src), perform_substitutions(context, self._dst)
+        known = list(context.launch_configurations.get('ros_remaps', ()))
+        context.launch_configurations['ros_remaps'] = [*known, rule]
+
+
+class SetROSLogDir(Action):
+    """Sets the folder for log files of the nodes that follow."""
+
+    def __init__(self, new_log_dir: SomeSubstitutions, **options: Any) -> None:
+        super().__init__(**options)
+        self._folder = normalize_to_list_of_substitutions(new_log_dir)
+
+    @property
+    def log_dir(self) -> list[Substitution]:
+        return self._folder
+
+    def execute(self, context: LaunchContext) -> None:
+        context.environment['ROS_LOG_DIR'] = perform_text(context, self._folder)
+
+
+@expose_action('ros_timer')
+class RosTimer(TimerAction):
+    """As TimerAction; the seconds are those of the system's clock."""

@@ -1,0 +1,369 @@
+"""Launch files: reading them, whatever they are written in, and including one in another."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib.machinery
+import importlib.util
+import os
+import sys
+from collections.abc import Callable, Iterable, Sequence
+from types import ModuleType
+from typing import Any, TypeAlias
+
+from goalwire.files import read_regular, shown
+from goalwire.launching.actions import (
+    DeclareLaunchArgument,
+    OpaqueFunction,
+    PopEnvironment,
+    PopLaunchConfigurations,
+    PushEnvironment,
+    PushLaunchConfigurations,
+    SetLaunchConfiguration,
+)
+from goalwire.launching.errors import (
+    InvalidLaunchFileError,
+    LaunchError,
+    LocatedError,
+    located,
+    remember_launch_file,
+)
+from goalwire.launching.exposure import expose_action
+from goalwire.launching.model import (
+    Action,
+    LaunchContext,
+    LaunchDescription,
+    LaunchDescriptionEntity,
+    SomeSubstitutions,
+    Substitution,
+)
+from goalwire.launching.values import (
+    describe_text,
+    normalize_to_list_of_substitutions,
+    perform_substitutions,
+    perform_text,
+)
+
+LARGEST = 2**24
+"""Bytes that a launch file may have."""
+PYTHON_ENDINGS = ('.py',)
+Loader: TypeAlias = Callable[[str], LaunchDescription]
+
+
+def load_python_launch_file_as_module(launch_file_path: str) -> ModuleType:
+    """Run a Python launch file and return it as a module. Raises LaunchError, with file and line."""
+    path = os.path.abspath(launch_file_path)
+    loader = importlib.machinery.SourceFileLoader('python_launch_file', path)
+    spec = importlib.util.spec_from_loader(loader.name, loader)
+    if spec is None:
+        raise InvalidLaunchFileError(f'{shown(path)} cannot be loaded as Python')
+    module = importlib.util.module_from_spec(spec)
+    remember_launch_file(path)
+    _readable(path)
+    before, sys.dont_write_bytecode = sys.dont_write_bytecode, True  # no __pycache__ beside launch files
+    try:
+        loader.exec_module(module)
+    except Exception as error:
+        raise located(error, None) from error
+    finally:
+        sys.dont_write_bytecode = before
+    return module
+
+
+def get_launch_description_from_python_launch_file(launch_file_path: str) -> LaunchDescription:
+    """What generate_launch_description() of a Python launch file returns."""
+    module = load_python_launch_file_as_module(launch_file_path)
+    function = getattr(module, 'generate_launch_description', None)
+    if not callable(function):
+        raise InvalidLaunchFileError(
+            f'{shown(launch_file_path)} does not define generate_launch_description()'
+        )
+    try:
+        description = function()
+    except Exception as error:
+        raise located(error, None) from error
+    if not isinstance(description, LaunchDescription):
+        raise InvalidLaunchFileError(
+            f'{shown(launch_file_path)}: generate_launch_description() returned '
+            f'{type(description).__name__}, not a LaunchDescription'
+        )
+    return description
+
+
+def get_launch_description_from_frontend_launch_file(
+    launch_file_path: str, *, parser: Any = None
+) -> LaunchDescription:
+    """The description that an XML or YAML file holds, by its ending."""
+    from goalwire.launching.frontend import Parser
+
+    _readable(launch_file_path)
+    chosen = parser or Parser
+    root, chosen_parser = chosen.load(launch_file_path)
+    description: LaunchDescription = chosen_parser.parse_description(root)
+    return description
+
+
+def get_launch_description_from_any_launch_file(
+    launch_file_path: str, *, parser: Any = None
+) -> LaunchDescription:
+    """The description that a launch file of any kind holds. Raises LaunchError, with file and line."""
+    if launch_file_path.endswith(PYTHON_ENDINGS):
+        return get_launch_description_from_python_launch_file(launch_file_path)
+    from goalwire.launching.frontend import Parser
+
+    if not Parser.is_filename_valid(launch_file_path):
+        endings = ', '.join(
+            ['.py', *sorted(f'.{ending}' for ending in Parser.get_file_extensions_from_parsers())]
+        )
+        raise InvalidLaunchFileError(
+            f'{shown(launch_file_path)} is no launch file: its name ends with none of {endings}'
+        )
+    return get_launch_description_from_frontend_launch_file(launch_file_path, parser=parser)
+
+
+def _readable(path: str) -> None:
+    try:
+        read_regular(path, LARGEST)
+    except OSError as error:
+        raise InvalidLaunchFileError(
+            f'cannot read the launch file {shown(path)}: {error.strerror}'
+        ) from error
+
+
+class LaunchDescriptionSource:
+    """Where a description comes from; it is read when the include is carried out."""
+
+    def __init__(
+        self,
+        launch_description: LaunchDescription | None = None,
+        location: SomeSubstitutions = '',
+        method: str = 'unspecified mechanism from a script',
+    ) -> None:
+        self._description = launch_description
+        self._location = normalize_to_list_of_substitutions(location)
+        self._expanded: str | None = None
+        self._method = method
+
+    @property
+    def location(self) -> str:
+        """The path, once it is known; else what stands in the file."""
+        return self._expanded or describe_text(self._location)
+
+    @property
+    def method(self) -> str:
+        return self._method
+
+    def _get_launch_description(self, location: str) -> LaunchDescription:
+        raise LaunchError('this source of a launch description has nothing to read')
+
+    def get_launch_description(self, context: LaunchContext) -> LaunchDescription:
+        """Read it, once."""
+        if self._description is None:
+            self._expanded = perform_substitutions(context, self._location)
+            self._description = self._get_launch_description(self._expanded)
+        elif self._expanded is None and self._location:
+            self._expanded = perform_substitutions(context, self._location)
+        return self._description
+
+    def try_get_launch_description_without_context(self) -> LaunchDescription | None:
+        """Read it where its place depends on nothing that a launch finds out; else None."""
+        try:
+            return self.get_launch_description(LaunchContext())
+        except LocatedError:
+            raise
+        except InvalidLaunchFileError:
+            raise
+        except Exception:
+            self._expanded = None
+            return None
+
+
+class PythonLaunchDescriptionSource(LaunchDescriptionSource):
+    """A Python launch file."""
+
+    def __init__(self, launch_file_path: SomeSubstitutions) -> None:
+        super().__init__(None, launch_file_path, 'interpreted python launch file')
+
+    def _get_launch_description(self, location: str) -> LaunchDescription:
+        return get_launch_description_from_python_launch_file(location)
+
+
+class FrontendLaunchDescriptionSource(LaunchDescriptionSource):
+    """An XML or YAML launch file."""
+
+    def __init__(self, launch_file_path: SomeSubstitutions, *, parser: Any = None) -> None:
+        super().__init__(None, launch_file_path, 'interpreted frontend launch file')
+        self._parser = parser
+
+    def _get_launch_description(self, location: str) -> LaunchDescription:
+        return get_launch_description_from_frontend_launch_file(location, parser=self._parser)
+
+
+class XMLLaunchDescriptionSource(FrontendLaunchDescriptionSource):
+    """An XML launch file."""
+
+    def __init__(self, launch_file_path: SomeSubstitutions) -> None:
+        from goalwire.launching.frontend import XMLParser
+
+        super().__init__(launch_file_path, parser=XMLParser)
+
+
+class YAMLLaunchDescriptionSource(FrontendLaunchDescriptionSource):
+    """A YAML launch file."""
+
+    def __init__(self, launch_file_path: SomeSubstitutions) -> None:
+        from goalwire.launching.frontend import YAMLParser
+
+        super().__init__(launch_file_path, parser=YAMLParser)
+
+
+class AnyLaunchDescriptionSource(LaunchDescriptionSource):
+    """A launch file of any kind."""
+
+    def __init__(self, launch_file_path: SomeSubstitutions) -> None:
+        super().__init__(None, launch_file_path, 'interpreted launch file')
+
+    def _get_launch_description(self, location: str) -> LaunchDescription:
+        return get_launch_description_from_any_launch_file(location)
+
+
+Arguments: TypeAlias = Iterable[tuple[SomeSubstitutions, SomeSubstitutions]]
+
+
+@expose_action('include')
+class IncludeLaunchDescription(Action):
+    """Carries out another launch file; its configurations are those of this one, as in launch."""
+
+    def __init__(
+        self,
+        launch_description_source: LaunchDescriptionSource | SomeSubstitutions,
+        *,
+        launch_arguments: Arguments | None = None,
+        **options: Any,
+    ) -> None:
+        super().__init__(**options)
+        if not isinstance(launch_description_source, LaunchDescriptionSource):
+            launch_description_source = AnyLaunchDescriptionSource(launch_description_source)
+        self._source = launch_description_source
+        self._arguments = [(name, value) for name, value in launch_arguments or ()]
+
+    @classmethod
+    def parse(cls, entity: Any, parser: Any) -> tuple[type[Action], dict[str, Any]]:
+        _, arguments = super().parse(entity, parser)
+        arguments['launch_description_source'] = parser.parse_substitution(entity.get_attr('file'))
+        given = [*entity.get_entities('arg'), *entity.get_entities('let')]
+        arguments['launch_arguments'] = [
+            (
+                parser.parse_substitution(item.get_attr('name')),
+                parser.parse_substitution(item.get_attr('value')),
+            )
+            for item in given
+        ]
+        for item in given:
+            item.assert_entity_completely_parsed()
+        return cls, arguments
+
+    @property
+    def launch_description_source(self) -> LaunchDescriptionSource:
+        return self._source
+
+    @property
+    def launch_arguments(self) -> Sequence[tuple[SomeSubstitutions, SomeSubstitutions]]:
+        return tuple(self._arguments)
+
+    def describe(self) -> str:
+        return f'IncludeLaunchDescription({self._source.location})'
+
+    def read_ahead(self) -> LaunchDescription | None:
+        """The description, where it can be read without a launch."""
+        return self._source.try_get_launch_description_without_context()
+
+    def given_names(self) -> set[str]:
+        """The names of its arguments, as far as they are plain texts."""
+        names = set()
+        for name, _ in self._arguments:
+            with contextlib.suppress(Exception):
+                names.add(perform_text(LaunchContext(), name))
+        return names
+
+    def execute(self, context: LaunchContext) -> list[LaunchDescriptionEntity]:
+        description = self._source.get_launch_description(context)
+        path = self._source.location
+        globals_ = context.get_globals()
+        names = ('current_launch_file_path', 'current_launch_file_directory')
+        context.extend_globals(
+            {
+                'current_launch_file_path': os.path.abspath(path),
+                'current_launch_file_directory': os.path.dirname(os.path.abspath(path)),
+            }
+        )
+
+        def go_back(context: LaunchContext) -> None:
+            context.remove_globals(names)
+            context.extend_globals({name: globals_[name] for name in names if name in globals_})
+
+        given = [
+            (perform_text(context, name), normalize_to_list_of_substitutions(value))
+            for name, value in self._arguments
+        ]
+        self._check_required(context, description, {name for name, _ in given})
+        sets: list[LaunchDescriptionEntity] = []
+        for name, value in given:
+            action = SetLaunchConfiguration(name, _outside(value, globals_))
+            action.location = self.location
+            sets.append(action)
+        return [*sets, description, OpaqueFunction(function=go_back)]
+
+    def _check_required(
+        self, context: LaunchContext, description: LaunchDescription, given: set[str]
+    ) -> None:
+        for entity in description.entities:
+            if (
+                isinstance(entity, DeclareLaunchArgument)
+                and entity.condition is None
+                and entity.default_value is None
+                and entity.name not in given
+                and entity.name not in context.launch_configurations
+            ):
+                raise LaunchError(
+                    f"included launch file {self._source.location} needs the argument '{entity.name}', "
+                    'which is not given'
+                )
+
+
+class _Outside(Substitution):
+    """An argument of an include: $(dirname) in it is the folder of the file that includes."""
+
+    def __init__(self, inner: list[Substitution], globals_: dict[str, Any]) -> None:
+        self._inner = inner
+        self._globals = globals_
+
+    def describe(self) -> str:
+        return describe_text(self._inner)
+
+    def perform(self, context: LaunchContext) -> str:
+        inside = context.get_globals()
+        context.remove_globals(inside)
+        context.extend_globals(self._globals)
+        try:
+            return perform_substitutions(context, self._inner)
+        finally:
+            context.remove_globals(context.get_globals())
+            context.extend_globals(inside)
+
+
+def _outside(value: list[Substitution], globals_: dict[str, Any]) -> _Outside:
+    return _Outside(value, globals_)
+
+
+class ScopedIncludeLaunchDescription(IncludeLaunchDescription):
+    """Includes a launch file whose configurations and environment stay inside of it."""
+
+    def execute(self, context: LaunchContext) -> list[LaunchDescriptionEntity]:
+        return [
+            PushLaunchConfigurations(),
+            PushEnvironment(),
+            *super().execute(context),
+            PopEnvironment(),
+            PopLaunchConfigurations(),
+        ]

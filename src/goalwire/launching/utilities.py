@@ -1,0 +1,33 @@
+"""Small helpers that actions and substitutions of others import from launch.utilities."""
+
+from __future__ import annotations
+
+import collections.abc
+from collections.abc import Iterable
+from typing import Any
+
+from goalwire.launching.model import Substitution
+
+SomeSubstitutionsType_types_tuple = (str, Substitution, collections.abc.Iterable)
+"""The types behind SomeSubstitutionsType, for isinstance()."""
+
+
+def ensure_argument_type(
+    argument: object, types: type | Iterable[type], argument_name: str, caller: str | None = None
+) -> None:
+    """Raise TypeError for an argument of another type."""
+    allowed = (types,) if isinstance(types, type) else tuple(types)
+    if not isinstance(argument, allowed):
+        names = ', '.join(item.__name__ for item in allowed)
+        where = f' of {caller}' if caller else ''
+        raise TypeError(f"argument '{argument_name}'{where} is {type(argument).__name__}, expected {names}")
+
+
+def is_a(obj: Any, entity_type: type) -> bool:
+    """Whether an object is of a type."""
+    return isinstance(obj, entity_type)
+
+
+def is_a_subclass(obj: Any, entity_type: type) -> bool:
+    """Whether an object, or a class, is of a type or one derived from it."""
+    return isinstance(obj, entity_type) or (isinstance(obj, type) and issubclass(obj, entity_type))

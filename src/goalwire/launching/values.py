@@ -1,0 +1,206 @@
+"""Texts with substitutions in them, and what they are worth: strings, numbers, booleans, lists.
+
+As in launch, a text that must become a number or a list is read by YAML's rules.
+"""
+
+from __future__ import annotations
+
+import typing
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from goalwire.launching.errors import InvalidConditionExpressionError, SubstitutionFailure
+from goalwire.launching.model import LaunchContext, SomeSubstitutions, Substitution
+
+SCALARS = (bool, int, float, str)
+
+
+class TextSubstitution(Substitution):
+    """A text that is known already."""
+
+    def __init__(self, *, text: str) -> None:
+        if not isinstance(text, str):
+            raise TypeError(f'TextSubstitution expects a string, got {text!r}')
+        self._text = text
+
+    @property
+    def text(self) -> str:
+        return self._text
+
+    def describe(self) -> str:
+        return f"'{self._text}'"
+
+    def perform(self, context: LaunchContext) -> str:
+        return self._text
+
+
+def normalize_to_list_of_substitutions(subs: SomeSubstitutions) -> list[Substitution]:
+    """A text, a substitution or several of both, as substitutions alone. Raises TypeError for others."""
+    if isinstance(subs, str | Path | Substitution):
+        return [_substitution(subs)]
+    if isinstance(subs, Iterable):
+        return [_substitution(item) for item in subs]
+    raise TypeError(f'expected a string, a substitution or a list of them, got {subs!r:.200}')
+
+
+def _substitution(item: object) -> Substitution:
+    if isinstance(item, Substitution):
+        return item
+    if isinstance(item, str | Path):
+        return TextSubstitution(text=str(item))
+    raise TypeError(f'expected a string or a substitution, got {item!r:.200}')
+
+
+def perform_substitutions(context: LaunchContext, subs: Iterable[Substitution]) -> str:
+    """Their texts, one after the other."""
+    return ''.join([context.perform_substitution(sub) for sub in subs])
+
+
+def perform_text(context: LaunchContext, some: SomeSubstitutions) -> str:
+    return perform_substitutions(context, normalize_to_list_of_substitutions(some))
+
+
+def describe_text(some: SomeSubstitutions) -> str:
+    return ' + '.join(sub.describe() for sub in normalize_to_list_of_substitutions(some))
+
+
+def is_substitution(value: object) -> bool:
+    """Whether this is a substitution, or a list of texts with at least one substitution in it."""
+    if isinstance(value, Substitution):
+        return True
+    return (
+        isinstance(value, Sequence)
+        and not isinstance(value, str)
+        and all(isinstance(item, Substitution | str) for item in value)
+        and any(isinstance(item, Substitution) for item in value)
+    )
+
+
+def scalar_type(data_type: object) -> tuple[Any, bool]:
+    """Of `int` (int, False), of `List[int]` (int, True). Raises ValueError for other types than launch's."""
+    inner = typing.get_args(data_type)
+    if typing.get_origin(data_type) is list and inner and inner[0] in SCALARS:
+        return inner[0], True
+    if data_type in SCALARS:
+        return data_type, False
+    raise ValueError(f'unrecognised data type {data_type!r}: int, float, bool, str or List of one of them')
+
+
+def coerce_to_type(value: str, data_type: object = None, can_be_str: bool = False) -> Any:
+    """Read a text as a value of a type, or by YAML's rules where none is given.
+
+    `can_be_str`: what does not fit stays a text, as it may hold a substitution. Raises ValueError.
+    """
+    if data_type is None:
+        return _by_yaml(value, can_be_str=can_be_str)
+    scalar, many = scalar_type(data_type)
+    if many:
+        items = _by_yaml(value, can_be_str=can_be_str)
+        allowed = (scalar, str) if can_be_str else (scalar,)
+        if not isinstance(items, list) or not all(_is_of(item, allowed) for item in items):
+            raise ValueError(f"cannot read '{value}' as a list of {scalar.__name__}")
+        return items
+    if scalar is str:
+        return value
+    if scalar is bool:
+        found = as_bool(value)
+        if found is not None:
+            return found
+    else:
+        try:
+            return scalar(value)
+        except ValueError:
+            pass
+    if can_be_str:
+        return value
+    raise ValueError(f"cannot read '{value}' as {scalar.__name__}")
+
+
+def as_bool(text: str) -> bool | None:
+    """True for true, yes, on and 1, False for false, no, off and 0, in any case; else None."""
+    text = text.strip().lower()
+    if text in {'true', 'yes', 'on', '1'}:
+        return True
+    return False if text in {'false', 'no', 'off', '0'} else None
+
+
+def _by_yaml(value: str, *, can_be_str: bool) -> Any:
+    try:
+        found = yaml.safe_load(value)
+    except yaml.YAMLError as error:
+        if can_be_str:
+            return value
+        raise ValueError(f"cannot read '{value}' by YAML's rules") from error
+    if isinstance(found, list) and all(isinstance(item, SCALARS) for item in found):
+        kinds = {type(item) for item in found} - ({str} if can_be_str else set())
+        if len(kinds) > 1:
+            raise ValueError(f"'{value}' is a list of different types")
+        return found
+    if isinstance(found, SCALARS):
+        return found
+    if can_be_str:
+        return value
+    raise ValueError(f"'{value}' is neither a number, a boolean, a string nor a list of them")
+
+
+def _is_of(value: object, kinds: tuple[type, ...]) -> bool:
+    return type(value) in kinds or (float in kinds and type(value) is int)
+
+
+def normalize_typed_substitution(value: Any, data_type: object = None) -> Any:
+    """A value of a type, or the substitutions that will give it. Raises TypeError for others."""
+    if isinstance(value, SCALARS):
+        if data_type is not None and not _is_of(value, (scalar_type(data_type)[0],)):
+            raise TypeError(f'{value!r} is no {data_type}')
+        return value
+    if is_substitution(value):
+        return normalize_to_list_of_substitutions(value)
+    if isinstance(value, Iterable):
+        return [
+            normalize_to_list_of_substitutions(item) if is_substitution(item) else _plain(item)
+            for item in value
+        ]
+    raise TypeError(f'expected a value, a substitution or a list of them, got {value!r:.200}')
+
+
+def _plain(item: object) -> object:
+    if not isinstance(item, SCALARS):
+        raise TypeError(f'expected a number, a boolean, a string or a substitution, got {item!r:.200}')
+    return item
+
+
+def perform_typed_substitution(context: LaunchContext, value: Any, data_type: object = None) -> Any:
+    """What a normalized value is worth. Raises ValueError where it is not of the type."""
+    if isinstance(value, list) and is_substitution(value):
+        return coerce_to_type(perform_substitutions(context, value), data_type)
+    if isinstance(value, list):
+        item_type = scalar_type(data_type)[0] if data_type is not None else None
+        return [
+            coerce_to_type(perform_substitutions(context, item), item_type) if is_substitution(item) else item
+            for item in value
+        ]
+    return value
+
+
+def evaluate_condition_expression(context: LaunchContext, expression: Iterable[Substitution]) -> bool:
+    """Whether a text says true or 1, not false or 0; InvalidConditionExpressionError for other texts."""
+    text = perform_substitutions(context, expression)
+    if text.strip().lower() in {'true', '1'}:
+        return True
+    if text.strip().lower() in {'false', '0'}:
+        return False
+    raise InvalidConditionExpressionError(
+        f"expected a condition to be one of true, false, 1 or 0, but got '{text}'"
+    )
+
+
+def truth(context: LaunchContext, some: SomeSubstitutions) -> bool:
+    """What a substitution of launch's boolean ones makes of its argument. Raises SubstitutionFailure."""
+    text = perform_text(context, some)
+    found = as_bool(text)
+    if found is None:
+        raise SubstitutionFailure(f"expected true or false, but got '{text}'")
+    return found

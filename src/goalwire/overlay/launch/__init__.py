@@ -1,0 +1,61 @@
+"""launch: launch files and what carries them out."""
+
+from goalwire.launching.errors import InvalidLaunchFileError
+from goalwire.launching.introspection import LaunchIntrospector
+from goalwire.launching.model import (
+    Action,
+    Condition,
+    Event,
+    EventHandler,
+    LaunchContext,
+    LaunchDescription,
+    LaunchDescriptionEntity,
+    Substitution,
+)
+from goalwire.launching.model import SomeEntities as SomeActionsType
+from goalwire.launching.model import SomeEntities as SomeEntitiesType
+from goalwire.launching.model import SomeSubstitutions as SomeSubstitutionsType
+from goalwire.launching.service import LaunchService
+from goalwire.launching.sources import LaunchDescriptionSource
+from goalwire.launching.utilities import SomeSubstitutionsType_types_tuple
+from launch import (
+    actions,
+    conditions,
+    descriptions,
+    event_handlers,
+    events,
+    frontend,
+    launch_description_sources,
+    logging,
+    substitutions,
+    utilities,
+)
+
+__all__ = [
+    'Action',
+    'Condition',
+    'Event',
+    'EventHandler',
+    'InvalidLaunchFileError',
+    'LaunchContext',
+    'LaunchDescription',
+    'LaunchDescriptionEntity',
+    'LaunchDescriptionSource',
+    'LaunchIntrospector',
+    'LaunchService',
+    'SomeActionsType',
+    'SomeEntitiesType',
+    'SomeSubstitutionsType',
+    'SomeSubstitutionsType_types_tuple',
+    'Substitution',
+    'actions',
+    'conditions',
+    'descriptions',
+    'event_handlers',
+    'events',
+    'frontend',
+    'launch_description_sources',
+    'logging',
+    'substitutions',
+    'utilities',
+]

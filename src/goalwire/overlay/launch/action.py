@@ -1,0 +1,9 @@
+"""launch.action."""
+
+from goalwire.launching.model import (
+    Action,
+)
+
+__all__ = [
+    'Action',
+]

@@ -1,0 +1,9 @@
+"""launch.condition."""
+
+from goalwire.launching.model import (
+    Condition,
+)
+
+__all__ = [
+    'Condition',
+]

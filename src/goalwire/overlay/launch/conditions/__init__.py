@@ -1,0 +1,32 @@
+"""launch.conditions: whether an action is carried out."""
+
+from goalwire.launching.aliases import add_modules
+from goalwire.launching.conditions import (
+    AndCondition,
+    IfCondition,
+    InvalidConditionExpressionError,
+    LaunchConfigurationEquals,
+    LaunchConfigurationNotEquals,
+    OrCondition,
+    UnlessCondition,
+    evaluate_condition_expression,
+)
+
+__all__ = [
+    'AndCondition',
+    'IfCondition',
+    'InvalidConditionExpressionError',
+    'LaunchConfigurationEquals',
+    'LaunchConfigurationNotEquals',
+    'OrCondition',
+    'UnlessCondition',
+    'evaluate_condition_expression',
+]
+
+add_modules(
+    __name__,
+    {
+        'InvalidConditionExpressionError': 'invalid_condition_expression_error',
+        'evaluate_condition_expression': 'evaluate_condition_expression_impl',
+    },
+)

@@ -1,0 +1,12 @@
+"""launch.descriptions."""
+
+from goalwire.launching.aliases import add_modules
+from goalwire.launching.process import (
+    Executable,
+)
+
+__all__ = [
+    'Executable',
+]
+
+add_modules(__name__)

@@ -1,0 +1,9 @@
+"""launch.event."""
+
+from goalwire.launching.model import (
+    Event,
+)
+
+__all__ = [
+    'Event',
+]

@@ -1,0 +1,9 @@
+"""launch.event_handler."""
+
+from goalwire.launching.model import (
+    EventHandler,
+)
+
+__all__ = [
+    'EventHandler',
+]

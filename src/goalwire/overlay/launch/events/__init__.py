@@ -1,0 +1,26 @@
+"""launch.events: what can happen during a launch."""
+
+from goalwire.launching.aliases import add_modules
+from goalwire.launching.events import (
+    ExecutionComplete,
+    IncludeLaunchDescription,
+    Shutdown,
+    TimerEvent,
+    matches_action,
+    matches_executable,
+    matches_name,
+    matches_pid,
+)
+
+__all__ = [
+    'ExecutionComplete',
+    'IncludeLaunchDescription',
+    'Shutdown',
+    'TimerEvent',
+    'matches_action',
+    'matches_executable',
+    'matches_name',
+    'matches_pid',
+]
+
+add_modules(__name__, {'matches_action': 'matchers'})

@@ -1,0 +1,25 @@
+"""launch.frontend: tags and substitutions of one's own for XML and YAML."""
+
+from goalwire.launching.exposure import (
+    expose_action,
+    expose_substitution,
+)
+from goalwire.launching.frontend import (
+    Entity,
+    InvalidFrontendLaunchFileError,
+    Parser,
+)
+from goalwire.launching.notation import (
+    parse_if_substitutions,
+    parse_substitution,
+)
+
+__all__ = [
+    'Entity',
+    'InvalidFrontendLaunchFileError',
+    'Parser',
+    'expose_action',
+    'expose_substitution',
+    'parse_if_substitutions',
+    'parse_substitution',
+]

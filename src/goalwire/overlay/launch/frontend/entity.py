@@ -1,0 +1,9 @@
+"""launch.frontend.entity."""
+
+from goalwire.launching.frontend import (
+    Entity,
+)
+
+__all__ = [
+    'Entity',
+]

@@ -1,0 +1,15 @@
+"""launch.frontend.expose."""
+
+from goalwire.launching.exposure import (
+    expose_action,
+    expose_substitution,
+    instantiate_action,
+    instantiate_substitution,
+)
+
+__all__ = [
+    'expose_action',
+    'expose_substitution',
+    'instantiate_action',
+    'instantiate_substitution',
+]

@@ -1,0 +1,13 @@
+"""launch.frontend.parse_substitution."""
+
+from goalwire.launching.notation import (
+    parse_if_substitutions,
+    parse_substitution,
+    replace_escaped_characters,
+)
+
+__all__ = [
+    'parse_if_substitutions',
+    'parse_substitution',
+    'replace_escaped_characters',
+]

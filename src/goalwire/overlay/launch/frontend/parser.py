@@ -1,0 +1,11 @@
+"""launch.frontend.parser."""
+
+from goalwire.launching.frontend import (
+    InvalidFrontendLaunchFileError,
+    Parser,
+)
+
+__all__ = [
+    'InvalidFrontendLaunchFileError',
+    'Parser',
+]

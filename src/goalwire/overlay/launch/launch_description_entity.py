@@ -1,0 +1,9 @@
+"""launch.launch_description_entity."""
+
+from goalwire.launching.model import (
+    LaunchDescriptionEntity,
+)
+
+__all__ = [
+    'LaunchDescriptionEntity',
+]

@@ -1,0 +1,36 @@
+"""launch.launch_description_sources: launch files of each kind."""
+
+from goalwire.launching.aliases import add_modules
+from goalwire.launching.errors import (
+    InvalidLaunchFileError as InvalidPythonLaunchFileError,
+)
+from goalwire.launching.frontend import (
+    InvalidFrontendLaunchFileError,
+)
+from goalwire.launching.sources import (
+    AnyLaunchDescriptionSource,
+    FrontendLaunchDescriptionSource,
+    PythonLaunchDescriptionSource,
+    XMLLaunchDescriptionSource,
+    YAMLLaunchDescriptionSource,
+    get_launch_description_from_any_launch_file,
+    get_launch_description_from_frontend_launch_file,
+    get_launch_description_from_python_launch_file,
+    load_python_launch_file_as_module,
+)
+
+__all__ = [
+    'AnyLaunchDescriptionSource',
+    'FrontendLaunchDescriptionSource',
+    'InvalidFrontendLaunchFileError',
+    'InvalidPythonLaunchFileError',
+    'PythonLaunchDescriptionSource',
+    'XMLLaunchDescriptionSource',
+    'YAMLLaunchDescriptionSource',
+    'get_launch_description_from_any_launch_file',
+    'get_launch_description_from_frontend_launch_file',
+    'get_launch_description_from_python_launch_file',
+    'load_python_launch_file_as_module',
+]
+
+add_modules(__name__)

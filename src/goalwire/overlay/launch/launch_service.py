@@ -1,0 +1,9 @@
+"""launch.launch_service."""
+
+from goalwire.launching.service import (
+    LaunchService,
+)
+
+__all__ = [
+    'LaunchService',
+]

@@ -1,0 +1,19 @@
+"""launch.logging: where the lines of a launch go."""
+
+from goalwire.launching.output import (
+    LaunchConfig,
+    get_logger,
+    get_output_loggers,
+    launch_config,
+    log_launch_config,
+    reset,
+)
+
+__all__ = [
+    'LaunchConfig',
+    'get_logger',
+    'get_output_loggers',
+    'launch_config',
+    'log_launch_config',
+    'reset',
+]

@@ -1,0 +1,13 @@
+"""launch.some_substitutions_type."""
+
+from goalwire.launching.model import (
+    SomeSubstitutions as SomeSubstitutionsType,
+)
+from goalwire.launching.utilities import (
+    SomeSubstitutionsType_types_tuple,
+)
+
+__all__ = [
+    'SomeSubstitutionsType',
+    'SomeSubstitutionsType_types_tuple',
+]

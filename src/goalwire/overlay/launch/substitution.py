@@ -1,0 +1,9 @@
+"""launch.substitution."""
+
+from goalwire.launching.model import (
+    Substitution,
+)
+
+__all__ = [
+    'Substitution',
+]

@@ -1,0 +1,20 @@
+"""launch_ros.descriptions."""
+
+from goalwire.launching.aliases import add_modules
+from goalwire.launching.ros.composition import (
+    ComposableNode,
+)
+from goalwire.launching.ros.parameters import (
+    Parameter,
+    ParameterFile,
+    ParameterValue,
+)
+
+__all__ = [
+    'ComposableNode',
+    'Parameter',
+    'ParameterFile',
+    'ParameterValue',
+]
+
+add_modules(__name__)

@@ -1,0 +1,12 @@
+"""launch_ros.event_handlers."""
+
+from goalwire.launching.aliases import add_modules
+from goalwire.launching.ros.lifecycle import (
+    OnStateTransition,
+)
+
+__all__ = [
+    'OnStateTransition',
+]
+
+add_modules(__name__)

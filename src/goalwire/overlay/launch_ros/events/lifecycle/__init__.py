@@ -1,0 +1,16 @@
+"""launch_ros.events.lifecycle: changes of state of managed nodes."""
+
+from goalwire.launching.aliases import add_modules
+from goalwire.launching.ros.lifecycle import (
+    ChangeState,
+    StateTransition,
+    matches_node_name,
+)
+
+__all__ = [
+    'ChangeState',
+    'StateTransition',
+    'matches_node_name',
+]
+
+add_modules(__name__, {'matches_node_name': 'lifecycle_node_matchers'})

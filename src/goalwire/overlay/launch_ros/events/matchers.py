@@ -1,0 +1,9 @@
+"""launch_ros.events.matchers."""
+
+from goalwire.launching.ros.lifecycle import (
+    matches_node_name,
+)
+
+__all__ = [
+    'matches_node_name',
+]
