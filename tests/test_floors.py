@@ -15,7 +15,7 @@ FLOORS = {
     for floor, folder, _ in rows(DOCS / 'explanation' / 'architecture.md', 'floor')
     if floor.isdecimal()
 }
-REACHING_UP = {'idl': {'cdr'}, 'idl.slot_types': {'overlay'}}
+REACHING_UP = {'idl': {'cdr'}, 'idl.slot_types': {'overlay'}, 'launching.packages': {'overlay'}}
 # What is still to be mended, by folder: files in a circle, and SLF001 silenced. The numbers only go down: who
 # lowers one writes the new one here, or removes its line.
 FILES_IN_CIRCLES = {

@@ -10,6 +10,9 @@ if TYPE_CHECKING:
 
 NOUNS = {
     'action': ('goalwire.cli.action', 'Various action related sub-commands'),
+    'launch': ('goalwire.cli.launch', 'Run a launch file'),
+    'pkg': ('goalwire.cli.pkg', 'Various package related sub-commands'),
+    'run': ('goalwire.cli.run', 'Run a package specific executable'),
     'service': ('goalwire.cli.service', 'Various service related sub-commands'),
 }
 """Module and summary by name, in the order of `--help`. The module's NOUN has the same summary."""

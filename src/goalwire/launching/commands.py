@@ -19,6 +19,15 @@ from goalwire.launching.sources import (
     get_launch_description_from_any_launch_file,
 )
 
+
+class NoLaunchFileError(LaunchError):
+    """There is no such launch file."""
+
+
+class BadArgumentError(LaunchError):
+    """A word that is no `name:=value`."""
+
+
 ENDINGS = ('launch.py', 'launch.xml', 'launch.yaml', 'launch.yml')
 
 
@@ -39,14 +48,14 @@ def file_of_package(package: str, name: str) -> str:
     if len(found) == 1:
         return found[0]
     if found:
-        raise LaunchError(
+        raise NoLaunchFileError(
             f"file '{name}' was found more than once in the package '{package}': {', '.join(found)}; "
             'give the path of the one that is meant'
         )
     there = sorted({os.path.basename(path) for path in launch_files(folder)})
     near = get_close_matches(name, there, n=3) or there[:8]
     hint = f'it has {", ".join(near)}' if near else 'it has no launch files'
-    raise LaunchError(
+    raise NoLaunchFileError(
         f"file '{name}' was not found in the package '{package}', which is at '{folder}'; {hint}"
     )
 
@@ -54,7 +63,7 @@ def file_of_package(package: str, name: str) -> str:
 def find_launch_file(words: list[str]) -> tuple[str, list[str]]:
     """Read `PACKAGE FILE [arguments]` or `PATH [arguments]`: the file's path, and the arguments."""
     if not words:
-        raise LaunchError('no launch file: ros2 launch PACKAGE FILE, or ros2 launch PATH')
+        raise NoLaunchFileError('no launch file: ros2 launch PACKAGE FILE, or ros2 launch PATH')
     first, rest = words[0], words[1:]
     named = rest and ':=' not in rest[0]
     if named and not Path(first).is_file():
@@ -62,9 +71,9 @@ def find_launch_file(words: list[str]) -> tuple[str, list[str]]:
     if Path(first).is_file():
         return first, rest
     if first.endswith(ENDINGS) or os.sep in first:
-        raise LaunchError(f'there is no launch file {shown(first)}')
+        raise NoLaunchFileError(f'there is no launch file {shown(first)}')
     there = sorted({os.path.basename(path) for path in launch_files(packages.share(first))})
-    raise LaunchError(
+    raise NoLaunchFileError(
         f"which launch file of the package '{first}'? "
         + (f'It has {", ".join(there)}' if there else 'It has none')
     )
@@ -76,7 +85,9 @@ def parse_arguments(arguments: Iterable[str]) -> list[tuple[str, str]]:
     for argument in arguments:
         name, separator, value = argument.partition(':=')
         if not separator or not name:
-            raise LaunchError(f"malformed launch argument '{argument}', expected format '<name>:=<value>'")
+            raise BadArgumentError(
+                f"malformed launch argument '{argument}', expected format '<name>:=<value>'"
+            )
         found[name] = value
     return list(found.items())
 

@@ -151,12 +151,16 @@ class Action(LaunchDescriptionEntity):
         from goalwire.launching.events import ExecutionComplete
 
         event = ExecutionComplete(action=self)
-        if context.would_handle_event(event):
-            future = self.get_asyncio_future()
-            if future is None:
-                context.emit_event_sync(event)
-            else:
-                future.add_done_callback(lambda _: context.emit_event_sync(event))
+        future = self.get_asyncio_future()
+        if future is not None:
+            future.add_done_callback(lambda _: _emit_if_handled(context, event))
+        else:
+            _emit_if_handled(context, event)
+
+
+def _emit_if_handled(context: LaunchContext, event: Event) -> None:
+    if context.would_handle_event(event):
+        context.emit_event_sync(event)
 
 
 def _place_outside() -> Location | None:

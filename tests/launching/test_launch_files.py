@@ -1,0 +1,209 @@
+"""Ten launch files as people write them: which processes they start, and how."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from launching.conftest import Launch
+
+pytestmark = pytest.mark.skipif('sys.platform == "win32"', reason='processes are counted in /proc')
+
+PARAMS_FILE = {'rate': 20, 'frame': 'base_link'}
+SIM = {'use_sim_time': False}
+
+
+def navigation(
+    namespace: str, share: Path, speed: float = 1.0, planner: str = 'grid'
+) -> list[dict[str, Any]]:
+    """What navigation.launch.xml and its twin start, below a namespace."""
+    own = {'-p': SIM} if namespace else {}
+    return [
+        {
+            'program': 'controller',
+            'name': f'{namespace}/nav',
+            'params': {**own, '/**': PARAMS_FILE},
+            'remaps': ['odom:=/odometry'],
+        },
+        {
+            'program': 'planner',
+            'name': f'{namespace}/nav/planner',
+            'argv': ['--kind', planner, 'two words'],
+            'params': {
+                **own,
+                f'{namespace}/nav/planner': {
+                    'limit': 2 * speed,
+                    'label': '7',
+                    'controller.gain': 0.25,
+                    'controller.joints': ['a', 'b'],
+                },
+            },
+            'remaps': ['odom:=/odometry', 'cmd_vel:=/cmd_vel'],
+            'env': {'DEMO_HOME': str(share)},
+        },
+    ]
+
+
+@pytest.fixture
+def share(prefix: Path) -> Path:
+    """The folder of demo_robot's own files."""
+    return prefix / 'share' / 'demo_robot'
+
+
+def test_a_composed_bringup(launch: Launch, share: Path) -> None:
+    with launch('bringup.launch.py') as robot:
+        tree = robot.tree(6)
+        assert tree == [
+            {'program': 'camera', 'name': '/cameras/camera', 'params': {'-p': SIM}},
+            navigation('/robot', share, 0.5)[0],
+            {
+                'program': 'lidar',
+                'name': '/robot/sensors/lidar',
+                'params': {
+                    '-p': SIM,
+                    '/robot/sensors/lidar': {
+                        'port': '/dev/ttyUSB0',
+                        'angles': [-1.5, 1.5],
+                        'filter.on': True,
+                    },
+                },
+            },
+            navigation('/robot', share, 0.5)[1],
+            {
+                'program': 'state_publisher',
+                'name': '/robot/state_publisher',
+                'params': {
+                    '-p': SIM,
+                    '/**': PARAMS_FILE,
+                    '/robot/state_publisher': {'publish_frequency': 30.0},
+                },
+                'remaps': ['/tf:=tf', '/tf_static:=tf_static'],
+            },
+            {'program': 'teleop', 'argv': ['--device', '0']},
+        ]
+        robot.end()
+
+
+def test_arguments_change_a_bringup(launch: Launch) -> None:
+    arguments = ('namespace:=ant', 'use_sim_time:=true', 'use_camera:=false', 'use_camera:=True')
+    with launch('bringup.launch.py', *arguments) as robot:
+        assert [process.program for process in robot.started(5)] == [
+            'camera',
+            'controller',
+            'lidar',
+            'planner',
+            'state_publisher',
+        ]
+        assert {process.params['-p']['use_sim_time'] for process in robot.processes} == {True}
+        assert {process.ns for process in robot.processes} == {'/ant', '/ant/nav', '/ant/sensors', '/cameras'}
+        robot.end()
+
+
+@pytest.mark.parametrize('ending', ['xml', 'yaml'])
+def test_twins_in_xml_and_yaml(ending: str, launch: Launch, share: Path) -> None:
+    with launch(f'navigation.launch.{ending}', 'speed:=1.5') as robot:
+        assert robot.tree(2) == navigation('', share, 1.5)
+        robot.end()
+
+
+@pytest.mark.parametrize('ending', ['xml', 'yaml'])
+def test_conditions_of_twins(ending: str, launch: Launch, share: Path) -> None:
+    with launch(f'navigation.launch.{ending}', 'planner:=lattice') as robot:
+        assert robot.tree(1) == navigation('', share, planner='lattice')[1:]
+        robot.end()
+
+
+@pytest.mark.parametrize('ending', ['xml', 'yaml'])
+def test_several_robots_by_includes(ending: str, launch: Launch) -> None:
+    with launch(f'multi_robot.launch.{ending}') as robots:
+        site = {'DEMO_SITE': 'lab'}
+        assert robots.tree(3) == [
+            {
+                'program': 'arm',
+                'name': '/arm_left/arm',
+                'params': {'-p': {'side': 'left'}, '/arm_left/arm': {'joints': 6, 'label': 'lab arm'}},
+                'env': site,
+            },
+            {
+                'program': 'arm',
+                'name': '/arm_right/arm',
+                'params': {'/arm_right/arm': {'joints': 7, 'label': 'none'}},
+                'env': site,
+            },
+            {'program': 'plain', 'argv': ['monitor'], 'env': site},
+        ]
+        robots.end()
+    with launch(f'multi_robot.launch.{ending}', 'base:=wheel') as robots:
+        assert [process.ns for process in robots.started(2)] == ['/wheel_left', None]
+        robots.end()
+
+
+def test_a_fleet_made_by_a_function(launch: Launch) -> None:
+    with launch('fleet.launch.py', 'count:=3') as fleet:
+        assert fleet.tree(3) == [
+            {
+                'program': 'driver',
+                'name': f'/robot_{index}/driver_{index}',
+                'params': {
+                    f'/robot_{index}/driver_{index}': {
+                        'robot_description': f'robot_{index}\n',
+                        'id': index,
+                        'text': '5',
+                        'number': 30,
+                    },
+                    '/**': {'home': f'robot_{index}_home', 'reach': 0.8},
+                },
+            }
+            for index in range(3)
+        ]
+        fleet.end()
+
+
+def test_environment_folder_prefix_and_terminal(launch: Launch) -> None:
+    with launch('environment.launch.py') as started:
+        plain = {process.argv[0]: process for process in started.started(3)}
+        assert plain['inner'].env == {'DEMO_MODE': 'inner', 'DEMO_PATH': '/zero:/one', 'DEMO_MORE': '1'}
+        assert plain['fallback'].env == {'DEMO_MODE': 'outer', 'DEMO_PREFIX': 'yes'}
+        assert plain['last'].env == {}
+        assert Path(plain['fallback'].cwd).name == 'config'
+        assert [plain[name].tty for name in ('inner', 'fallback')] == [False, True]
+        output = started.end()
+        assert '[outer-2] plain is up' in output
+
+
+def test_one_thing_after_the_other(launch: Launch) -> None:
+    with launch('sequence.launch.py') as sequence:
+        assert [process.program for process in sequence.started(2)] == ['short', 'spawner']
+        output = sequence.ended()
+    told = [line.partition(': ')[2] for line in output.splitlines() if '[launch.user]' in line]
+    assert sorted(told[:3]) == ['calibrated', 'calibrating', 'first completed']
+    assert told[3:] == ['the spawner said so', 'last-3 gave 5', 'shutting down: done']
+    assert '[ERROR] [last-3]: process has died' in output
+
+
+def test_a_node_is_respawned_and_a_required_one_ends_all(launch: Launch) -> None:
+    with launch('respawn.launch.py') as robot:
+        programs = [process.program for process in robot.started(5)]
+        assert programs == ['base', 'driver', 'faulty', 'faulty', 'faulty']
+        base = next(process for process in robot.processes if process.program == 'base')
+        robot.program.expect(r'\[faulty-1\]: process has died')
+        robot.program.expect(r'\[faulty-1\]: process has died')
+        robot.program.expect(r'\[faulty-1\]: process has died')
+        import os
+        import signal
+
+        os.kill(base.pid, signal.SIGKILL)
+        output = robot.ended()
+    assert f'[ERROR] [base-2]: process has died [pid {base.pid}, exit code -9, cmd ' in output
+    assert "[driver-3]: sending signal 'SIGINT'" in output
+
+
+def test_a_managed_node_goes_from_state_to_state(launch: Launch) -> None:
+    with launch('managed.launch.py', 'who:=the arm') as robot:
+        robot.program.expect(r'\[arm.driver\]: configured')
+        robot.program.expect(r'\[launch.user\]: activating the arm')
+        robot.program.expect(r'\[launch.user\]: it is active')
+        output = robot.end()
+    assert '[arm.driver]: activated' in output
+    assert '[INFO] [managed-1]: process has finished cleanly' in output
