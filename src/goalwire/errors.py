@@ -47,6 +47,11 @@ GoalwireError
 │   │   └── ConnectivityException, ExtrapolationException, InvalidArgumentException, LookupException,
 │   │       TimeoutException (here TransformTimeoutException), RejectedTransform
 │   ├── TypeException, NotImplementedException   tf2_ros was given an object that it cannot transform
+│   ├── LaunchError       a launch file asks for what cannot be done (also a RuntimeError)
+│   │   ├── InvalidLaunchFileError    it cannot be read
+│   │   │   └── InvalidFrontendLaunchFileError   … as XML or YAML
+│   │   └── SubstitutionFailure, InvalidConditionExpressionError, NoSuchPackageError, NoLaunchFileError,
+│   │       BadLaunchArgumentError
 │   ├── TooManyCallsError a client has too many calls that wait for their answers
 │   ├── WouldDeadlockError  a blocking call that waits for its own thread or group
 │   └── DeadlockError     in virtual time every thread waits and nothing is due
@@ -509,6 +514,42 @@ class WouldDeadlockError(LocalError, RuntimeError):
 
 class TooManyCallsError(LocalError, RuntimeError):
     """A client has so many calls under way that another one would be a leak."""
+
+
+class LaunchError(LocalError, RuntimeError):
+    """A launch file asks for what cannot be done; `located` where the text begins with file and line."""
+
+    def __init__(self, text: str = '', *, located: bool = False) -> None:
+        super().__init__(text)
+        self.located = located
+
+
+class InvalidLaunchFileError(LaunchError):
+    """A file that is no launch file, or breaks the rules of its notation."""
+
+
+class InvalidFrontendLaunchFileError(InvalidLaunchFileError):
+    """… in XML or YAML."""
+
+
+class SubstitutionFailure(LaunchError):
+    """A substitution has no value."""
+
+
+class InvalidConditionExpressionError(LaunchError):
+    """A condition is neither true nor false."""
+
+
+class NoSuchPackageError(LaunchError):
+    """No package has that name."""
+
+
+class NoLaunchFileError(LaunchError):
+    """A package has no launch file of that name, or there is none at that path."""
+
+
+class BadLaunchArgumentError(LaunchError):
+    """A word on the command line that is no `name:=value`."""
 
 
 class DeadlockError(LocalError):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import queue
+import re
 import signal
 import sys
 import threading
@@ -19,10 +20,14 @@ from typing import Any, Self, TypeAlias
 import pytest
 from helpers.command_line import CommandLine, executable
 from helpers.isolation import NETWORK, isolated_env
-from helpers.processes import PATIENCE, Program
+from helpers.patience import PATIENCE
+from helpers.processes import Program
 
 ROBOT = Path(__file__).parent / 'robot'
-PROGRAMS = ['arm', 'base', 'camera', 'controller', 'driver', 'faulty', 'lidar', 'never', 'plain', 'planner', 'short', 'spawner', 'state_publisher', 'stubborn', 'teleop']
+PROGRAMS = [
+    *['arm', 'base', 'camera', 'controller', 'driver', 'faulty', 'lidar', 'never', 'plain', 'planner'],
+    *['short', 'spawner', 'state_publisher', 'stubborn', 'teleop'],
+]
 
 Launch: TypeAlias = Callable[..., 'Launched']
 
@@ -74,7 +79,7 @@ class Launched:
     processes: list[Process] = field(default_factory=list)
 
     def started(self, count: int) -> list[Process]:
-        """Wait until so many more processes have told of themselves; all of them, in the order of their names."""
+        """Wait until so many more processes have told of themselves; all, in the order of their names."""
         for _ in range(count):
             try:
                 told = self.told.get(timeout=PATIENCE)
@@ -113,9 +118,11 @@ class Launched:
         self.program.close()
         while not self.told.empty():
             self.processes.append(Process(**json.loads(self.told.get())))
-        for process in self.processes:
+        pids = {process.pid for process in self.processes}
+        pids |= {int(pid) for pid in re.findall(r'process started with pid \[(\d+)\]', self.program.output)}
+        for pid in pids:
             with suppress(ProcessLookupError):
-                os.killpg(process.pid, signal.SIGKILL)
+                os.killpg(pid, signal.SIGKILL)
 
 
 @pytest.fixture(scope='session')
@@ -127,8 +134,8 @@ def prefix(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for folder in ('launch', 'config'):
         copytree(ROBOT / folder, share / folder)
     (share / 'package.xml').write_text(
-        '<package format="3"><name>demo_robot</name><version>1.2.3</version><description>For tests</description>'
-        '<maintainer email="a@b.c">A</maintainer><license>Apache-2.0</license></package>'
+        '<package format="3"><name>demo_robot</name><version>1.2.3</version><description>For tests'
+        '</description><maintainer email="a@b.c">A</maintainer><license>Apache-2.0</license></package>'
     )
     index = prefix / 'share' / 'ament_index' / 'resource_index' / 'packages'
     index.mkdir(parents=True)
@@ -145,7 +152,7 @@ def prefix(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def world(prefix: Path, tmp_path: Path) -> dict[str, str]:
-    """An environment that knows demo_robot, with log files and the pipe of the processes in the test's folder."""
+    """An environment that knows demo_robot; log files and the processes' pipe are in the test's folder."""
     pipe = tmp_path / 'pipe'
     os.mkfifo(pipe)
     return {

@@ -63,9 +63,8 @@ def _arguments(parser: ArgumentParser) -> None:
 
 
 def _run(arguments: Namespace, output: Output) -> Outcome:
+    from goalwire.errors import BadLaunchArgumentError, LaunchError, NoLaunchFileError, NoSuchPackageError
     from goalwire.launching import commands
-    from goalwire.launching.errors import LaunchError
-    from goalwire.launching.packages import NoSuchPackageError
 
     words = [arguments.package_name]
     if arguments.launch_file_name is not None:
@@ -73,7 +72,7 @@ def _run(arguments: Namespace, output: Output) -> Outcome:
     words += arguments.launch_arguments
     try:
         path, given = commands.find_launch_file(words)
-    except (commands.NoLaunchFileError, NoSuchPackageError) as error:
+    except (NoLaunchFileError, NoSuchPackageError) as error:
         raise CommandError(Outcome.NOT_FOUND, f'{arguments.prog}: {error}') from error
     if arguments.show_all:
         os.environ['OVERRIDE_LAUNCH_PROCESS_OUTPUT'] = 'both'
@@ -91,7 +90,7 @@ def _run(arguments: Namespace, output: Output) -> Outcome:
             output.block(commands.show_arguments(path))
             return Outcome.OK
         commands.parse_arguments(given)
-    except commands.BadArgumentError as error:
+    except BadLaunchArgumentError as error:
         raise CommandError(Outcome.USAGE, f'{arguments.prog}: {error}') from error
     except LaunchError as error:
         raise CommandError(Outcome.FAILED, str(error)) from error

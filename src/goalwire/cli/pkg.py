@@ -40,12 +40,13 @@ def _prefix_arguments(parser: ArgumentParser) -> None:
 
 
 def _prefix(arguments: Namespace, output: Output) -> None:
+    from goalwire.errors import NoSuchPackageError
     from goalwire.launching import packages
 
     try:
         find = packages.share if arguments.share else packages.prefix
         found = find(arguments.package_name)
-    except packages.NoSuchPackageError as error:
+    except NoSuchPackageError as error:
         raise _not_found(arguments, error) from error
     if output.json:
         output.data({'package': arguments.package_name, 'share' if arguments.share else 'prefix': found})
@@ -59,13 +60,14 @@ def _of_package(parser: ArgumentParser) -> None:
 
 
 def _executables(arguments: Namespace, output: Output) -> None:
+    from goalwire.errors import NoSuchPackageError
     from goalwire.launching import packages
 
     names = [arguments.package_name] if arguments.package_name else packages.names()
     for name in names:
         try:
             paths = packages.executables(name)
-        except packages.NoSuchPackageError as error:
+        except NoSuchPackageError as error:
             raise _not_found(arguments, error) from error
         for path in paths:
             base = os.path.basename(path)
@@ -83,12 +85,13 @@ def _xml_arguments(parser: ArgumentParser) -> None:
 
 
 def _xml(arguments: Namespace, output: Output) -> None:
+    from goalwire.errors import NoSuchPackageError
     from goalwire.files import read_regular, shown
     from goalwire.launching import packages
 
     try:
         path = os.path.join(packages.share(arguments.package_name), 'package.xml')
-    except packages.NoSuchPackageError as error:
+    except NoSuchPackageError as error:
         raise _not_found(arguments, error) from error
     try:
         text = read_regular(path, 2**20).decode('utf-8', 'replace')

@@ -26,7 +26,7 @@ def _arguments(parser: ArgumentParser) -> None:
 
 
 def _run(arguments: Namespace, _output: Output) -> Outcome:
-    from goalwire.launching.errors import LaunchError
+    from goalwire.errors import LaunchError
     from goalwire.launching.packages import executable
 
     try:

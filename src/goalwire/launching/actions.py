@@ -7,7 +7,7 @@ import os
 from collections.abc import Awaitable, Callable, Iterable, Sequence
 from typing import Any
 
-from goalwire.launching.errors import LaunchError, SubstitutionFailure
+from goalwire.errors import LaunchError, SubstitutionFailure
 from goalwire.launching.events import RunningProcessEvent, TimerEvent
 from goalwire.launching.events import Shutdown as ShutdownEvent
 from goalwire.launching.exposure import expose_action
@@ -55,7 +55,7 @@ class DeclareLaunchArgument(Action):
         self._description = description or 'no description given'
         if self._choices:
             self._description += f'. Valid choices are: {self._choices}'
-        self._conditionally_included = False
+        self.conditionally_included = False
 
     @classmethod
     def parse(cls, entity: Any, parser: Any) -> tuple[type[Action], dict[str, Any]]:

@@ -7,9 +7,9 @@ from collections.abc import Iterable
 from difflib import get_close_matches
 from pathlib import Path
 
+from goalwire.errors import BadLaunchArgumentError, NoLaunchFileError
 from goalwire.files import shown
 from goalwire.launching import packages
-from goalwire.launching.errors import LaunchError
 from goalwire.launching.introspection import LaunchIntrospector, print_arguments
 from goalwire.launching.model import LaunchDescription
 from goalwire.launching.service import LaunchService
@@ -18,15 +18,6 @@ from goalwire.launching.sources import (
     IncludeLaunchDescription,
     get_launch_description_from_any_launch_file,
 )
-
-
-class NoLaunchFileError(LaunchError):
-    """There is no such launch file."""
-
-
-class BadArgumentError(LaunchError):
-    """A word that is no `name:=value`."""
-
 
 ENDINGS = ('launch.py', 'launch.xml', 'launch.yaml', 'launch.yml')
 
@@ -53,8 +44,8 @@ def file_of_package(package: str, name: str) -> str:
             'give the path of the one that is meant'
         )
     there = sorted({os.path.basename(path) for path in launch_files(folder)})
-    near = get_close_matches(name, there, n=3) or there[:8]
-    hint = f'it has {", ".join(near)}' if near else 'it has no launch files'
+    near = get_close_matches(name, there, n=1, cutoff=0.8)
+    hint = f'did you mean {near[0]}?' if near else f'it has {", ".join(there) or "no launch files"}'
     raise NoLaunchFileError(
         f"file '{name}' was not found in the package '{package}', which is at '{folder}'; {hint}"
     )
@@ -85,7 +76,7 @@ def parse_arguments(arguments: Iterable[str]) -> list[tuple[str, str]]:
     for argument in arguments:
         name, separator, value = argument.partition(':=')
         if not separator or not name:
-            raise BadArgumentError(
+            raise BadLaunchArgumentError(
                 f"malformed launch argument '{argument}', expected format '<name>:=<value>'"
             )
         found[name] = value

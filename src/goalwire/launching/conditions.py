@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from goalwire.launching.errors import InvalidConditionExpressionError
+from goalwire.errors import InvalidConditionExpressionError
 from goalwire.launching.model import Condition, LaunchContext, SomeSubstitutions
 from goalwire.launching.values import (
     describe_text,

@@ -6,6 +6,7 @@ import traceback
 from pathlib import Path
 from typing import NamedTuple
 
+from goalwire.errors import LaunchError
 from goalwire.files import shown
 
 
@@ -19,26 +20,6 @@ class Location(NamedTuple):
         return f'{shown(self.file)}:{self.line}'
 
 
-class LaunchError(RuntimeError):
-    """A launch file asks for what cannot be done; the message says what and what to do."""
-
-
-class LocatedError(LaunchError):
-    """A failure whose message begins with the file and the line that it comes from."""
-
-
-class InvalidLaunchFileError(LaunchError):
-    """A file that no front end can read."""
-
-
-class SubstitutionFailure(LaunchError):
-    """A substitution that has no value."""
-
-
-class InvalidConditionExpressionError(LaunchError):
-    """A condition that is neither true nor false."""
-
-
 _launch_files: set[str] = set()
 
 
@@ -47,20 +28,20 @@ def remember_launch_file(path: str) -> None:
     _launch_files.add(path)
 
 
-def located(error: Exception, location: Location | None, prefix: str = '') -> LocatedError:
+def located(error: Exception, location: Location | None, prefix: str = '') -> LaunchError:
     """The error with its place in front: the line of a launch file that raised it, else `location`."""
-    if isinstance(error, LocatedError):
+    if isinstance(error, LaunchError) and error.located:
         return error
     place = _line_of_launch_file(error) or location
     text = prefix + sentence(error)
-    told = LocatedError(f'{place}: {text}' if place else text)
+    told = LaunchError(f'{place}: {text}' if place else text, located=place is not None)
     told.__cause__ = error
     return told
 
 
 def sentence(error: BaseException) -> str:
     """What an error says, on one line, with its type where the message alone would not tell."""
-    text = ' '.join(str(error).split())
+    text = ' '.join((error.msg if isinstance(error, SyntaxError) else str(error)).split())
     if isinstance(error, LaunchError) and text:
         return text
     if isinstance(error, OSError) and error.strerror:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, TypeAlias
 
-from goalwire.launching.errors import LaunchError
+from goalwire.errors import LaunchError
 from goalwire.launching.events import (
     ExecutionComplete,
     IncludeLaunchDescription,

@@ -5,12 +5,9 @@ from __future__ import annotations
 import re
 import signal
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from goalwire.launching.model import Action, Event, LaunchDescription
-
-if TYPE_CHECKING:
-    from goalwire.launching.process import ExecuteLocal
 
 
 class ExecutionComplete(Event):
@@ -58,7 +55,7 @@ class RunningProcessEvent(Event):
     def __init__(
         self,
         *,
-        action: ExecuteLocal,
+        action: Action,
         name: str,
         cmd: list[str],
         cwd: str | None,
@@ -73,7 +70,7 @@ class RunningProcessEvent(Event):
         self.pid = pid
 
     @property
-    def execute_process_action(self) -> ExecuteLocal:
+    def execute_process_action(self) -> Action:
         return self.action
 
 
@@ -148,7 +145,7 @@ class ProcessTargetedEvent(Event):
 
     name = 'launch.events.process.ProcessTargetedEvent'
 
-    def __init__(self, *, process_matcher: Callable[[ExecuteLocal], bool]) -> None:
+    def __init__(self, *, process_matcher: Callable[[Any], bool]) -> None:
         self.process_matcher = process_matcher
 
 
@@ -164,7 +161,7 @@ class SignalProcess(ProcessTargetedEvent):
     name = 'launch.events.process.SignalProcess'
 
     def __init__(
-        self, *, signal_number: str | int | signal.Signals, process_matcher: Callable[[ExecuteLocal], bool]
+        self, *, signal_number: str | int | signal.Signals, process_matcher: Callable[[Any], bool]
     ) -> None:
         super().__init__(process_matcher=process_matcher)
         try:
@@ -181,7 +178,7 @@ class SignalProcess(ProcessTargetedEvent):
         return self.signal.name
 
 
-def matches_action(target_action: ExecuteLocal) -> Callable[[Any], bool]:
+def matches_action(target_action: Action) -> Callable[[Any], bool]:
     """Match the process of this action."""
     return lambda action: action is target_action
 

@@ -11,7 +11,8 @@ from collections.abc import Callable, Sequence
 from importlib.metadata import entry_points
 from typing import Any, TypeVar
 
-from goalwire.launching.errors import LaunchError, sentence
+from goalwire.errors import LaunchError
+from goalwire.launching.errors import sentence
 from goalwire.launching.model import Action, SomeSubstitutions, Substitution
 
 _Class = TypeVar('_Class')

@@ -13,7 +13,8 @@ import importlib
 from collections.abc import Iterable
 from typing import Any
 
-from goalwire.launching.errors import SubstitutionFailure, sentence
+from goalwire.errors import SubstitutionFailure
+from goalwire.launching.errors import sentence
 
 FUNCTIONS = frozenset(
     [

@@ -14,18 +14,15 @@ from xml.parsers import expat
 
 import yaml
 
+from goalwire.errors import InvalidFrontendLaunchFileError, LaunchError
 from goalwire.files import read_regular
-from goalwire.launching.errors import InvalidLaunchFileError, LaunchError, Location, located
+from goalwire.launching.errors import Location, located
 from goalwire.launching.exposure import instantiate_action
 from goalwire.launching.model import Action, LaunchDescription, Substitution
 from goalwire.launching.notation import parse_if_substitutions, parse_substitution, replace_escaped_characters
 from goalwire.launching.values import coerce_to_type, scalar_type
 
 LARGEST = 2**24
-
-
-class InvalidFrontendLaunchFileError(InvalidLaunchFileError):
-    """A file that is no launch file in XML or YAML."""
 
 
 class Entity:
@@ -43,19 +40,15 @@ class Entity:
         self._attributes = attributes
         self._children = children
         self.location = location
-        self._parent = parent
+        self.parent = parent
         self._read: set[str] = set()
         self._read_tags: set[str] = set()
         for child in children:
-            child._parent = self  # noqa: SLF001 - of the same class
+            child.parent = self
 
     @property
     def type_name(self) -> str:
         return self._type_name
-
-    @property
-    def parent(self) -> Entity | None:
-        return self._parent
 
     @property
     def children(self) -> list[Entity]:
@@ -183,7 +176,7 @@ class Parser:
         raise NotImplementedError
 
     def parse_action(self, entity: Entity) -> Action:
-        """The action of a tag. Raises LocatedError."""
+        """The action of a tag. Raises LaunchError."""
         try:
             action = instantiate_action(entity, self)
         except Exception as error:
@@ -209,9 +202,9 @@ class Parser:
         return replace_escaped_characters(value)
 
     def parse_description(self, entity: Entity) -> LaunchDescription:
-        """The description of a whole file. Raises LocatedError."""
+        """The description of a whole file. Raises LaunchError."""
         if entity.type_name != 'launch':
-            raise LaunchError(f'{entity.location}: the outermost tag is <launch>, not <{entity.type_name}>')
+            raise _broken(entity.location, f'the outermost tag is <launch>, not <{entity.type_name}>')
         try:
             reason = entity.get_attr('deprecated', optional=True)
             version = entity.get_attr('version', optional=True)
@@ -254,14 +247,10 @@ class XMLParser(Parser):
         def text(characters: str) -> None:
             if characters.strip():
                 line = reader.CurrentLineNumber
-                raise InvalidFrontendLaunchFileError(
-                    f"{Location(path, line)}: text between the tags: '{characters.strip()[:60]}'"
-                )
+                raise _broken(Location(path, line), f"text between the tags: '{characters.strip()[:60]}'")
 
         def refuse(*_: object) -> None:
-            raise InvalidFrontendLaunchFileError(
-                f'{Location(path, reader.CurrentLineNumber)}: entities of an own document type are not read'
-            )
+            raise _broken(Location(path, reader.CurrentLineNumber), 'own entities of a document are not read')
 
         reader.StartElementHandler, reader.EndElementHandler = begin, end
         reader.CharacterDataHandler, reader.EntityDeclHandler = text, refuse
@@ -269,9 +258,7 @@ class XMLParser(Parser):
             reader.Parse(data, True)
         except expat.ExpatError as error:
             what = expat.errors.messages.get(error.code, str(error))
-            raise InvalidFrontendLaunchFileError(
-                f'{Location(path, error.lineno)}: no valid XML: {what}'
-            ) from error
+            raise _broken(Location(path, error.lineno), f'no valid XML: {what}') from error
         return roots[0]
 
 
@@ -288,12 +275,9 @@ class YAMLParser(Parser):
         except (yaml.YAMLError, UnicodeDecodeError) as error:
             mark = getattr(error, 'problem_mark', None)
             what = ' '.join(str(getattr(error, 'problem', None) or error).split())
-            place = Location(path, mark.line + 1) if mark else path
-            raise InvalidFrontendLaunchFileError(f'{place}: no valid YAML: {what}') from error
+            raise _broken(Location(path, mark.line + 1 if mark else 1), f'no valid YAML: {what}') from error
         if not isinstance(node, yaml.MappingNode) or len(node.value) != 1:
-            raise InvalidFrontendLaunchFileError(
-                f"{Location(path, 1)}: a launch file in YAML begins with 'launch:'"
-            )
+            raise _broken(Location(path, 1), "a launch file in YAML begins with 'launch:'")
         key, value = node.value[0]
         return _tag(path, str(key.value), value, key)
 
@@ -314,9 +298,7 @@ def _tag(path: str, name: str, node: yaml.Node, key: yaml.Node) -> Entity:
             else:
                 attributes[inner_name] = _value(path, inner)
     elif not (isinstance(node, yaml.ScalarNode) and node.value == ''):
-        raise InvalidFrontendLaunchFileError(
-            f"{location}: '{name}' needs attributes or a list, not a single value"
-        )
+        raise _broken(location, f"'{name}' needs attributes or a list, not a single value")
     return Entity(name, attributes, children, location)
 
 
@@ -330,9 +312,9 @@ def _is_tags(node: yaml.Node) -> bool:
 
 def _child(path: str, node: yaml.Node) -> Entity:
     if not isinstance(node, yaml.MappingNode) or len(node.value) != 1:
-        line = Location(path, node.start_mark.line + 1)
-        raise InvalidFrontendLaunchFileError(
-            f'{line}: expected one tag with its attributes, such as `- node:`; are its attributes indented?'
+        raise _broken(
+            Location(path, node.start_mark.line + 1),
+            'expected one tag with its attributes, such as `- node:`; are its attributes indented?',
         )
     key, value = node.value[0]
     return _tag(path, str(key.value), value, key)
@@ -346,8 +328,11 @@ def _value(path: str, node: yaml.Node) -> Any:
         finally:
             loader.dispose()
     except yaml.YAMLError as error:
-        line = Location(path, node.start_mark.line + 1)
-        raise InvalidFrontendLaunchFileError(f'{line}: {" ".join(str(error).split())}') from error
+        raise _broken(Location(path, node.start_mark.line + 1), ' '.join(str(error).split())) from error
+
+
+def _broken(location: Location, text: str) -> InvalidFrontendLaunchFileError:
+    return InvalidFrontendLaunchFileError(f'{location}: {text}', located=True)
 
 
 def _absolute(name: str) -> str:

@@ -19,7 +19,7 @@ def declared_arguments(
     found: dict[str, tuple[DeclareLaunchArgument, list[IncludeLaunchDescription]]] = {}
     for argument, includes, is_conditional in _arguments(description.entities, [], set(), conditional):
         if argument.name not in found:
-            argument._conditionally_included = is_conditional  # noqa: SLF001 - launch's own name for it
+            argument.conditionally_included = is_conditional
             found[argument.name] = (argument, includes)
     return list(found.values())
 
@@ -91,13 +91,13 @@ def print_arguments(description: LaunchDescription) -> list[str]:
     lines = ["Arguments (pass arguments as '<name>:=<value>'):"]
     arguments = declared_arguments(description)
     for argument, _ in arguments:
-        star = '*' if argument._conditionally_included else ''  # noqa: SLF001
+        star = '*' if argument.conditionally_included else ''
         lines += ['', f"    '{argument.name}':{star}", f'        {argument.description}']
         if argument.default_value is not None:
             default = ' + '.join(part.describe() for part in argument.default_value)
             lines.append(f'        (default: {default})')
     if not arguments:
         lines += ['', '  No arguments.']
-    elif any(argument._conditionally_included for argument, _ in arguments):  # noqa: SLF001
+    elif any(argument.conditionally_included for argument, _ in arguments):
         lines += ['', '* argument(s) which are only used if specific conditions occur']
     return lines

@@ -20,7 +20,8 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, TypeAlias
 
-from goalwire.launching.errors import HERE, OVERLAY, LaunchError, Location, located
+from goalwire.errors import LaunchError
+from goalwire.launching.errors import HERE, OVERLAY, Location, located
 
 
 class Event:
@@ -165,7 +166,7 @@ def _emit_if_handled(context: LaunchContext, event: Event) -> None:
 
 def _place_outside() -> Location | None:
     """The line of the launch file that makes an action: the nearest caller outside of this package."""
-    frame = sys._getframe(1)  # noqa: SLF001 - inspect.stack() reads every source file
+    frame = sys._getframe(1)
     while frame is not None:
         name = frame.f_code.co_filename
         if not name.startswith((HERE, OVERLAY)):
@@ -420,7 +421,7 @@ class LaunchDescription(LaunchDescriptionEntity):
 def visit_tree(entity: LaunchDescriptionEntity, context: LaunchContext) -> Iterator[asyncio.Future[Any]]:
     """Visit an entity and what it gives, depth first; yields what to wait for.
 
-    Raises LocatedError: what failed, with the file and line of the entity.
+    Raises LaunchError: what failed, with the file and line of the entity.
     """
     try:
         entities = entity_list(entity.visit(context))

@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 from typing import Any
 
-from goalwire.launching.errors import LaunchError
+from goalwire.errors import LaunchError
 from goalwire.launching.exposure import instantiate_substitution
 from goalwire.launching.model import SomeSubstitutions, Substitution
 from goalwire.launching.values import TextSubstitution

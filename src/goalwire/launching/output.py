@@ -17,7 +17,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from goalwire.launching.errors import LaunchError
+from goalwire.errors import LaunchError
 
 _SCREEN = '[{levelname}] [{name}]: {message}'
 _SCREEN_WITH_TIME = '{created:.7f} [{levelname}] [{name}]: {message}'

@@ -19,14 +19,10 @@ from ament_index_python.packages import (
     get_packages_with_prefixes,
 )
 
-from goalwire.interfaces.workspace import FOLDERS, IGNORE_MARKS, IGNORED, LEVELS, MANIFEST, package_name
-from goalwire.launching.errors import LaunchError
+from goalwire.errors import LaunchError, NoSuchPackageError
+from goalwire.idl.workspace import FOLDERS, IGNORE_MARKS, IGNORED, LEVELS, MANIFEST, package_name
 
 _sources: dict[str, dict[str, str]] = {}
-
-
-class NoSuchPackageError(LaunchError):
-    """No package has that name."""
 
 
 def names() -> list[str]:

@@ -12,8 +12,9 @@ from collections.abc import Callable, Iterable, Mapping
 from itertools import count
 from typing import Any
 
+from goalwire.errors import LaunchError
 from goalwire.launching.child import Child, start_child
-from goalwire.launching.errors import LaunchError, located
+from goalwire.launching.errors import located
 from goalwire.launching.event_handlers import Answer, OnProcessExit
 from goalwire.launching.events import (
     ProcessExited,

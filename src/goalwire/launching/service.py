@@ -11,7 +11,8 @@ import traceback
 from collections.abc import Coroutine, Iterable, Iterator
 from typing import Any
 
-from goalwire.launching.errors import LaunchError, located
+from goalwire.errors import LaunchError
+from goalwire.launching.errors import located
 from goalwire.launching.event_handlers import OnIncludeLaunchDescription
 from goalwire.launching.events import IncludeLaunchDescription, Shutdown, SignalProcess
 from goalwire.launching.model import (

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Sequence
 from types import ModuleType
 from typing import Any, TypeAlias
 
+from goalwire.errors import InvalidLaunchFileError, LaunchError
 from goalwire.files import read_regular, shown
 from goalwire.launching.actions import (
     DeclareLaunchArgument,
@@ -21,13 +22,7 @@ from goalwire.launching.actions import (
     PushLaunchConfigurations,
     SetLaunchConfiguration,
 )
-from goalwire.launching.errors import (
-    InvalidLaunchFileError,
-    LaunchError,
-    LocatedError,
-    located,
-    remember_launch_file,
-)
+from goalwire.launching.errors import located, remember_launch_file
 from goalwire.launching.exposure import expose_action
 from goalwire.launching.model import (
     Action,
@@ -169,11 +164,11 @@ class LaunchDescriptionSource:
         """Read it where its place depends on nothing that a launch finds out; else None."""
         try:
             return self.get_launch_description(LaunchContext())
-        except LocatedError:
-            raise
-        except InvalidLaunchFileError:
-            raise
-        except Exception:
+        except Exception as error:
+            if isinstance(error, InvalidLaunchFileError) or (
+                isinstance(error, LaunchError) and error.located
+            ):
+                raise
             self._expanded = None
             return None
 
@@ -306,7 +301,8 @@ class IncludeLaunchDescription(Action):
             (perform_text(context, name), normalize_to_list_of_substitutions(value))
             for name, value in self._arguments
         ]
-        self._check_required(context, description, {name for name, _ in given})
+        if self.location is not None:  # of the outermost file the argument's own line says it better
+            self._check_required(context, description, {name for name, _ in given})
         sets: list[LaunchDescriptionEntity] = []
         for name, value in given:
             action = SetLaunchConfiguration(name, _outside(value, globals_))

@@ -12,9 +12,9 @@ import subprocess
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, ClassVar
 
+from goalwire.errors import SubstitutionFailure
 from goalwire.files import shown
 from goalwire.launching import expressions
-from goalwire.launching.errors import SubstitutionFailure
 from goalwire.launching.exposure import expose_substitution
 from goalwire.launching.model import LaunchContext, SomeSubstitutions, Substitution
 from goalwire.launching.values import (

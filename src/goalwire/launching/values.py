@@ -12,7 +12,7 @@ from typing import Any
 
 import yaml
 
-from goalwire.launching.errors import InvalidConditionExpressionError, SubstitutionFailure
+from goalwire.errors import InvalidConditionExpressionError, SubstitutionFailure
 from goalwire.launching.model import LaunchContext, SomeSubstitutions, Substitution
 
 SCALARS = (bool, int, float, str)

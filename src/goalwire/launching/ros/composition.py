@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Any, NoReturn
 
-from goalwire.launching.errors import LaunchError
+from goalwire.errors import LaunchError
 from goalwire.launching.exposure import expose_action
 from goalwire.launching.model import Action, LaunchContext, SomeSubstitutions
 from goalwire.launching.values import describe_text, normalize_to_list_of_substitutions

@@ -12,8 +12,9 @@ from collections.abc import Callable, Iterable
 from functools import partial
 from typing import Any
 
+from goalwire.errors import CallError, LaunchError
 from goalwire.launching.actions import EmitEvent, OpaqueFunction, RegisterEventHandler
-from goalwire.launching.errors import LaunchError, sentence
+from goalwire.launching.errors import sentence
 from goalwire.launching.events import Shutdown
 from goalwire.launching.exposure import expose_action
 from goalwire.launching.model import (
@@ -211,11 +212,15 @@ class LaunchNode:
             self._clients[name] = node.client(Service, name)
         request = Service.Request()
         request.transition.id = transition
-        await self._clients[name].wait_for_server()
-        response = await self._clients[name].call(request)
+        what = f"Failed to make transition '{TRANSITIONS[transition]}' for LifecycleNode '{action.node_name}'"
+        try:
+            await self._clients[name].wait_for_server()
+            response = await self._clients[name].call(request)
+        except CallError as error:
+            get_logger('launch_ros').error(f'{what}: {error}')
+            return
         if not response.success:
-            what = f"'{TRANSITIONS[transition]}' for LifecycleNode '{action.node_name}'"
-            get_logger('launch_ros').error(f'Failed to make transition {what}')
+            get_logger('launch_ros').error(what)
 
 
 @expose_action('lifecycle_node')

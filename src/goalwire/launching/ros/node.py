@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from goalwire.launching.errors import LaunchError
+from goalwire.errors import LaunchError
 from goalwire.launching.exposure import expose_action
 from goalwire.launching.model import Action, LaunchContext, SomeSubstitutions
 from goalwire.launching.output import get_logger
@@ -28,7 +28,7 @@ from goalwire.launching.values import (
     perform_substitutions,
     perform_text,
 )
-from goalwire.protocol.names import absolute_namespace, validate_namespace, validate_node_name
+from goalwire.rules.names import absolute_namespace, validate_namespace, validate_node_name
 
 Remappings: TypeAlias = Iterable[tuple[SomeSubstitutions, SomeSubstitutions]]
 

@@ -15,8 +15,8 @@ from typing import Any, TypeAlias
 
 import yaml
 
+from goalwire.errors import LaunchError, SubstitutionFailure
 from goalwire.files import shown
-from goalwire.launching.errors import LaunchError, SubstitutionFailure
 from goalwire.launching.model import LaunchContext, SomeSubstitutions, Substitution
 from goalwire.launching.notation import parse_substitution
 from goalwire.launching.values import (

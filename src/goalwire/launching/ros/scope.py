@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from goalwire.errors import LaunchError
 from goalwire.launching.actions import TimerAction
-from goalwire.launching.errors import LaunchError
 from goalwire.launching.exposure import expose_action
 from goalwire.launching.model import Action, LaunchContext, SomeSubstitutions, Substitution
 from goalwire.launching.ros.node import joined_namespace
@@ -17,7 +17,7 @@ from goalwire.launching.values import (
     perform_substitutions,
     perform_text,
 )
-from goalwire.protocol.names import validate_namespace
+from goalwire.rules.names import validate_namespace
 
 
 @expose_action('push_ros_namespace', 'push-ros-namespace')

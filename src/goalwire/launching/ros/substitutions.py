@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from goalwire.errors import SubstitutionFailure
 from goalwire.launching import packages
-from goalwire.launching.errors import SubstitutionFailure
 from goalwire.launching.exposure import expose_substitution
 from goalwire.launching.model import LaunchContext, SomeSubstitutions, Substitution
 from goalwire.launching.substitutions import PathJoinSubstitution, _Described

@@ -1,6 +1,6 @@
 """launch: launch files and what carries them out."""
 
-from goalwire.launching.errors import InvalidLaunchFileError
+from goalwire.errors import InvalidLaunchFileError
 from goalwire.launching.introspection import LaunchIntrospector
 from goalwire.launching.model import (
     Action,

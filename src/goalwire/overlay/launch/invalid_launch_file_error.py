@@ -1,8 +1,6 @@
 """launch.invalid_launch_file_error."""
 
-from goalwire.launching.errors import (
-    InvalidLaunchFileError,
-)
+from goalwire.errors import InvalidLaunchFileError
 
 __all__ = [
     'InvalidLaunchFileError',

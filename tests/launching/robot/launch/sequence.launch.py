@@ -1,4 +1,4 @@
-"""One thing after the other: event handlers on start, output and exit; the end of the last ends the launch."""
+"""One thing after the other, by event handlers; the end of the last ends the launch."""
 
 from launch import LaunchDescription
 from launch.actions import (

@@ -1,10 +1,10 @@
 """launch.conditions: whether an action is carried out."""
 
+from goalwire.errors import InvalidConditionExpressionError
 from goalwire.launching.aliases import add_modules
 from goalwire.launching.conditions import (
     AndCondition,
     IfCondition,
-    InvalidConditionExpressionError,
     LaunchConfigurationEquals,
     LaunchConfigurationNotEquals,
     OrCondition,

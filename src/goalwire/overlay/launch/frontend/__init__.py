@@ -1,12 +1,12 @@
 """launch.frontend: tags and substitutions of one's own for XML and YAML."""
 
+from goalwire.errors import InvalidFrontendLaunchFileError
 from goalwire.launching.exposure import (
     expose_action,
     expose_substitution,
 )
 from goalwire.launching.frontend import (
     Entity,
-    InvalidFrontendLaunchFileError,
     Parser,
 )
 from goalwire.launching.notation import (

@@ -1,7 +1,7 @@
 """launch.frontend.parser."""
 
+from goalwire.errors import InvalidFrontendLaunchFileError
 from goalwire.launching.frontend import (
-    InvalidFrontendLaunchFileError,
     Parser,
 )
 

@@ -1,12 +1,8 @@
 """launch.launch_description_sources: launch files of each kind."""
 
+from goalwire.errors import InvalidFrontendLaunchFileError
+from goalwire.errors import InvalidLaunchFileError as InvalidPythonLaunchFileError
 from goalwire.launching.aliases import add_modules
-from goalwire.launching.errors import (
-    InvalidLaunchFileError as InvalidPythonLaunchFileError,
-)
-from goalwire.launching.frontend import (
-    InvalidFrontendLaunchFileError,
-)
 from goalwire.launching.sources import (
     AnyLaunchDescriptionSource,
     FrontendLaunchDescriptionSource,

@@ -1,5 +1,6 @@
 """launch.substitutions: texts that are found out when the launch runs."""
 
+from goalwire.errors import SubstitutionFailure
 from goalwire.launching.aliases import add_modules
 from goalwire.launching.substitutions import (
     AllSubstitution,
@@ -23,7 +24,6 @@ from goalwire.launching.substitutions import (
     PathSubstitution,
     PythonExpression,
     StringJoinSubstitution,
-    SubstitutionFailure,
     TextSubstitution,
     ThisLaunchFile,
     ThisLaunchFileDir,

@@ -1,0 +1,190 @@
+"""Mistakes in launch files and on the command line: one line with file and line, no traceback."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from helpers.command_line import CommandLine
+from launching.conftest import Launch
+
+HEAD = """\
+from launch import LaunchDescription
+from launch.actions import *
+from launch.conditions import IfCondition
+from launch.substitutions import *
+from launch_ros.actions import *
+
+"""
+LINE_SEVEN = {
+    'undefined = nothing': "NameError: name 'nothing' is not defined",
+    'x = (': "SyntaxError: '(' was never closed",
+    'import no_such_module': "ModuleNotFoundError: No module named 'no_such_module'",
+    'class A: pass; A.b': None,
+}
+ACTIONS = {
+    "Node(package='demo_robott', executable='base')": "'demo_robott' not found; did you mean demo_robot?",
+    "Node(package='demo_robot', executable='bose')": 'did you mean base?',
+    "Node(package='demo_robot', executable='base', name='a b')": 'node name',
+    "Node(package='demo_robot', executable='base', nane='x')": 'nane',
+    "Node(package='demo_robot', executable='base', parameters=[{'a': [1, 'x']}])": "parameter 'a'",
+    "LogInfo(msg=LaunchConfiguration('sped'))": "launch configuration 'sped' does not exist",
+    "LogInfo(msg='x', condition=IfCondition('maybe'))": "one of true, false, 1 or 0, but got 'maybe'",
+    "LogInfo(msg=PythonExpression('1 +'))": "cannot evaluate '1 +'",
+    'LogInfo(msg=PythonExpression("open(\'/etc/passwd\')"))': "name 'open' is not defined",
+    "LogInfo(msg=PythonExpression('().__class__'))": 'may not use __class__',
+    "LogInfo(msg=Command('false'))": "the command 'false' failed with exit code 1",
+    "LogInfo(msg=EnvironmentVariable('NOT_THERE'))": "environment variable 'NOT_THERE' does not exist",
+    "IncludeLaunchDescription('/no/such.launch.py')": '/no/such.launch.py: No such file or directory',
+    "DeclareLaunchArgument('needed')": "argument 'needed' was not provided: pass needed:=VALUE",
+    "DeclareLaunchArgument('a', default_value='x', choices=['y'])": "valid options are: ['y']",
+    "ExecuteProcess(cmd=['x'], output='screan')": "output 'screan' is unknown: use one of screen, log",
+    "TimerAction(period='soon', actions=[])": "a timer's period is a number of seconds, not 'soon'",
+    'OpaqueFunction(function=lambda context: 1 / 0)': 'ZeroDivisionError: division by zero',
+    "ComposableNodeContainer(name='c', namespace='', package='p', executable='e')": 'sourced ROS 2',
+    "ExecuteProcess(cmd=['/no/such/program'])": "cannot start '/no/such/program'",
+}
+XML = {
+    '<nod pkg="a" exec="b"/>': 'unknown tag `nod`; did you mean node',
+    '<node pkg="a"/>': "<node> needs the attribute 'exec'",
+    '<node pkg="a" exec="b" nmae="c"/>': "<node> does not take the attribute 'nmae'",
+    '<node pkg="a" exec="b"><parm name="c" value="d"/></node>': "does not take the tag 'parm' in it",
+    '<log message="$(vra x)"/>': 'unknown substitution `vra`; did you mean var',
+    '<log message="$(var x"/>': 'no ) ends $(var x',
+    '<log message="a">': 'no valid XML: mismatched tag',
+    '<timer period="soon"/>': "a timer's period is a number of seconds, not 'soon'",
+    '<log message="$(eval nothing)"/>': "name 'nothing' is not defined",
+    '<param from="x"/>': 'unknown tag `param`',
+}
+YAML = {
+    '- nod: {pkg: a, exec: b}': 'unknown tag `nod`; did you mean node',
+    '- node: {pkg: a}': "<node> needs the attribute 'exec'",
+    '- {log: {message: a}': 'no valid YAML',
+    '- log:': "<log> needs the attribute 'message'",
+    '- log: hello': "'log' needs attributes or a list",
+    '- [a, b]': 'expected one tag',
+}
+
+
+def complaint(ros2: CommandLine, file: Path, *arguments: str) -> str:
+    """The one error line of a launch that fails."""
+    ended = ros2('launch', str(file), *arguments)
+    assert ended.code == 1, ended
+    assert 'Traceback' not in ended.out, ended.out
+    lines = [line for line in (*ended.out.splitlines(), *ended.err.splitlines()) if str(file) in line]
+    assert len(lines) == 1, ended
+    return lines[0]
+
+
+@pytest.mark.parametrize('line', [line for line, told in LINE_SEVEN.items() if told])
+def test_a_python_file_with_an_error_in_line_7(line: str, ros2: CommandLine, tmp_path: Path) -> None:
+    file = tmp_path / 'broken.launch.py'
+    file.write_text(f'{HEAD}{line}\n\ndef generate_launch_description():\n    return LaunchDescription()\n')
+    assert complaint(ros2, file) == f'[ERROR] [launch]: {file}:7: {LINE_SEVEN[line]}'
+
+
+@pytest.mark.parametrize('action', list(ACTIONS))
+def test_an_action_in_line_9_that_cannot_be_carried_out(
+    action: str, ros2: CommandLine, tmp_path: Path
+) -> None:
+    file = tmp_path / 'wrong.launch.py'
+    body = f'def generate_launch_description():\n    return LaunchDescription([\n        {action},\n    ])\n'
+    file.write_text(HEAD + body)
+    line = complaint(ros2, file)
+    assert f'{file}:9: ' in line
+    assert ACTIONS[action] in line
+
+
+@pytest.mark.parametrize('tag', list(XML))
+def test_an_xml_file_with_an_error_in_line_7(tag: str, ros2: CommandLine, tmp_path: Path) -> None:
+    file = tmp_path / 'wrong.launch.xml'
+    file.write_text('<launch>\n' + '  <!-- -->\n' * 5 + f'  {tag}\n</launch>\n')
+    line = complaint(ros2, file)
+    assert f'{file}:{8 if "mismatched" in XML[tag] else 7}: ' in line
+    assert XML[tag] in line
+
+
+@pytest.mark.parametrize('tag', list(YAML))
+def test_a_yaml_file_with_an_error_in_line_7(tag: str, ros2: CommandLine, tmp_path: Path) -> None:
+    file = tmp_path / 'wrong.launch.yaml'
+    file.write_text('launch:\n' + '# nothing\n' * 5 + f'{tag}\n')
+    line = complaint(ros2, file)
+    assert f'{file}:{8 if "valid YAML" in YAML[tag] else 7}: ' in line
+    assert YAML[tag] in line
+
+
+def test_an_error_in_an_included_file_is_told_with_its_own_line(ros2: CommandLine, tmp_path: Path) -> None:
+    inner = tmp_path / 'inner.launch.xml'
+    inner.write_text('<launch>\n  <log message="$(var missing)"/>\n</launch>\n')
+    outer = tmp_path / 'outer.launch.yaml'
+    outer.write_text('launch:\n- include: {file: $(dirname)/inner.launch.xml}\n')
+    ended = ros2('launch', str(outer))
+    assert f"[ERROR] [launch]: {inner}:2: launch configuration 'missing' does not exist" in ended.out
+
+
+def test_an_error_ends_what_runs_already(launch: Launch, tmp_path: Path) -> None:
+    file = tmp_path / 'late.launch.xml'
+    file.write_text(
+        '<launch>\n<node pkg="demo_robot" exec="base"/>\n<timer period="1.0">\n<log message="$(var no)"/>\n'
+        '</timer>\n</launch>\n'
+    )
+    with launch(file) as late:
+        late.started(1)
+        output = late.ended(code=1)
+    assert f'{file}:4: ' in output
+    assert (
+        'base cleans up' in (Path(output.partition('below ')[2].splitlines()[0]) / 'launch.log').read_text()
+    )
+
+
+def test_the_command_line_is_checked(ros2: CommandLine, tmp_path: Path) -> None:
+    assert ros2.fails('launch', 'demo_robot', 'brinup.launch.py', code=3).endswith(
+        'did you mean bringup.launch.py?'
+    )
+    assert ros2.fails('launch', 'demo_robott', 'bringup.launch.py', code=3) == (
+        "ros2 launch: package 'demo_robott' not found; did you mean demo_robot?"
+    )
+    assert 'there is no launch file' in ros2.fails('launch', str(tmp_path / 'x.launch.py'), code=3)
+    assert ros2.fails('launch', 'demo_robot', 'fleet.launch.py', 'count=3', code=2) == (
+        "ros2 launch: malformed launch argument 'count=3', expected format '<name>:=<value>'"
+    )
+    assert "which launch file of the package 'demo_robot'?" in ros2.fails('launch', 'demo_robot', code=3)
+    text = tmp_path / 'notes.txt'
+    text.write_text('hello')
+    ended = ros2('launch', str(text))
+    assert ended.code == 1
+    assert 'is no launch file: its name ends with none of .py, ' in ended.out
+
+
+def test_arguments_are_shown(ros2: CommandLine) -> None:
+    assert ros2.ok('launch', 'demo_robot', 'navigation.launch.xml', '--show-args').splitlines() == [
+        "Arguments (pass arguments as '<name>:=<value>'):",
+        '',
+        "    'speed':",
+        '        Metres per second',
+        "        (default: '1.0')",
+        '',
+        "    'planner':",
+        "        no description given. Valid choices are: ['grid', 'lattice']",
+        "        (default: 'grid')",
+    ]
+    shown = ros2.ok('launch', 'demo_robot', 'bringup.launch.py', '-s')
+    names = [line.strip(" ':") for line in shown.splitlines() if line.startswith("    '")]
+    assert names == ['namespace', 'use_sim_time', 'use_camera', 'params_file', 'planner']
+    assert 'No arguments.' in ros2.ok('launch', 'demo_robot', 'sequence.launch.py', '-s')
+
+
+def test_the_description_is_printed(ros2: CommandLine) -> None:
+    tree = ros2.ok('launch', 'demo_robot', 'bringup.launch.py', '--print').splitlines()
+    assert tree[0] == 'LaunchDescription'
+    assert "├── DeclareLaunchArgument('namespace')" in tree
+    assert any("Node(package='demo_robot', executable='lidar'" in line for line in tree)
+    assert any('if UnlessCondition(LaunchConfig(' in line for line in tree)
+
+
+@pytest.mark.parametrize('ending', ['py', 'xml'])
+def test_a_file_that_does_not_load_is_told_when_shown(ending: str, ros2: CommandLine, tmp_path: Path) -> None:
+    file = tmp_path / f'broken.launch.{ending}'
+    file.write_text('\nimport no_such_module\n' if ending == 'py' else '\n<launch><x/></launch>')
+    for flag in ('-s', '-p'):
+        assert f'{file}:2: ' in ros2.fails('launch', str(file), flag, code=1)

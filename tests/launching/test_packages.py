@@ -1,0 +1,72 @@
+"""ros2 pkg and ros2 run."""
+
+from __future__ import annotations
+
+import json
+import signal
+import sys
+from pathlib import Path
+
+import pytest
+from helpers.command_line import CommandLine, executable
+from helpers.processes import Program
+
+
+def test_packages_are_listed(ros2: CommandLine) -> None:
+    names = ros2.ok('pkg', 'list').splitlines()
+    assert names == sorted(names)
+    assert {'demo_robot', 'std_msgs'} <= set(names)
+    assert json.loads(ros2.ok('pkg', 'list', '--json')) == names
+
+
+def test_a_package_has_a_prefix_and_a_share(ros2: CommandLine, prefix: Path) -> None:
+    assert ros2.ok('pkg', 'prefix', 'demo_robot') == f'{prefix}\n'
+    assert ros2.ok('pkg', 'prefix', '--share', 'demo_robot') == f'{prefix}/share/demo_robot\n'
+    assert ros2.fails('pkg', 'prefix', 'demo_robo', code=3) == (
+        "ros2 pkg prefix: package 'demo_robo' not found; did you mean demo_robot?"
+    )
+
+
+def test_executables(ros2: CommandLine, prefix: Path) -> None:
+    names = ros2.ok('pkg', 'executables', 'demo_robot').splitlines()
+    assert {'base', 'managed'} <= set(names)
+    assert f'{prefix}/lib/demo_robot/base' in ros2.ok('pkg', 'executables', 'demo_robot', '--full-path')
+    assert 'demo_robot base' in ros2.ok('pkg', 'executables').splitlines()
+
+
+def test_the_manifest(ros2: CommandLine) -> None:
+    assert '<name>demo_robot</name>' in ros2.ok('pkg', 'xml', 'demo_robot')
+    assert ros2.ok('pkg', 'xml', 'demo_robot', '-t', 'version') == '1.2.3\n'
+    assert "no tag 'nothing'" in ros2.fails('pkg', 'xml', 'demo_robot', '--tag', 'nothing', code=3)
+
+
+def test_a_package_of_a_source_folder(world: dict[str, str], tmp_path: Path) -> None:
+    folder = tmp_path / 'src' / 'my_bringup'
+    (folder / 'launch').mkdir(parents=True)
+    (folder / 'package.xml').write_text('<package><name>my_bringup</name></package>')
+    (folder / 'launch' / 'hello.launch.xml').write_text(
+        '<launch><log message="from $(find-pkg-share my_bringup)"/></launch>'
+    )
+    program = Program(executable(), 'launch', 'my_bringup', 'hello.launch.xml', env=world, cwd=tmp_path)
+    with program:
+        assert f'[INFO] [launch.user]: from {folder}' in program.succeed()
+
+
+@pytest.mark.skipif(sys.platform == 'win32', reason='a script with an interpreter line')
+def test_run_becomes_the_program(world: dict[str, str], prefix: Path, ros2: CommandLine) -> None:
+    talker = prefix / 'lib' / 'demo_robot' / 'talker'
+    talker.write_text(
+        f'#!{sys.executable}\nimport sys, time\nprint(sys.argv[1:], flush=True)\ntime.sleep(100)\n'
+    )
+    talker.chmod(0o755)
+    arguments = ('a', '--flag', '--ros-args', '-r', '__node:=b')
+    with Program(executable(), 'run', 'demo_robot', 'talker', *arguments, env=world) as program:
+        program.expect(r"^\['a', '--flag', '--ros-args', '-r', '__node:=b'\]$")
+        program.send_signal(signal.SIGTERM)
+        assert program.wait() == -signal.SIGTERM
+    talker.unlink()
+    assert ros2('run', '--prefix', 'echo before', 'demo_robot', 'base', 'after').lines == [
+        f'before {prefix}/lib/demo_robot/base after'
+    ]
+    assert ros2.fails('run', 'demo_robot', 'bsae', code=3).endswith('did you mean base?')
+    assert 'did you mean demo_robot?' in ros2.fails('run', 'demo_robt', 'base', code=3)
