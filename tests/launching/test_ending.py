@@ -7,6 +7,7 @@ import pty
 import signal
 import subprocess
 from pathlib import Path
+from typing import Any
 
 import pytest
 from helpers.command_line import CommandLine, executable
@@ -165,7 +166,7 @@ def _lead_terminal() -> None:
     fcntl.ioctl(0, termios.TIOCSCTTY, 0)
 
 
-def _told(launched: object, count: int) -> list[dict[str, object]]:
+def _told(launched: object, count: int) -> list[dict[str, Any]]:
     import json
 
     return [json.loads(launched.told.get(timeout=PATIENCE)) for _ in range(count)]  # type: ignore[attr-defined]
