@@ -5,8 +5,8 @@ from goalwire.execution.callback_groups import (
     MutuallyExclusiveCallbackGroup,
     ReentrantCallbackGroup,
 )
-from rclpy._borrowed import borrow
+from rclpy._reexports import reexport
 
 __all__ = ['CallbackGroup', 'MutuallyExclusiveCallbackGroup', 'ReentrantCallbackGroup']
 
-borrow(__name__)
+reexport(__name__)

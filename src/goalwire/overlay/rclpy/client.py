@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 from goalwire.entities.client import ClientCore
 from goalwire.entities.pending_call import PendingCall
 from goalwire.entities.type_support import ServiceType
-from rclpy._borrowed import borrow
+from rclpy._reexports import reexport
 from rclpy.impl.endpoint import ServiceEndpoint
 from rclpy.task import Future
 
@@ -44,4 +44,4 @@ class Client(BaseClient[RequestT, ResponseT]):
             future.discard()
 
 
-borrow(__name__)
+reexport(__name__)

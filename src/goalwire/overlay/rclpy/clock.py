@@ -9,7 +9,7 @@ from goalwire.execution.clock import (
     TimeJump,
     TimeJumpDictionary,
 )
-from rclpy._borrowed import borrow
+from rclpy._reexports import reexport
 from rclpy.clock_type import ClockType
 
 __all__ = [
@@ -27,4 +27,4 @@ __all__ = [
 ClockHandle = Clock
 """What `Clock.handle` gives: there is no C clock behind it."""
 
-borrow(__name__)
+reexport(__name__)

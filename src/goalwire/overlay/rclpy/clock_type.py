@@ -1,8 +1,8 @@
 """rclpy.clock_type: which clock an instant was read from."""
 
 from goalwire.rules.time import ClockType
-from rclpy._borrowed import borrow
+from rclpy._reexports import reexport
 
 __all__ = ['ClockType']
 
-borrow(__name__)
+reexport(__name__)

@@ -1,8 +1,8 @@
 """rclpy.context: what lives from init() to shutdown()."""
 
 from goalwire.entities.context import Context
-from rclpy._borrowed import borrow
+from rclpy._reexports import reexport
 
 __all__ = ['Context']
 
-borrow(__name__)
+reexport(__name__)

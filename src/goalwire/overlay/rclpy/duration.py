@@ -1,9 +1,9 @@
 """rclpy.duration: spans of time."""
 
 from goalwire.rules.time import Duration, DurationType, Infinite
-from rclpy._borrowed import borrow
+from rclpy._reexports import reexport
 from rclpy.constants import S_TO_NS
 
 __all__ = ['S_TO_NS', 'Duration', 'DurationType', 'Infinite']
 
-borrow(__name__)
+reexport(__name__)

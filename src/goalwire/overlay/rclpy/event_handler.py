@@ -27,7 +27,7 @@ from goalwire.rules.qos_events import (
     RequestedDeadlineMissed,
     SubscriptionEvent,
 )
-from rclpy._borrowed import borrow
+from rclpy._reexports import reexport
 
 if TYPE_CHECKING:
     from goalwire.entities.subscription import SubscriptionCore
@@ -266,4 +266,4 @@ def _handlers(
                 raise
 
 
-borrow(__name__)
+reexport(__name__)

@@ -20,7 +20,7 @@ from goalwire.errors import (
     ROSInterruptException,
     TimeSourceChangedError,
 )
-from rclpy._borrowed import borrow
+from rclpy._reexports import reexport
 
 __all__ = [
     'InvalidHandle',
@@ -43,4 +43,4 @@ __all__ = [
     'TimeSourceChangedError',
 ]
 
-borrow(__name__)
+reexport(__name__)

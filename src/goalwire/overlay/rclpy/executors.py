@@ -11,7 +11,7 @@ from goalwire.execution.executor import (
 )
 from goalwire.execution.multi_threaded import MultiThreadedExecutor
 from goalwire.execution.single_threaded import SingleThreadedExecutor
-from rclpy._borrowed import borrow
+from rclpy._reexports import reexport
 
 __all__ = [
     'ConditionReachedException',
@@ -25,4 +25,4 @@ __all__ = [
     'await_or_execute',
 ]
 
-borrow(__name__)
+reexport(__name__)

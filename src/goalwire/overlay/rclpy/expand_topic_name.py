@@ -2,7 +2,7 @@
 
 from goalwire.errors import TopicExpansionError
 from goalwire.rules import names
-from rclpy._borrowed import borrow
+from rclpy._reexports import reexport
 
 
 def expand_topic_name(topic_name: str, node_name: str, node_namespace: str) -> str:
@@ -13,4 +13,4 @@ def expand_topic_name(topic_name: str, node_name: str, node_namespace: str) -> s
         raise TopicExpansionError(error.kind, error.name, error.reason) from None
 
 
-borrow(__name__)
+reexport(__name__)

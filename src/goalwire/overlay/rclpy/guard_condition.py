@@ -1,8 +1,8 @@
 """rclpy.guard_condition: a callback that the program itself triggers."""
 
 from goalwire.execution.event_queue import GuardCondition
-from rclpy._borrowed import borrow
+from rclpy._reexports import reexport
 
 __all__ = ['GuardCondition']
 
-borrow(__name__)
+reexport(__name__)

@@ -13,7 +13,7 @@ from goalwire.logging import (
     set_logger_level,
     shutdown,
 )
-from rclpy._borrowed import borrow
+from rclpy._reexports import reexport
 
 __all__ = [
     'LoggingSeverity',
@@ -31,4 +31,4 @@ __all__ = [
 
 _root_logger = RcutilsLogger()
 
-borrow(__name__)
+reexport(__name__)

@@ -6,7 +6,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from goalwire.entities.logger_services import offer_logger_services
-from rclpy._borrowed import borrow
+from rclpy._reexports import reexport
 from rclpy.qos import qos_profile_services_default
 
 if TYPE_CHECKING:
@@ -21,4 +21,4 @@ class LoggingService:
         offer_logger_services(node.get_name(), make)
 
 
-borrow(__name__)
+reexport(__name__)

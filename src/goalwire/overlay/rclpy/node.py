@@ -11,7 +11,7 @@ from goalwire.entities.callbacks import check_callback, what_was_given
 from goalwire.entities.type_support import ServiceSupport, ServiceType, service_support
 from goalwire.errors import NodeNameNonExistentError
 from goalwire.execution.callback_groups import checked_group
-from rclpy._borrowed import borrow
+from rclpy._reexports import reexport
 from rclpy.callback_groups import CallbackGroup, MutuallyExclusiveCallbackGroup
 from rclpy.client import Client
 from rclpy.clock import Clock
@@ -385,4 +385,4 @@ def _destroy(entity: Any, owned: list[Any]) -> bool:
     return True
 
 
-borrow(__name__)
+reexport(__name__)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from goalwire.rules.parameters import SEPARATOR, Parameter, ParameterValue
 from goalwire.rules.parameters.messages import value_of
-from rclpy._borrowed import borrow
+from rclpy._reexports import reexport
 
 if TYPE_CHECKING:
     from rcl_interfaces.msg import Parameter as ParameterMessage
@@ -50,4 +50,4 @@ def parameter_dict_from_yaml_file(
     return parameters_from_yaml_file(parameter_file, target_nodes, namespace, use_wildcard=use_wildcard)
 
 
-borrow(__name__)
+reexport(__name__)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 from goalwire.entities.graph_waiting import wait_for_graph
 from goalwire.entities.parameters.events import PARAMETER_EVENTS_TOPIC
-from rclpy._borrowed import borrow
+from rclpy._reexports import reexport
 from rclpy.parameter import Parameter, parameter_dict_from_yaml_file
 from rclpy.qos import QoSProfile, qos_profile_parameter_events, qos_profile_services_default
 
@@ -214,4 +214,4 @@ def _call(
     return future
 
 
-borrow(__name__)
+reexport(__name__)

@@ -12,7 +12,7 @@ from goalwire.entities.parameters.watch import (
     ParameterEventCallbackHandle,
     ParameterWatch,
 )
-from rclpy._borrowed import borrow
+from rclpy._reexports import reexport
 from rclpy.qos import QoSProfile, qos_profile_parameter_events
 
 if TYPE_CHECKING:
@@ -92,4 +92,4 @@ class ParameterEventHandler:
         self._watch.remove_event(handle)
 
 
-borrow(__name__)
+reexport(__name__)

@@ -6,7 +6,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from goalwire.entities.parameters.services import ParameterServices
-from rclpy._borrowed import borrow
+from rclpy._reexports import reexport
 from rclpy.qos import qos_profile_parameters
 
 if TYPE_CHECKING:
@@ -21,4 +21,4 @@ class ParameterService:
         ParameterServices(node).offer(make)
 
 
-borrow(__name__)
+reexport(__name__)

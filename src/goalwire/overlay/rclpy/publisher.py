@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from goalwire.entities.publisher import MsgT, PublisherCore
-from rclpy._borrowed import borrow
+from rclpy._reexports import reexport
 from rclpy.duration import Duration
 from rclpy.impl.endpoint import TopicEndpoint
 
@@ -29,4 +29,4 @@ class Publisher(PublisherCore[MsgT], TopicEndpoint):
         return self.wait_for_acknowledgements(None if timeout.nanoseconds < 0 else timeout.nanoseconds)
 
 
-borrow(__name__)
+reexport(__name__)

@@ -17,7 +17,7 @@ from goalwire.rules.qos import (
     ReliabilityPolicy,
 )
 from goalwire.rules.qos_compatibility import QoSCompatibility, check_compatible
-from rclpy._borrowed import borrow
+from rclpy._reexports import reexport
 from rclpy.duration import Duration
 
 __all__ = [
@@ -353,4 +353,4 @@ def qos_check_compatible(
     return check_compatible(publisher_qos.to_core(), subscription_qos.to_core())
 
 
-borrow(__name__)
+reexport(__name__)

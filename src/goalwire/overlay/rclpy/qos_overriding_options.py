@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Self, TypeAlias, Union
 from goalwire.errors import InvalidQosOverridesError, ParameterAlreadyDeclaredException
 from goalwire.rules import qos_overrides as rules
 from goalwire.rules.qos import PolicyKind
-from rclpy._borrowed import borrow
+from rclpy._reexports import reexport
 from rclpy.duration import Duration
 from rclpy.qos import (
     QoSDurabilityPolicy,
@@ -128,4 +128,4 @@ def _declared(
     return parameter.value
 
 
-borrow(__name__)
+reexport(__name__)

@@ -6,7 +6,7 @@ from typing import TypeVar
 
 from goalwire.entities.type_support import message_support
 from goalwire.transport.contract import Payload
-from rclpy._borrowed import borrow
+from rclpy._reexports import reexport
 
 MessageT = TypeVar('MessageT')
 
@@ -37,4 +37,4 @@ def deserialize_message(serialized_message: Payload, message_type: type[MessageT
     return message
 
 
-borrow(__name__)
+reexport(__name__)

@@ -8,7 +8,7 @@ from typing import Generic, TypeVar
 from goalwire.entities.service import ServiceCore
 from goalwire.entities.type_support import ServiceType
 from goalwire.transport.contract import Request
-from rclpy._borrowed import borrow
+from rclpy._reexports import reexport
 from rclpy.callback_groups import CallbackGroup
 from rclpy.impl.endpoint import ServiceEndpoint
 
@@ -31,4 +31,4 @@ class Service(ServiceCore, ServiceEndpoint, Generic[RequestT, ResponseT]):
         return self.take()
 
 
-borrow(__name__)
+reexport(__name__)

@@ -1,8 +1,8 @@
 """rclpy.service_introspection: what is published of service calls."""
 
 from goalwire.entities.service_introspection import ServiceIntrospectionState
-from rclpy._borrowed import borrow
+from rclpy._reexports import reexport
 
 __all__ = ['ServiceIntrospectionState']
 
-borrow(__name__)
+reexport(__name__)

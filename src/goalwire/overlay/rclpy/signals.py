@@ -7,7 +7,7 @@ from goalwire.execution.signals import (
     install_signal_handlers,
     uninstall_signal_handlers,
 )
-from rclpy._borrowed import borrow
+from rclpy._reexports import reexport
 
 __all__ = [
     'SignalHandlerGuardCondition',
@@ -17,4 +17,4 @@ __all__ = [
     'uninstall_signal_handlers',
 ]
 
-borrow(__name__)
+reexport(__name__)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from goalwire.entities.subscription import MessageInfo, MsgT, SubscriptionCore
-from rclpy._borrowed import borrow
+from rclpy._reexports import reexport
 from rclpy.callback_groups import CallbackGroup
 from rclpy.impl.endpoint import TopicEndpoint
 
@@ -39,4 +39,4 @@ class Subscription(SubscriptionCore[MsgT], TopicEndpoint):
         return self.take()
 
 
-borrow(__name__)
+reexport(__name__)

@@ -2,8 +2,8 @@
 
 from goalwire.execution.future import Future
 from goalwire.execution.task import Task
-from rclpy._borrowed import borrow
+from rclpy._reexports import reexport
 
 __all__ = ['Future', 'Task']
 
-borrow(__name__)
+reexport(__name__)

@@ -1,7 +1,7 @@
 """rclpy.time: instants."""
 
 from goalwire.rules.time import Time
-from rclpy._borrowed import borrow
+from rclpy._reexports import reexport
 from rclpy.clock_type import ClockType
 from rclpy.constants import S_TO_NS
 from rclpy.duration import Duration
@@ -11,4 +11,4 @@ __all__ = ['S_TO_NS', 'ClockType', 'Duration', 'Time', 'TimeHandle']
 TimeHandle = Time
 """What has nanoseconds and a clock type: there is no C time behind it."""
 
-borrow(__name__)
+reexport(__name__)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from weakref import ReferenceType, ref
 
 from goalwire.entities.time_source import CLOCK_TOPIC, USE_SIM_TIME_NAME, TimeSourceCore
-from rclpy._borrowed import borrow
+from rclpy._reexports import reexport
 from rclpy.clock import ROSClock
 
 if TYPE_CHECKING:
@@ -77,4 +77,4 @@ class TimeSource(TimeSourceCore):
             unsubscribe_from_clock(node, subscription)
 
 
-borrow(__name__)
+reexport(__name__)

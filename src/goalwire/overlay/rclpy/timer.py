@@ -1,8 +1,8 @@
 """rclpy.timer: callbacks at a rhythm, and sleeping at one."""
 
 from goalwire.execution.timer import Rate, Timer, TimerInfo
-from rclpy._borrowed import borrow
+from rclpy._reexports import reexport
 
 __all__ = ['Rate', 'Timer', 'TimerInfo']
 
-borrow(__name__)
+reexport(__name__)

@@ -7,7 +7,7 @@ from enum import IntEnum
 from typing import Self, TypedDict, TypeVar, Unpack
 
 from goalwire.transport.contract import GraphEntity
-from rclpy._borrowed import borrow
+from rclpy._reexports import reexport
 from rclpy.qos import HistoryPolicy, QoSPresetProfiles, QoSProfile
 from rclpy.type_hash import TypeHash
 
@@ -178,4 +178,4 @@ class TopicEndpointInfo:
         )
 
 
-borrow(__name__)
+reexport(__name__)

@@ -6,7 +6,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from goalwire.entities.type_description import START_PARAMETER, TypeDescriptions
-from rclpy._borrowed import borrow
+from rclpy._reexports import reexport
 from rclpy.qos import qos_profile_services_default
 
 if TYPE_CHECKING:
@@ -37,4 +37,4 @@ class TypeDescriptionService:
             service.destroy()
 
 
-borrow(__name__)
+reexport(__name__)

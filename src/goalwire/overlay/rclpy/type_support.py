@@ -10,7 +10,7 @@ from goalwire.entities.type_support import (
     check_is_valid_msg_type,
     check_is_valid_srv_type,
 )
-from rclpy._borrowed import borrow
+from rclpy._reexports import reexport
 
 if TYPE_CHECKING:
     from builtin_interfaces.msg import Time
@@ -104,4 +104,4 @@ class FeedbackMessage(Msg, Protocol[FeedbackT]):
 SendGoalService: TypeAlias = Srv
 GetResultService: TypeAlias = Srv
 
-borrow(__name__)
+reexport(__name__)

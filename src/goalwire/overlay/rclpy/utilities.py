@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from goalwire.entities.arguments import node_arguments
 from goalwire.execution.waiting import provide_default_context
 from goalwire.transport import registry
-from rclpy._borrowed import borrow
+from rclpy._reexports import reexport
 from rclpy.constants import S_TO_NS
 from rclpy.context import Context
 
@@ -68,4 +68,4 @@ def timeout_sec_to_nsec(timeout_sec: float | None) -> int:
 
 provide_default_context(get_default_context)
 
-borrow(__name__)
+reexport(__name__)

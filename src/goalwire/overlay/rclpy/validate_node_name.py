@@ -2,7 +2,7 @@
 
 from goalwire.entities.names import check_is_name, rclpy_exceptions
 from goalwire.rules import names
-from rclpy._borrowed import borrow
+from rclpy._reexports import reexport
 
 
 def validate_node_name(node_name: str) -> bool:
@@ -13,4 +13,4 @@ def validate_node_name(node_name: str) -> bool:
     return True
 
 
-borrow(__name__)
+reexport(__name__)

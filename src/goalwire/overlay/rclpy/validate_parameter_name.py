@@ -1,6 +1,6 @@
 """rclpy.validate_parameter_name: a parameter needs a name."""
 
-from rclpy._borrowed import borrow
+from rclpy._reexports import reexport
 from rclpy.exceptions import InvalidParameterException
 
 
@@ -11,4 +11,4 @@ def validate_parameter_name(name: str) -> bool:
     return True
 
 
-borrow(__name__)
+reexport(__name__)

@@ -2,7 +2,7 @@
 
 from goalwire.entities.names import check_is_name, rclpy_exceptions
 from goalwire.rules import names
-from rclpy._borrowed import borrow
+from rclpy._reexports import reexport
 
 TOPIC_SEPARATOR_STRING = '/'
 
@@ -15,4 +15,4 @@ def validate_topic_name(name: str, *, is_service: bool = False) -> bool:
     return True
 
 
-borrow(__name__)
+reexport(__name__)

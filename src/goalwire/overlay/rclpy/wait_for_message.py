@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Literal, TypeVar
 
 from goalwire.entities import wait_for_message as entity
-from rclpy._borrowed import borrow
+from rclpy._reexports import reexport
 from rclpy.qos import QoSProfile
 
 if TYPE_CHECKING:
@@ -33,4 +33,4 @@ def wait_for_message(
     return (False, None) if message is None else (True, message)
 
 
-borrow(__name__)
+reexport(__name__)

@@ -1,6 +1,6 @@
 """rclpy.action: long jobs with feedback and cancellation."""
 
-from rclpy._borrowed import borrow
+from rclpy._reexports import reexport
 from rclpy.action.client import ActionClient
 from rclpy.action.graph import (
     get_action_client_names_and_types_by_node,
@@ -19,4 +19,4 @@ __all__ = [
     'get_action_server_names_and_types_by_node',
 ]
 
-borrow(__name__)
+reexport(__name__)

@@ -19,7 +19,7 @@ from goalwire.entities.actions.types import (
 from goalwire.entities.type_support import action_support
 from goalwire.execution.callback_groups import checked_group
 from goalwire.execution.waitable import EventQueueWaitable
-from rclpy._borrowed import borrow
+from rclpy._reexports import reexport
 from rclpy.action._making import action_qos, refusing_bad_names
 from rclpy.callback_groups import CallbackGroup
 from rclpy.qos import QoSProfile, qos_profile_action_status_default, qos_profile_services_default
@@ -158,4 +158,4 @@ def _checked(
     return handle
 
 
-borrow(__name__)
+reexport(__name__)

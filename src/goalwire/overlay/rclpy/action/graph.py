@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from goalwire.errors import NodeNameNonExistentError
-from rclpy._borrowed import borrow
+from rclpy._reexports import reexport
 
 if TYPE_CHECKING:
     from goalwire.graph.names import NamesAndTypes
@@ -40,4 +40,4 @@ def _check_there(node: BaseNode, name: str, namespace: str) -> None:
         )
 
 
-borrow(__name__)
+reexport(__name__)

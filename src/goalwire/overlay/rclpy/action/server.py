@@ -21,7 +21,7 @@ from goalwire.execution.waitable import EventQueueWaitable
 from goalwire.rules.goals.policy import UNLIMITED, GoalPolicy, OnClientLost
 from goalwire.rules.goals.server import GoalServer
 from goalwire.rules.goals.table import GoalEvent
-from rclpy._borrowed import borrow
+from rclpy._reexports import reexport
 from rclpy.action._making import action_qos, refusing_bad_names
 from rclpy.callback_groups import CallbackGroup
 from rclpy.constants import S_TO_NS
@@ -204,4 +204,4 @@ def _check_callable(execute_callback: object, action_name: str) -> None:
     check_callback(execute_callback, ('goal_handle',), f"the execute callback of the action '{action_name}'")
 
 
-borrow(__name__)
+reexport(__name__)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rclpy._borrowed import borrow
+from rclpy._reexports import reexport
 from rclpy.executors import SingleThreadedExecutor
 
 __all__ = ['EventsExecutor']
@@ -12,4 +12,4 @@ class EventsExecutor(SingleThreadedExecutor):
     """The single-threaded executor under the name that rclpy has for one driven by events: here all are."""
 
 
-borrow(__name__)
+reexport(__name__)

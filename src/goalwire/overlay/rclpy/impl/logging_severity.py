@@ -1,8 +1,8 @@
 """rclpy.impl.logging_severity: how grave a log message is."""
 
 from goalwire.logging.severity import LoggingSeverity
-from rclpy._borrowed import borrow
+from rclpy._reexports import reexport
 
 __all__ = ['LoggingSeverity']
 
-borrow(__name__)
+reexport(__name__)

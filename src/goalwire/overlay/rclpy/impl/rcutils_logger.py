@@ -11,7 +11,7 @@ from goalwire.logging.filters import (
 )
 from goalwire.logging.logger import RcutilsLogger
 from goalwire.logging.severity import LoggingSeverity
-from rclpy._borrowed import borrow
+from rclpy._reexports import reexport
 
 __all__ = [
     'CallerId',
@@ -25,4 +25,4 @@ __all__ = [
     'supported_filters',
 ]
 
-borrow(__name__)
+reexport(__name__)

@@ -1,6 +1,6 @@
 """rclpy.lifecycle: managed nodes."""
 
-from rclpy._borrowed import borrow
+from rclpy._reexports import reexport
 from rclpy.lifecycle.managed_entity import ManagedEntity, SimpleManagedEntity, TransitionCallbackReturn
 from rclpy.lifecycle.node import LifecycleNode, LifecycleNodeMixin, LifecycleState
 from rclpy.lifecycle.publisher import LifecyclePublisher
@@ -24,4 +24,4 @@ __all__ = [
     'TransitionCallbackReturn',
 ]
 
-borrow(__name__)
+reexport(__name__)

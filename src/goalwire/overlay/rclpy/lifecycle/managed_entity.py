@@ -2,10 +2,10 @@
 
 from goalwire.entities.lifecycle.managed_entity import ManagedEntity, SimpleManagedEntity
 from goalwire.rules.lifecycle import TransitionCallbackReturnType
-from rclpy._borrowed import borrow
+from rclpy._reexports import reexport
 
 TransitionCallbackReturn = TransitionCallbackReturnType
 
 __all__ = ['ManagedEntity', 'SimpleManagedEntity', 'TransitionCallbackReturn']
 
-borrow(__name__)
+reexport(__name__)

@@ -16,7 +16,7 @@ from goalwire.rules.lifecycle import (
     LifecycleState,
     TransitionCallbackReturnType,
 )
-from rclpy._borrowed import borrow
+from rclpy._reexports import reexport
 from rclpy.lifecycle.managed_entity import TransitionCallbackReturn
 from rclpy.lifecycle.publisher import LifecyclePublisher
 from rclpy.node import Node
@@ -143,4 +143,4 @@ class LifecycleNode(LifecycleNodeMixin, Node):
         return Node.destroy_publisher(self, publisher)
 
 
-borrow(__name__)
+reexport(__name__)

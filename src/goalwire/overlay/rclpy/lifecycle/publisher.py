@@ -6,7 +6,7 @@ from typing import Any
 
 from goalwire.entities.lifecycle.managed_entity import SimpleManagedEntity
 from goalwire.entities.publisher import MsgT
-from rclpy._borrowed import borrow
+from rclpy._reexports import reexport
 from rclpy.publisher import Publisher
 
 
@@ -23,4 +23,4 @@ class LifecyclePublisher(SimpleManagedEntity, Publisher[MsgT]):
         Publisher.publish(self, msg)
 
 
-borrow(__name__)
+reexport(__name__)

@@ -7,16 +7,16 @@ import sys
 from importlib import import_module
 
 import pytest
-from rclpy import _borrowed
+from rclpy import _reexports
 
 
-@pytest.mark.parametrize('module', _borrowed.BORROWED)
+@pytest.mark.parametrize('module', _reexports.REEXPORTS)
 def test_a_module_has_each_name_that_the_one_of_ros_2_has(module: str) -> None:
-    for name in _borrowed.BORROWED[module].split():
+    for name in _reexports.REEXPORTS[module].split():
         assert hasattr(import_module(module), name), name
 
 
-def test_a_borrowed_name_is_the_very_thing() -> None:
+def test_a_reexports_name_is_the_very_thing() -> None:
     import rclpy.executors
     import rclpy.node
     from rcl_interfaces.msg import Parameter as ParameterMessage
@@ -28,7 +28,7 @@ def test_a_borrowed_name_is_the_very_thing() -> None:
     assert getattr(rclpy.node, 'ParameterMsg') is ParameterMessage  # noqa: B009
 
 
-def test_what_a_module_does_not_borrow_is_missing() -> None:
+def test_a_name_that_no_module_hands_on_is_missing() -> None:
     with pytest.raises(ImportError, match='Odometry'):
         exec('from rclpy.node import Odometry', {})
 
@@ -50,7 +50,7 @@ def test_the_old_name_of_event_handler_warns() -> None:
     )
 
 
-def test_nothing_is_borrowed_before_it_is_asked_for() -> None:
+def test_nothing_is_reexports_before_it_is_asked_for() -> None:
     code = 'import sys, rclpy.node; print("rcl_interfaces.msg" in sys.modules, "yaml" in sys.modules)'
     result = subprocess.run(
         [sys.executable, '-c', code], capture_output=True, text=True, timeout=30, check=True
