@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 
@@ -19,18 +20,37 @@ def new_environment(tmp_path: Path) -> Callable[[], Environment]:
 
 
 @pytest.fixture(scope='session')
-def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The wheel of this checkout."""
-    return _build('wheel', tmp_path_factory.mktemp('dist'))
+def checkout(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """What a build starts from: the committed files that it needs, and nothing that a build has written."""
+    folder = tmp_path_factory.mktemp('checkout')
+    for name in ('.gitignore', 'CHANGELOG.md', 'LICENSE', 'README.md', 'hatch_build.py', 'pyproject.toml'):
+        shutil.copy(ROOT / name, folder)
+    (folder / 'tools').mkdir()
+    shutil.copy(ROOT / 'tools' / 'generate.py', folder / 'tools')
+    built = shutil.ignore_patterns('*.pyi', 'standard_hashes.py', '__pycache__')
+    shutil.copytree(ROOT / 'src', folder / 'src', ignore=built)
+    return folder
 
 
 @pytest.fixture(scope='session')
-def editable_wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def wheel(checkout: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The wheel of this checkout."""
+    return build('wheel', checkout, tmp_path_factory.mktemp('dist'))
+
+
+@pytest.fixture(scope='session')
+def editable_wheel(checkout: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """What `pip install -e .` makes of this checkout and installs."""
-    return _build('editable', tmp_path_factory.mktemp('dist'))
+    return build('editable', checkout, tmp_path_factory.mktemp('dist'))
 
 
-def _build(kind: str, folder: Path) -> Path:
+@pytest.fixture(scope='session')
+def sdist(checkout: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The source archive of this checkout."""
+    return build('sdist', checkout, tmp_path_factory.mktemp('dist'))
+
+
+def build(kind: str, source: Path, folder: Path) -> Path:
     """Build as pip does (PEP 517, PEP 660), offline: with the hatchling that the tests have."""
     program = f'import sys, hatchling.build; print(hatchling.build.build_{kind}(sys.argv[1]))'
-    return folder / output_of(program, str(folder), cwd=ROOT).splitlines()[-1]
+    return folder / output_of(program, str(folder), cwd=source).splitlines()[-1]

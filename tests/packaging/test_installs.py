@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import shutil
+import tarfile
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -11,6 +13,8 @@ import pytest
 from helpers.environments import Environment
 from helpers.fresh import output_of
 from helpers.packages import write_package
+
+from .conftest import build
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(300)]
 
@@ -77,3 +81,41 @@ def test_the_wheel_writes_nothing_outside_its_own_folder_but_the_pth(wheel: Path
     assert 'goalwire/py.typed' in names
     assert 'goalwire/idl/share/std_msgs/msg/String.msg' in names
     assert {'goalwire/overlay/std_msgs/msg/__init__.pyi', 'goalwire/overlay/std_msgs/py.typed'} <= set(names)
+
+
+BUILT = {'goalwire/overlay/std_msgs/msg/__init__.pyi', 'goalwire/entities/standard_hashes.py'}
+
+
+def test_a_wheel_has_the_files_that_the_build_makes(wheel: Path) -> None:
+    with zipfile.ZipFile(wheel) as archive:
+        assert set(archive.namelist()) >= BUILT
+        assert b'class String:' in archive.read('goalwire/overlay/std_msgs/msg/__init__.pyi')
+
+
+def test_an_editable_install_makes_them_in_the_checkout(editable_wheel: Path, checkout: Path) -> None:
+    assert editable_wheel.exists()
+    assert {name for name in BUILT if (checkout / 'src' / name).exists()} == BUILT
+
+
+def test_a_source_archive_has_none_of_them_and_gives_the_same_wheel(
+    sdist: Path, wheel: Path, tmp_path: Path
+) -> None:
+    with tarfile.open(sdist) as archive:
+        archive.extractall(tmp_path, filter='data')
+    (unpacked,) = tmp_path.iterdir()
+    assert not {name for name in BUILT if (unpacked / 'src' / name).exists()}
+    again = build('wheel', unpacked, tmp_path)
+    with zipfile.ZipFile(wheel) as one, zipfile.ZipFile(again) as other:
+        assert {each.filename: each.CRC for each in one.infolist()} == {
+            each.filename: each.CRC for each in other.infolist()
+        }
+
+
+def test_the_build_looks_at_no_definitions_but_the_shipped_ones(checkout: Path, tmp_path: Path) -> None:
+    write_package(tmp_path / 'std_msgs', 'std_msgs', {'msg/String.msg': 'int32 other\n'})
+    source = tmp_path / 'source'
+    shutil.copytree(checkout, source)
+    program = f'import runpy; runpy.run_path({str(source / "tools" / "generate.py")!r}, run_name="__main__")'
+    output_of(program, cwd=tmp_path, GOALWIRE_INTERFACE_PATH=str(tmp_path), PYTHONPATH=str(tmp_path))
+    text = (source / 'src/goalwire/overlay/std_msgs/msg/__init__.pyi').read_text(encoding='utf-8')
+    assert 'other' not in text

@@ -92,7 +92,20 @@ def has_buffer_fields(cls: type) -> bool:
 
     Newer rmw_zenoh gives such types side channels ("buffers"). Strings are no primitives here.
     """
-    root = definition_of(cls)
+    return _holds_buffers(definition_of(cls))
+
+
+def service_hashes(full_name: str) -> tuple[str, str, str]:
+    """Return the hashes of 'pkg/srv/Name', of its request and of its response; no class is made."""
+    return type_hash(full_name), type_hash(f'{full_name}_Request'), type_hash(f'{full_name}_Response')
+
+
+def message_facts(full_name: str) -> tuple[str, bool]:
+    """Return the hash of 'pkg/msg/Name' and `has_buffer_fields` of it; no class is made."""
+    return type_hash(full_name), _holds_buffers(definition_by_name(full_name))
+
+
+def _holds_buffers(root: Definition) -> bool:
     return any(
         _is_buffer(field.type) for item in (root, *referenced(root)) for field in described_fields(item)
     )

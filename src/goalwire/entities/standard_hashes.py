@@ -82,9 +82,5 @@ MESSAGES = {
         'RIHS01_043e627780fcad87a22d225bc2a037361dba713fca6a6b9f4b869a5aa0393204',
         True,
     ),
-    'rosgraph_msgs/msg/Clock': (
-        'RIHS01_692f7a66e93a3c83e71765d033b60349ba68023a8c689a79e48078bcb5c58564',
-        False,
-    ),
 }
 """Of each message: its hash, and whether a field of it holds a buffer."""

@@ -6,12 +6,13 @@
 `typings` is where pyright looks by itself; mypy needs mypy_path = "typings". With --stub-packages the folders
 are named <package>-stubs, as PEP 561 wants them beside installed packages.
 
-The stubs of the shipped packages lie in goalwire/overlay/<package>/, with a py.typed, so that checkers take
-them for the package itself and miss no source. These folders have no __init__.py, and the import hook sees to
-it that Python takes none of them for a namespace package.
+The build writes the stubs of the shipped packages to goalwire/overlay/<package>/, beside a py.typed, so that
+checkers take them for the package itself and miss no source. These folders have no __init__.py, and the
+import hook sees to it that Python takes none of them for a namespace package.
 """
 
 import argparse
+import os
 import re
 import sys
 from collections.abc import Iterable, Iterator
@@ -61,7 +62,9 @@ def write_stubs(folder: Path, packages: Iterable[str], *, suffix: str = '') -> l
         for name, text in package_stubs(package).items():
             file = folder / f'{package}{suffix}' / name
             file.parent.mkdir(parents=True, exist_ok=True)
-            file.write_text(text, encoding='utf-8', newline='\n')
+            new = file.with_name(f'{file.name}.{os.getpid()}')
+            new.write_text(text, encoding='utf-8', newline='\n')
+            new.replace(file)  # a type checker that reads meanwhile sees the old file or the new one
             written.append(file)
     return written
 
