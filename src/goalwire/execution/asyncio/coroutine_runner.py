@@ -10,7 +10,7 @@ from threading import Lock
 from typing import TYPE_CHECKING, Any, NamedTuple
 from weakref import WeakKeyDictionary, WeakSet
 
-from goalwire.execution.asyncio.stepped_loop import new_loop
+from goalwire.execution.asyncio.stepped_loop import SteppedLoop
 from goalwire.execution.ready_queue import CallbackSource
 from goalwire.execution.timer_heap import TimerEntry
 
@@ -70,7 +70,7 @@ class CoroutineRunner(CallbackSource):
         """By the id of their coroutines. asyncio itself holds its tasks weakly."""
         self._starting: deque[Start] = deque()
         self._alarm = TimerEntry(self.wake)
-        self.loop = new_loop(fd_selector, clock, self.wake)
+        self.loop = SteppedLoop(fd_selector, clock, self.wake)
 
     @property
     def driven(self) -> bool:

@@ -3,9 +3,10 @@
 All of asyncio works on it (tasks, timeouts, queues, threads, streams, subprocesses). It may be driven by
 another thread with each step, and on a thread where another asyncio loop is running.
 
-One step costs a few microseconds because it leans on names of asyncio that are private: `_run_once`,
-`_make_self_pipe`, `_close_self_pipe`, `_write_to_self`, `_thread_id`, `_asyncgen_firstiter_hook`,
-`_asyncgen_finalizer_hook`. They are used in this file alone, and GOALWIRE_STOCK_LOOP=1 does without.
+It keeps to asyncio's public names, but for one case: where another asyncio loop runs on the thread already (a
+notebook, `rclpy.spin` in a coroutine), that loop is left while a step lasts. Python has no public way to do
+so. The four names for it are in asyncio's `__all__`, meant for authors of loops. GOALWIRE_STOCK_LOOP=1 does
+without them, and then such a step is refused: docs/adr/015-asyncio-within.md.
 """
 
 from __future__ import annotations
@@ -13,14 +14,12 @@ from __future__ import annotations
 import asyncio
 import os
 import selectors
-import sys
-from asyncio.events import _get_running_loop, _set_running_loop
-from asyncio.tasks import _enter_task, _leave_task
 from heapq import heappop, heappush
 from threading import get_ident
 from typing import TYPE_CHECKING, Any
 
 from goalwire.execution.asyncio.waiting import LoopWaker
+from goalwire.execution.waiting import running_loop
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -29,8 +28,15 @@ if TYPE_CHECKING:
     from goalwire.execution.fd_selector import FdSelector
     from goalwire.execution.monotonic import SteadyClock
 
-STOCK = os.environ.get('GOALWIRE_STOCK_LOOP') == '1'
-"""Whether to keep to asyncio's public names."""
+_get_running_loop: Callable[[], asyncio.AbstractEventLoop | None]
+_get_running_loop = getattr(asyncio, '_get_running_loop', running_loop)
+_set_running_loop: Any = getattr(asyncio, '_set_running_loop', None)
+_enter_task: Any = getattr(asyncio, '_enter_task', None)
+_leave_task: Any = getattr(asyncio, '_leave_task', None)
+NESTS = (
+    bool(_set_running_loop and _enter_task and _leave_task) and os.environ.get('GOALWIRE_STOCK_LOOP') != '1'
+)
+"""Whether a step may be made where another asyncio loop runs on the thread."""
 
 
 class SteppedSelector(selectors.BaseSelector):
@@ -44,14 +50,27 @@ class SteppedSelector(selectors.BaseSelector):
         """What the next `select` is to report."""
         self.reported: list[int] = []
         """Which descriptors the step at hand was told of."""
+        self.opening = True
+        """Whether the loop is being made: what it registers then is its own pipe, and is not watched."""
+        self._unwatched: list[int] = []
 
     def register(self, fileobj: Any, events: int, data: Any = None) -> selectors.SelectorKey:
         fd = fileobj if isinstance(fileobj, int) else fileobj.fileno()
         if fd in self._keys:
             raise KeyError(f'file descriptor {fd} is registered already')
         key = self._keys[fd] = selectors.SelectorKey(fileobj, fd, events, data)
-        self._fd_selector.arm(fd, events, self._report)
+        if self.opening:
+            self._unwatched.append(fd)
+        else:
+            self._fd_selector.arm(fd, events, self._report)
         return key
+
+    def watch_own_pipe(self) -> None:
+        """Watch what the loop has registered while it was made: signals are written there."""
+        while self._unwatched:
+            fd = self._unwatched.pop()
+            if fd in self._keys:
+                self._fd_selector.arm(fd, self._keys[fd].events, self._report)
 
     def unregister(self, fileobj: Any) -> selectors.SelectorKey:
         fd = fileobj if isinstance(fileobj, int) else fileobj.fileno()
@@ -103,7 +122,7 @@ class SteppedLoop(asyncio.SelectorEventLoop):
     """See the module. `wake` asks the executor for a step, on any thread."""
 
     def __init__(self, fd_selector: FdSelector, clock: SteadyClock, wake: Callable[[], None]) -> None:
-        self._lane_selector = SteppedSelector(fd_selector, wake)
+        self._stepped_selector = SteppedSelector(fd_selector, wake)
         self._clock = clock
         self._wake = wake
         self._stepping = 0
@@ -112,7 +131,8 @@ class SteppedLoop(asyncio.SelectorEventLoop):
         self.more = False
         """Whether callbacks wait for the next step."""
         self.goalwire_waker = LoopWaker(wake)
-        super().__init__(self._lane_selector)
+        super().__init__(self._stepped_selector)
+        self._stepped_selector.opening = False
 
     def __del__(self) -> None:
         if not self.is_closed():
@@ -157,82 +177,42 @@ class SteppedLoop(asyncio.SelectorEventLoop):
             self._wake()
         return handle
 
+    def add_signal_handler(self, sig: int, callback: Callable[..., object], *args: Any) -> None:  # type: ignore[override]
+        self._stepped_selector.watch_own_pipe()
+        super().add_signal_handler(sig, callback, *args)
+
     def step(self, begin: Callable[[], None] | None = None) -> None:
         """Run what is ready now, once, and what `begin` makes ready before that.
 
         What a task raises as KeyboardInterrupt or SystemExit comes out.
         """
-        outer = None if _get_running_loop() is None else _leave_outer()
+        outer = _leave_outer() if _get_running_loop() is not None else None
         self._stepping = get_ident()
         try:
             if begin is not None:
                 begin()
             if self.whens:
                 self._forget_due()
-            self._iterate()
+            waker = self.goalwire_waker
+            if waker.calls or not waker.asleep:
+                super().call_soon(waker.answer)
+            self.more = False
+            self.stop()  # before it runs: then it runs once through what is ready, and waits for nothing
+            self.run_forever()
         finally:
             self._stepping = 0
             if outer is not None:
                 _return_to(*outer)
-        if self._lane_selector.reported:
-            self._lane_selector.rearm()
+        if self._stepped_selector.reported:
+            # A reader's callback may have queued more without a public call that could be seen: signals do.
+            self.more = True
+            self._stepped_selector.rearm()
 
     def _forget_due(self) -> None:
         """Drop the times that the coming step will serve: those before its beginning."""
         whens, now = self.whens, self.time()
         while whens and _is_due(whens[0], now):
             heappop(whens)
-            self.more = True
-
-    def _iterate(self) -> None:
-        waker = self.goalwire_waker
-        if waker.calls or not waker.asleep:
-            self.call_soon(waker.answer)
-        self.call_soon(self.stop)
-        self.more = False
-        self.run_forever()
-        # A reader's callback may queue more (signals do) without any public call that could be seen.
-        self.more = self.more or bool(self._lane_selector.reported)
-
-
-class FastSteppedLoop(SteppedLoop):
-    """The same with asyncio's private names: without run_forever's preparations, and without a self-pipe."""
-
-    _thread_id: int | None
-    _csock: object
-
-    def add_signal_handler(self, sig: int, callback: Callable[..., object], *args: Any) -> None:  # type: ignore[override]
-        if self._csock is None:
-            super()._make_self_pipe()  # type: ignore[misc]
-        super().add_signal_handler(sig, callback, *args)
-
-    def _make_self_pipe(self) -> None:
-        self._ssock = self._csock = None
-
-    def _close_self_pipe(self) -> None:
-        if self._csock is not None:
-            super()._close_self_pipe()  # type: ignore[misc]
-
-    def _write_to_self(self) -> None:
-        self.more = True
-        self._wake()
-
-    def _iterate(self) -> None:
-        hooks = sys.get_asyncgen_hooks()
-        sys.set_asyncgen_hooks(self._asyncgen_firstiter_hook, self._asyncgen_finalizer_hook)  # type: ignore[attr-defined]
-        self._thread_id = self._stepping
-        _set_running_loop(self)
-        try:
-            waker = self.goalwire_waker
-            if waker.calls or not waker.asleep:
-                waker.answer()
-            if self.more or self._lane_selector.ready:  # an answer alone needs no turn of the loop
-                self.more = False
-                self._run_once()  # type: ignore[attr-defined]
-        finally:
-            _set_running_loop(None)
-            self._thread_id = None
-            sys.set_asyncgen_hooks(*hooks)
 
 
 def _is_due(when: float, now: float) -> bool:
@@ -240,16 +220,14 @@ def _is_due(when: float, now: float) -> bool:
     return when < now + 1e-9
 
 
-def new_loop(fd_selector: FdSelector, clock: SteadyClock, wake: Callable[[], None]) -> SteppedLoop:
-    """A loop for one runner."""
-    return (SteppedLoop if STOCK else FastSteppedLoop)(fd_selector, clock, wake)
-
-
-def _leave_outer() -> tuple[asyncio.AbstractEventLoop, asyncio.Task[Any] | None] | None:
-    """Where an asyncio loop runs on this thread already, step out of it and of its current task."""
-    loop = _get_running_loop()
-    if loop is None:
-        return None
+def _leave_outer() -> tuple[asyncio.AbstractEventLoop, asyncio.Task[Any] | None]:
+    """Leave the asyncio loop that runs on this thread, and its current task, until `_return_to`."""
+    if not NESTS:
+        raise RuntimeError(
+            'a coroutine callback cannot go on here: an asyncio loop runs on this thread, and Python has no '
+            'public way to run another one in it. Spin in a thread of its own, or unset GOALWIRE_STOCK_LOOP'
+        )
+    loop = asyncio.get_running_loop()
     task = asyncio.current_task(loop)
     if task is not None:
         _leave_task(loop, task)

@@ -20,7 +20,7 @@ from weakref import ref
 import pytest
 from helpers.loops import LOOPS, run
 
-from goalwire.execution.asyncio.stepped_loop import FastSteppedLoop, SteppedLoop
+from goalwire.execution.asyncio.stepped_loop import SteppedLoop
 from goalwire.execution.asyncio.waiting import (
     AsyncioLoopWaker,
     DirectFuture,
@@ -261,10 +261,7 @@ def test_a_closed_loop_is_called_in_vain_and_kept_by_nobody() -> None:
     assert not waker.calls
 
 
-@pytest.mark.parametrize('kind', [SteppedLoop, FastSteppedLoop])
-def test_a_call_that_a_lane_finds_before_it_is_rung_for_leaves_the_next_ones_their_ring(
-    kind: type[SteppedLoop],
-) -> None:
+def test_a_call_that_a_stepped_loop_finds_before_its_wake_up_leaves_the_next_ones_theirs() -> None:
     class Overtaken(deque[Callable[[], object]]):
         """Whose loop makes a step between a call's append and its look whether the loop sleeps."""
 
@@ -273,7 +270,7 @@ def test_a_call_that_a_lane_finds_before_it_is_rung_for_leaves_the_next_ones_the
             loop.step()
 
     rings, seen, fd_selector = list[None](), list[int](), FdSelector(lambda: None)
-    loop = kind(fd_selector, STEADY, lambda: rings.append(None))
+    loop = SteppedLoop(fd_selector, STEADY, lambda: rings.append(None))
     waker = loop.goalwire_waker
     waker.call(partial(seen.append, 1))
     waker.calls = Overtaken(waker.calls)

@@ -23,6 +23,7 @@ from goalwire.execution.clock import ROSClock
 from goalwire.execution.current import active_executors, why_it_cannot_answer
 from goalwire.execution.event_queue import EventQueue, GuardCondition
 from goalwire.execution.monotonic import STEADY
+from goalwire.execution.ready_queue import CallbackSource, NodeWorkQueue
 from goalwire.execution.timer import Timer
 
 
@@ -513,3 +514,39 @@ def test_a_call_that_blocks_the_loop_on_its_own_node_is_told_apart(world: World)
     assert reason is not None
     assert 'the very thread' in reason
     assert why_it_cannot_answer(world.node.work_queue, None) is None
+
+
+def test_cancelling_a_work_spares_others_and_the_caller() -> None:
+    async def scenario() -> list[bool]:
+        runs, one, other = (
+            CallbackTasks(),
+            CallbackSource(NodeWorkQueue(), None),
+            CallbackSource(NodeWorkQueue(), None),
+        )
+
+        async def forever() -> None:
+            await asyncio.Event().wait()
+
+        async def canceller() -> None:
+            runs.cancel(one)
+            await asyncio.sleep(0)
+
+        tasks = [asyncio.create_task(run) for run in (forever(), forever(), canceller())]
+        for task, source in zip(tasks, (one, other, one), strict=True):
+            runs.add(task, source)
+        await tasks[2]
+        cancelled = [task.cancelled() for task in tasks]
+        for task in tasks:
+            runs.discard(task)
+        assert len(runs) == 0
+        runs.cancel_all()
+        tasks[1].cancel()
+        return cancelled
+
+    assert run(scenario()) == [True, False, False]
+
+
+def test_nothing_runs_outside_a_loop_and_nothing_is_cancelled() -> None:
+    runs = CallbackTasks()
+    runs.cancel_all()  # asks asyncio for no task: there is no loop to ask
+    assert len(runs) == 0
