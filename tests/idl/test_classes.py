@@ -22,7 +22,7 @@ from helpers.vectors import constants, descriptions
 
 from goalwire.cdr import codec
 from goalwire.errors import EncodeTypeError, InterfaceSyntaxError, UnknownFieldError, UnknownInterfaceError
-from goalwire.idl import classes, get_interface, register_definitions
+from goalwire.idl import classes, get_interface, register_definitions, registry
 from goalwire.idl.classes import action_class, message_class, service_class
 
 
@@ -507,6 +507,8 @@ def test_sequences_are_set_while_another_thread_is_importing_numpy(monkeypatch: 
     assert pair(values=[1, 2]).values == array('i', [1, 2])
 
 
-def test_a_class_knows_its_name_and_others_have_none() -> None:
-    assert classes.name_of(message_class('std_msgs/msg/String')) == 'std_msgs/msg/String'
-    assert classes.name_of(int) is None
+def test_a_class_keeps_its_definition_and_others_have_none() -> None:
+    string = message_class('std_msgs/msg/String')
+    assert classes.own_definition(string) is registry.definition('std_msgs/msg/String')
+    assert classes.own_definition(type('Derived', (string,), {})) is None
+    assert classes.own_definition(int) is None

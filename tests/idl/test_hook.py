@@ -54,6 +54,34 @@ def test_an_interface_may_be_a_programs_first_line(tmp_path: Path) -> None:
     assert shown == f'arm_interfaces.srv.Move_Request(to={joint})'
 
 
+def test_each_package_is_looked_for_once(tmp_path: Path) -> None:
+    program = """\
+        from collections import Counter
+        from goalwire.idl import search_path
+        asked, find = Counter(), search_path.find_package
+        search_path.find_package = lambda name: asked.update([name]) or find(name)
+        from control_msgs.action import FollowJointTrajectory
+        from geometry_msgs.msg import PoseStamped
+        FollowJointTrajectory.Goal(), FollowJointTrajectory.Impl.SendGoalService.Request(), PoseStamped()
+        print(*sorted(asked.items()))
+    """
+    used = ('builtin_interfaces', 'control_msgs', 'geometry_msgs', 'std_msgs', 'trajectory_msgs')
+    once = ' '.join(str((name, 1)) for name in (*used, 'unique_identifier_msgs'))
+    assert output_of(program, cwd=tmp_path) == once
+
+
+def test_an_imported_package_stays_where_it_was_found(tmp_path: Path) -> None:
+    write_package(tmp_path / 'one' / 'arm', 'arm_interfaces', ARM)
+    write_package(tmp_path / 'two' / 'arm_interfaces', 'arm_interfaces', {'msg/Other.msg': 'bool b\n'})
+    program = """\
+        import os
+        import arm_interfaces.msg as msg
+        os.environ['GOALWIRE_INTERFACE_PATH'] = '../two'
+        print(msg.Joint().name == '', hasattr(msg, 'Other'))
+    """
+    assert output_of(program, cwd=tmp_path / 'one') == 'True False'
+
+
 def test_packages_may_be_imported_in_any_order_and_in_every_form(tmp_path: Path) -> None:
     write_package(tmp_path / 'arm', 'arm_interfaces', ARM)
     program = """\

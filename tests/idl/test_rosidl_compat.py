@@ -14,7 +14,7 @@ from helpers.names import fresh_package
 from goalwire.cdr import codec
 from goalwire.errors import EncodeTypeError, UnknownInterfaceError
 from goalwire.idl import get_message, register_definitions, type_hash, type_name
-from goalwire.idl.classes import find_class, name_of
+from goalwire.idl.classes import find_class, own_definition
 from goalwire.idl.grammar import parse_service
 from goalwire.idl.model import Field, FieldType, MessageDefinition, ServiceDefinition, Shape
 from goalwire.idl.rosidl_compat import definition_by_name, definition_of
@@ -104,7 +104,7 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
 def test_a_foreign_message_tells_its_definition(package: str) -> None:
     shape = importlib.import_module(f'{package}.msg').Shape
     assert type_name(shape) == f'{package}/msg/Shape'
-    assert name_of(shape) is None
+    assert own_definition(shape) is None
     assert definition_of(shape) == MessageDefinition(
         package,
         'msg',

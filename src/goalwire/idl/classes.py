@@ -17,8 +17,9 @@ from goalwire.idl.model import ActionDefinition, Definition, MessageDefinition, 
 from goalwire.idl.naming import module_name
 
 _classes: dict[str, type] = {}
-_names: dict[type, str] = {}
 _extents: dict[type, extent.Extent] = {}
+_KEPT = '__definition__'
+"""The attribute of a class in which its definition is kept; no field and no constant has such a name."""
 
 
 class _Part:
@@ -97,9 +98,10 @@ def foreign_module(package: str, kind: str) -> ModuleType | None:
     return module if getattr(module, '__file__', None) else None
 
 
-def name_of(cls: type) -> str | None:
-    """Return the full name of a class that this module made, None for any other."""
-    return _names.get(cls)
+def own_definition(cls: type) -> Definition | None:
+    """Return what defines a class that this module made, which the class keeps; None for any other class."""
+    kept: Definition | None = getattr(cls, '__dict__', {}).get(_KEPT)
+    return kept
 
 
 def _build_message(message: MessageDefinition, inside: tuple[str, ...] = ()) -> type:
@@ -158,5 +160,5 @@ def _build_action(action: ActionDefinition) -> type:
 
 def _publish(defined: Definition, cls: type) -> type:
     winner = _classes.setdefault(defined.full_name, cls)
-    _names[winner] = defined.full_name
+    setattr(winner, _KEPT, defined)
     return winner

@@ -100,7 +100,7 @@ class InterfaceFinder:
             from goalwire.idl import modules
 
             self._served.add(name)
-            return modules.package_spec(name)
+            return modules.package_spec(name, found)
         if name.endswith(TELLING_ENDINGS) and _asked_by_import_statement():
             text = f'No module named {name!r}, and {search_path.explain_missing(name)}'
             raise ModuleNotFoundError(text, name=name)
@@ -115,13 +115,14 @@ class InterfaceFinder:
 
         if not workspace.is_package_name(package) or self._real_rclpy():
             return None
-        if not (search_path.find_package(package) or _registered(package)):
+        found = search_path.find_package(package)
+        if not (found or _registered(package)):
             if _asked_by_import_statement():
                 _refuse_unnamed(fullname, path)
             return None
         from goalwire.idl import modules
 
-        spec = modules.inner_spec(fullname)
+        spec = modules.inner_spec(fullname, found)
         if spec is not None:
             self._served.add(fullname)
         return spec

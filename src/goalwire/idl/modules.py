@@ -16,6 +16,7 @@ from types import ModuleType
 from goalwire.idl import classes, registry, search_path, workspace
 from goalwire.idl.model import ActionDefinition, MessageDefinition, ServiceDefinition
 from goalwire.idl.naming import module_name
+from goalwire.idl.search_path import InterfacePackage
 
 TYPE_CHECKING = False  # typing would cost 5 ms, importlib.abc 14 ms
 if TYPE_CHECKING:
@@ -44,11 +45,13 @@ class KindModule(ModuleType):
 
     def __getattr__(self, name: str) -> object:
         package, _, kind = self.__name__.partition('.')
-        if name == '__all__':
-            return type_names(package, kind)
-        if name in _modules(package, kind):
-            return import_module(f'{self.__name__}.{name}')
+        if name.startswith('__') and name != '__all__':  # Python asks for these, and no type has such a name
+            raise _no_attribute(self, name)
         known = type_names(package, kind)
+        if name == '__all__':
+            return known
+        if name in _by_module(tuple(known)):
+            return import_module(f'{self.__name__}.{name}')
         if name in known:
             found = _build(f'{package}/{kind}/{name}')
         elif owner := next((own for own in known if name.startswith(f'{own}_')), None):
@@ -101,18 +104,19 @@ class InterfaceLoader(Loader):
         """Nothing to run: a package is empty, the others look things up."""
 
 
-def package_spec(package: str) -> ModuleSpec | None:
-    """The spec of a package that the search path or register_definitions knows, else None."""
-    return _spec(package, package, is_package=True) if _folder(package) else None
+def package_spec(package: str, found: InterfacePackage | None) -> ModuleSpec:
+    """The spec of a package that is there, or that register_definitions made known."""
+    return _spec(package, found, is_package=True)
 
 
-def inner_spec(fullname: str) -> ModuleSpec | None:
-    """The spec of std_msgs.msg or std_msgs.msg._string, None for all else."""
+def inner_spec(fullname: str, found: InterfacePackage | None = None) -> ModuleSpec | None:
+    """The spec of std_msgs.msg or std_msgs.msg._string, None for all else; `found` is where std_msgs is."""
     package, kind, *rest = fullname.split('.')
+    found = found or search_path.imported_package(package, kind)
     if not rest:
-        return _spec(fullname, package, is_package=True) if type_names(package, kind) else None
-    if len(rest) == 1 and rest[0] in _modules(package, kind):
-        return _spec(fullname, package, is_package=False)
+        return _spec(fullname, found, is_package=True) if _names_in(found, package, kind) else None
+    if len(rest) == 1 and rest[0] in _by_module(tuple(_names_in(found, package, kind))):
+        return _spec(fullname, found, is_package=False)
     return None
 
 
@@ -128,7 +132,7 @@ def explain_unknown(fullname: str) -> str | None:
         return _explain_python(fullname, package)
     if len(rest) > 1 or fullname.rpartition('.')[2][0] == '_':
         return None
-    place, known = _folder(package), type_names(package, kind)
+    place, known = folder_of(package, kind), type_names(package, kind)
     if not known:
         return f'{package} has no {kind} types (its definitions are in {place})'
     if rest[0] in known:  # `import std_msgs.msg.String`: the from-import asks the module itself
@@ -152,7 +156,7 @@ def _explain_misplaced(package: str, name: str) -> str | None:
 
 def _explain_python(fullname: str, package: str) -> str | None:
     """What to say to an import of a module that lies beside the interfaces, off Python's path."""
-    place = _folder(package)
+    place = folder_of(package)
     if place is None or not os.path.isfile(os.path.join(place, package, '__init__.py')):
         return None
     return (
@@ -163,9 +167,13 @@ def _explain_python(fullname: str, package: str) -> str | None:
 
 def type_names(package: str, kind: str) -> list[str]:
     """The types that a package defines in <kind>/, by file or by register_definitions, sorted."""
+    return _names_in(search_path.imported_package(package, kind), package, kind)
+
+
+def _names_in(found: InterfacePackage | None, package: str, kind: str) -> list[str]:
     here = f'{kind}/'
     names = {name.removeprefix(here) for name in registry.registered_types(package) if name.startswith(here)}
-    if found := search_path.find_package(package):
+    if found:
         names.update(workspace.definition_names(found.folder, kind))
     return sorted(names)
 
@@ -180,13 +188,15 @@ def _by_module(names: tuple[str, ...]) -> dict[str, str]:
     return {module_name(name): name for name in names}
 
 
-def _spec(name: str, package: str, *, is_package: bool) -> ModuleSpec:
-    return ModuleSpec(name, InterfaceLoader(), origin=_folder(package), is_package=is_package)
+def _spec(name: str, found: InterfacePackage | None, *, is_package: bool) -> ModuleSpec:
+    """The spec of one module, which keeps where its package was found (see imported_package)."""
+    origin = found.folder if found else 'register_definitions'
+    return ModuleSpec(name, InterfaceLoader(), origin=origin, loader_state=found, is_package=is_package)
 
 
-def _folder(package: str) -> str | None:
-    found = search_path.find_package(package)
-    if found:
+def folder_of(package: str, kind: str = 'msg') -> str | None:
+    """Where a package's definitions are, or 'register_definitions'; None for a package without interfaces."""
+    if found := search_path.imported_package(package, kind):
         return found.folder
     return 'register_definitions' if registry.registered_types(package) else None
 

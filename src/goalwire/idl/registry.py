@@ -110,7 +110,7 @@ def _text(package: str, kind: str, name: str) -> tuple[str, str]:
         text = _texts.get(package, {}).get(key)
     if text is not None:
         return text, f'{package}/{key}.{kind}'
-    found = search_path.find_package(package)
+    found = search_path.imported_package(package, kind)
     names = workspace.definition_names(found.folder, kind) if found else []
     if found and name in names:
         file = os.path.join(found.folder, kind, f'{name}.{kind}')

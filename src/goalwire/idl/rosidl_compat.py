@@ -39,9 +39,9 @@ class _ActionClass(Protocol):
 
 def definition_of(cls: type) -> Definition:
     """Return the definition of a message, service or action class; else UnknownInterfaceError."""
-    own = classes.name_of(cls)
+    own = classes.own_definition(cls)
     if own is not None:
-        return registry.definition(own)
+        return own
     type_name(cls)  # raises for what is no interface class
     if hasattr(cls, 'get_fields_and_field_types'):
         return _foreign_message(cls)

@@ -83,6 +83,18 @@ def find_package(package: str) -> InterfacePackage | None:
     return _found[key]
 
 
+def imported_package(package: str, kind: str) -> InterfacePackage | None:
+    """Return where the package that was imported is, else what `find_package` finds; raises as that does.
+
+    As with Python's own packages, one that is imported stays where it was found.
+    """
+    for name in (package, f'{package}.{kind}'):  # the hook serves a Python package's msg alone
+        found = getattr(getattr(sys.modules.get(name), '__spec__', None), 'loader_state', None)
+        if isinstance(found, InterfacePackage):
+            return found
+    return find_package(package)
+
+
 def package_names() -> list[str]:
     """The names of all packages that find_package finds, sorted; for tools, not for imports."""
     names = set(_listing(SHIPPED)) | set(entry_points.registrations())

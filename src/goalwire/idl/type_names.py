@@ -8,9 +8,9 @@ from goalwire.idl import classes, registry
 
 def type_name(cls: type) -> str:
     """Return 'std_msgs/msg/String' for the class String; raises UnknownInterfaceError for other classes."""
-    name = classes.name_of(cls)
-    if name is not None:
-        return name
+    own = classes.own_definition(cls)
+    if own is not None:
+        return own.full_name
     package, _, rest = getattr(cls, '__module__', '').partition('.')
     kind = rest.partition('.')[0]
     if kind not in ('msg', 'srv', 'action') or not hasattr(type(cls), '_TYPE_SUPPORT'):

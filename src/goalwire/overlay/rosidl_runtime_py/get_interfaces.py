@@ -70,7 +70,7 @@ def _interfaces(packages: Iterable[str], kinds: Iterable[str]) -> dict[str, list
     names = list(packages) or search_path.package_names()
     found = {}
     for package in names:
-        if not workspace.is_package_name(package) or modules.package_spec(package) is None:
+        if not workspace.is_package_name(package) or modules.folder_of(package) is None:
             _folder(package)  # raises LookupError; a package without interfaces is known as well
         elif types := [
             f'{kind}/{name}' for kind in sorted(kinds) for name in modules.type_names(package, kind)
@@ -83,7 +83,7 @@ def _folder(package: str) -> str:
     """The folder whose definitions an import would use, else the share folder of any package."""
     from ament_index_python.packages import get_package_share_directory
 
-    if workspace.is_package_name(package) and (found := search_path.find_package(package)):
+    if workspace.is_package_name(package) and (found := search_path.imported_package(package, 'msg')):
         return found.folder
     try:
         return get_package_share_directory(package, print_warning=False)
