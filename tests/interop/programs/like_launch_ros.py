@@ -75,7 +75,7 @@ def main():
     others = rclpy.executors.SingleThreadedExecutor()
     others.add_node(container)
     others.add_node(managed)
-    thread = threading.Thread(target=others.spin)
+    thread = threading.Thread(target=others.spin, daemon=True)
     thread.start()
 
     adapter = Adapter()

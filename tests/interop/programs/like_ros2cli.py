@@ -53,7 +53,7 @@ def serve():
     ActionServer(node, Fibonacci, 'fib', execute)
     executor = SingleThreadedExecutor()
     executor.add_node(node)
-    spinning = threading.Thread(target=executor.spin)
+    spinning = threading.Thread(target=executor.spin, daemon=True)
     spinning.start()
     sys.stdin.read()
     print('speed is there', node.has_parameter('speed'))

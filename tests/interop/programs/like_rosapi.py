@@ -66,7 +66,7 @@ def main():
     executor = SingleThreadedExecutor()
     executor.add_node(robot)
     executor.add_node(api)
-    thread = threading.Thread(target=executor.spin)
+    thread = threading.Thread(target=executor.spin, daemon=True)
     thread.start()
 
     text, inside = full_text('geometry_msgs/msg/TwistStamped')

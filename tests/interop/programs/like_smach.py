@@ -21,7 +21,7 @@ class ActionState:
         self.patience = rclpy.time.Duration(seconds=30.0)
         self.done = threading.Condition()
         self.handle = self.status = self.result = None
-        self.fed = threading.Event()
+        self.fed, self.accepted = threading.Event(), threading.Event()
 
     def execute(self, order, *, preempt):
         assert self.client.wait_for_server(10.0)
@@ -38,10 +38,12 @@ class ActionState:
 
     def preempt(self):
         assert self.fed.wait(10)
+        assert self.accepted.wait(10)  # two threads run callbacks: this one's may come second
         assert len(self.client._cancel_goal(self.handle).goals_canceling) == 1
 
     def on_sent(self, future):
         self.handle = future.result()
+        self.accepted.set()
         self.client._get_result_async(self.handle).add_done_callback(self.on_result)
 
     def on_result(self, future):
@@ -73,7 +75,7 @@ def main():
     executor = MultiThreadedExecutor(8)
     executor.add_node(node)
     executor.add_node(robot)
-    thread = threading.Thread(target=executor.spin)
+    thread = threading.Thread(target=executor.spin, daemon=True)  # a failed assert ends the program
     thread.start()
 
     names = {getattr(GoalStatus, name): name for name in dir(GoalStatus) if name.startswith('STATUS_')}

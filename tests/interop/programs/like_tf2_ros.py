@@ -55,7 +55,7 @@ def main():
     executor = MultiThreadedExecutor(8)
     executor.add_node(server)
     executor.add_node(asker)
-    thread = threading.Thread(target=executor.spin)
+    thread = threading.Thread(target=executor.spin, daemon=True)
     thread.start()
     told = TransformStamped(child_frame_id='lamp')
     told.header.frame_id = 'map'
