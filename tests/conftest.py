@@ -15,7 +15,7 @@ from helpers.wires import DDS, TRANSPORTS, require_wire
 
 from goalwire import logging
 from goalwire.logging import LogRecord
-from goalwire.transport import failures, registry
+from goalwire.transport import registry, reports
 from goalwire.transport.contract import Session, SessionOptions
 
 OpenSession: TypeAlias = Callable[[], Session]
@@ -41,7 +41,7 @@ def nothing_left_behind() -> Iterator[None]:
 @pytest.fixture(autouse=True)
 def nothing_told_before() -> None:
     """What is logged once in a process is logged once in a test."""
-    failures.forget()
+    reports.discard_failures()
 
 
 @pytest.fixture

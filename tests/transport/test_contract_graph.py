@@ -8,6 +8,7 @@ import pytest
 from helpers.wire import ADD, HASH, STRING, SeenGraph, Side, topic_endpoint
 from helpers.wires import DDS
 
+from goalwire.errors import ClosedError
 from goalwire.records import replace
 from goalwire.rules.qos import (
     DurabilityPolicy,
@@ -218,3 +219,28 @@ def test_several_listeners_may_watch_one_session(sides: Sides) -> None:
     alpha.publisher('/chatter')
     beta.graph.expect(PUBLISHER, '/chatter')
     second.expect(PUBLISHER, '/chatter')
+
+
+@pytest.mark.parametrize('kind', list(EndpointKind)[1:], ids=lambda kind: kind.value)
+def test_an_endpoint_whose_node_is_closed_while_it_is_declared_is_seen_by_nobody(
+    sides: Sides, monkeypatch: pytest.MonkeyPatch, kind: EndpointKind
+) -> None:
+    """The node is closed at the last moment: when the endpoint is on the wire, and not yet the node's."""
+    alpha, beta = sides
+    ports = getattr(alpha.node, 'inner', alpha.node).ports
+    keep = ports.keep
+
+    def close_and_keep(port: Port) -> Port:
+        alpha.node.close()
+        kept: Port = keep(port)
+        return kept
+
+    monkeypatch.setattr(ports, 'keep', close_and_keep)
+    deliver = () if kind in {EndpointKind.PUBLISHER, EndpointKind.CLIENT} else (print,)
+    with pytest.raises(ClosedError, match="node '/alpha' was used after"):
+        getattr(alpha, kind.value)('/ghost', *deliver)
+    for side in sides:
+        side.graph.expect(kind, '/ghost', 0)
+        side.graph.expect(EndpointKind.NODE, '/alpha', 0)
+    assert ports._children == {}
+    assert beta.graph.now(EndpointKind.NODE, '/beta')

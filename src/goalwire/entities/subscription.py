@@ -14,7 +14,7 @@ from goalwire.execution.callback_groups import CallbackGroup
 from goalwire.execution.event_queue import EventQueue
 from goalwire.rules.qos import QoS
 from goalwire.transport.contract import EndpointKind, Port, Sample
-from goalwire.transport.reject_counters import log_rejected
+from goalwire.transport.reports import log_rejected
 
 if TYPE_CHECKING:
     from goalwire.entities.qos_events import EndpointEvents

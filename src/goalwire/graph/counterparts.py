@@ -10,8 +10,8 @@ from threading import Lock
 from typing import TypeAlias
 
 from goalwire.transport.contract import EndpointKind, GraphEntity
-from goalwire.transport.failures import report_failure
 from goalwire.transport.ordered_dispatcher import OrderedDispatcher
+from goalwire.transport.reports import report_failure
 
 _Topic: TypeAlias = tuple[EndpointKind, str]
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from threading import Lock
 from typing import Generic, ParamSpec
 
-from goalwire.transport.failures import report_failure
+from goalwire.transport.reports import report_failure
 
 P = ParamSpec('P')
 

@@ -16,7 +16,7 @@ from typing import Protocol
 from weakref import WeakSet
 
 from goalwire.transport.contract import Sleeper, WirePoller
-from goalwire.transport.fork import in_child
+from goalwire.transport.endpoint import in_child
 
 AWAY_S = 0.05
 """How long there is no leader, once to twice, before the session's own thread leads. Each look costs it some

@@ -14,7 +14,7 @@ from helpers.patience import PATIENCE
 from goalwire.execution.waiting import ShutdownSignal, Waiter, WireWaiter
 from goalwire.rules.qos import QoS
 from goalwire.transport.contract import Sleeper
-from goalwire.transport.dds.domain import DOMAINS
+from goalwire.transport.dds.domain import DOMAINS, open_domain
 from goalwire.transport.dds.loading import load
 from goalwire.transport.dds.qos import endpoint_qos
 from goalwire.transport.dds.reader_dispatcher import ReaderDispatcher
@@ -56,7 +56,7 @@ class Post:
 @pytest.fixture
 def post(alone: dict[str, str]) -> Iterator[Post]:
     library, domain_id = load(), int(alone['ROS_DOMAIN_ID'])
-    DOMAINS.acquire(library, domain_id)
+    open_domain(library, domain_id)
     participant = Participant(library, domain_id, b'')
     post = Post(participant)
     try:
@@ -64,7 +64,7 @@ def post(alone: dict[str, str]) -> Iterator[Post]:
     finally:
         post.wire_poller.close()
         participant.close()
-        DOMAINS.release(library, domain_id)
+        DOMAINS.close(domain_id)
 
 
 class Idle:

@@ -1,4 +1,4 @@
-"""The buses of a process, and that they go when nobody uses them."""
+"""The domains of a process, and that they go when nobody uses them."""
 
 from __future__ import annotations
 
@@ -19,23 +19,18 @@ from goalwire.transport.memory.domain import DOMAINS, MemoryDomain
 OpenSession = Callable[[], Session]
 
 
-def test_a_bus_goes_with_its_last_session() -> None:
-    first = DOMAINS.acquire(7)
-    assert DOMAINS.acquire(7) is first
-    assert DOMAINS.acquire(8) is not first
-    DOMAINS.release(8)
-    DOMAINS.release(7)
-    assert DOMAINS.users() == 1
-    DOMAINS.release(7)
+def test_a_domain_goes_with_its_last_session() -> None:
+    first = DOMAINS.open(7, MemoryDomain)
+    DOMAINS.close(7)
     gone = weakref.ref(first)
     del first
     gc.collect()
     assert gone() is None
 
 
-def test_closed_endpoints_leave_nothing_on_the_bus(open_session: OpenSession) -> None:
+def test_closed_endpoints_leave_nothing_in_the_domain(open_session: OpenSession) -> None:
     alpha, beta = Side(open_session(), 'alpha'), Side(open_session(), 'beta')
-    empty = sizes(bus_of(alpha))
+    empty = sizes(domain_of(alpha))
     for side in (alpha, beta):
         ports = [
             side.publisher('/chatter'),
@@ -45,28 +40,28 @@ def test_closed_endpoints_leave_nothing_on_the_bus(open_session: OpenSession) ->
         ]
         for port in ports:
             port.close()
-    assert sizes(bus_of(alpha)) == empty
+    assert sizes(domain_of(alpha)) == empty
 
 
 @pytest.mark.parametrize('kind', ['publisher', 'subscription', 'service', 'client'])
 def test_a_node_closed_while_it_declares_leaves_no_ghost(open_session: OpenSession, kind: str) -> None:
-    """The node is closed after it has noted the endpoint, before the bus has."""
+    """The node is closed when the domain has the endpoint, before the node has noted it."""
     side = Side(open_session(), 'alpha')
-    domain, ports = bus_of(side), side.node._ports  # type: ignore[attr-defined]
-    note = ports.keep
+    domain, ports = domain_of(side), side.node.ports  # type: ignore[attr-defined]
+    keep = ports.keep
 
-    def note_and_close(port: Port) -> None:
-        note(port)
+    def close_and_keep(port: Port) -> object:
         side.node.close()
+        return keep(port)
 
-    ports.keep = note_and_close
+    ports.keep = close_and_keep
     deliver = () if kind in {'publisher', 'client'} else (print,)
-    with pytest.raises(ClosedError, match='/name'):
+    with pytest.raises(ClosedError, match='/alpha'):
         getattr(side, kind)('/name', *deliver)
     assert sizes(domain) == [0, 0, 0, 0]
 
 
-def bus_of(side: Side) -> MemoryDomain:
+def domain_of(side: Side) -> MemoryDomain:
     domain: MemoryDomain = side.session._domain  # type: ignore[attr-defined]
     return domain
 
@@ -126,13 +121,13 @@ def test_each_listener_hears_of_things_before_their_end_however_many_threads_dec
         alive ^= {gid}
 
 
-def test_a_child_process_starts_with_an_empty_bus() -> None:
+def test_a_child_process_starts_with_an_empty_domain() -> None:
     # What a fork does to the table, without the fork: the contract suite has the real one.
     session = registry.get('goalwire_memory').open(SessionOptions(3))
     try:
-        before = DOMAINS._buses
+        before = DOMAINS._things
         DOMAINS._reset()
         assert DOMAINS.users() == 0
-        DOMAINS._buses = before
+        DOMAINS._things = before
     finally:
         session.close()

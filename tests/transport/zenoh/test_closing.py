@@ -76,7 +76,7 @@ def test_a_program_may_end_while_a_daemon_thread_closes(world: dict[str, str]) -
     for number in range(50):
         node.subscription(endpoint(EndpointKind.SUBSCRIPTION, f'/t{number}'), print)
     threading.Thread(target=session.close, daemon=True).start()
-    while not session._state.closed:
+    while not session.state.closed:
         pass
     print('bye', flush=True)
     """

@@ -35,7 +35,7 @@ from goalwire.rules.goals.status import statuses_of
 from goalwire.rules.latencies import Latencies
 from goalwire.rules.qos import QoS
 from goalwire.transport.contract import EndpointKind, Port, Sample
-from goalwire.transport.reject_counters import log_rejected
+from goalwire.transport.reports import log_rejected
 
 if TYPE_CHECKING:
     from goalwire.entities.actions.client_goals import Effects

@@ -23,6 +23,7 @@ from goalwire.transport.dds.service_header import unwrap, wrap
 from goalwire.transport.dds.status import PUBLICATION_MATCHED, SUBSCRIPTION_MATCHED
 from goalwire.transport.dds.user_data import EndpointData
 from goalwire.transport.dds.wire import RawSample
+from goalwire.transport.endpoint import OpenPort
 
 if TYPE_CHECKING:
     from goalwire.transport.dds.fast_dds import Calls as FastDdsCalls
@@ -51,16 +52,15 @@ _new_call: Callable[[tuple[set[str], Callable[[Sample], None], Callable[[str], N
 """Makes one as its class does, without a call of Python code."""
 
 
-class DdsClient(ClientPort):
+class DdsClient(OpenPort, ClientPort):
     """A declared service client."""
 
     def __init__(self, context: DdsContext, new: EndpointBuilder, endpoint: Endpoint) -> None:
         data = EndpointData(endpoint.type_hash, client_id=context.next_service_id(), takes_refusals=True)
         self._context = context
-        self._state = new.state
         self._writer = make_writer(context, Role.REQUEST, endpoint, data, new.undo)
         self.reader = make_reader(context, Role.REPLY, endpoint, data, new.undo)
-        self.gid = self._writer.guid
+        super().__init__(new.state, self._writer.guid)
         self._next_sequence = count(1).__next__
         self._lock = Lock()
         self._calls: dict[int, DdsCall] = {}
@@ -76,8 +76,8 @@ class DdsClient(ClientPort):
             None if context.translation is None else context.translation.add(self._writer, self.reader)
         )
         if context.translation is not None:
-            new.undo.callback(context.translation.remove, self._writer)
-        new.undo.callback(self.end_all)
+            new.undo.append(partial(context.translation.remove, self._writer))
+        new.undo.append(self.close_calls)
         self._dispatcher = ReaderDispatcher(self.reader, new.state.title, self._on_message)
         new.take_in(self.reader.topic, self._dispatcher)
         context.statuses.watch(self._writer.handle, PUBLICATION_MATCHED, self._look)
@@ -91,7 +91,7 @@ class DdsClient(ClientPort):
         timeout_ns: int | None = None,  # noqa: ARG002 - it is cancelled in time
     ) -> int:
         """Send one request to every server."""
-        state = self._state
+        state = self.state
         if state.closed or state.guard.is_silent:
             state.check_sending()
         sequence = self._next_sequence()
@@ -107,7 +107,7 @@ class DdsClient(ClientPort):
         if self._targets is not targets:
             self._look()
         if state.closed:
-            self.end_all()
+            self.close_calls()
             return sequence
         writer = self._writer
         if self._fast_dds is None:
@@ -122,9 +122,9 @@ class DdsClient(ClientPort):
 
     def _refused(self, sequence: int, result: int) -> NoReturn:
         self.cancel(sequence)
-        self._state.check()
+        self.state.check()
         error = self._context.library.dds_strretcode(result).decode()
-        raise TransportError(f'{self._state.title}: Cyclone DDS refused a request: {error}')
+        raise TransportError(f'{self.state.title}: Cyclone DDS refused a request: {error}')
 
     def cancel(self, sequence: int) -> None:
         """Hold nothing for this request any more."""
@@ -174,7 +174,7 @@ class DdsClient(ClientPort):
             changed = before != (self._requested, self._answering)
             there = {peer.server for peer in self._requested}
             if not there:
-                self._writer.forget_waiting()
+                self._writer.discard_waiting()
             orphaned = any(call.servers.isdisjoint(there) for call in list(self._calls.values()))
         if orphaned:
             self._dispatcher.drain_own()  # a server that has gone may have answered before
@@ -199,7 +199,7 @@ class DdsClient(ClientPort):
         try:
             (client, sequence), payload = unwrap(content)
         except RemoteError as error:
-            self._context.rejects.add('reply', error, self._state)
+            self._context.rejects.add('reply', error, self.state)
             return
         if client != self._writer.instance:
             return  # another client's
@@ -233,7 +233,7 @@ class DdsClient(ClientPort):
             self._pop(sequence)
         call.on_end(reason)
 
-    def end_all(self) -> None:
+    def close_calls(self) -> None:
         """End every call: the client is closing."""
         with self._lock:
             calls = [call for each in list(self._calls) if (call := self._pop(each)) is not None]
@@ -244,7 +244,3 @@ class DdsClient(ClientPort):
     def gids(self) -> tuple[tuple[bytes, ...], tuple[bytes, ...]]:
         """What it reads and writes with."""
         return (self.reader.guid,), (self._writer.guid,)
-
-    def close(self) -> None:
-        """Undeclare and end every call."""
-        self._state.close()

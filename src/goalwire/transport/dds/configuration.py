@@ -14,7 +14,7 @@ import os
 from enum import Enum
 
 from goalwire.errors import TransportError
-from goalwire.transport.reject_counters import LOGGER
+from goalwire.transport.reports import LOGGER
 
 MOST_PARTICIPANTS = 32
 """Participants of one domain on one machine that can be asked for directly (as in ROS 2)."""

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING
 from goalwire.transport.dds.abi import Library
 from goalwire.transport.dds.configuration import calls_fast_dds
 from goalwire.transport.dds.discovery import Discovery
-from goalwire.transport.dds.domain import DOMAINS
+from goalwire.transport.dds.domain import DOMAINS, open_domain
 from goalwire.transport.dds.graph_notifier import GraphNotifier
 from goalwire.transport.dds.peers import Peers
 from goalwire.transport.dds.status import Statuses
 from goalwire.transport.dds.user_data import encode_participant, service_id
 from goalwire.transport.dds.wire import Participant
 from goalwire.transport.dds.wire_poller import DdsWirePoller
-from goalwire.transport.fork import ForkGuard
-from goalwire.transport.reject_counters import RejectCounters
+from goalwire.transport.endpoint import ForkGuard
+from goalwire.transport.reports import RejectCounters
 
 if TYPE_CHECKING:
     from goalwire.transport.dds.fast_dds import Translation
@@ -34,7 +34,7 @@ class DdsContext:
         self.rejects = RejectCounters()
         self.notifier = GraphNotifier()
         self.translation = _translation(library)
-        domain = DOMAINS.acquire(library, domain_id)
+        domain = open_domain(library, domain_id)
         try:
             self.participant = Participant(library, domain_id, encode_participant(enclave))
             self.id = self.participant.guid.hex()
@@ -69,7 +69,7 @@ class DdsContext:
         participant = getattr(self, 'participant', None)
         if participant is not None:
             participant.close()
-        DOMAINS.release(self.library, self.domain_id)
+        DOMAINS.close(self.domain_id)
 
 
 def _translation(library: Library) -> Translation | None:

@@ -28,7 +28,7 @@ from goalwire.transport.dds.qos import read_qos, read_user_data
 from goalwire.transport.dds.user_data import decode_endpoint, enclave_of
 from goalwire.transport.dds.waitset_thread import WaitsetThread
 from goalwire.transport.dds.wire import Participant, check
-from goalwire.transport.reject_counters import RejectCounters, check_names
+from goalwire.transport.reports import RejectCounters, check_names
 
 GRACE_NS = 1_000_000_000
 """How long an endpoint waits for its node to be told."""

@@ -1,25 +1,25 @@
-"""One endpoint on its way onto the wire, and `undo`, which takes it off again."""
+"""One endpoint on its way onto the wire."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from contextlib import ExitStack
+from functools import partial
 
 from goalwire.transport.dds.context import DdsContext
 from goalwire.transport.dds.reader_dispatcher import ReaderDispatcher
-from goalwire.transport.endpoint_state import EndpointState
+from goalwire.transport.endpoint import EndpointState
 
 
 class EndpointBuilder:
-    """What is declared so far of one endpoint; what `undo` holds is undone last first."""
+    """What is declared so far of one endpoint, and its state, which holds how that is undone."""
 
     __slots__ = ('_context', '_readers_to_watch', 'state', 'undo')
 
-    def __init__(self, context: DdsContext) -> None:
+    def __init__(self, context: DdsContext, state: EndpointState) -> None:
         self._context = context
         self._readers_to_watch: list[tuple[str, ReaderDispatcher]] = []
-        self.undo = ExitStack()
-        self.state: EndpointState
+        self.state = state
+        self.undo = state.undo
 
     def take_in(self, topic: str, dispatcher: ReaderDispatcher) -> None:
         """Let a reader's messages in once the endpoint is shown."""
@@ -29,12 +29,11 @@ class EndpointBuilder:
         """Tell the others whose this endpoint is, then let messages in."""
         context, gids = self._context, (*readers, *writers)
         context.announcement.add(node_id, readers, writers)
-        self.undo.callback(context.announce)
-        self.undo.callback(context.announcement.remove, node_id, gids)
+        self.undo += [context.announce, partial(context.announcement.remove, node_id, gids)]
         context.announce()
         for topic, dispatcher in self._readers_to_watch:
             context.local_readers.add(topic, dispatcher)
-            self.undo.callback(self._shut, topic, dispatcher)
+            self.undo.append(partial(self._shut, topic, dispatcher))
             context.wire_poller.watch(dispatcher.reader.condition, dispatcher.drain)
 
     def _shut(self, topic: str, dispatcher: ReaderDispatcher) -> None:

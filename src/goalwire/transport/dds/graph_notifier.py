@@ -7,8 +7,8 @@ from threading import Lock
 
 from goalwire.transport.contract import EndpointKind, GraphEntity, GraphListener, NodeName
 from goalwire.transport.dds.discovery_state import UNKNOWN_ID, Change
-from goalwire.transport.failures import report_failure
 from goalwire.transport.ordered_dispatcher import OrderedDispatcher
+from goalwire.transport.reports import report_failure
 
 
 class _Watcher:

@@ -8,7 +8,7 @@ from goalwire.errors import ForkedError, TransportError
 from goalwire.transport.dds.abi import Library
 from goalwire.transport.dds.library import INSTALLING, OVERRIDE, find_library
 from goalwire.transport.dds.selftest import find_fault
-from goalwire.transport.fork import ForkGuard
+from goalwire.transport.endpoint import ForkGuard
 
 _lock = Lock()
 _loaded: list[tuple[Library, ForkGuard]] = []

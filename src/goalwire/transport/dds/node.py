@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from typing import TypeVar
 
 from goalwire.records import replace
-from goalwire.transport.children import Children
 from goalwire.transport.contract import (
     ClientPort,
     Endpoint,
     EndpointKind,
     GraphEntity,
     NodeName,
-    NodePort,
     Port,
     PublisherPort,
     Request,
@@ -25,76 +24,70 @@ from goalwire.transport.dds.context import DdsContext
 from goalwire.transport.dds.endpoint_builder import EndpointBuilder
 from goalwire.transport.dds.service import DdsService
 from goalwire.transport.dds.topics import DdsPublisher, DdsSubscription
-from goalwire.transport.endpoint_state import EndpointState
+from goalwire.transport.endpoint import Child, EndpointState, OpenNode
 
-P = TypeVar('P', bound=Port)
+C = TypeVar('C', bound=Child)
 
 
-class DdsNode(NodePort):
+class DdsNode(OpenNode):
     """A declared node and its endpoints."""
 
-    def __init__(self, context: DdsContext, name: NodeName, forget: Callable[[bytes], None]) -> None:
+    def __init__(self, context: DdsContext, name: NodeName, state: EndpointState) -> None:
         self.id = context.next_id()
-        self.gid = context.participant.guid[:12] + self.id.to_bytes(4, 'big')
+        super().__init__(state, context.participant.guid[:12] + self.id.to_bytes(4, 'big'))
         self._context = context
-        self._forget = forget
         self._entity = GraphEntity(
             EndpointKind.NODE, context.id, self.id, replace(name, enclave=context.enclave), gid=self.gid
         )
-        self._state = EndpointState(f"node '{name.qualified}'", context.guard, self._leave, name.logger)
-        self._ports = Children(self._state)
+        state.undo += [
+            partial(context.notifier.change, [(False, self._entity)]),
+            context.announce,
+            partial(context.announcement.remove_node, self.id),
+            self.ports.close,
+        ]
         context.announcement.add_node(self.id, name)
         context.announce()
         context.notifier.change([(True, self._entity)])
 
     def publisher(self, endpoint: Endpoint) -> PublisherPort:
         """Declare a publisher."""
-        with self._declaring(endpoint) as new:
+        with self._opening(endpoint) as new:
             port = DdsPublisher(self._context, new, endpoint)
-            return self._keep(port, new, endpoint, (), (port.gid,))
+            return self._show(port, new, endpoint, (), (port.gid,))
 
     def subscription(self, endpoint: Endpoint, deliver: Callable[[Sample], None]) -> Port:
         """Declare a subscription."""
-        with self._declaring(endpoint) as new:
+        with self._opening(endpoint) as new:
             port = DdsSubscription(self._context, new, endpoint, deliver)
-            return self._keep(port, new, endpoint, (port.gid,), ())
+            return self._show(port, new, endpoint, (port.gid,), ())
 
     def service(self, endpoint: Endpoint, deliver: Callable[[Request], None]) -> Port:
         """Declare a service server."""
-        with self._declaring(endpoint) as new:
+        with self._opening(endpoint) as new:
             port = DdsService(self._context, new, endpoint, deliver)
-            return self._keep(port, new, endpoint, *port.gids)
+            return self._show(port, new, endpoint, *port.gids)
 
     def client(self, endpoint: Endpoint) -> ClientPort:
         """Declare a service client."""
-        with self._declaring(endpoint) as new:
+        with self._opening(endpoint) as new:
             port = DdsClient(self._context, new, endpoint)
-            return self._keep(port, new, endpoint, *port.gids)
+            return self._show(port, new, endpoint, *port.gids)
 
     @contextmanager
-    def _declaring(self, endpoint: Endpoint) -> Iterator[EndpointBuilder]:
+    def _opening(self, endpoint: Endpoint) -> Iterator[EndpointBuilder]:
         """Prepare an endpoint; whatever was declared of it is undone where the block fails."""
-        self._state.check()
-        new = EndpointBuilder(self._context)
-        title = f"{endpoint.kind.value} '{endpoint.name}'"
-        new.state = EndpointState(title, self._context.guard, new.undo.close, self._entity.node.logger)
-        try:
-            yield new
-        except BaseException:
-            new.state.close()
-            self._state.check()  # closed by another thread in the meantime
-            raise
+        with self.ports.opening(f"{endpoint.kind.value} '{endpoint.name}'") as state:
+            yield EndpointBuilder(self._context, state)
 
-    def _keep(
+    def _show(
         self,
-        port: P,
+        port: C,
         new: EndpointBuilder,
         endpoint: Endpoint,
         readers: Iterable[bytes],
         writers: Iterable[bytes],
-    ) -> P:
-        self._ports.keep(port)
-        new.undo.callback(self._ports.forget, port.gid)
+    ) -> C:
+        """Show an endpoint in the graph, here and to the others, and let its messages in."""
         entity = replace(
             self._entity,
             kind=endpoint.kind,
@@ -104,21 +97,10 @@ class DdsNode(NodePort):
             qos=endpoint.qos.stated(),
             gid=port.gid,
         )
+        new.undo.append(partial(self._context.notifier.change, [(False, entity)]))
         self._context.notifier.change([(True, entity)])
-        new.undo.callback(self._context.notifier.change, [(False, entity)])
         new.show(self.id, readers, writers)
-        return port
-
-    def close(self) -> None:
-        """Close every endpoint, then leave the graph."""
-        self._state.close()
-
-    def _leave(self) -> None:
-        self._ports.close()
-        self._context.announcement.remove_node(self.id)
-        self._context.announce()
-        self._context.notifier.change([(False, self._entity)])
-        self._forget(self.gid)
+        return self.ports.keep(port)
 
 
 def _shown_hash(endpoint: Endpoint) -> str:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from struct import Struct
 
 from goalwire.errors import RemoteError
-from goalwire.transport.reject_counters import check_names
+from goalwire.transport.reports import check_names
 
 GID_SIZE = 16
 OLD_GID_SIZE = 24

@@ -18,8 +18,8 @@ from goalwire.errors import LocalError
 from goalwire.transport.dds.abi import TIMEOUT
 from goalwire.transport.dds.waitset_thread import CLOSING_S
 from goalwire.transport.dds.wire import Participant, Writer
-from goalwire.transport.failures import report_failure
-from goalwire.transport.fork import ForkGuard
+from goalwire.transport.endpoint import ForkGuard
+from goalwire.transport.reports import report_failure
 
 _PATIENCE_NS = 200_000_000
 """How long until the next attempt, or the fallback writer, unless all is acknowledged before."""
@@ -135,7 +135,7 @@ class QueueingWriter(Writer):
     def _send_first(self, write: Callable[[bytes], int]) -> bool:
         """Send what has waited longest and let it wait no more; False where there is nothing, or no room."""
         if self._guard is not None and self._guard.is_silent:
-            self.forget_waiting()
+            self.discard_waiting()
         with self._lock:
             if not self._waiting:
                 return False
@@ -146,11 +146,11 @@ class QueueingWriter(Writer):
         except LocalError as error:
             report_failure(f"topic '{self.topic}'", error)
         with self._lock:
-            if self._waiting and self._waiting[0] is first:  # not forgotten in the meantime
+            if self._waiting and self._waiting[0] is first:  # not discarded in the meantime
                 self._waiting.popleft()
         return True
 
-    def forget_waiting(self) -> None:
+    def discard_waiting(self) -> None:
         """Send nothing of what waits: whom it was for has gone."""
         with self._lock:
             self._waiting.clear()

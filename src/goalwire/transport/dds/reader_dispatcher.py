@@ -10,7 +10,7 @@ from collections.abc import Callable
 from threading import Lock, get_ident
 
 from goalwire.transport.dds.wire import RawSample, Reader
-from goalwire.transport.failures import report_failure
+from goalwire.transport.reports import report_failure
 
 PATIENCE_S = 0.1
 """How long a sender waits for a thread that is just delivering. Only two that wait for each other take it."""

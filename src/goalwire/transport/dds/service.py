@@ -7,7 +7,7 @@ from ctypes import c_ssize_t
 from time import monotonic_ns, time_ns
 
 from goalwire.errors import LocalError, RemoteError
-from goalwire.transport.contract import Endpoint, NodeName, Port, Request, Sample, new_sample
+from goalwire.transport.contract import Endpoint, NodeName, Request, Sample, new_sample
 from goalwire.transport.dds.context import DdsContext
 from goalwire.transport.dds.endpoint_builder import EndpointBuilder
 from goalwire.transport.dds.names import Role
@@ -19,8 +19,8 @@ from goalwire.transport.dds.service_header import Header, unwrap, wrap
 from goalwire.transport.dds.status import PUBLICATION_MATCHED
 from goalwire.transport.dds.user_data import EndpointData
 from goalwire.transport.dds.wire import RawSample
-from goalwire.transport.failures import report_failure
-from goalwire.transport.reject_counters import log_rejected
+from goalwire.transport.endpoint import OpenPort
+from goalwire.transport.reports import log_rejected, report_failure
 
 MATCHING_NS = 100_000_000
 """How long a reply waits for its client's reader (as in rmw_cyclonedds)."""
@@ -57,7 +57,7 @@ class DdsRequest(Request):
             service.send(self, wrap(self._header, payload))
 
     def cancel(self, reason: str = '') -> None:
-        """Give the request up. A client that is not goalwire's is not told: its call ends with the server."""
+        """End the request. A client that is not goalwire's is not told: its call ends with the server."""
         service = self._service
         if service.state.is_forked:
             service.state.check()
@@ -65,7 +65,7 @@ class DdsRequest(Request):
             service.send(self, refusal(self._header, reason))
 
 
-class DdsService(Port):
+class DdsService(OpenPort):
     """A declared service server."""
 
     def __init__(
@@ -77,17 +77,19 @@ class DdsService(Port):
     ) -> None:
         data = EndpointData(endpoint.type_hash, service_id=context.next_service_id())
         self._context = context
-        self.state = new.state
         self._writer = make_writer(context, Role.REPLY, endpoint, data, new.undo)
         self.reader = make_reader(context, Role.REQUEST, endpoint, data, new.undo)
-        self.gid = self.reader.guid
+        super().__init__(new.state, self.reader.guid)
         self._deliver = deliver
         self.waiting: dict[DdsRequest, bool] = {}
-        """The requests that are neither answered nor given up: True for who takes one out."""
+        """The requests that are neither answered nor cancelled: True for who takes one out.
+
+        Closing clears it: who has sent them learns of the server's end from the graph.
+        """
         self._local = context.local_readers.by_topic
         self._known = context.peers.known
         self._reached: set[str] = set()
-        new.undo.callback(self._discard_all)
+        new.undo.append(self.waiting.clear)
         new.take_in(self.reader.topic, ReaderDispatcher(self.reader, new.state.title, self._on_message))
 
     def _on_message(self, message: RawSample) -> None:
@@ -170,14 +172,7 @@ class DdsService(Port):
         finally:
             library.dds_delete(waiting)
 
-    def _discard_all(self) -> None:
-        self.waiting.clear()
-
     @property
     def gids(self) -> tuple[tuple[bytes, ...], tuple[bytes, ...]]:
         """What it reads and writes with."""
         return (self.reader.guid,), (self._writer.guid,)
-
-    def close(self) -> None:
-        """Undeclare; whose requests wait learns of it from the graph."""
-        self.state.close()

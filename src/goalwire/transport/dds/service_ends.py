@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from contextlib import ExitStack
+from collections.abc import Callable
+from functools import partial
 
 from goalwire.records import replace
 from goalwire.rules.qos import HistoryPolicy
@@ -28,7 +29,7 @@ def _user_data(role: Role, endpoint: Endpoint, data: EndpointData) -> bytes:
 
 
 def make_writer(
-    context: DdsContext, role: Role, endpoint: Endpoint, data: EndpointData, undo: ExitStack
+    context: DdsContext, role: Role, endpoint: Endpoint, data: EndpointData, undo: list[Callable[[], object]]
 ) -> QueueingWriter:
     """Declare the sending end. It keeps all: of a burst, ROS 2's ten drop what is not there yet.
 
@@ -49,13 +50,13 @@ def make_writer(
             writer = QueueingWriter(*where, qos, make_detour)
         else:
             writer = QueueingWriter(*where, qos, guard=context.guard)
-    undo.callback(writer.delete)
-    undo.callback(context.statuses.forget, writer.handle)
+    undo.append(writer.delete)
+    undo.append(partial(context.statuses.discard, writer.handle))
     return writer
 
 
 def make_reader(
-    context: DdsContext, role: Role, endpoint: Endpoint, data: EndpointData, undo: ExitStack
+    context: DdsContext, role: Role, endpoint: Endpoint, data: EndpointData, undo: list[Callable[[], object]]
 ) -> Reader:
     """Declare the receiving end. It keeps all: what it drops would be a call without an answer."""
     verbatim = endpoint.qos.avoid_ros_namespace_conventions
@@ -63,6 +64,6 @@ def make_reader(
     kept = replace(endpoint.qos, history=HistoryPolicy.KEEP_ALL)
     with endpoint_qos(context.library, kept, _user_data(role, endpoint, data)) as qos:
         reader = Reader(context.participant, topic, dds_type(role, endpoint.type_name), qos)
-    undo.callback(reader.delete)
-    undo.callback(context.statuses.forget, reader.handle)
+    undo.append(reader.delete)
+    undo.append(partial(context.statuses.discard, reader.handle))
     return reader

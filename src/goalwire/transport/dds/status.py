@@ -123,7 +123,7 @@ class Statuses:
         tell()  # what happened before
         return True
 
-    def forget(self, entity: int) -> None:
+    def discard(self, entity: int) -> None:
         """The entity is about to go."""
         with self._lock:
             known = self._handlers.pop(entity, None)

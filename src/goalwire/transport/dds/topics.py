@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from time import time_ns
 
 from goalwire.errors import TransportError
 from goalwire.records import replace
 from goalwire.rules.qos import QoS
 from goalwire.rules.qos_events import EventStatus, EventType
-from goalwire.transport.contract import Endpoint, Port, PublisherPort, Sample, new_sample
+from goalwire.transport.contract import Endpoint, PublisherPort, Sample, new_sample
 from goalwire.transport.dds.abi import INFINITY
 from goalwire.transport.dds.context import DdsContext
 from goalwire.transport.dds.endpoint_builder import EndpointBuilder
@@ -18,6 +19,7 @@ from goalwire.transport.dds.qos import endpoint_qos
 from goalwire.transport.dds.reader_dispatcher import ReaderDispatcher
 from goalwire.transport.dds.user_data import EndpointData, encode_endpoint
 from goalwire.transport.dds.wire import RawSample, Reader, Writer
+from goalwire.transport.endpoint import OpenPort
 
 NOT_COUNTED = 0
 """The sequence number of a message: DDS does not tell."""
@@ -36,7 +38,7 @@ def wire_qos(endpoint: Endpoint) -> QoS:
     return qos
 
 
-class DdsPublisher(PublisherPort):
+class DdsPublisher(OpenPort, PublisherPort):
     """A declared publisher."""
 
     def __init__(self, context: DdsContext, new: EndpointBuilder, endpoint: Endpoint) -> None:
@@ -45,19 +47,18 @@ class DdsPublisher(PublisherPort):
         data = encode_endpoint(EndpointData(endpoint.type_hash))
         with endpoint_qos(context.library, wire_qos(endpoint), data) as qos:
             writer = Writer(context.participant, topic, dds_type(Role.TOPIC, endpoint.type_name), qos)
-        new.undo.callback(writer.delete)
-        new.undo.callback(context.statuses.forget, writer.handle)
-        self.gid = writer.guid
+        new.undo.append(writer.delete)
+        new.undo.append(partial(context.statuses.discard, writer.handle))
+        super().__init__(new.state, writer.guid)
         self.writer = writer
         self._context = context
-        self._state = new.state
         self._topic = topic
         self._write = writer.write
         self._local = context.local_readers.by_topic
 
     def publish(self, payload: bytes) -> None:
         """Write one message; what several threads publish at once may arrive in either order."""
-        state = self._state
+        state = self.state
         if state.closed or state.guard.is_silent:
             state.check_sending()
         result = self._write(payload)
@@ -76,21 +77,17 @@ class DdsPublisher(PublisherPort):
 
     def assert_liveliness(self) -> None:
         """Show that the publisher is alive, where that is up to its user."""
-        self._state.check_sending()
+        self.state.check_sending()
         self._context.library.dds_assert_liveliness(self.writer.handle)
 
     def wait_for_acknowledgements(self, timeout_ns: int | None) -> bool:
         """Wait until every reliable reader has all that was published; False where that takes too long."""
-        self._state.check()
+        self.state.check()
         patience = INFINITY if timeout_ns is None else timeout_ns
         return self._context.library.dds_wait_for_acks(self.writer.handle, patience) == 0
 
-    def close(self) -> None:
-        """Undeclare."""
-        self._state.close()
 
-
-class DdsSubscription(Port):
+class DdsSubscription(OpenPort):
     """A declared subscription."""
 
     def __init__(
@@ -103,13 +100,12 @@ class DdsSubscription(Port):
             context.library, wire_qos(endpoint), data, ignore_local=endpoint.ignore_local
         ) as qos:
             reader = Reader(context.participant, topic, dds_type(Role.TOPIC, endpoint.type_name), qos)
-        new.undo.callback(reader.delete)
-        new.undo.callback(context.statuses.forget, reader.handle)
-        self.gid = reader.guid
+        new.undo.append(reader.delete)
+        new.undo.append(partial(context.statuses.discard, reader.handle))
+        super().__init__(new.state, reader.guid)
         self.reader = reader
         self._context = context
         self._known = context.peers.known
-        self._state = new.state
         self._deliver = deliver
         self._dispatcher = ReaderDispatcher(reader, new.state.title, self._on_message)
         new.take_in(topic, self._dispatcher)
@@ -129,7 +125,3 @@ class DdsSubscription(Port):
     def watch_event(self, event: EventType, changed: Callable[[EventStatus], None]) -> bool:
         """Tell of an event that the library notices."""
         return self._context.statuses.watch_event(self.reader.handle, event, changed)
-
-    def close(self) -> None:
-        """Undeclare."""
-        self._state.close()

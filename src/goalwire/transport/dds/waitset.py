@@ -9,7 +9,7 @@ from itertools import count
 from threading import Lock
 
 from goalwire.transport.dds.wire import Participant, check
-from goalwire.transport.failures import report_failure
+from goalwire.transport.reports import report_failure
 
 _AT_ONCE = 64
 _INTERRUPTED = 0

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from goalwire.transport.dds.abi import INFINITY
 from goalwire.transport.dds.waitset import WaitSet
 from goalwire.transport.dds.wire import Participant
-from goalwire.transport.failures import report_failure
+from goalwire.transport.reports import report_failure
 
 CLOSING_S = 5.0
 """How long closing waits for what the thread is at."""

@@ -132,6 +132,10 @@ class Participant:
         self.leaving = False
         """True once all is about to go with the participant: then nothing is taken off one by one."""
 
+    def leave_at_once(self) -> None:
+        """Take nothing off the wire one by one any more: all is about to go with the participant."""
+        self.leaving = True
+
     def topic(self, name: str, type_name: str) -> int:
         """Declare a topic; delete it when its reader or writer is there."""
         made = self.library.dds_create_topic(self.handle, _descriptor(type_name), name.encode(), None, None)

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING
 
 from goalwire.errors import LocalError
 from goalwire.transport.contract import ClientPort, Port, PublisherPort, Request, Sample
-from goalwire.transport.failures import report_failure
 from goalwire.transport.faults.kinds import Kind, Moment, Packet
 from goalwire.transport.faults.plan import Plan
+from goalwire.transport.reports import report_failure
 
 if TYPE_CHECKING:
     from goalwire.rules.qos_events import EventStatus, EventType

@@ -24,11 +24,11 @@ from goalwire.transport.contract import (
     SessionOptions,
     Transport,
 )
-from goalwire.transport.failures import report_failure
 from goalwire.transport.faults.delay_queue import Clock
 from goalwire.transport.faults.plan import AnyFault, Plan
 from goalwire.transport.faults.ports import FaultyClient, FaultyPublisher, FaultyService, FaultySubscription
 from goalwire.transport.ordered_dispatcher import OrderedDispatcher
+from goalwire.transport.reports import report_failure
 
 _Key: TypeAlias = tuple[EndpointKind, str, int, bytes]
 

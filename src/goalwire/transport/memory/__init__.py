@@ -1,4 +1,4 @@
-"""The transport within one process: every context of a domain meets on a bus, no wire involved."""
+"""The transport within one process: every context of a domain meets there, and no wire is involved."""
 
 from goalwire.transport.memory.session import MemoryTransport
 

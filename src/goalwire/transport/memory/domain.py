@@ -1,7 +1,7 @@
-"""One bus per domain id: who is there, who matches whom, and who wants to hear of it.
+"""The domains of this process: who is there, who matches whom, and who wants to hear of it.
 
-The bus's lock guards membership alone. Nothing is delivered under it: what a change gives rise to is posted
-to outboxes in the order of the changes and drained once the lock is free.
+A domain's lock guards membership alone. Nothing is delivered under it: what a change gives rise to is posted
+to dispatchers in the order of the changes, and drained once the lock is free.
 """
 
 from __future__ import annotations
@@ -11,12 +11,10 @@ from threading import Lock
 from typing import TypeAlias
 
 from goalwire.transport.contract import GraphEntity, GraphListener
-from goalwire.transport.failures import report_failure
-from goalwire.transport.fork import in_child
-from goalwire.transport.memory.endpoint_state import MemoryEndpointState
-from goalwire.transport.memory.services import MemoryService
-from goalwire.transport.memory.topics import MemoryPublisher, MemorySubscription
+from goalwire.transport.endpoint import Shared
+from goalwire.transport.memory.ports import MemoryPublisher, MemoryService, MemorySubscription
 from goalwire.transport.ordered_dispatcher import OrderedDispatcher
+from goalwire.transport.reports import report_failure
 
 Key: TypeAlias = tuple[str, str, str]
 """Name, type and hash: who shares all three talks to each other, whatever the QoS (as in rmw_zenoh)."""
@@ -54,72 +52,67 @@ class MemoryDomain:
         self._watchers: tuple[Watcher, ...] = ()
 
     # Endpoints ------------------------------------------------------------
-    # A place is checked once more under the lock: one that another thread has given up meanwhile, and with
-    # that has left already, would stay for ever. So each `add_…` and `show` raise ClosedError.
 
     def add_publisher(self, publisher: MemoryPublisher) -> None:
         """Connect a publisher with the subscriptions that wait for it."""
-        key = key_of(publisher.state.entity)
+        key = key_of(publisher.entity)
         with self._lock:
-            publisher.state.check()
             self._publishers[key][publisher.gid] = publisher
             for subscription in self._subscriptions.get(key, {}).values():
                 if subscription.wants(publisher):
                     publisher.connect(subscription)
-            watchers = self._note(publisher.state.entity)
+            watchers = self._note(publisher.entity)
         self._drain(watchers)
 
     def remove_publisher(self, publisher: MemoryPublisher) -> None:
         """Take a publisher off."""
-        key = key_of(publisher.state.entity)
+        key = key_of(publisher.entity)
         with self._lock:
-            _discard(self._publishers, key, publisher.gid)
-            watchers = self._strike(publisher.state.entity)
+            _discard_from(self._publishers, key, publisher.gid)
+            watchers = self._discard_entity(publisher.entity)
         self._drain(watchers)
 
     def add_subscription(self, subscription: MemorySubscription) -> None:
         """Connect a subscription with the publishers there are, which send it their history."""
-        key = key_of(subscription.state.entity)
+        key = key_of(subscription.entity)
         with self._lock:
-            subscription.state.check()
             self._subscriptions[key][subscription.gid] = subscription
             publishers = [each for each in self._publishers.get(key, {}).values() if subscription.wants(each)]
             for publisher in publishers:
                 publisher.connect(subscription)
-            watchers = self._note(subscription.state.entity)
+            watchers = self._note(subscription.entity)
         for publisher in publishers:
             publisher.flush()
         self._drain(watchers)
 
     def remove_subscription(self, subscription: MemorySubscription) -> None:
         """Take a subscription off."""
-        key = key_of(subscription.state.entity)
+        key = key_of(subscription.entity)
         with self._lock:
-            _discard(self._subscriptions, key, subscription.gid)
+            _discard_from(self._subscriptions, key, subscription.gid)
             for publisher in self._publishers.get(key, {}).values():
                 publisher.disconnect(subscription)
-            watchers = self._strike(subscription.state.entity)
+            watchers = self._discard_entity(subscription.entity)
         self._drain(watchers)
 
     def add_server(self, server: MemoryService) -> None:
         """Let a server have the calls made from now on."""
-        key = key_of(server.state.entity)
+        key = key_of(server.entity)
         with self._lock:
-            server.state.check()
             self._servers[key] = (*self._servers.get(key, ()), server)
-            watchers = self._note(server.state.entity)
+            watchers = self._note(server.entity)
         self._drain(watchers)
 
     def remove_server(self, server: MemoryService) -> None:
         """Take a server off and end the calls it has not answered."""
-        key = key_of(server.state.entity)
+        key = key_of(server.entity)
         with self._lock:
             others = tuple(each for each in self._servers.get(key, ()) if each is not server)
             if others:
                 self._servers[key] = others
             else:
                 self._servers.pop(key, None)
-            watchers = self._strike(server.state.entity)
+            watchers = self._discard_entity(server.entity)
         self._drain(watchers)
         server.cancel_all()
 
@@ -130,17 +123,16 @@ class MemoryDomain:
 
     # The graph ------------------------------------------------------------
 
-    def show(self, state: MemoryEndpointState) -> None:
+    def show(self, entity: GraphEntity) -> None:
         """Make a node or a client, which nothing has to be connected with, part of the graph."""
         with self._lock:
-            state.check()
-            watchers = self._note(state.entity)
+            watchers = self._note(entity)
         self._drain(watchers)
 
     def hide(self, entity: GraphEntity) -> None:
         """Take a node or a client out of the graph."""
         with self._lock:
-            watchers = self._strike(entity)
+            watchers = self._discard_entity(entity)
         self._drain(watchers)
 
     def watch(self, listener: GraphListener) -> Watcher:
@@ -161,7 +153,7 @@ class MemoryDomain:
         self._entities[entity.gid] = entity
         return self._post(is_there=True, entity=entity)
 
-    def _strike(self, entity: GraphEntity) -> tuple[Watcher, ...]:
+    def _discard_entity(self, entity: GraphEntity) -> tuple[Watcher, ...]:
         if self._entities.pop(entity.gid, None) is None:
             return ()
         return self._post(is_there=False, entity=entity)
@@ -177,7 +169,7 @@ class MemoryDomain:
             watcher.dispatcher.drain()
 
 
-def _discard(
+def _discard_from(
     table: dict[Key, dict[bytes, MemoryPublisher]] | dict[Key, dict[bytes, MemorySubscription]],
     key: Key,
     gid: bytes,
@@ -191,38 +183,5 @@ def _discard(
         del table[key]
 
 
-class MemoryDomains:
-    """The buses of this process, each there as long as a session uses it."""
-
-    def __init__(self) -> None:
-        self._reset()
-        in_child(self._reset)
-
-    def _reset(self) -> None:
-        # A forked child gets neither our members nor a lock that somebody held at that moment.
-        self._lock = Lock()
-        self._buses: dict[int, tuple[MemoryDomain, int]] = {}
-
-    def acquire(self, domain_id: int) -> MemoryDomain:
-        """Return the bus of a domain, kept until as many `release` it."""
-        with self._lock:
-            domain, users = self._buses.get(domain_id) or (MemoryDomain(), 0)
-            self._buses[domain_id] = domain, users + 1
-            return domain
-
-    def release(self, domain_id: int) -> None:
-        """Give a bus back."""
-        with self._lock:
-            domain, users = self._buses[domain_id]
-            if users > 1:
-                self._buses[domain_id] = domain, users - 1
-            else:
-                del self._buses[domain_id]
-
-    def users(self) -> int:
-        """Return how many sessions are open in this process."""
-        with self._lock:
-            return sum(users for _, users in self._buses.values())
-
-
-DOMAINS = MemoryDomains()
+DOMAINS: Shared[int, MemoryDomain] = Shared()
+"""The domains that sessions of this process are in, by domain id."""

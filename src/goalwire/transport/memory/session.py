@@ -1,16 +1,19 @@
-"""Sessions of the memory transport: the contexts of one process, joined by a bus per domain id."""
+"""Sessions and nodes of the memory transport: the contexts of one process that are in one domain."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import partial
 from itertools import count
 from threading import Lock
 
-from goalwire.transport.children import Children
+from goalwire.records import replace
 from goalwire.transport.contract import (
     ClientPort,
     Endpoint,
+    EndpointKind,
     GraphEntity,
     GraphListener,
     NodeName,
@@ -23,148 +26,119 @@ from goalwire.transport.contract import (
     SessionOptions,
     Transport,
 )
-from goalwire.transport.endpoint_state import EndpointState
-from goalwire.transport.fork import ForkGuard
+from goalwire.transport.endpoint import EndpointState, ForkGuard, OpenNode, OpenSession
 from goalwire.transport.memory.domain import DOMAINS, MemoryDomain, Watcher, key_of
-from goalwire.transport.memory.endpoint_state import MemoryEndpointState, describe, describe_node
-from goalwire.transport.memory.services import MemoryClient, MemoryService
-from goalwire.transport.memory.topics import MemoryPublisher, MemorySubscription
+from goalwire.transport.memory.ports import MemoryClient, MemoryPublisher, MemoryService, MemorySubscription
 
 
-class MemorySession(Session):
-    """One context on the bus of its domain."""
+class MemorySession(OpenSession):
+    """One context in its domain."""
 
     def __init__(self, domain_id: int) -> None:
-        self._domain_id = domain_id
-        self._domain = DOMAINS.acquire(domain_id)
-        self._guard = ForkGuard()
+        super().__init__(domain_id, ForkGuard())
         gid_prefix = os.urandom(16)
         self.id = gid_prefix.hex()
         self._gid_prefix = gid_prefix[:8]
         self._numbers = count()
-        self._state = EndpointState(f'session of domain {domain_id}', self._guard, self._leave)
-        self._nodes = Children(self._state)
+        self._domain = DOMAINS.open(domain_id, MemoryDomain)
         self._watchers: list[Watcher] = []
         self._lock = Lock()
+        self.state.undo += [partial(DOMAINS.close, domain_id), self.nodes.close, self._unwatch_all]
 
-    def _next_gid(self) -> tuple[int, bytes]:
+    def next_gid(self) -> tuple[int, bytes]:
         """Return a new number of this session and the gid made of both."""
         number = next(self._numbers)
         return number, self._gid_prefix + number.to_bytes(8, 'big')
 
     def node(self, name: NodeName) -> NodePort:
         """Declare a node."""
-        self._state.check()
-        number, gid = self._next_gid()
-        entity = describe_node(name, self.id, number, gid)
-        node = MemoryNode(entity, self._domain, self._guard, lambda: self._next_gid()[1], self._nodes.forget)
-        self._nodes.keep(node)
-        self._domain.show(node.state)
-        return node
+        with self.nodes.opening(f"node '{name.qualified}'", name.logger) as state:
+            number, gid = self.next_gid()
+            entity = GraphEntity(EndpointKind.NODE, self.id, number, name, gid=gid)
+            node = MemoryNode(state, entity, self._domain, self.next_gid)
+            return self.nodes.keep(node)
 
     def watch_graph(self, listener: GraphListener) -> None:
-        """Tell `listener` of everything on this bus."""
-        self._state.check()
+        """Tell `listener` of everything in this domain."""
+        self.state.check()
         watcher = self._domain.watch(listener)
         with self._lock:
-            if not self._state.closed:
+            if not self.state.closed:
                 self._watchers.append(watcher)
                 return
         self._domain.unwatch(watcher)
 
-    def silence(self) -> None:
-        """Have publishers and clients send nothing more."""
-        self._guard.silence()
-
-    def close(self) -> None:
-        """Close every node and leave the bus."""
-        self._state.close()
-
-    def _leave(self) -> None:
+    def _unwatch_all(self) -> None:
         with self._lock:
             watchers = list(self._watchers)
         for watcher in watchers:
             self._domain.unwatch(watcher)
-        self._nodes.close()
-        DOMAINS.release(self._domain_id)
 
 
-class MemoryNode(NodePort):
+class MemoryNode(OpenNode):
     """A declared node and its endpoints."""
 
     def __init__(
         self,
+        state: EndpointState,
         entity: GraphEntity,
         domain: MemoryDomain,
-        guard: ForkGuard,
-        next_gid: Callable[[], bytes],
-        forget: Callable[[bytes], None],
+        next_gid: Callable[[], tuple[int, bytes]],
     ) -> None:
-        self.gid = entity.gid
-        self.state = MemoryEndpointState(entity, guard, self._leave)
+        super().__init__(state, entity.gid)
+        self._entity = entity
         self._domain = domain
-        self._guard = guard
         self._next_gid = next_gid
-        self._forget = forget
-        self._ports = Children(self.state)
+        state.undo += [partial(domain.hide, entity), self.ports.close]
+        domain.show(entity)
 
     def publisher(self, endpoint: Endpoint) -> PublisherPort:
         """Declare a publisher."""
-        state = self._place_for(endpoint, lambda: self._domain.remove_publisher(port))
-        port = MemoryPublisher(state)
-        self._ports.keep(port)
-        self._domain.add_publisher(port)
-        return port
+        with self._opening(endpoint) as (state, entity):
+            port = MemoryPublisher(state, entity)
+            state.undo.append(partial(self._domain.remove_publisher, port))
+            self._domain.add_publisher(port)
+            return self.ports.keep(port)
 
     def subscription(self, endpoint: Endpoint, deliver: Callable[[Sample], None]) -> Port:
         """Declare a subscription."""
-        state = self._place_for(endpoint, lambda: self._domain.remove_subscription(port))
-        port = MemorySubscription(state, deliver, ignore_local=endpoint.ignore_local)
-        self._ports.keep(port)
-        self._domain.add_subscription(port)
-        return port
+        with self._opening(endpoint) as (state, entity):
+            port = MemorySubscription(state, entity, deliver, ignore_local=endpoint.ignore_local)
+            state.undo.append(partial(self._domain.remove_subscription, port))
+            self._domain.add_subscription(port)
+            return self.ports.keep(port)
 
     def service(self, endpoint: Endpoint, deliver: Callable[[Request], None]) -> Port:
         """Declare a service server."""
-        state = self._place_for(endpoint, lambda: self._domain.remove_server(port))
-        port = MemoryService(state, deliver)
-        self._ports.keep(port)
-        self._domain.add_server(port)
-        return port
+        with self._opening(endpoint) as (state, entity):
+            port = MemoryService(state, entity, deliver)
+            state.undo.append(partial(self._domain.remove_server, port))
+            self._domain.add_server(port)
+            return self.ports.keep(port)
 
     def client(self, endpoint: Endpoint) -> ClientPort:
         """Declare a service client."""
+        with self._opening(endpoint) as (state, entity):
+            port = MemoryClient(state, entity, partial(self._domain.servers, key_of(entity)))
+            state.undo += [port.close_calls, partial(self._domain.hide, entity)]
+            self._domain.show(entity)
+            return self.ports.keep(port)
 
-        def leave() -> None:
-            self._domain.hide(state.entity)
-            port.close_calls()
-
-        state = self._place_for(endpoint, leave)
-        key = key_of(state.entity)
-        port = MemoryClient(state, lambda: self._domain.servers(key))
-        self._ports.keep(port)
-        self._domain.show(state)
-        return port
-
-    def _place_for(self, endpoint: Endpoint, leave: Callable[[], None]) -> MemoryEndpointState:
-        """Return the place of a new endpoint; `leave` takes it off the bus."""
-        self.state.check()
-        entity = describe(endpoint, self.state.entity, self._next_gid())
-
-        def leave_us() -> None:
-            self._ports.forget(entity.gid)
-            leave()
-
-        return MemoryEndpointState(entity, self._guard, leave_us)
-
-    def close(self) -> None:
-        """Close every endpoint, then leave the graph."""
-        self.state.close()
-
-    def _leave(self) -> None:
-        self._ports.close()
-        self._domain.hide(self.state.entity)
-        self._forget(self.gid)
+    @contextmanager
+    def _opening(self, endpoint: Endpoint) -> Iterator[tuple[EndpointState, GraphEntity]]:
+        """Name an endpoint and what the graph shows of it; where the block fails all is undone."""
+        entity = replace(
+            self._entity,
+            kind=endpoint.kind,
+            name=endpoint.name,
+            type_name=endpoint.type_name,
+            type_hash=endpoint.type_hash,
+            qos=endpoint.qos.stated(),
+            gid=self._next_gid()[1],
+        )
+        title = f"{endpoint.kind.value} '{endpoint.name}' of node '{entity.node.qualified}'"
+        with self.ports.opening(title) as state:
+            yield state, entity
 
 
 class MemoryTransport(Transport):
@@ -173,5 +147,5 @@ class MemoryTransport(Transport):
     identifier = 'goalwire_memory'
 
     def open(self, options: SessionOptions) -> Session:
-        """Join the bus of a domain; it exists as long as somebody is on it."""
+        """Join a domain; it exists as long as a session is in it."""
         return MemorySession(options.domain_id)

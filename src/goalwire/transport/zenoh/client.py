@@ -8,7 +8,7 @@ from time import time_ns
 
 from goalwire.errors import RemoteError, TransportError, peer_text
 from goalwire.transport.contract import ClientPort, Sample
-from goalwire.transport.endpoint_state import EndpointState
+from goalwire.transport.endpoint import EndpointState, OpenPort
 from goalwire.transport.zenoh.attachment import GID_SIZE, encode
 from goalwire.transport.zenoh.context import ZenohContext
 from goalwire.transport.zenoh.protocol.network import ReplyError
@@ -58,15 +58,14 @@ class ZenohCall:
             self._on_end(self._reason)
 
 
-class ZenohClient(ClientPort):
+class ZenohClient(OpenPort, ClientPort):
     """A declared service client."""
 
     def __init__(self, state: EndpointState, context: ZenohContext, gid: bytes, querier: Querier) -> None:
-        self.gid = gid
+        super().__init__(state, gid)
         self.context = context
         self.waiting: dict[int, ZenohCall] = {}
         """The requests that have not ended, by their sequence numbers."""
-        self._state = state
         self._querier = querier
         self._next_sequence = count(1).__next__
 
@@ -78,7 +77,7 @@ class ZenohClient(ClientPort):
         timeout_ns: int | None = None,
     ) -> int:
         """Send one request to every server."""
-        state = self._state
+        state = self.state
         if state.closed or state.guard.is_silent:
             state.check_sending()
         sequence = self._next_sequence()
@@ -97,10 +96,10 @@ class ZenohClient(ClientPort):
     def cancel(self, sequence: int) -> None:
         """Hold nothing for this request any more; a reply that is being handed over is waited for."""
         call = self.waiting.pop(sequence, None)
-        if call is not None and call.asked is not None and not self._state.guard.is_forked:
+        if call is not None and call.asked is not None and not self.state.guard.is_forked:
             self._querier.cancel(call.asked)
 
-    def release(self) -> None:
+    def leave(self) -> None:
         """Take the querier off the wire and end every call."""
         self._querier.undeclare()
         for call in list(self.waiting.values()):
@@ -108,8 +107,4 @@ class ZenohClient(ClientPort):
 
     def reject(self, error: RemoteError | str) -> None:
         """Count a reply that cannot be used."""
-        self.context.rejects.add('reply', error, self._state)
-
-    def close(self) -> None:
-        """Undeclare and end every call."""
-        self._state.close()
+        self.context.rejects.add('reply', error, self.state)

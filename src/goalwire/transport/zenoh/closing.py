@@ -1,24 +1,21 @@
-"""From the first open to the end of the process: zenoh's threads, closing at exit, forks.
+"""From the first open to the end of the process: zenoh's threads, and what they must not do at its end.
 
 A zenoh thread that calls into an interpreter on its way out aborts the process, so every open session is
-closed before (atexit), and its callbacks are waited for. A forked child has no zenoh threads, so closing, or
-even dropping, what its parent opened could wait for ever: the child leaks it on purpose and says so on use.
+closed before (endpoint.close_at_exit), and its callbacks are waited for. A forked child has no zenoh threads,
+so closing, or even dropping, what its parent opened could wait for ever: the child leaks it on purpose.
 """
 
 from __future__ import annotations
 
-import atexit
 import os
 import sys
 import threading
 import time
-from typing import Protocol
-from weakref import WeakSet
 
 import zenoh
 
 from goalwire.errors import ForkedError
-from goalwire.transport.fork import ForkGuard, in_child
+from goalwire.transport.endpoint import ForkGuard, after_closing_at_exit
 
 RUNTIME = (
     '(rx: (worker_threads: 1), app: (handover: rx), net: (worker_threads: 1), acc: (handover: net), '
@@ -47,48 +44,22 @@ CALLERS_S = 1.0
 _HERE = os.path.dirname(__file__)  # noqa: PTH120 - compared with file names, as text
 
 
-class Closable(Protocol):
-    """What is closed at exit."""
-
-    def close(self) -> None:
-        """Close; idempotent."""
-
-
-class _Process:
-    """What this process has started."""
-
-    def __init__(self) -> None:
-        self.runtime: ForkGuard | None = None
-        self.sessions: WeakSet[Closable] = WeakSet()
-
-
-_process = _Process()
+_started: list[ForkGuard] = []
+"""Empty until zenoh is in use; then in which process."""
 
 
 def start() -> None:
     """Prepare zenoh for its first session; raises ForkedError in a child whose parent had one."""
-    if _process.runtime is None:
+    if not _started:
         os.environ.setdefault('ZENOH_RUNTIME', RUNTIME)
         zenoh.init_log_from_env_or(LOG_FILTER)
-        _process.runtime = ForkGuard()
-        atexit.register(_close_all)
-        in_child(_leak_all)
-    elif _process.runtime.is_forked:
+        _started.append(ForkGuard())
+        after_closing_at_exit(_let_callers_out)
+    elif _started[0].is_forked:
         raise ForkedError(
             'this process was forked from one with a Zenoh session open, and Zenoh cannot be started again '
             "in such a child; start it with subprocess or multiprocessing's spawn method, or fork first"
         )
-
-
-def closes_at_exit(session: Closable) -> None:
-    """Have a session closed when the interpreter ends."""
-    _process.sessions.add(session)
-
-
-def _close_all() -> None:
-    for session in list(_process.sessions):
-        session.close()
-    _let_callers_out()
 
 
 def _let_callers_out() -> None:
@@ -106,11 +77,3 @@ def _has_callers() -> bool:
     ours = threading.get_ident()
     frames = sys._current_frames().items()  # documented, for such purposes
     return any(frame.f_code.co_filename.startswith(_HERE) for thread, frame in frames if thread != ours)
-
-
-def _leak_all() -> None:
-    """Keep what the parent opened from ever being dropped in this child, the interpreter's end included."""
-    from ctypes import py_object, pythonapi
-
-    for session in list(_process.sessions):
-        pythonapi.Py_IncRef(py_object(session))

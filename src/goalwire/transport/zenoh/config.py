@@ -9,7 +9,7 @@ from typing import NamedTuple
 import zenoh
 
 from goalwire.errors import TransportError
-from goalwire.transport.reject_counters import LOGGER
+from goalwire.transport.reports import LOGGER
 from goalwire.transport.zenoh import environment, settings
 from goalwire.transport.zenoh.environment import Override, RendezvousChoice
 from goalwire.transport.zenoh.settings import Json

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from itertools import count
 from threading import Event
 from typing import Never, Protocol
 
+from goalwire.errors import TransportError
 from goalwire.transport.contract import GraphEntity
-from goalwire.transport.fork import ForkGuard
-from goalwire.transport.reject_counters import RejectCounters
+from goalwire.transport.endpoint import ForkGuard
+from goalwire.transport.reports import RejectCounters
 from goalwire.transport.zenoh.turn import Turns
 from goalwire.transport.zenoh.wire import Wire
 
@@ -73,3 +74,12 @@ class ZenohContext:
         self.next_id = count().__next__
         self.own: dict[str, GraphEntity] = {}
         """What this session's own tokens say, so that they need not be read."""
+
+    @contextmanager
+    def refusing(self, title: str) -> Iterator[None]:
+        """Raise TransportError where the wire refuses what the block declares."""
+        try:
+            yield
+        except self.errors as error:
+            reason = self.wire.explain(error)
+            raise TransportError(f'{title}: zenoh refused the declaration: {reason}') from None

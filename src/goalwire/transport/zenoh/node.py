@@ -8,22 +8,19 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
-from typing import TypeVar
+from typing import NamedTuple
 
-from goalwire.errors import TransportError
-from goalwire.transport.children import Children
 from goalwire.transport.contract import (
     ClientPort,
     Endpoint,
     GraphEntity,
     NodeName,
-    NodePort,
     Port,
     PublisherPort,
     Request,
     Sample,
 )
-from goalwire.transport.endpoint_state import EndpointState
+from goalwire.transport.endpoint import EndpointState, OpenNode, OpenPort
 from goalwire.transport.zenoh import publisher, subscription
 from goalwire.transport.zenoh.client import ZenohClient
 from goalwire.transport.zenoh.context import Declared, ZenohContext, undeclare
@@ -31,118 +28,82 @@ from goalwire.transport.zenoh.keyexpr import data_key
 from goalwire.transport.zenoh.service import ZenohService
 from goalwire.transport.zenoh.tokens import encode_endpoint, encode_node, gid_of, own_entity
 
-P = TypeVar('P', bound=Port)
+
+class NewEndpoint(NamedTuple):
+    """One endpoint on its way onto the wire, and its names there."""
+
+    state: EndpointState
+    key: str
+    token: str
+    entity: GraphEntity
 
 
-class EndpointBuilder:
-    """One endpoint on its way onto the wire: its names there, and how it is taken off again."""
-
-    __slots__ = ('_forget', 'entity', 'gid', 'key', 'state', 'token', 'undo')
-
-    def __init__(self, key: str, token: str, entity: GraphEntity, forget: Callable[[bytes], None]) -> None:
-        self.key = key
-        self.token = token
-        self.entity = entity
-        self.gid = entity.gid
-        self._forget = forget
-        self.undo: list[Callable[[], object]] = []
-        """What takes it off the wire, the last step first."""
-        self.state: EndpointState
-
-    def leave(self) -> None:
-        """Take it off the wire."""
-        self._forget(self.gid)
-        self._undo_all()
-
-    def _undo_all(self) -> None:
-        if self.undo:
-            step = self.undo.pop()
-            try:
-                step()
-            finally:
-                self._undo_all()
-
-
-class ZenohNode(NodePort):
+class ZenohNode(OpenNode):
     """A declared node and its endpoints."""
 
-    def __init__(self, context: ZenohContext, name: NodeName, forget: Callable[[bytes], None]) -> None:
+    def __init__(self, context: ZenohContext, name: NodeName, state: EndpointState) -> None:
         self._context = context
         self._name = name
         self._id = context.next_id()
-        self._forget = forget
         token = encode_node(context.domain_id, context.id, self._id, name)
-        self.gid = gid_of(token)
-        self._state = EndpointState(f"node '{name.qualified}'", context.guard, self._leave, name.logger)
-        self._ports = Children(self._state)
-        self._token = context.wire.declare_token(token)
+        super().__init__(state, gid_of(token))
+        state.undo += [partial(undeclare, context.wire.declare_token(token)), self.ports.close]
 
     def publisher(self, endpoint: Endpoint) -> PublisherPort:
         """Declare a publisher."""
-        with self._declaring(endpoint) as new:
-            token = self._show(new)
-            new.undo = [token]
+        with self._opening(endpoint) as new:
+            hide = self._show(new)
+            new.state.undo.append(hide)
             declared = publisher.declare(self._context.wire, new.key, endpoint)
             port = publisher.ZenohPublisher(
                 self._context,
                 new.state,
-                new.gid,
+                new.entity.gid,
                 declared,
                 self._context.turns.of(new.key),
                 publisher.large(self._context.wire, new.key, endpoint),
             )
-            new.undo = [port.release, partial(undeclare, declared), token]
-            return self._ports.keep(port)
+            new.state.undo[:] = [port.leave, partial(undeclare, declared), hide]
+            return self.ports.keep(port)
 
     def subscription(self, endpoint: Endpoint, deliver: Callable[[Sample], None]) -> Port:
         """Declare a subscription."""
-        with self._declaring(endpoint) as new:
+        with self._opening(endpoint) as new:
             for subscriber in subscription.declare(self._context, new.state, new.key, endpoint, deliver):
-                new.undo.append(partial(undeclare, subscriber))
-            new.undo.append(self._show(new))
-            return self._ports.keep(subscription.ZenohSubscription(new.state, new.gid))
+                new.state.undo.append(partial(undeclare, subscriber))
+            new.state.undo.append(self._show(new))
+            return self.ports.keep(OpenPort(new.state, new.entity.gid))
 
     def service(self, endpoint: Endpoint, deliver: Callable[[Request], None]) -> Port:
         """Declare a service server."""
-        with self._declaring(endpoint) as new:
-            port = ZenohService(self._context, new.state, new.key, new.gid, deliver)
-            new.undo += [port.cancel_all, partial(undeclare, port.declare())]
-            new.undo.append(self._show(new))
-            return self._ports.keep(port)
+        with self._opening(endpoint) as new:
+            port = ZenohService(self._context, new.state, new.key, new.entity.gid, deliver)
+            new.state.undo += [port.cancel_all, partial(undeclare, port.declare())]
+            new.state.undo.append(self._show(new))
+            return self.ports.keep(port)
 
     def client(self, endpoint: Endpoint) -> ClientPort:
         """Declare a service client."""
-        with self._declaring(endpoint) as new:
-            port = ZenohClient(new.state, self._context, new.gid, self._context.wire.declare_querier(new.key))
-            new.undo += [port.release, self._show(new)]
-            return self._ports.keep(port)
+        with self._opening(endpoint) as new:
+            querier = self._context.wire.declare_querier(new.key)
+            port = ZenohClient(new.state, self._context, new.entity.gid, querier)
+            new.state.undo.append(port.leave)
+            new.state.undo.append(self._show(new))
+            return self.ports.keep(port)
 
     @contextmanager
-    def _declaring(self, endpoint: Endpoint) -> Iterator[EndpointBuilder]:
-        """Name an endpoint; whatever was declared of it is undone where the block fails."""
-        self._state.check()
-        context = self._context
-        key = data_key(context.domain_id, endpoint.name, endpoint.type_name, endpoint.type_hash)
-        token = encode_endpoint(
-            context.domain_id, context.id, self._id, context.next_id(), self._name, endpoint
-        )
-        new = EndpointBuilder(
-            key, token, own_entity(token, context.id, self._id, self._name, endpoint), self._ports.forget
-        )
+    def _opening(self, endpoint: Endpoint) -> Iterator[NewEndpoint]:
+        """Name an endpoint; what was declared of it is undone where the block fails."""
+        context, node_id = self._context, self._id
         title = f"{endpoint.kind.value} '{endpoint.name}'"
-        new.state = EndpointState(title, context.guard, new.leave, self._name.logger)
-        try:
-            yield new
-        except context.errors as error:
-            new.state.close()
-            self._state.check()  # closed by another thread in the meantime
-            reason = context.wire.explain(error)
-            raise TransportError(f'{title}: zenoh refused the declaration: {reason}') from None
-        except BaseException:
-            new.state.close()
-            raise
+        with self.ports.opening(title) as state, context.refusing(title):
+            key = data_key(context.domain_id, endpoint.name, endpoint.type_name, endpoint.type_hash)
+            token = encode_endpoint(
+                context.domain_id, context.id, node_id, context.next_id(), self._name, endpoint
+            )
+            yield NewEndpoint(state, key, token, own_entity(token, context.id, node_id, self._name, endpoint))
 
-    def _show(self, new: EndpointBuilder) -> Callable[[], object]:
+    def _show(self, new: NewEndpoint) -> Callable[[], object]:
         """Declare the token; return what takes it back."""
         self._context.own[new.token] = new.entity
         token = self._context.wire.declare_token(new.token)
@@ -151,12 +112,3 @@ class ZenohNode(NodePort):
     def _hide(self, text: str, token: Declared) -> None:
         undeclare(token)
         self._context.own.pop(text, None)
-
-    def close(self) -> None:
-        """Close every endpoint, then leave the graph."""
-        self._state.close()
-
-    def _leave(self) -> None:
-        self._ports.close()
-        undeclare(self._token)
-        self._forget(self.gid)

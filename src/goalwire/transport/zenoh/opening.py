@@ -12,7 +12,7 @@ import os
 import zenoh
 
 from goalwire.errors import TransportError
-from goalwire.transport.reject_counters import LOGGER
+from goalwire.transport.reports import LOGGER
 from goalwire.transport.zenoh.wire import Wire
 
 VARIABLE = 'GOALWIRE_ZENOH'

@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 from goalwire.errors import TransportError
 from goalwire.transport.contract import Endpoint, PublisherPort
-from goalwire.transport.endpoint_state import EndpointState
-from goalwire.transport.reject_counters import LOGGER
+from goalwire.transport.endpoint import EndpointState, OpenPort
+from goalwire.transport.reports import LOGGER
 from goalwire.transport.zenoh.attachment import GID_SIZE, encode
 from goalwire.transport.zenoh.context import ZenohContext, taken_back
 from goalwire.transport.zenoh.qos_text import actual_depth
@@ -64,7 +64,7 @@ def large(wire: Wire, key: str, endpoint: Endpoint) -> Large:
     return Large(may_block(endpoint), put, actual_depth(qos))
 
 
-class ZenohPublisher(PublisherPort):
+class ZenohPublisher(OpenPort, PublisherPort):
     """A declared publisher.
 
     Zenoh stamps a message inside `put`. A subscription of rmw_zenoh drops one whose stamp is not newer than
@@ -81,9 +81,8 @@ class ZenohPublisher(PublisherPort):
         turn: Turn,
         large: Large,
     ) -> None:
-        self.gid = gid
+        super().__init__(state, gid)
         self._context = context
-        self._state = state
         self._put: Callable[..., None] = publisher.put
         self._has_room = publisher.has_room
         self._refusals: tuple[type[Exception], ...] = (*context.errors, MemoryError)
@@ -100,7 +99,7 @@ class ZenohPublisher(PublisherPort):
 
     def publish(self, payload: bytes) -> None:
         """Put one message; all subscriptions get those of several threads in the same order."""
-        state = self._state
+        state = self.state
         if state.closed or state.guard.is_silent:  # in a forked child the turn may be another thread's
             state.check_sending()
         try:
@@ -120,13 +119,13 @@ class ZenohPublisher(PublisherPort):
         """Publish a large message, or one behind such; the turn is held."""
         if len(payload) > LARGEST:
             raise TransportError(
-                f'{self._state.title}: a message of {len(payload)} bytes cannot be sent, for peers take '
+                f'{self.state.title}: a message of {len(payload)} bytes cannot be sent, for peers take '
                 f'{LARGEST} bytes at most; publish it in parts'
             )
         large, turn = self._large, self._turn
         if large.blocks:
             turn.wait()
-            self._state.check_sending()  # the context may have ended meanwhile
+            self.state.check_sending()  # the context may have ended meanwhile
         attachment = encode(self._next_sequence(), time_ns(), GID_SIZE, self.gid)
         if large.blocks or (not turn.is_busy and (large.put is None or self._has_room(len(payload)))):
             self._put(payload, attachment=attachment)
@@ -153,19 +152,15 @@ class ZenohPublisher(PublisherPort):
             from goalwire.logging import get_logger
 
             get_logger(LOGGER).warning(
-                f'{self._state.title}: a message of {sizes[0]} bytes was dropped: {why}; '
+                f'{self.state.title}: a message of {sizes[0]} bytes was dropped: {why}; '
                 f'further ones are counted only'
             )
 
-    def release(self) -> None:
-        """Let go of the publisher; if another thread is just publishing, it is undeclared when that ends."""
-        given_up = self._turn.finish(self, LEAVING_S)
+    def leave(self) -> None:
+        """Publish nothing more; if another thread is just publishing, it is undeclared when that ends."""
+        cancelled = self._turn.finish(self, LEAVING_S)
         self._put = taken_back
-        if given_up:
+        if cancelled:
             self._note_drop(
-                given_up, f'{SLOWER}; it had not gone {LEAVING_S} s after the publisher was closed'
+                cancelled, f'{SLOWER}; it had not gone {LEAVING_S} s after the publisher was closed'
             )
-
-    def close(self) -> None:
-        """Undeclare."""
-        self._state.close()

@@ -11,14 +11,13 @@ import os
 import re
 from contextlib import closing
 from errno import EADDRINUSE
-from threading import Event, Lock, Thread
+from threading import Event, Thread
 
 import zenoh
 
 from goalwire.errors import TransportError
-from goalwire.transport.fork import in_child
-from goalwire.transport.reject_counters import LOGGER
-from goalwire.transport.zenoh.closing import closes_at_exit
+from goalwire.transport.endpoint import Shared, close_at_exit, in_child, leak
+from goalwire.transport.reports import LOGGER
 from goalwire.transport.zenoh.config import reason
 
 PORT_IS_TAKEN = 'listener'
@@ -113,25 +112,27 @@ class Rendezvous:
     """This process's routers, one per port, each kept as long as a session uses it."""
 
     def __init__(self) -> None:
-        self._lock = Lock()
-        self._routers: dict[int, tuple[EmbeddedRouter, int]] = {}
+        in_child(self._leak)
+        self._routers: Shared[int, EmbeddedRouter] = Shared(EmbeddedRouter.close)
         self._left: set[int] = set()
-        in_child(self._forget)
 
-    def acquire(self, port: int, config: zenoh.Config) -> None:
-        """Offer the rendezvous until as many `release`; raises TransportError where zenoh refuses.
+    def offer(self, port: int, config: zenoh.Config) -> None:
+        """Offer the rendezvous until as many `stop_offering`; raises TransportError where zenoh refuses.
 
         Where the port was left to somebody else's router, nothing is offered.
         """
-        with self._lock:
-            if port in self._routers:
-                router, users = self._routers[port]
-            elif port in self._left:
-                return
-            else:
-                router, users = EmbeddedRouter(port, config), 0
-            self._routers[port] = router, users + 1
-        closes_at_exit(self)
+        if port in self._left and self._routers.get(port) is None:
+            return
+        self._routers.open(port, lambda: EmbeddedRouter(port, config))
+        close_at_exit(self)
+
+    def stop_offering(self, port: int) -> None:
+        """One session offers it no more; with the last one another process takes over."""
+        self._routers.close(port)
+
+    def close(self) -> None:
+        """Stop offering any: the interpreter is ending, whoever still counts as a user."""
+        self._routers.close_all()
 
     def leave_to_other(self, port: int) -> None:
         """A router holds the port that is no goalwire process's: from now on this process never takes it.
@@ -140,9 +141,9 @@ class Rendezvous:
         by zenoh's threads, so it takes no lock: one that opens a router holds it, and waits for them.
         """
         self._left.add(port)
-        offer = self._routers.get(port)
-        if offer is not None:
-            offer[0].stand_back()
+        router = self._routers.get(port)
+        if router is not None:
+            router.stand_back()
 
     def is_left(self, port: int) -> bool:
         """Return whether a port was left to somebody else's router."""
@@ -150,34 +151,13 @@ class Rendezvous:
 
     def holds(self, port: int) -> bool:
         """Return whether this process is the rendezvous on a port."""
-        offer = self._routers.get(port)
-        return offer is not None and offer[0].is_open
+        router = self._routers.get(port)
+        return router is not None and router.is_open
 
-    def release(self, port: int) -> None:
-        """Stop offering it with the last user; another process takes over."""
-        with self._lock:
-            router, users = self._routers.pop(port, (None, 0))
-            if router is not None and users > 1:
-                self._routers[port] = router, users - 1
-                return
-        if router is not None:
-            router.close()
-
-    def close(self) -> None:
-        """Stop offering any: the interpreter is ending, whoever still counts as a user."""
-        with self._lock:
-            routers = [router for router, _ in self._routers.values()]
-            self._routers.clear()
-        for router in routers:
-            router.close()
-
-    def _forget(self) -> None:
-        """In a forked child: the routers are the parent's; dropping them here could wait for ever."""
-        from ctypes import py_object, pythonapi
-
-        pythonapi.Py_IncRef(py_object(self._routers))
-        self._lock = Lock()
-        self._routers = {}
+    def _leak(self) -> None:
+        """In a forked child: the routers are the parent's; dropping them there could wait for ever."""
+        for router in self._routers.things():
+            leak(router)
 
 
 RENDEZVOUS = Rendezvous()

@@ -8,8 +8,8 @@ from time import time_ns
 
 from goalwire.errors import LocalError, RemoteError
 from goalwire.rules.reasons import CLOSING
-from goalwire.transport.contract import Port, Request, Sample
-from goalwire.transport.endpoint_state import EndpointState
+from goalwire.transport.contract import Request, Sample
+from goalwire.transport.endpoint import EndpointState, OpenPort
 from goalwire.transport.zenoh.attachment import GID_SIZE, encode
 from goalwire.transport.zenoh.context import ZenohContext
 from goalwire.transport.zenoh.protocol.queries import Query
@@ -56,7 +56,7 @@ class ZenohRequest(Request):
             context.rejects.add('reply', context.wire.explain(error), self._service.state)
 
 
-class ZenohService(Port):
+class ZenohService(OpenPort):
     """A declared service server."""
 
     def __init__(
@@ -67,10 +67,9 @@ class ZenohService(Port):
         gid: bytes,
         deliver: Callable[[Request], None],
     ) -> None:
+        super().__init__(state, gid)
         self.context = context
-        self.state = state
         self.key = key
-        self.gid = gid
         self._deliver = deliver
         self._lock = Lock()
         self._is_open = True
@@ -122,13 +121,9 @@ class ZenohService(Port):
             return True
 
     def cancel_all(self) -> None:
-        """Let no request in any more and give every unanswered one up."""
+        """Let no request in any more and end every unanswered one."""
         with self._lock:
             self._is_open = False
             waiting = list(self._waiting.values())
         for request in waiting:
             request.cancel()
-
-    def close(self) -> None:
-        """Undeclare and give every unanswered request up."""
-        self.state.close()

@@ -8,11 +8,9 @@ from threading import Lock
 
 import zenoh
 
-from goalwire.errors import TransportError
-from goalwire.transport.children import Children
 from goalwire.transport.contract import GraphListener, NodeName, NodePort, Session, SessionOptions
-from goalwire.transport.endpoint_state import EndpointState
-from goalwire.transport.reject_counters import LOGGER
+from goalwire.transport.endpoint import OpenSession, close_at_exit
+from goalwire.transport.reports import LOGGER
 from goalwire.transport.zenoh import closing, config, discovery, environment, holder, opening, settings
 from goalwire.transport.zenoh.context import Declared, ZenohContext, undeclare
 from goalwire.transport.zenoh.holder import Holder
@@ -35,7 +33,7 @@ def open_session(options: SessionOptions) -> Session:
     closing.start()
     plan = config.plan()
     if plan.rendezvous is not None:
-        RENDEZVOUS.acquire(plan.port, plan.rendezvous)
+        RENDEZVOUS.offer(plan.port, plan.rendezvous)
     try:
         found = _greet_holder(plan)
         wire = opening.open_wire(plan.session)
@@ -85,7 +83,7 @@ def _watch_port(context: ZenohContext, port: int) -> Declared:
 
 def _stop_offering(plan: config.Plan) -> None:
     if plan.rendezvous is not None:
-        RENDEZVOUS.release(plan.port)
+        RENDEZVOUS.stop_offering(plan.port)
 
 
 def _look_for_router(wire: Wire, plan: config.Plan, found: Holder) -> None:
@@ -120,38 +118,29 @@ def _endpoints(session: zenoh.Config) -> list[str]:
     return [str(each) for each in endpoints] if isinstance(endpoints, list) else [str(endpoints)]
 
 
-class ZenohSession(Session):
+class ZenohSession(OpenSession):
     """An open session and its nodes."""
 
     def __init__(self, context: ZenohContext, stop_offering: Callable[[], None]) -> None:
+        super().__init__(context.domain_id, context.guard)
         self.id = context.id
         self.wire_poller = context.wire.wire_poller
-        self.discovers_at_once = context.wire.discovers_at_once
         self._context = context
-        self._stop_offering = stop_offering
-        self._state = EndpointState(f'session of domain {context.domain_id}', context.guard, self._leave)
         self._lock = Lock()
-        self._nodes = Children(self._state)
         self.watchers: list[Declared] = []
         """What was declared beside the nodes."""
-        closing.closes_at_exit(self)
+        self.state.undo += [stop_offering, self._disconnect, self.nodes.close, self._unwatch_all]
+        close_at_exit(self)
 
     def node(self, name: NodeName) -> NodePort:
         """Declare a node."""
-        self._state.check()
-        try:
-            node = ZenohNode(self._context, name, self._nodes.forget)
-        except self._context.errors as error:
-            self._state.check()
-            reason = self._context.wire.explain(error)
-            raise TransportError(
-                f"node '{name.qualified}': zenoh refused the declaration: {reason}"
-            ) from None
-        return self._nodes.keep(node)
+        title = f"node '{name.qualified}'"
+        with self.nodes.opening(title, name.logger) as state, self._context.refusing(title):
+            return self.nodes.keep(ZenohNode(self._context, name, state))
 
     def watch_graph(self, listener: GraphListener) -> None:
         """Tell `listener` of every token of the domain."""
-        self._state.check()
+        self.state.check()
         watcher = discovery.watch(self._context, listener)
         with self._lock:
             self.watchers.append(watcher)
@@ -160,31 +149,18 @@ class ZenohSession(Session):
         """Return how many messages, requests, replies and tokens broke the rules and were ignored."""
         return self._context.rejects.counts()
 
-    def silence(self) -> None:
-        """Have publishers and clients send nothing more."""
-        self._context.guard.silence()
-
-    def close(self) -> None:
-        """Undeclare everything, send what is queued, and wait for callbacks under way."""
-        self._state.close()
-
-    def _leave(self) -> None:
+    def _unwatch_all(self) -> None:
         with self._lock:
             watchers = list(self.watchers)
-        try:
-            for watcher in watchers:
-                undeclare(watcher)
-            self._nodes.close()
-        finally:
-            self._disconnect()
-            self._stop_offering()
+        for watcher in watchers:
+            undeclare(watcher)
 
     def _disconnect(self) -> None:
-        """Send what is queued and hang up."""
+        """Send what is queued, hang up, and wait for callbacks under way."""
         try:
             self._context.wire.close()
         except self._context.errors as error:
             from goalwire.logging import get_logger  # needed only when something is broken
 
             reason = self._context.wire.explain(error)
-            get_logger(LOGGER).warning(f'{self._state.title}: closing was cut short: {reason}')
+            get_logger(LOGGER).warning(f'{self.state.title}: closing was cut short: {reason}')

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from goalwire.errors import RemoteError
-from goalwire.transport.contract import Endpoint, Port, Sample
-from goalwire.transport.endpoint_state import EndpointState
+from goalwire.transport.contract import Endpoint, Sample
+from goalwire.transport.endpoint import EndpointState
 from goalwire.transport.zenoh.context import Declared, ZenohContext
 from goalwire.transport.zenoh.history import HistorySubscriber
 from goalwire.transport.zenoh.keyexpr import CPU_BUFFERS
@@ -66,15 +66,3 @@ def _handler(reject: Callable[[RemoteError], None], deliver: Callable[[Sample], 
         deliver(sample)
 
     return on_message
-
-
-class ZenohSubscription(Port):
-    """A declared subscription."""
-
-    def __init__(self, state: EndpointState, gid: bytes) -> None:
-        self.gid = gid
-        self._state = state
-
-    def close(self) -> None:
-        """Undeclare."""
-        self._state.close()

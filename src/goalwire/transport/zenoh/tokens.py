@@ -15,7 +15,7 @@ from xxhash import xxh3_128_intdigest
 
 from goalwire.errors import RemoteError, TransportError
 from goalwire.transport.contract import Endpoint, EndpointKind, GraphEntity, NodeName
-from goalwire.transport.reject_counters import check_names
+from goalwire.transport.reports import check_names
 from goalwire.transport.zenoh.keyexpr import GRAPH_SPACE, dds_type, ros_type
 from goalwire.transport.zenoh.qos_text import decimal, decode_qos, encode_qos
 

@@ -14,7 +14,7 @@ from time import monotonic
 from typing import NamedTuple
 from weakref import WeakValueDictionary
 
-from goalwire.transport.failures import report_failure
+from goalwire.transport.reports import report_failure
 
 LARGE = 1 << 18
 """Bytes from which a message counts as large: a link's queue holds four of these (settings.py). The thread

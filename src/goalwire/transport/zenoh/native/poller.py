@@ -19,7 +19,7 @@ from threading import Lock
 from time import monotonic
 from typing import TypeAlias
 
-from goalwire.transport.failures import report_failure
+from goalwire.transport.reports import report_failure
 
 IN, OUT = 1, 4
 """As in epoll and poll."""

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from goalwire.errors import TransportError
 from goalwire.records import record
-from goalwire.transport.fork import ForkGuard
-from goalwire.transport.reject_counters import LOGGER
+from goalwire.transport.endpoint import ForkGuard
+from goalwire.transport.reports import LOGGER
 from goalwire.transport.wire_poller import LeaderFollowers
 from goalwire.transport.zenoh.native.dialler import Dial, Retry
 from goalwire.transport.zenoh.native.endpoints import TlsFiles, locators_of, parse, resolve

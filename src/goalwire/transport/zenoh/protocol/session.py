@@ -17,7 +17,7 @@ from itertools import count
 from threading import RLock
 from typing import NamedTuple
 
-from goalwire.transport.failures import report_failure
+from goalwire.transport.reports import report_failure
 from goalwire.transport.zenoh.protocol.declarations import (
     About,
     Declaration,

@@ -1,4 +1,8 @@
-"""What arrived and broke the rules: counted by kind and endpoint; logged at first, then at powers of ten."""
+"""What went wrong on a wire: counted by kind and place; logged at first, then at powers of ten.
+
+What arrived and broke the rules is rejected and counted. A receiver that raises is reported, and takes nobody
+else down: neither the sender nor the transport's thread.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +20,7 @@ NAME_LIMIT = 1000
 
 
 class Origin(Protocol):
-    """Where something arrived: a Place, for one."""
+    """Where something arrived: an EndpointState, for one."""
 
     @property
     def title(self) -> str:
@@ -82,3 +86,35 @@ def check_names(what: str, *names: str) -> None:
             raise RemoteError(f"{what}: {len(name)} characters, {NAME_LIMIT} are allowed: '{name}'")
         if not name.isprintable():
             raise RemoteError(f"{what}: control characters in '{name}'")
+
+
+_PLACES_LIMIT = 1000
+"""Places whose failures are told apart; beyond them nothing new is logged."""
+
+_lock = Lock()
+_failures: Counter[tuple[str, type[Exception]]] = Counter()
+
+
+def report_failure(where: str, error: Exception) -> None:
+    """Log what the receiver at `where` raised: the first of a type, and then each power of ten."""
+    kind = where, type(error)
+    with _lock:
+        if kind not in _failures and len(_failures) >= _PLACES_LIMIT:
+            return
+        _failures[kind] += 1
+        count = _failures[kind]
+    if not is_told(count):
+        return
+    from goalwire.logging import get_logger  # needed only when something is broken
+    from goalwire.logging.tracebacks import traceback_text
+
+    times = '' if count == 1 else f' ({count} times by now)'
+    get_logger(LOGGER).error(
+        f'{where}: its receiver raised; this delivery is lost{times}\n{traceback_text(error)}'
+    )
+
+
+def discard_failures() -> None:
+    """Begin to count the failures of receivers anew."""
+    with _lock:
+        _failures.clear()

@@ -1,4 +1,4 @@
-"""What is counted and logged of things that break the rules."""
+"""What is counted and logged of things that break the rules, and of receivers that fail."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import pytest
 
 from goalwire.errors import RemoteError
 from goalwire.logging import LoggingSeverity, LogRecord
-from goalwire.transport.reject_counters import RejectCounters, check_names
+from goalwire.transport.reports import RejectCounters, check_names, report_failure
 
 
 class EndpointState(NamedTuple):
@@ -60,3 +60,22 @@ def test_a_name_that_no_log_can_show_is_refused(name: str) -> None:
 
 def test_names_of_other_alphabets_are_names() -> None:
     check_names('token', '/größe', '日本語', 'x' * 1000, '')
+
+
+def test_a_failure_is_logged_with_its_place(records: list[LogRecord]) -> None:
+    report_failure("subscription '/chatter'", ZeroDivisionError('by zero'))
+    (record,) = records
+    assert record.name == 'goalwire.transport'
+    assert record.severity is LoggingSeverity.ERROR
+    assert "subscription '/chatter'" in record.message
+    assert 'ZeroDivisionError: by zero' in record.message
+
+
+def test_a_failure_that_comes_again_is_told_at_powers_of_ten(records: list[LogRecord]) -> None:
+    for _ in range(150):
+        report_failure('a', ZeroDivisionError())
+    report_failure('b', ZeroDivisionError())
+    report_failure('a', ValueError())
+    firsts = [record.message.splitlines()[0].rpartition('; ')[2] for record in records]
+    lost = 'this delivery is lost'
+    assert firsts == [lost, f'{lost} (10 times by now)', f'{lost} (100 times by now)', lost, lost]

@@ -1,19 +1,118 @@
-"""Service servers and clients of the memory transport.
+"""Publishers, subscriptions, servers and clients of the memory transport.
 
-A call is handed to every server there is at that moment. It ends when each of them has answered, given its
-request up, or gone; or when the client goes.
+All a publisher sends goes through its dispatcher, the history for a late subscription too: so each
+subscription sees one publisher's messages in order, each once, whichever threads publish.
+
+A call is handed to every server there is at that moment. It ends when each of them has answered, cancelled
+its request, or gone; or when the client goes.
 """
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from threading import Lock
 from time import time_ns
 
 from goalwire.errors import LocalError
-from goalwire.transport.contract import ClientPort, Port, Request, Sample
-from goalwire.transport.failures import report_failure
-from goalwire.transport.memory.endpoint_state import MemoryEndpointState
+from goalwire.rules.qos import QoS
+from goalwire.transport.contract import ClientPort, GraphEntity, PublisherPort, Request, Sample
+from goalwire.transport.endpoint import EndpointState, OpenPort
+from goalwire.transport.ordered_dispatcher import OrderedDispatcher
+from goalwire.transport.reports import report_failure
+
+_DEFAULT_DEPTH = 42
+"""What rmw_zenoh takes for a depth of 0."""
+
+
+def _history_length(qos: QoS) -> int:
+    """Return how many samples a transient_local endpoint keeps or asks for: its depth, as in rmw_zenoh."""
+    return (qos.depth or _DEFAULT_DEPTH) if qos.is_transient_local else 0
+
+
+class MemorySubscription(OpenPort):
+    """A declared subscription."""
+
+    def __init__(
+        self,
+        state: EndpointState,
+        entity: GraphEntity,
+        deliver: Callable[[Sample], None],
+        *,
+        ignore_local: bool,
+    ) -> None:
+        super().__init__(state, entity.gid)
+        self.entity = entity
+        self._deliver = deliver
+        self._ignore_local = ignore_local
+        self.history_length = _history_length(entity.qos)
+
+    def wants(self, publisher: MemoryPublisher) -> bool:
+        """Return whether this publisher's messages are meant for us; QoS prevents nothing."""
+        return not (self._ignore_local and publisher.entity.session == self.entity.session)
+
+    def receive(self, sample: Sample) -> None:
+        """Deliver one message, unless we have been closed meanwhile."""
+        if self.state.closed:
+            return
+        try:
+            self._deliver(sample)
+        except Exception as error:
+            report_failure(self.state.title, error)
+
+
+class MemoryPublisher(OpenPort, PublisherPort):
+    """A declared publisher."""
+
+    def __init__(self, state: EndpointState, entity: GraphEntity) -> None:
+        super().__init__(state, entity.gid)
+        self.entity = entity
+        self._sequence = 0
+        self._history: deque[Sample] = deque(maxlen=_history_length(entity.qos))
+        self._targets: tuple[MemorySubscription, ...] = ()
+        self._lock = Lock()
+        self._dispatcher: OrderedDispatcher[tuple[Sample, tuple[MemorySubscription, ...]]] = (
+            OrderedDispatcher(self._deliver)
+        )
+
+    def publish(self, payload: bytes) -> None:
+        """Deliver one message to every matched subscription."""
+        self.state.check_sending()
+        payload = bytes(payload)
+        with self._lock:
+            self._sequence += 1
+            now = time_ns()
+            sample = Sample(payload, self._sequence, now, now, self.gid)
+            self._history.append(sample)
+            if self._targets:
+                self._dispatcher.post((sample, self._targets))
+        self._dispatcher.drain()
+
+    @staticmethod
+    def _deliver(item: tuple[Sample, tuple[MemorySubscription, ...]]) -> None:
+        sample, targets = item
+        for target in targets:
+            target.receive(sample)
+
+    def connect(self, subscription: MemorySubscription) -> None:
+        """Send to this subscription from now on, queueing the history it wants; `flush` delivers that."""
+        with self._lock:
+            self._targets += (subscription,)
+            wanted = (
+                list(self._history)[-subscription.history_length :] if subscription.history_length else []
+            )
+            now = time_ns()
+            for sample in wanted:
+                self._dispatcher.post((sample._replace(received_timestamp=now), (subscription,)))
+
+    def disconnect(self, subscription: MemorySubscription) -> None:
+        """Send no more to this subscription."""
+        with self._lock:
+            self._targets = tuple(target for target in self._targets if target is not subscription)
+
+    def flush(self) -> None:
+        """Deliver what is queued."""
+        self._dispatcher.drain()
 
 
 def _to_nobody(_: object) -> None:
@@ -109,12 +208,12 @@ class MemoryRequest(Request):
             self._call.server_done(reason)
 
 
-class MemoryService(Port):
+class MemoryService(OpenPort):
     """A declared service server."""
 
-    def __init__(self, state: MemoryEndpointState, deliver: Callable[[Request], None]) -> None:
-        self.state = state
-        self.gid = state.entity.gid
+    def __init__(self, state: EndpointState, entity: GraphEntity, deliver: Callable[[Request], None]) -> None:
+        super().__init__(state, entity.gid)
+        self.entity = entity
         self._deliver = deliver
         self._lock = Lock()
         self._waiting: set[MemoryRequest] = set()
@@ -142,24 +241,21 @@ class MemoryService(Port):
                 return True
             return False
 
-    def close(self) -> None:
-        """Undeclare and give every unanswered request up."""
-        self.state.close()
-
     def cancel_all(self) -> None:
-        """Give every unanswered request up."""
+        """End every unanswered request."""
         with self._lock:
             waiting = list(self._waiting)
         for request in waiting:
             request.cancel()
 
 
-class MemoryClient(ClientPort):
+class MemoryClient(OpenPort, ClientPort):
     """A declared service client."""
 
-    def __init__(self, state: MemoryEndpointState, servers: Callable[[], tuple[MemoryService, ...]]) -> None:
-        self.state = state
-        self.gid = state.entity.gid
+    def __init__(
+        self, state: EndpointState, entity: GraphEntity, servers: Callable[[], tuple[MemoryService, ...]]
+    ) -> None:
+        super().__init__(state, entity.gid)
         self._servers = servers
         self._lock = Lock()
         self._sequence = 0
@@ -204,10 +300,6 @@ class MemoryClient(ClientPort):
         call = self._calls.pop(sequence, None)
         if call is not None:
             call.cancel()
-
-    def close(self) -> None:
-        """Undeclare and end every call."""
-        self.state.close()
 
     def close_calls(self) -> None:
         """End every call."""

@@ -1,0 +1,360 @@
+"""The life of everything that is declared on a wire, the same on all: sessions, nodes and endpoints.
+
+An `EndpointState` is open until it is closed, once. What was done on the wire for it is in `undo`, and is
+undone then, the last step first; so it is too where opening fails halfway. `Children` are what was declared
+through it, and close with it: a session's nodes, a node's endpoints. A `ForkGuard` says that all of it is
+dead, since this process is a forked child of the one that opened it, or that the context has ended. `Shared`
+holds what several sessions use, as long as one does.
+
+A fork copies a session's memory but not the threads and links behind it. Whatever was opened before is dead
+in the child and says so; what the child opens itself works.
+"""
+
+from __future__ import annotations
+
+import atexit
+import os
+from collections.abc import Callable, Hashable, Iterator
+from contextlib import contextmanager
+from functools import cache, partial
+from threading import Lock, RLock
+from typing import Generic, Protocol, TypeVar
+from weakref import WeakSet
+
+from goalwire.errors import ClosedError, ForkedError
+from goalwire.transport.contract import NodePort, Port, Session
+from goalwire.transport.reports import LOGGER
+
+OTHER_CLOSER_S = 15.0
+"""How long to wait for another thread that closes the same; a mute peer can hold it up for 10 s."""
+
+# -- forks ---------------------------------------------------------------------------------------------------
+
+_guards: WeakSet[ForkGuard] = WeakSet()
+_resets: list[Callable[[], None]] = []
+
+
+def _in_child() -> None:
+    for guard in _guards:
+        guard.is_forked = guard.is_silent = True
+    for reset in _resets:
+        reset()
+
+
+if hasattr(os, 'register_at_fork'):
+    os.register_at_fork(after_in_child=_in_child)
+
+
+def in_child(reset: Callable[[], None]) -> None:
+    """Have `reset` called in every forked child, before any other code: for module-wide tables and locks."""
+    _resets.append(reset)
+
+
+def leak(thing: object) -> None:
+    """Keep a thing for ever, past the interpreter's end: dropping it in a forked child could hang."""
+    from ctypes import py_object, pythonapi
+
+    pythonapi.Py_IncRef(py_object(thing))
+
+
+class ForkGuard:
+    """Remembers in which process something was opened; `is_forked` is True in a child forked since."""
+
+    __slots__ = ('__weakref__', 'is_forked', 'is_silent')
+
+    def __init__(self) -> None:
+        self.is_forked = False
+        self.is_silent = False
+        """True where publishers and clients send nothing more: after `silence`, and in a forked child."""
+        _guards.add(self)
+
+    def silence(self) -> None:
+        """Have publishers and clients send nothing more. Any thread, signal handlers too; takes no lock."""
+        self.is_silent = True
+
+    def check(self, what: str) -> None:
+        """Raise ForkedError in a child; `what` names the thing that was used."""
+        if self.is_forked:
+            raise ForkedError(
+                f'{what} was opened before this process was forked and is dead in the child; '
+                f'open a new context in the child, or start it with the spawn method of multiprocessing'
+            )
+
+
+# -- one thing and its children ------------------------------------------------------------------------------
+
+
+class EndpointState:
+    """Whether a declared thing is open, and how it is taken off the wire."""
+
+    __slots__ = ('_turn', 'closed', 'guard', 'logger', 'title', 'undo')
+
+    def __init__(self, title: str, guard: ForkGuard, logger: str = LOGGER) -> None:
+        self.title = title
+        self.logger = logger
+        """The name of the logger that tells what goes wrong here."""
+        self.closed = False
+        self.guard = guard
+        """Shared by all of a session. Looked at with each message, past `is_forked`: a call less."""
+        self.undo: list[Callable[[], object]] = []
+        """What closing does, the last step first; a step that fails holds none of the others up."""
+        self._turn = RLock()
+
+    @property
+    def is_forked(self) -> bool:
+        """True in a child forked since."""
+        return self.guard.is_forked
+
+    def check(self) -> None:
+        """Raise ClosedError or ForkedError where the thing is no longer open."""
+        if self.guard.is_forked:
+            self.guard.check(self.title)
+        if self.closed:
+            raise ClosedError(
+                f'{self.title} was used after it, its node or its context had been closed; '
+                f'declare it again, or stop using it first'
+            )
+
+    def check_sending(self) -> None:
+        """Raise ClosedError or ForkedError where a publisher or a client must not send."""
+        self.check()
+        if self.guard.is_silent:
+            raise ClosedError(f'{self.title} was used after the end of its context; stop using it first')
+
+    def close(self) -> None:
+        """Undo what was done for it, once; a forked child has nothing to undo.
+
+        Whoever comes second waits for the first, so that it may rely on the end as well; a call from within
+        the closing itself returns at once. Raises what the first of the steps that failed has raised.
+        """
+        if self.guard.is_forked or not self._turn.acquire(timeout=OTHER_CLOSER_S):
+            return
+        try:
+            if not self.closed:
+                self.closed = True
+                self._undo_all()
+        finally:
+            self._turn.release()
+
+    def _undo_all(self) -> None:
+        failure: BaseException | None = None
+        while self.undo:
+            try:
+                self.undo.pop()()
+            except BaseException as error:
+                failure = failure or error
+        if failure is not None:
+            raise failure
+
+
+class Child(Protocol):
+    """What was declared through something else."""
+
+    gid: bytes
+    state: EndpointState
+
+
+C = TypeVar('C', bound=Child)
+
+
+class Children:
+    """What was declared through one thing, by gid; safe from any thread."""
+
+    def __init__(self, parent: EndpointState) -> None:
+        self._parent = parent
+        self._lock = Lock()
+        self._children: dict[bytes, Child] = {}
+
+    @contextmanager
+    def opening(self, title: str, logger: str = '') -> Iterator[EndpointState]:
+        """Open a child: the block does that, notes in `undo` how to undo it, and keeps the child at last.
+
+        Where the block fails, or the parent is closed meanwhile, what was done is undone. Raises ClosedError
+        or ForkedError where the parent is not open.
+        """
+        parent = self._parent
+        parent.check()
+        state = EndpointState(title, parent.guard, logger or parent.logger)
+        try:
+            yield state
+        except BaseException as error:
+            state.close()
+            if isinstance(error, Exception):
+                parent.check()  # it may have failed because another thread has closed the parent
+            raise
+
+    def keep(self, child: C) -> C:
+        """Take note of a new one, which is wholly open, and return it.
+
+        Raises ClosedError where the parent is closed. So closing the parent closes all that were noted, and
+        none comes later. A child leaves as the last step of its closing: until then whoever closes the parent
+        waits for it.
+        """
+        with self._lock:
+            if not self._parent.closed:
+                child.state.undo.insert(0, partial(self.discard, child.gid))
+                self._children[child.gid] = child
+                return child
+        self._parent.check()
+        return child
+
+    def discard(self, gid: bytes) -> None:
+        """One has been closed; an unknown one is no error."""
+        with self._lock:
+            self._children.pop(gid, None)
+
+    def close(self) -> None:
+        """Close all that are there."""
+        with self._lock:
+            children = list(self._children.values())
+        for child in children:
+            child.state.close()
+
+
+class OpenPort(Port):
+    """A port that is open until its state is closed."""
+
+    def __init__(self, state: EndpointState, gid: bytes) -> None:
+        self.state = state
+        self.gid = gid
+
+    def close(self) -> None:
+        """Undeclare."""
+        self.state.close()
+
+
+class OpenNode(NodePort):
+    """A node and the ports that were declared through it."""
+
+    def __init__(self, state: EndpointState, gid: bytes) -> None:
+        self.state = state
+        self.gid = gid
+        self.ports = Children(state)
+
+    def close(self) -> None:
+        """Close every port, then leave the graph."""
+        self.state.close()
+
+
+class OpenSession(Session):
+    """A session and its nodes."""
+
+    def __init__(self, domain_id: int, guard: ForkGuard) -> None:
+        self.state = EndpointState(f'session of domain {domain_id}', guard)
+        self.nodes = Children(self.state)
+
+    def silence(self) -> None:
+        """Have publishers and clients send nothing more."""
+        self.state.guard.silence()
+
+    def close(self) -> None:
+        """Close every node, send what is queued, and leave the wire."""
+        self.state.close()
+
+
+# -- the end of the interpreter ------------------------------------------------------------------------------
+
+
+class Closable(Protocol):
+    """What is closed at exit."""
+
+    def close(self) -> None:
+        """Close; idempotent."""
+
+
+_open: WeakSet[Closable] = WeakSet()
+_afterwards: list[Callable[[], None]] = []
+
+
+def close_at_exit(closable: Closable) -> None:
+    """Have something closed when the interpreter ends, before its threads' callbacks would find none."""
+    _await_exit()
+    _open.add(closable)
+
+
+def after_closing_at_exit(step: Callable[[], None]) -> None:
+    """Have `step` called when the interpreter ends and all has been closed."""
+    _await_exit()
+    _afterwards.append(step)
+
+
+@cache
+def _await_exit() -> None:
+    atexit.register(_close_all)
+    in_child(_leak_all)
+
+
+def _close_all() -> None:
+    for closable in list(_open):
+        closable.close()
+    for step in _afterwards:
+        step()
+
+
+def _leak_all() -> None:
+    for closable in list(_open):
+        leak(closable)
+
+
+# -- what sessions share -------------------------------------------------------------------------------------
+
+K = TypeVar('K', bound=Hashable)
+V = TypeVar('V')
+
+
+class Shared(Generic[K, V]):
+    """Things that several users have in common, by key: made for the first of them, ended with the last."""
+
+    def __init__(self, end: Callable[[V], object] | None = None) -> None:
+        self._end = end
+        self._reset()
+        in_child(self._reset)  # the parent's are dead there, and its lock may have been held
+
+    def _reset(self) -> None:
+        self._lock = Lock()
+        self._things: dict[K, tuple[V, int]] = {}
+
+    def open(self, key: K, make: Callable[[], V]) -> V:
+        """Return the thing for one more user; it is made where there is none. Raises what `make` does."""
+        with self._lock:
+            thing, users = self._things.get(key) or (make(), 0)
+            self._things[key] = thing, users + 1
+            return thing
+
+    def get(self, key: K) -> V | None:
+        """Return the thing for a moment, where there is one; takes no lock."""
+        found = self._things.get(key)
+        return None if found is None else found[0]
+
+    def close(self, key: K) -> None:
+        """One user leaves; an unknown key is no error.
+
+        With the last user the thing ends, and not before that is over is another one made.
+        """
+        with self._lock:
+            if key not in self._things:
+                return
+            thing, users = self._things[key]
+            if users > 1:
+                self._things[key] = thing, users - 1
+                return
+            del self._things[key]
+            if self._end is not None:
+                self._end(thing)
+
+    def close_all(self) -> None:
+        """End all, whoever still uses them."""
+        with self._lock:
+            things, self._things = self._things, {}
+            for thing, _ in things.values():
+                if self._end is not None:
+                    self._end(thing)
+
+    def things(self) -> list[V]:
+        """Return all that there are; takes no lock."""
+        return [thing for thing, _ in self._things.values()]
+
+    def users(self) -> int:
+        """Return how many users there are."""
+        with self._lock:
+            return sum(users for _, users in self._things.values())
