@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import pytest
 from helpers.wire import ADD, HASH, STRING, SeenGraph, Side, topic_endpoint
@@ -227,7 +228,8 @@ def test_an_endpoint_whose_node_is_closed_while_it_is_declared_is_seen_by_nobody
 ) -> None:
     """The node is closed at the last moment: when the endpoint is on the wire, and not yet the node's."""
     alpha, beta = sides
-    ports = getattr(alpha.node, 'inner', alpha.node).ports
+    node: Any = getattr(alpha.node, 'inner', alpha.node)
+    ports = node.ports
     keep = ports.keep
 
     def close_and_keep(port: Port) -> Port:
