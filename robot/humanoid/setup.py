@@ -36,6 +36,7 @@ setup(
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{package_name}']),
         (f'share/{package_name}', ['package.xml']),
+        (f'share/{package_name}/launch', ['launch/humanoid.launch.py']),
     ],
     install_requires=['setuptools', 'rich>=13.7'],  # without rich a mission shows plain lines
     python_requires='>=3.11',

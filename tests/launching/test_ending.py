@@ -72,12 +72,13 @@ def test_more_ctrl_c_hurry_it(launch: Launch) -> None:
     assert output.count('exit code -15') == 2
 
 
-def test_sigterm_ends_it_in_order_too(launch: Launch) -> None:
+@pytest.mark.parametrize('name', ['SIGTERM', 'SIGHUP'])
+def test_other_signals_end_it_in_order_too(name: str, launch: Launch) -> None:
     with launch('twins.launch.xml') as twins:
         twins.started(2)
-        twins.program.send_signal(signal.SIGTERM)
+        twins.program.send_signal(signal.Signals[name])
         output = twins.ended()
-    assert 'received SIGTERM' in output
+    assert f'received {name}' in output
     assert output.count('screen-2] plain cleans up') == 1
 
 

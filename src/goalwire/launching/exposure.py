@@ -42,7 +42,10 @@ def _exposing(table: dict[str, Any], names: tuple[str, ...]) -> Callable[[_Class
 
 def load_extensions() -> None:
     """Import what other packages add, once a process."""
-    import goalwire.launching.ros  # noqa: F401 - its classes expose themselves
+    import goalwire.launching.actions
+    import goalwire.launching.process
+    import goalwire.launching.ros
+    import goalwire.launching.sources  # noqa: F401 - their classes expose themselves
 
     for point in entry_points(group='launch.frontend.launch_extension'):
         if point.name in _loaded:
@@ -56,6 +59,16 @@ def load_extensions() -> None:
             get_logger('launch').warning(
                 f'the launch extension {point.name} failed to load: {sentence(error)}'
             )
+
+
+def exposed_actions() -> set[str]:
+    """The names of all tags."""
+    return set(_actions)
+
+
+def exposed_substitutions() -> set[str]:
+    """The names of all substitutions."""
+    return set(_substitutions)
 
 
 def instantiate_action(entity: Any, parser: Any) -> Action:

@@ -1,0 +1,40 @@
+"""The humanoid's four servers, and a mission on top where it is asked for.
+
+ros2 launch humanoid humanoid.launch.py
+ros2 launch humanoid humanoid.launch.py mission:=true namespace:=h1
+"""
+
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument, GroupAction, Shutdown
+from launch.conditions import IfCondition
+from launch.substitutions import LaunchConfiguration
+from launch_ros.actions import Node, PushRosNamespace, SetParameter
+
+SERVERS = ('joint_state_service', 'navigation_action_server', 'battery_service', 'arm_action_server')
+
+
+def generate_launch_description() -> LaunchDescription:
+    arguments = [
+        DeclareLaunchArgument('namespace', default_value='', description='Namespace of all nodes'),
+        DeclareLaunchArgument('use_sim_time', default_value='false', description='Take the time from /clock'),
+        DeclareLaunchArgument('mission', default_value='false', description='Run a mission, and end with it'),
+        DeclareLaunchArgument('log_level', default_value='info', description='Log level of all nodes'),
+    ]
+    level = ['--log-level', LaunchConfiguration('log_level')]
+    servers = [
+        Node(package='humanoid', executable=name, name=name, output='screen', ros_arguments=level)
+        for name in SERVERS
+    ]
+    mission = Node(
+        package='humanoid',
+        executable='mission',
+        output='screen',
+        ros_arguments=level,
+        condition=IfCondition(LaunchConfiguration('mission')),
+        on_exit=Shutdown(reason='the mission is over'),
+    )
+    scope = [
+        PushRosNamespace(LaunchConfiguration('namespace')),
+        SetParameter('use_sim_time', LaunchConfiguration('use_sim_time')),
+    ]
+    return LaunchDescription([*arguments, GroupAction([*scope, *servers, mission])])
