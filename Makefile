@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 RMW ?= rmw_zenoh_cpp
 EXTRA := $(if $(filter rmw_cyclonedds_cpp,$(RMW)),[dds])
 
-.PHONY: demo set-up test quick fuzz lint types bench bench-curves bench-short clean reliability
+.PHONY: demo set-up test quick fuzz lint types bench bench-curves bench-short clean reliability zenoh-versions
 
 # Two at once share one set-up: the second waits for the first, where there is flock.
 LOCKED := $(if $(shell command -v flock 2>/dev/null),flock Makefile)
@@ -55,6 +55,10 @@ $(VENV)/.run-$(RMW): pyproject.toml $(ROBOT) | $(BIN)/python
 $(VENV)/.dev: pyproject.toml $(ROBOT) | $(BIN)/python
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]' ./robot/humanoid
 	@touch $@
+
+# Every release of eclipse-zenoh from 1.5 on; some 15 s each.
+zenoh-versions: $(VENV)/.dev
+	$(BIN)/python tools/zenoh_versions.py
 
 reliability: $(VENV)/.dev
 	$(BIN)/python tests/reliability/report.py

@@ -35,7 +35,7 @@ class Certificates(NamedTuple):
 def _issue(folder: Path, authority: trustme.CA, host: str, *, mtls: bool) -> TlsFiles:
     folder.mkdir(parents=True)
     authority.cert_pem.write_to_path(str(folder / 'ca.pem'))
-    issued = authority.issue_cert(host)
+    issued = authority.issue_cert(host, common_name=host)  # eclipse-zenoh before 1.9 panics without
     issued.private_key_pem.write_to_path(str(folder / 'key.pem'))
     with (folder / 'cert.pem').open('wb') as file:
         for part in issued.cert_chain_pems:
