@@ -52,7 +52,7 @@ def held(client: ClientCore) -> int:
     """What the tables of a client, its transport and its context hold for calls."""
     port: Any = client._port  # noqa: SLF001
     tables: list[Any] = [client.pending, client.timed]
-    tables += [getattr(port, name, ()) for name in ('_calls', '_waiting')]
+    tables += [getattr(port, name, ()) for name in ('_calls', 'waiting')]
     return sum(len(table) for table in tables)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from goalwire.entities.type_support import MessageSupport, ServiceSupport
 from goalwire.errors import RCLError
@@ -12,7 +12,7 @@ from goalwire.rules.qos import DurabilityPolicy, HistoryPolicy, LivelinessPolicy
 from goalwire.transport.contract import Endpoint, EndpointKind
 
 if TYPE_CHECKING:
-    from goalwire.entities.node import NodeCore
+    from goalwire.graph.graph import Graph
     from goalwire.rules.qos import QoS
 
 _UNKNOWN = (
@@ -23,8 +23,16 @@ _UNKNOWN = (
 )
 
 
+class InGraph(Protocol):
+    """What declares endpoints: a node."""
+
+    @property
+    def graph(self) -> Graph:
+        """The discovered world."""
+
+
 def describe_endpoint(
-    node: NodeCore,
+    node: InGraph,
     kind: EndpointKind,
     name: str,
     support: MessageSupport | ServiceSupport,
@@ -45,7 +53,7 @@ def describe_endpoint(
     )
 
 
-def _settled(node: NodeCore, kind: EndpointKind, name: str, qos: QoS) -> QoS:
+def _settled(node: InGraph, kind: EndpointKind, name: str, qos: QoS) -> QoS:
     for policy, unknown in _UNKNOWN:
         if getattr(qos, policy) is unknown:
             raise RCLError(

@@ -11,9 +11,9 @@ from collections.abc import Callable
 from contextlib import suppress
 from struct import Struct
 from threading import Lock
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
-from goalwire.entities.endpoint import describe_endpoint
+from goalwire.entities.endpoint import InGraph, describe_endpoint
 from goalwire.entities.standard_types import standard_message
 from goalwire.errors import ClosedError, ForkedError
 from goalwire.logging import LogRecord, SinkHandle, add_sink, get_logger
@@ -22,7 +22,7 @@ from goalwire.rules.time import LATEST_STAMP, S_TO_NS
 from goalwire.transport.contract import EndpointKind, PublisherPort
 
 if TYPE_CHECKING:
-    from goalwire.entities.node import NodeCore
+    from goalwire.transport.contract import NodePort
 
 TOPIC = '/rosout'
 LOG = 'rcl_interfaces/msg/Log'
@@ -30,6 +30,27 @@ LOG = 'rcl_interfaces/msg/Log'
 _HEAD = Struct('<4siIB')
 """The header of little-endian CDR, then stamp and level."""
 _NUMBER = Struct('<I')
+
+
+class LoggingNode(InGraph, Protocol):
+    """A node as its place on /rosout needs it."""
+
+    @property
+    def logger_name(self) -> str:
+        """'a.b.name' for the node /a/b/name."""
+
+    @property
+    def port(self) -> NodePort:
+        """Through which endpoints are declared."""
+
+    def resolve(self, name: str) -> str:
+        """Return the fully-qualified name of a topic."""
+
+    def own(self, entity: _Outlet) -> None:
+        """Destroy `entity` together with the node."""
+
+    def disown(self, entity: _Outlet) -> None:
+        """Forget an entity that destroys itself."""
 
 
 class Rosout:
@@ -42,7 +63,7 @@ class Rosout:
         self._ways: dict[str, Callable[[bytes], None]] = {}
         self._sink: SinkHandle | None = None
 
-    def join(self, node: NodeCore, qos: QoS = ROSOUT) -> None:
+    def join(self, node: LoggingNode, qos: QoS = ROSOUT) -> None:
         """Publish what `node` logs, until it is destroyed."""
         outlet = _Outlet(self, node, qos)
         with self._lock:
@@ -101,7 +122,7 @@ class Rosout:
 class _Outlet:
     """One node's claim to publish what is logged under `name`."""
 
-    def __init__(self, hub: Rosout, node: NodeCore, qos: QoS) -> None:
+    def __init__(self, hub: Rosout, node: LoggingNode, qos: QoS) -> None:
         self.name = node.logger_name
         self.support = standard_message(LOG)
         self._hub = hub

@@ -170,12 +170,15 @@ class MemoryCall:
         with self._lock:
             was_open, self._open = self._open > 0, 0
         if was_open:
+            for request in list(self.requests):
+                request.discard()
             self._end()
 
     def _end(self) -> None:
-        on_end = self._on_end
-        self._client.cancel(self._sequence)
-        self._client.run(on_end, self._reason)
+        """No server has anything of it any more."""
+        self._client.waiting.pop(self._sequence, None)
+        self.requests.clear()
+        self._client.run(self._on_end, self._reason)
 
 
 class MemoryRequest(Request):
@@ -259,7 +262,8 @@ class MemoryClient(OpenPort, ClientPort):
         self._servers = servers
         self._lock = Lock()
         self._sequence = 0
-        self._calls: dict[int, MemoryCall] = {}
+        self.waiting: dict[int, MemoryCall] = {}
+        """The requests that have not ended, by their sequence numbers."""
 
     def request(
         self,
@@ -277,7 +281,7 @@ class MemoryClient(OpenPort, ClientPort):
             sequence = self._sequence
             call = MemoryCall(self, sequence, len(servers), on_reply, on_end)
             if servers:
-                self._calls[sequence] = call
+                self.waiting[sequence] = call
         if not servers:
             self.run(on_end, '')
             return sequence
@@ -297,13 +301,13 @@ class MemoryClient(OpenPort, ClientPort):
 
     def cancel(self, sequence: int) -> None:
         """Hold nothing for a call that has ended, or that nobody waits for any more."""
-        call = self._calls.pop(sequence, None)
+        call = self.waiting.pop(sequence, None)
         if call is not None:
             call.cancel()
 
     def close_calls(self) -> None:
         """End every call."""
         with self._lock:
-            calls = list(self._calls.values())
+            calls = list(self.waiting.values())
         for call in calls:
             call.close()
