@@ -4,19 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Awaitable, Callable, Mapping, Sequence
 from contextlib import ExitStack
+from functools import partial
 from typing import TYPE_CHECKING, TypeVar
 
 from goalwire.aio.action.client import ActionClient
 from goalwire.aio.action.server import ActionServer, Goal
-from goalwire.aio.builtin_services import stand
 from goalwire.aio.client import Client
 from goalwire.aio.contexts import CONTEXTS
-from goalwire.aio.parameters import Parameters
+from goalwire.aio.parameters import Parameters, ParameterStore
 from goalwire.aio.publisher import Publisher
-from goalwire.aio.service import Service
+from goalwire.aio.service import LoggedService, Service
 from goalwire.aio.subscription import Subscription
 from goalwire.aio.timer import Timer
+from goalwire.entities.builtin_services import start_builtin_services
 from goalwire.entities.node import NodeCore
+from goalwire.entities.time_source import NodeTimeSource
+from goalwire.entities.type_description import TypeDescriptions
 from goalwire.entities.type_support import ServiceType, action_support, service_support
 from goalwire.errors import ClosedError
 from goalwire.execution.asyncio.clock import AsyncClock
@@ -33,9 +36,10 @@ if TYPE_CHECKING:
     from types import TracebackType
     from typing import Self
 
-    from goalwire.aio.parameters import ParameterStore
     from goalwire.entities.actions.types import ActionType
     from goalwire.entities.context import Context
+    from goalwire.entities.type_support import ServiceSupport
+    from goalwire.execution.callback_groups import CallbackGroup
     from goalwire.rules.goals.policy import GoalPolicy, OnClientLost
     from goalwire.rules.parameters import ParameterValue
     from goalwire.rules.retries import Retry
@@ -120,8 +124,13 @@ class Node:
             clock_type=ClockType.ROS_TIME, source=shutdown_signal.clock, shutdown_signal=shutdown_signal
         )
         core.clock = self._clock
-        self._store: ParameterStore = stand(core, self._overrides)
-        self._parameters = Parameters(self._store)
+        core.make_service = partial(_builtin_service, core)
+        if context.arguments.rosout_logs:
+            context.rosout.join(core)
+        store = ParameterStore(core, self._overrides)
+        NodeTimeSource(store)
+        start_builtin_services(store, TypeDescriptions.start)
+        self._parameters = Parameters(store)
         return core
 
     async def __aexit__(
@@ -174,7 +183,7 @@ class Node:
         return self._parameters
 
     def statistics(self) -> NodeStatistics:
-        """Return what everything that it has counts, its standing parts included."""
+        """Return what everything that it has counts, its built-in services included."""
         return self._open_core().statistics()
 
     # -- what it makes -------------------------------------------------------------------------------------
@@ -266,6 +275,17 @@ class Node:
     def __repr__(self) -> str:
         state = 'open' if self._core is not None else 'closed'
         return f'<goalwire.Node {self._name}, {state}>'
+
+
+def _builtin_service(
+    core: NodeCore,
+    support: ServiceSupport,
+    name: str,
+    callback: Callable[..., object],
+    qos: QoS,
+    _group: CallbackGroup | None = None,
+) -> LoggedService:
+    return LoggedService(core, support, name, callback, qos, concurrent=False)
 
 
 def _qos(given: QoS | int) -> QoS:

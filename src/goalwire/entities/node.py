@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import ExitStack
-from typing import TYPE_CHECKING, Protocol, Self
+from typing import TYPE_CHECKING, Any, Protocol, Self
 
 from goalwire.entities.arguments import node_arguments
 from goalwire.entities.names import (
@@ -22,6 +22,7 @@ from goalwire.rules.names import RemapRules
 
 if TYPE_CHECKING:
     from goalwire.entities.context import Context
+    from goalwire.entities.standard_types import MakeService
     from goalwire.graph.graph import Graph
     from goalwire.rules.parameters import ParameterValue
     from goalwire.rules.parameters.unused import OverrideUse
@@ -57,6 +58,8 @@ class NodeCore:
         self.work_queue = NodeWorkQueue()
         self.clock = ROSClock(source=context.shutdown_signal.clock)
         """What stamps and waits for this node: system time, or /clock under `use_sim_time`."""
+        self.make_service: MakeService[Any]
+        """How its front makes a service of its own kind, for those that every node has; the front sets it."""
         self.call_timeout: float | None = None
         """s that calls of this node may take where their client gives them none; None: the context's."""
         self._port: NodePort | None = context.session.node(self.name)

@@ -7,9 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
-from typing import Protocol, TypeVar
+from typing import TYPE_CHECKING, Protocol, TypeVar
 
 from goalwire.entities.type_support import MessageSupport, ServiceSupport
+
+if TYPE_CHECKING:
+    from goalwire.execution.callback_groups import CallbackGroup
+    from goalwire.rules.qos import QoS
 
 try:
     from goalwire.entities.standard_hashes import MESSAGES, SERVICES  # written by the build
@@ -22,7 +26,15 @@ T_co = TypeVar('T_co', covariant=True)
 class MakeService(Protocol[T_co]):
     """How a front makes a service of its own kind, one of those that every node has."""
 
-    def __call__(self, support: ServiceSupport, name: str, callback: Callable[..., object], /) -> T_co: ...
+    def __call__(
+        self,
+        support: ServiceSupport,
+        name: str,
+        callback: Callable[..., object],
+        qos: QoS,
+        group: CallbackGroup | None = None,
+        /,
+    ) -> T_co: ...
 
 
 @cache

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from goalwire.entities.subscription import SubscriptionCore
 from goalwire.errors import RemoteError
+from goalwire.execution.callback_groups import MutuallyExclusiveCallbackGroup
 from goalwire.execution.current import why_it_cannot_answer
 from goalwire.rules.qos import QoS, ReliabilityPolicy
 from goalwire.rules.time import S_TO_NS, ClockType, Time
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from rosgraph_msgs.msg import Clock as ClockMessage
 
     from goalwire.entities.node import NodeCore
+    from goalwire.entities.parameters.node_parameters import NodeParameters
     from goalwire.execution.callback_groups import CallbackGroup
     from goalwire.execution.clock import ROSClock
     from goalwire.rules.parameters import Parameter
@@ -47,7 +49,7 @@ class TimeSourceCore:
             return
         self._active = enabled
         for clock in self._clocks:
-            clock._set_ros_time_is_active(enabled)  # noqa: SLF001 - rclpy's own name for it
+            clock.switch_override(enabled)
         if enabled:
             self._subscribe()
         else:
@@ -62,7 +64,7 @@ class TimeSourceCore:
     def attach_clock(self, clock: ROSClock) -> None:
         """Set `clock` too, from now on; it begins with the last time that was heard of."""
         clock.set_ros_time_override(self._last)
-        clock._set_ros_time_is_active(self._active)  # noqa: SLF001
+        clock.switch_override(self._active)
         if clock not in self._clocks:
             self._clocks.append(clock)
             clock.on_doze.append(self.catch_up)
@@ -95,6 +97,27 @@ class TimeSourceCore:
             return False
         self._last = time
         return True
+
+
+class NodeTimeSource(TimeSourceCore):
+    """Sets a node's clock from /clock, under its parameter `use_sim_time`."""
+
+    def __init__(self, node: NodeParameters) -> None:
+        super().__init__()
+        self._core = node.handle
+        if not node.has_parameter(USE_SIM_TIME_NAME):
+            node.declare_parameter(USE_SIM_TIME_NAME, False)
+        self.attach_clock(self._core.clock)
+        self._follow([node.get_parameter(USE_SIM_TIME_NAME)])
+        node.add_post_set_parameters_callback(self._follow)
+
+    def _subscribe(self) -> None:
+        self.subscription = ClockSubscription(self._core, MutuallyExclusiveCallbackGroup(), self)
+
+    def _unsubscribe(self) -> None:
+        subscription, self.subscription = self.subscription, None
+        if subscription is not None:
+            subscription.destroy()
 
 
 class ClockSubscription(SubscriptionCore['ClockMessage']):

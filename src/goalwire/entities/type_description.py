@@ -6,11 +6,12 @@ import re
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from goalwire.entities.standard_types import MakeService, standard_service
+from goalwire.entities.standard_types import standard_service
 from goalwire.entities.type_support import ActionSupport, MessageSupport, ServiceSupport
 from goalwire.errors import peer_text
 from goalwire.logging import get_logger
 from goalwire.rules.parameters import Descriptor, Type
+from goalwire.rules.qos import SERVICES_DEFAULT
 
 if TYPE_CHECKING:
     from type_description_interfaces.msg import IndividualTypeDescription, TypeDescription, TypeSource
@@ -50,9 +51,18 @@ class TypeDescriptions:
         )
         return False
 
-    def offer(self, make: MakeService[Any]) -> Any:
+    @classmethod
+    def start(cls, node: NodeParameters) -> Any:
+        """Make the service of a node and return it; None where its parameter says no."""
+        descriptions = cls(node)
+        return descriptions.offer() if descriptions.wanted() else None
+
+    def offer(self) -> Any:
         """Make the service and return it."""
-        return make(standard_service(_SERVICE), '~/get_type_description', self._answer)
+        make_service = self._node.handle.make_service
+        return make_service(
+            standard_service(_SERVICE), '~/get_type_description', self._answer, SERVICES_DEFAULT
+        )
 
     def _answer(
         self, request: GetTypeDescription.Request, response: GetTypeDescription.Response

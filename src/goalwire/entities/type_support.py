@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache, cached_property
+from operator import attrgetter
 from types import ModuleType
 from typing import Any, Protocol, TypeVar
 
@@ -22,6 +23,8 @@ _ROS1_HINT = (
 )
 
 _OF_INTERFACES = ('get_fields_and_field_types', 'Request', 'Goal')
+_support_of = attrgetter('_TYPE_SUPPORT')
+"""rosidl's name for it, in metaclasses of its making."""
 
 RequestT_co = TypeVar('RequestT_co', covariant=True)
 ResponseT_co = TypeVar('ResponseT_co', covariant=True)
@@ -165,9 +168,9 @@ def check_for_type_support(msg_or_srv_type: type) -> None:
         raise AttributeError(f"type object '{metaclass.__name__}' has no attribute '_TYPE_SUPPORT' {advice}")
     if any(hasattr(msg_or_srv_type, name) for name in _OF_INTERFACES):
         return
-    if metaclass._TYPE_SUPPORT is None:  # noqa: SLF001 - rosidl's name
+    if _support_of(metaclass) is None:
         metaclass.__import_type_support__()
-    if metaclass._TYPE_SUPPORT is None:  # noqa: SLF001
+    if _support_of(metaclass) is None:
         raise NoTypeSupportImportedException
 
 

@@ -330,7 +330,7 @@ class ROSClock(Clock):
         finally:
             self._sleepers.remove(waiter)
 
-    def _set_ros_time_is_active(self, enabled: bool) -> None:
+    def switch_override(self, enabled: bool) -> None:
         """Switch between the override and system time."""
         if enabled == self.overridden:
             return
@@ -346,6 +346,9 @@ class ROSClock(Clock):
             for listener, remaining in listeners:
                 listener.clock_jumped(change, remaining)
             self.wake_sleepers()
+
+    _set_ros_time_is_active = switch_override
+    """rclpy's name for it."""
 
     def _concerned(self, jump: TimeJump) -> list[JumpHandle]:
         return [handle for handle in tuple(self.jump_handles) if handle.threshold.met_by(jump)]

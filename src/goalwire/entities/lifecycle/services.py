@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from goalwire.entities.lifecycle.managed_node import LifecycleCore
-from goalwire.entities.standard_types import MakeService, standard_service
+from goalwire.entities.standard_types import standard_service
 from goalwire.errors import RCLError, peer_text
 from goalwire.logging import get_logger
 from goalwire.rules.lifecycle import STATES, TRANSITIONS, Transition, TransitionCallbackReturnType
+from goalwire.rules.qos import SERVICES_DEFAULT
 
 if TYPE_CHECKING:
     from lifecycle_msgs.msg import TransitionDescription
     from lifecycle_msgs.srv import ChangeState, GetAvailableStates, GetAvailableTransitions, GetState
+
+    from goalwire.execution.callback_groups import CallbackGroup
 
 
 class LifecycleServices:
@@ -24,9 +27,9 @@ class LifecycleServices:
         self._machine = core.machine
         self._logger = get_logger(core.node.logger_name)
 
-    def offer(self, make: MakeService[Any]) -> None:
-        """Make the services, in ROS 2's order."""
-        node = self._core.node.name.qualified
+    def offer(self, group: CallbackGroup | None) -> None:
+        """Make the services, in ROS 2's order, in a callback group; None: in the node's default one."""
+        node = self._core.node
         for service, type_name, answer in (
             ('change_state', 'ChangeState', self._change_state),
             ('get_state', 'GetState', self._get_state),
@@ -34,7 +37,8 @@ class LifecycleServices:
             ('get_available_transitions', 'GetAvailableTransitions', self._get_transitions),
             ('get_transition_graph', 'GetAvailableTransitions', self._get_graph),
         ):
-            make(standard_service(f'lifecycle_msgs/srv/{type_name}'), f'{node}/{service}', answer)
+            support = standard_service(f'lifecycle_msgs/srv/{type_name}')
+            node.make_service(support, f'{node.name.qualified}/{service}', answer, SERVICES_DEFAULT, group)
 
     def _change_state(
         self, request: ChangeState.Request, response: ChangeState.Response

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from goalwire.entities.standard_types import MakeService, standard_service
+from goalwire.entities.standard_types import standard_service
 from goalwire.errors import InvalidHandle, ParameterNotDeclaredException, ParameterUninitializedException
 from goalwire.rules.parameters import Outcome, Parameter, Type
 from goalwire.rules.parameters.messages import result_message
+from goalwire.rules.qos import PARAMETERS
 
 if TYPE_CHECKING:
     from rcl_interfaces.msg import Parameter as ParameterMessage
@@ -31,9 +32,10 @@ class ParameterServices:
     def __init__(self, node: NodeParameters) -> None:
         self._node = node
 
-    def offer(self, make: MakeService[Any]) -> None:
+    def offer(self) -> None:
         """Make the services, in ROS 2's order."""
-        name = self._node.handle.name.name
+        core = self._node.handle
+        name = core.name.name
         for service, type_name, answer in (
             ('describe_parameters', 'DescribeParameters', self._describe),
             ('get_parameters', 'GetParameters', self._get),
@@ -42,7 +44,8 @@ class ParameterServices:
             ('set_parameters', 'SetParameters', self._set),
             ('set_parameters_atomically', 'SetParametersAtomically', self._set_atomically),
         ):
-            make(standard_service(f'rcl_interfaces/srv/{type_name}'), f'{name}/{service}', answer)
+            support = standard_service(f'rcl_interfaces/srv/{type_name}')
+            core.make_service(support, f'{name}/{service}', answer, PARAMETERS)
 
     def _describe(
         self, request: DescribeParameters.Request, response: DescribeParameters.Response

@@ -16,7 +16,7 @@ from rclpy.callback_groups import CallbackGroup, MutuallyExclusiveCallbackGroup
 from rclpy.client import Client
 from rclpy.clock import Clock
 from rclpy.guard_condition import GuardCondition
-from rclpy.impl.base_node import BaseNode, timer_period_ns
+from rclpy.impl.base_node import BaseNode, builtin_profile, timer_period_ns
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile, qos_profile_services_default
 from rclpy.service import Service
@@ -25,6 +25,7 @@ from rclpy.timer import Rate, Timer
 
 if TYPE_CHECKING:
     from goalwire.entities.subscription import MessageInfo
+    from goalwire.rules.qos import QoS
     from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
     from rclpy.executors import Executor
     from rclpy.qos_overriding_options import QoSOverridingOptions
@@ -262,6 +263,16 @@ class Node(BaseNode):
         group.add_entity(service)
         self._services.append(service)
         return service
+
+    def _ros_make_service(
+        self,
+        support: ServiceSupport,
+        name: str,
+        callback: Callable[..., object],
+        qos: QoS,
+        group: CallbackGroup | None = None,
+    ) -> Service[Any, Any]:
+        return self._ros_offer(support, name, callback, builtin_profile(qos), group)
 
     def create_timer(
         self,

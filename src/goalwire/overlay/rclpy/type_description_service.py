@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from goalwire.entities.type_description import START_PARAMETER, TypeDescriptions
 from rclpy._reexports import reexport
-from rclpy.qos import qos_profile_services_default
 
 if TYPE_CHECKING:
     from rclpy.impl.base_node import BaseNode
@@ -25,8 +23,7 @@ class TypeDescriptionService:
         self.enabled = descriptions.wanted()
         self._service: Service[Any, Any] | None = None
         if self.enabled:
-            make = partial(node._ros_offer, qos_profile=qos_profile_services_default)  # noqa: SLF001 - of one house
-            self._service = descriptions.offer(make)
+            self._service = descriptions.offer()
 
     def destroy(self) -> None:
         """Offer it no longer. Idempotent."""

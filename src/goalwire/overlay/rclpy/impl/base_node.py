@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
+from goalwire.entities.builtin_services import start_builtin_services
 from goalwire.entities.node import NodeCore
 from goalwire.entities.node_graph import NodeGraph
 from goalwire.entities.parameters.events import PARAMETER_EVENT, PARAMETER_EVENTS_TOPIC, ParameterEvents
@@ -15,7 +16,7 @@ from goalwire.entities.standard_types import standard_message
 from goalwire.entities.type_support import ServiceSupport
 from goalwire.errors import InvalidHandle, NameValidationException, RCLError, TopicExpansionError
 from goalwire.execution.waitable import SelfDriven, Waitable
-from goalwire.rules.qos import PARAMETER_EVENTS
+from goalwire.rules.qos import PARAMETER_EVENTS, PARAMETERS, QoS
 from goalwire.transport.contract import EndpointKind
 from rclpy.callback_groups import CallbackGroup, MutuallyExclusiveCallbackGroup
 from rclpy.client import Client
@@ -26,9 +27,14 @@ from rclpy.exceptions import NotInitializedException
 from rclpy.guard_condition import GuardCondition
 from rclpy.impl.rcutils_logger import RcutilsLogger
 from rclpy.logging import get_logger
-from rclpy.parameter_service import ParameterService
 from rclpy.publisher import Publisher
-from rclpy.qos import QoSProfile, qos_profile_parameter_events, qos_profile_rosout_default
+from rclpy.qos import (
+    QoSProfile,
+    qos_profile_parameter_events,
+    qos_profile_parameters,
+    qos_profile_rosout_default,
+    qos_profile_services_default,
+)
 from rclpy.service import Service
 from rclpy.subscription import Subscription
 from rclpy.time_source import TimeSource
@@ -39,6 +45,11 @@ from rclpy.utilities import get_default_context
 if TYPE_CHECKING:
     from rclpy.parameter import Parameter
     from rclpy.topic_endpoint_info import TopicEndpointInfo
+
+
+def builtin_profile(qos: QoS) -> QoSProfile:
+    """Return the profile of one of the services that every node has."""
+    return qos_profile_parameters if qos is PARAMETERS else qos_profile_services_default
 
 
 class BaseNode(NodeGraph, NodeParameters):
@@ -67,6 +78,7 @@ class BaseNode(NodeGraph, NodeParameters):
         self._ros_core = NodeCore(
             self._context, node_name, namespace, cli_args=cli_args, use_global_arguments=use_global_arguments
         )
+        self.handle.make_service = self._ros_make_service
         self._ros_prepare()
         self._publishers: list[Publisher[Any]] = []
         self._subscriptions: list[Subscription[Any]] = []
@@ -95,13 +107,9 @@ class BaseNode(NodeGraph, NodeParameters):
         """Make what every node has, but not before its parameters: these decide about some of it."""
         self._time_source = TimeSource(node=self)
         self._time_source.attach_clock(self._clock)
-        if parameter_services:
-            ParameterService(self)
-        if logger_services:
-            from rclpy.logging_service import LoggingService
-
-            LoggingService(self)
-        self._type_description_service = TypeDescriptionService(self)
+        self._type_description_service = start_builtin_services(
+            self, TypeDescriptionService, parameters=parameter_services, loggers=logger_services
+        )
 
     # -- what it is ----------------------------------------------------------------------------------------
 
@@ -185,6 +193,17 @@ class BaseNode(NodeGraph, NodeParameters):
     ) -> Service[Any, Any]:
         """Make a service whose classes are made when they are needed."""
         raise NotImplementedError
+
+    def _ros_make_service(
+        self,
+        support: ServiceSupport,
+        name: str,
+        callback: Callable[..., object],
+        qos: QoS,
+        group: CallbackGroup | None = None,
+    ) -> Service[Any, Any]:
+        """Make one of the services that every node has."""
+        return self._ros_offer(support, name, callback, builtin_profile(qos))
 
     def _ros_check_alive(self) -> None:
         if self.handle.destroyed:

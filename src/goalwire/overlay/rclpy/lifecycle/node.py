@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from goalwire.entities.lifecycle.managed_entity import ManagedEntity
@@ -21,7 +20,6 @@ from rclpy.lifecycle.managed_entity import TransitionCallbackReturn
 from rclpy.lifecycle.publisher import LifecyclePublisher
 from rclpy.node import Node
 from rclpy.publisher import Publisher
-from rclpy.qos import qos_profile_services_default
 
 if TYPE_CHECKING:
     from rclpy.callback_groups import CallbackGroup
@@ -48,12 +46,7 @@ class LifecycleNodeMixin(ManagedEntity):
         self._ros_lifecycle = LifecycleCore(node.handle, self, lambda: clock.now().nanoseconds)
         self._state_machine = self._ros_lifecycle.machine  # whose current_state programs read
         if enable_communication_interface:
-            make = partial(
-                node._ros_offer,  # noqa: SLF001 - of one house
-                qos_profile=qos_profile_services_default,
-                callback_group=callback_group,
-            )
-            LifecycleServices(self._ros_lifecycle).offer(make)
+            LifecycleServices(self._ros_lifecycle).offer(callback_group)
 
     def _ros_as_node(self) -> Node:
         return cast('Node', self)
