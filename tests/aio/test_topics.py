@@ -93,6 +93,10 @@ def test_what_cannot_be_published_is_refused(play: Play) -> None:
                 publisher.publish(String())  # type: ignore[arg-type]
             with pytest.raises(DeadlineError, match="topic '/count': too few subscribers came; waited"):
                 await publisher.wait_for_subscribers(timeout=0.01)
+            subscription = node.subscription(Int64, 'count')
+            await subscription.wait_for_publishers(timeout=5.0)
+            with pytest.raises(DeadlineError, match="topic '/count': too few publishers came; waited"):
+                await subscription.wait_for_publishers(2, timeout=0.01)
             publisher.close()
             publisher.close()
             with pytest.raises(InvalidHandle):

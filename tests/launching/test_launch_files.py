@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import os
+import signal
 from pathlib import Path
 from typing import Any
 
 import pytest
+from helpers.wires import DDS, require
 from launching.conftest import Launch
 
 pytestmark = pytest.mark.skipif('sys.platform == "win32"', reason='processes are counted in /proc')
@@ -190,20 +193,48 @@ def test_a_node_is_respawned_and_a_required_one_ends_all(launch: Launch) -> None
         robot.program.expect(r'\[faulty-1\]: process has died')
         robot.program.expect(r'\[faulty-1\]: process has died')
         robot.program.expect(r'\[faulty-1\]: process has died')
-        import os
-        import signal
-
         os.kill(base.pid, signal.SIGKILL)
         output = robot.ended()
     assert f'[ERROR] [base-2]: process has died [pid {base.pid}, exit code -9, cmd ' in output
     assert "[driver-3]: sending signal 'SIGINT'" in output
 
 
-def test_a_managed_node_goes_from_state_to_state(launch: Launch) -> None:
-    with launch('managed.launch.py', 'who:=the arm') as robot:
+@pytest.mark.parametrize('rmw', ['rmw_zenoh_cpp', DDS])
+def test_a_managed_node_goes_from_state_to_state(rmw: str, launch: Launch) -> None:
+    require(rmw)
+    with launch('managed.launch.py', 'who:=the arm', RMW_IMPLEMENTATION=rmw) as robot:
         robot.program.expect(r'\[arm.driver\]: configured')
         robot.program.expect(r'\[launch.user\]: activating the arm')
         robot.program.expect(r'\[launch.user\]: it is active')
         output = robot.end()
     assert '[arm.driver]: activated' in output
     assert '[INFO] [managed-1]: process has finished cleanly' in output
+
+
+@pytest.mark.parametrize('tags', ['autostart="true"', ''])
+def test_a_managed_node_that_is_started_by_the_launch(tags: str, launch: Launch, tmp_path: Path) -> None:
+    file = tmp_path / 'managed.launch.xml'
+    transition = (
+        '' if tags else '<lifecycle_transition lifecycle_node_names="/arm/driver" transition_ids="1 3"/>'
+    )
+    file.write_text(
+        '<launch>\n<lifecycle_node pkg="demo_robot" exec="managed" name="driver" namespace="arm" '
+        f'output="screen" {tags}/>\n{transition}\n</launch>\n'
+    )
+    with launch(file) as robot:
+        robot.program.expect(r'\[arm.driver\]: configured')
+        robot.program.expect(r'\[arm.driver\]: activated')
+        robot.end()
+
+
+def test_a_transition_that_a_node_refuses_is_told(launch: Launch, tmp_path: Path) -> None:
+    file = tmp_path / 'refused.launch.xml'
+    file.write_text(
+        '<launch>\n<lifecycle_node pkg="demo_robot" exec="managed" name="driver" namespace="arm"/>\n'
+        '<lifecycle_transition lifecycle_node_names="/arm/driver" transition_ids="3"/>\n</launch>\n'
+    )
+    with launch(file) as robot:
+        robot.program.expect(
+            "Failed to make transition 'TRANSITION_ACTIVATE' for LifecycleNode '/arm/driver'"
+        )
+        robot.end()

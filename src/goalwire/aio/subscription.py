@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 from goalwire.aio.entity import Entity
+from goalwire.entities.call_context import CallContext
 from goalwire.entities.qos_warnings import warn_by_default
 from goalwire.entities.subscription import SubscriptionCore, queue_depth
 from goalwire.execution.asyncio.waiting import AsyncQueue
@@ -86,6 +87,14 @@ class Subscription(Entity, Generic[MsgT]):
     def publishers(self) -> int:
         """How many publishers match; raises InvalidHandle once closed."""
         return self._core.publisher_count()
+
+    async def wait_for_publishers(self, count: int = 1, *, timeout: float | None = None) -> None:
+        """Wait until that many publishers match, `timeout` s at most.
+
+        Raises DeadlineError, InvalidHandle once closed, ShutDownError.
+        """
+        attempt = CallContext(self._core.node.context, 'topic', self.name, timeout)
+        await attempt.shows(lambda: self._core.publisher_count() >= count, 'too few publishers came')
 
     def close(self) -> None:
         """Receive no more; what waits is still given out. Idempotent."""

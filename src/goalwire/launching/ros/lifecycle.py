@@ -205,7 +205,7 @@ class LaunchNode:
     async def _change(self, action: LifecycleNode, transition: int, ready: asyncio.Future[Any]) -> None:
         from lifecycle_msgs.srv import ChangeState as Service
 
-        await asyncio.shield(ready)
+        transitions = await asyncio.shield(ready)
         node = await asyncio.shield(self._node)
         name = f'{action.node_name}/change_state'
         if name not in self._clients:
@@ -215,6 +215,7 @@ class LaunchNode:
         what = f"Failed to make transition '{TRANSITIONS[transition]}' for LifecycleNode '{action.node_name}'"
         try:
             await self._clients[name].wait_for_server()
+            await transitions.wait_for_publishers()  # else the answer might be there before its event
             response = await self._clients[name].call(request)
         except CallError as error:
             get_logger('launch_ros').error(f'{what}: {error}')
