@@ -125,6 +125,31 @@ def rows(title: str, x_title: str, table: Mapping[str, Mapping[str, float]]) -> 
     return page(width, height, [*parts, *legend(names, x.end + 20, top)])
 
 
+def bars(title: str, x_title: str, table: Mapping[str, Mapping[str, float]]) -> str:
+    """Return a plot of one group of bars a work, a bar for each who has a value, from 0 up."""
+    names = list(dict.fromkeys(name for row in table.values() for name in row))
+    width, top, thick = 900, 50, 9
+    start, end = 330, width - 170
+    highest = max(value for row in table.values() for value in row.values())
+    scale = (end - start) / highest / 1.1
+    parts, y = [text(10, 20, title, colour='#555')], top
+    for work, row in table.items():
+        parts += [text(start - 8, y + thick * len(names) / 2 + 4, work, anchor='end')]
+        for index, name in enumerate(names):
+            if name in row:
+                parts += [_bar(start, y + thick * index, row[name] * scale, COLOURS[index])]
+                shown = short(row[name])
+                parts += [text(start + row[name] * scale + 5, y + thick * (index + 1) - 1, shown)]
+        y += thick * len(names) + 12
+    parts += [line(start, top - 6, start, y - 6, opacity=0.7)]
+    parts += [text((start + end) / 2, y + 12, x_title, anchor='middle')]
+    return page(width, y + 24, [*parts, *legend(names, end + 20, top)])
+
+
+def _bar(x: float, y: float, length: float, colour: str) -> str:
+    return f'<rect x="{x:.1f}" y="{y:.1f}" width="{length:.1f}" height="8" fill="{colour}"/>'
+
+
 def short(value: float) -> str:
     """Return a number as a tick shows it."""
     for size, letter in ((1e6, 'M'), (1e3, 'k')):

@@ -92,6 +92,7 @@ def main() -> None:
             files = [Path(folder) / 'evidence.jsonl']
             collect(files[0])
         write(read(files))
+    subprocess.run([sys.executable, '-m', 'tools.pictures'], cwd=HERE.parents[1], check=True)
 
 
 if __name__ == '__main__':
