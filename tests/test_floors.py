@@ -19,7 +19,6 @@ REACHING_UP = {'idl': {'cdr'}, 'idl.slot_types': {'overlay'}, 'launching.package
 # What is still to be mended, by folder: files in a circle, and SLF001 silenced. The numbers only go down: who
 # lowers one writes the new one here, or removes its line.
 FILES_IN_CIRCLES = {
-    'entities.actions': 7,
     'overlay.rclpy': 2,
     'overlay.rclpy.impl': 1,
 }

@@ -74,7 +74,7 @@ def test_a_default_of_the_node_is_for_the_acceptance_of_goals_not_for_their_resu
             with pytest.raises(DeadlineError):
                 await hasty.call(order=1)
             assert list((await hasty.call(order=1, timeout=9.0)).sequence) == [1]
-            assert pondering._core.requests == {}
+            assert pondering._core.goal_requests.timed == {}
 
     play(scenario)
 
@@ -103,8 +103,8 @@ def test_a_cancelled_task_that_waits_for_acceptance_leaves_no_goal(
             calling.cancel()
             with pytest.raises(asyncio.CancelledError):
                 await calling
-            assert client._core.requests == {}
-            assert len(client._core.lingering) == 1
+            assert client._core.goal_requests.timed == {}
+            assert len(client._core.late) == 1
             loop, cancel = asyncio.get_running_loop(), client._core.cancel_goal
 
             def told(*given: Any, **more: Any) -> Any:
@@ -115,7 +115,7 @@ def test_a_cancelled_task_that_waits_for_acceptance_leaves_no_goal(
             answer.set()
             await over.wait()
             await cancelled.wait()
-            assert client._core.lingering == {}
+            assert client._core.late == {}
 
     play(scenario)
 

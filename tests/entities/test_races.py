@@ -187,7 +187,7 @@ def test_feedback_that_comes_while_its_goal_is_put_away_is_not_lost(spun: NodeCo
     uuid = Fibonacci.Impl.FeedbackMessage().goal_id
     uuid.uuid[:] = list(goal_id)
     assert result_of(client.send(Fibonacci.Goal(), heard, uuid)).accepted
-    client.goals.forget(goal_id)
+    client.goals._put_away(client.goals.active[goal_id])
     assert len(heard.expect(1)) == 1
 
 
@@ -198,7 +198,7 @@ def test_a_result_is_asked_for_again_after_the_wire_has_refused(
     action_server(spun)
     handle = result_of(client.send(Fibonacci.Goal(order=3)))
     with monkeypatch.context() as broken:
-        broken.setattr(client._result_port, 'request', refuse)
+        broken.setattr(client.result_requests._port, 'request', refuse)
         with pytest.raises(TransportError):
             _ = handle.get_result_async()
     assert result_of(handle.get_result_async()).status == GoalStatus.SUCCEEDED

@@ -36,9 +36,10 @@ def pending(node: NodeCore) -> dict[str, int]:
         elif isinstance(entity, ActionClientCore):
             name = entity.full_name
             found[f'{name}: goals'] = len(entity.goals.active)
-            found[f'{name}: goals of the reactor'] = len(entity.goals.rules._goals)
-            for part in ('send', 'result', 'cancel'):
-                found |= _of_port(f'{name} {part}', getattr(entity, f'_{part}_port'))
+            for part in (entity.goal_requests, entity.result_requests, entity.cancel_requests):
+                found[f'{part.full_name}: requests'] = len(part.pending)
+                if part._port is not None:
+                    found |= _of_port(part.full_name, part._port)
     return {name: number for name, number in found.items() if number}
 
 

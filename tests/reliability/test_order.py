@@ -10,7 +10,7 @@ from helpers.loops import run
 from helpers.outcomes import Outcomes
 
 import goalwire
-from goalwire.entities.actions.goal_feedback import FEEDBACK_LIMIT
+from goalwire.entities.actions.client_goal import FEEDBACK_LIMIT
 from goalwire.errors import GoalCanceled
 from goalwire.transport.faults import Delay, Kind
 

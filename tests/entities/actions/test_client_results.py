@@ -153,7 +153,7 @@ def test_who_waits_no_longer_asks_no_more(client: ActionClientCore, arm: Arm) ->
     result = awaited(client)
     arm.asked.expect(2)
     result.cancel()
-    assert client._results._requests == {}
+    assert [goal.request for goal in client.goals.ended.values()] == [None]
     assert left_pending(client.node) == {}
 
 
@@ -180,8 +180,8 @@ class Wire:
 def wired(spun: NodeCore, monkeypatch: pytest.MonkeyPatch) -> tuple[ActionClientCore, Wire]:
     made, wire = ActionClientCore(spun, FIBONACCI, 'fib', ReentrantCallbackGroup()), Wire()
     made.call_timeout = float('inf')
-    monkeypatch.setattr(made._result_port, 'request', wire.request)
-    monkeypatch.setattr(made._result_port, 'cancel', wire.cancel)
+    monkeypatch.setattr(made.result_requests._port, 'request', wire.request)
+    monkeypatch.setattr(made.result_requests._port, 'cancel', wire.cancel)
     return made, wire
 
 
@@ -221,7 +221,7 @@ def test_a_wire_that_refuses_to_ask_again_ends_the_wait(wired: tuple[ActionClien
     wire.on_end.expect(1)[0](reasons.TIMEOUT)
     assert result.wait(STEADY.now() + int(PATIENCE * 1e9))
     assert isinstance(result.exception(), ServerLostError)
-    assert client._results._requests == {}
+    assert [goal.request for goal in client.goals.ended.values()] == [None]
 
 
 def test_a_server_that_gives_up_ends_the_wait(wired: tuple[ActionClientCore, Wire]) -> None:

@@ -38,7 +38,9 @@ def error_of(future: Future[Any]) -> BaseException:
 
 def held(client: FibonacciClient) -> list[object]:
     """What a client holds of goals that nobody has accepted."""
-    return [*client.requests, *client.goals.active]
+    requests = (client.goal_requests, client.result_requests, client.cancel_requests)
+    calls = [call for each in requests for call in (*each.timed, *each.pending.values())]
+    return [*(call for call in calls if not call.end_lock.locked()), *client.goals.active]
 
 
 class Arm:
@@ -110,7 +112,7 @@ def test_a_goal_that_is_accepted_too_late_is_cancelled(client: FibonacciClient, 
     spin(arm.node, threads=4)
     assert arm.ended.expect(1) == ['cancelled']
     assert client.goals.active == {}
-    assert client.lingering == {}
+    assert client.late == {}
 
 
 def test_nobody_waits_for_ever_for_a_late_acceptance(
@@ -118,23 +120,24 @@ def test_nobody_waits_for_ever_for_a_late_acceptance(
 ) -> None:
     monkeypatch.setattr(requests, 'LATE_S', 0.01)
     let_go: Collector[object] = Collector()
-    cancel = client._send_port.cancel
+    port: Any = client.goal_requests._port
+    cancel = port.cancel
 
     def told(sequence: int) -> None:
         cancel(sequence)
         let_go(sequence)
 
-    monkeypatch.setattr(client._send_port, 'cancel', told)
+    monkeypatch.setattr(port, 'cancel', told)
     assert isinstance(error_of(client.send_goal_async(Goal())), DeadlineError)
     let_go.expect(1)
-    assert client.lingering == {}
+    assert client.late == {}
 
 
 def test_only_the_latest_few_are_waited_for(client: FibonacciClient, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr('goalwire.entities.actions.client.LINGERING_LIMIT', 2)
+    monkeypatch.setattr('goalwire.entities.actions.client.LATE_LIMIT', 2)
     for future in [client.send_goal_async(Goal()) for _ in range(5)]:
         assert isinstance(error_of(future), DeadlineError)
-    assert len(client.lingering) == 2
+    assert len(client.late) == 2
 
 
 def test_a_goal_waits_for_a_server_that_comes_in_time(make_node: MakeNode, spin: Spin) -> None:
@@ -207,9 +210,9 @@ def test_giving_a_goal_up_leaves_nothing(client: FibonacciClient, make_node: Mak
     waiting.call_timeout = PATIENCE
     for each in (client, waiting):
         cancelled, lost = (each.send_goal_async(Goal()) for _ in range(2))
-        assert len(each.requests) == 2
+        assert len(each.goal_requests.timed) == 2
         cancelled.cancel()
-        assert len(each.requests) == 1
+        assert len(each.goal_requests.timed) == 1
         each.destroy()
         assert isinstance(error_of(lost), InvalidHandle)
         assert cancelled.cancelled()

@@ -35,7 +35,6 @@ from goalwire.rules.goals.effects import (
     Accepted,
     AskCancel,
     AskGoal,
-    DeliverFeedback,
     DeliverResult,
     Execute,
     FailResult,
@@ -50,7 +49,6 @@ from goalwire.rules.goals.effects import (
     UnexpectedReply,
     WakeAt,
 )
-from goalwire.rules.goals.status import statuses_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -71,8 +69,8 @@ class Request:
     """One request on its way: whose, and what to do with its reply, or where none can come any more."""
 
     client: int
-    on_reply: Callable[..., list[ClientEffect[int, int, bytes]]]
-    on_end: Callable[[], list[ClientEffect[int, int, bytes]]]
+    on_reply: Callable[..., list[ClientEffect[int, bytes]]]
+    on_end: Callable[[], list[ClientEffect[int, bytes]]]
     replies: int = 0
 
 
@@ -80,7 +78,7 @@ class Request:
 class Client:
     """A client's reactor, and what it has been told."""
 
-    reactor: GoalClient[int, int, bytes] = field(default_factory=GoalClient)
+    reactor: GoalClient[int, bytes] = field(default_factory=GoalClient)
     statuses: dict[bytes, GoalStatus] = field(default_factory=dict)
     waiters: set[int] = field(default_factory=set)
     told: Counter[int] = field(default_factory=Counter)
@@ -141,27 +139,18 @@ class World(RuleBasedStateMachine):
             if status.is_terminal:
                 self.ends.setdefault(goal_id, set()).add(status)
         for who, client in enumerate(self.clients):
-            self.to_client(who, partial(self.hear, client.reactor, payload))
-
-    def hear(
-        self, client: GoalClient[int, int, bytes], payload: bytes
-    ) -> list[ClientEffect[int, int, bytes]]:
-        """Tell a client what it asks of an array; the rest would have told it nothing."""
-        followed = client.followed()
-        rest = [entry for entry in decode_status_array(payload) if entry[0] not in followed]
-        assert client.on_status(rest) == []
-        return client.on_status(statuses_of(followed, payload))
+            self.to_client(who, partial(client.reactor.on_status, payload))
 
     # ---- the clients' side ----
 
-    def to_client(self, who: int, event: Callable[[], list[ClientEffect[int, int, bytes]]]) -> None:
+    def to_client(self, who: int, event: Callable[[], list[ClientEffect[int, bytes]]]) -> None:
         """Put something on the wire that only a client that lives will get."""
         self.wire.append(lambda: self.tell(who, event()) if self.clients[who].alive else None)
 
-    def reactor(self, who: int) -> GoalClient[int, int, bytes]:
+    def reactor(self, who: int) -> GoalClient[int, bytes]:
         return self.clients[who].reactor
 
-    def tell(self, who: int, effects: list[ClientEffect[int, int, bytes]]) -> None:
+    def tell(self, who: int, effects: list[ClientEffect[int, bytes]]) -> None:
         client = self.clients[who]
         for effect in effects:
             match effect:
@@ -174,8 +163,6 @@ class World(RuleBasedStateMachine):
                     client.told[waiter] += 1
                 case RequestResult(goal_id):
                     self.request_result(who, goal_id)
-                case DeliverFeedback(goal_id, _):
-                    assert goal_id in client.statuses
                 case GoalRejected() | UnexpectedReply():
                     pass
 
@@ -253,14 +240,10 @@ class World(RuleBasedStateMachine):
             self.serve(self.server.on_cancel_decision(question.cancellation, question.goal_id, yes, self.now))
 
     @precondition(lambda self: self.executing)
-    @rule(at=INDEX, event=ENDS, feedback=st.booleans())
-    def execute(self, at: int, event: GoalEvent, feedback: bool) -> None:
-        """A goal's callback gives feedback, or ends the goal and returns."""
+    @rule(at=INDEX, event=ENDS)
+    def execute(self, at: int, event: GoalEvent) -> None:
+        """A goal's callback ends the goal and returns."""
         goal_id = sorted(self.executing)[at % len(self.executing)]
-        if feedback:
-            for who, client in enumerate(self.clients):
-                self.to_client(who, partial(client.reactor.on_feedback, goal_id, at))
-            return
         self.executing.remove(goal_id)
         status = self.server.status(goal_id)
         if status is GoalStatus.CANCELING or (status.is_active and event is not GoalEvent.CANCELED):

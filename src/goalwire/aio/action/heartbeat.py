@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from goalwire.execution.asyncio.waiting import delay_s
 from goalwire.execution.monotonic import timeout_ns
 from goalwire.rules.goals.table import GoalStatus
 
 if TYPE_CHECKING:
-    from goalwire.entities.actions.client_goal import ClientGoal
     from goalwire.execution.monotonic import SteadyClock
+    from goalwire.rules.goals.client import ClientGoal
 
 
 class Heartbeat:
@@ -23,7 +23,7 @@ class Heartbeat:
     """
 
     def __init__(
-        self, period: float, goal: ClientGoal, clock: SteadyClock, stuck: Callable[[], object]
+        self, period: float, goal: ClientGoal[Any], clock: SteadyClock, stuck: Callable[[], object]
     ) -> None:
         self._period_ns = timeout_ns(period)
         self._goal = goal

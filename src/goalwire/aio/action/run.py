@@ -9,7 +9,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
 from goalwire.aio.action.heartbeat import Heartbeat
-from goalwire.entities.actions.goal_feedback import FEEDBACK_LIMIT
+from goalwire.entities.actions.client_goal import FEEDBACK_LIMIT
 from goalwire.entities.call_context import CallContext
 from goalwire.errors import (
     CallError,
@@ -155,7 +155,7 @@ class Run(Generic[ResultT, FeedbackT]):
         try:
             handle = sending.result()
         except RemoteError:  # an answer that is none: the server may have taken the goal
-            self._core.drop(self._record, '')
+            self._core.discard_goal(self._record, '')
             self._core.cancel_quietly(self._id)
             raise
         assert handle is not None

@@ -1,56 +1,76 @@
 """An action client: sends goals and completes the futures of what the server answers.
 
-The rules are in goalwire.rules.goals.client. Replies complete futures on the thread that brings them, so
-that no executor is needed to wait; feedback and statuses go through the executor, in the client's group.
+The rules, and the one record of each goal, are in goalwire.rules.goals.client; the requests in `requests`.
+Replies complete futures on the thread that brings them, so that no executor is needed to wait; feedback and
+statuses go through the executor, in the client's group.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
+from functools import partial
 from math import inf
-from typing import TYPE_CHECKING, Any
+from threading import Lock
+from typing import TYPE_CHECKING, Any, NoReturn, cast
 
 from goalwire.cdr import codec
-from goalwire.entities.actions.client_cancelling import Cancelling
-from goalwire.entities.actions.client_goal import ClientGoal, ClientGoalHandle, FeedbackQueue
-from goalwire.entities.actions.client_goals import ClientGoals
-from goalwire.entities.actions.client_results import ClientResults
+from goalwire.entities.actions.client_goal import ClientGoalHandle, GoalFeedback, ResultFuture
 from goalwire.entities.actions.endpoints import ActionQoS
-from goalwire.entities.actions.goal_feedback import GoalFeedback
-from goalwire.entities.actions.requests import EncodedResponseFuture, GoalRequest
+from goalwire.entities.actions.requests import LATE_S, ActionRequests, CancelCall, GoalCall, ResultCall
 from goalwire.entities.actions.types import goal_id_bytes
+from goalwire.entities.call_context import CallContext, TimedCalls
 from goalwire.entities.callbacks import check_callback
 from goalwire.entities.endpoint import describe_endpoint
+from goalwire.entities.graph_waiting import tell_near_misses, wait_for_graph
 from goalwire.entities.node import NodeCore
-from goalwire.entities.pending_call import PENDING_LIMIT, unanswered
+from goalwire.entities.pending_call import NO_REASON, PENDING_LIMIT, REASONS_LIMIT, end_with, unanswered
+from goalwire.entities.server_wait_queue import ServerWaitQueue
 from goalwire.entities.type_support import ActionSupport, MessageSupport
-from goalwire.errors import InvalidHandle, RemoteError, TooManyCallsError
+from goalwire.errors import (
+    CallError,
+    ClosedError,
+    InvalidHandle,
+    RemoteError,
+    ShutDownError,
+    TooManyCallsError,
+    peer_text,
+)
 from goalwire.execution.callback_groups import CallbackGroup
-from goalwire.execution.event_queue import EventQueue
-from goalwire.execution.future import Future
+from goalwire.execution.event_queue import EventQueue, ResponseTicks
+from goalwire.execution.future import Future, abandon, block_on
+from goalwire.logging import get_logger
 from goalwire.rules.goals import effects as effect
 from goalwire.rules.goals import wire
-from goalwire.rules.goals.ids import GoalId, new_goal_id
-from goalwire.rules.goals.status import statuses_of
+from goalwire.rules.goals.client import ClientGoal, GoalClient
+from goalwire.rules.goals.ids import NO_ID, GoalId, new_goal_id
 from goalwire.rules.latencies import Latencies
 from goalwire.rules.qos import QoS
-from goalwire.transport.contract import EndpointKind, Port, Sample
+from goalwire.rules.time import S_TO_NS, Time
+from goalwire.transport.contract import EndpointKind, Payload, Port, Sample
 from goalwire.transport.reports import log_rejected
 
 if TYPE_CHECKING:
-    from goalwire.entities.actions.client_goals import Effects
-    from goalwire.entities.call_context import CallContext
+    from action_msgs.srv import CancelGoal
+    from builtin_interfaces.msg import Time as StampMessage
+
+    from goalwire.rules.goals.client import FeedbackQueue
     from goalwire.rules.statistics import ActionClientStatistics
 
-LINGERING_LIMIT = 1000
-"""Goals given up, of one client, that are cancelled where a server takes them late."""
+    Effects = list[effect.ClientEffect[ResultFuture, Payload]]
+
+LATE_LIMIT = 1000
+"""Goals given up, of one client, that are cancelled where a server accepts them late."""
 
 _STATUS_LIMIT = 10
 """Status arrays that may wait. More than one: a goal whose result is not kept is in a single array."""
 
 
-class ActionClientCore(Cancelling):
-    """One action client."""
+class ActionClientCore(TimedCalls):
+    """One action client: three clients, for goals, cancelling and results, and two subscriptions.
+
+    Its `call_timeout` ends with a goal's acceptance.
+    """
 
     def __init__(
         self,
@@ -61,20 +81,42 @@ class ActionClientCore(Cancelling):
         qos: ActionQoS | None = None,
     ) -> None:
         qos = qos or ActionQoS()
-        super().__init__(node, support, name, qos)
-        self._group = group
-        self.goals = ClientGoals()
-        self._results = ClientResults(self, self._result_port)
-        self.lingering: dict[GoalRequest, None] = {}
+        self.node = node
+        self.support = support
+        self.name = name
+        self.destroyed = False
+        self.goals: GoalClient[ResultFuture, Payload] = GoalClient()
+        """The rules, and the record of each goal."""
+        self.late: dict[GoalCall, None] = {}
         """Goals that were given up before a server had answered, not long ago."""
+        self.blocking: dict[Future[Any], None] = {}
+        """What threads wait for in a call of ours."""
+        self._lock = Lock()
+        """Of the rules."""
+        self._group = group
+        self._logger = get_logger(node.logger_name).get_child('action_client')
+        self._reported: set[tuple[str, str]] = set()
+        self._told = ''
+        """What was said last of names and types that are near."""
         self._feedback = 0
         self._feedback_rejected = 0
         self._statuses_rejected = 0
-        self._acceptances = Latencies()
+        self._result_latencies = Latencies()
+        """From goals to their results."""
         self._clock = node.context.shutdown_signal.clock
-        self._goal_class = self.goal_type
-        self._encode_goal = codec.encoder(self._goal_class)
-        names = self._names
+        self.goal_type: type = support.cls.Goal  # type: ignore[attr-defined]
+        """The action's Goal class."""
+        self._encode_goal = codec.encoder(self.goal_type)
+        self._wait_queue: ServerWaitQueue | None = None
+        self.arrivals = ResponseTicks(node.work_queue, self)
+        self._names = names = node.resolve_action(name)
+        self.goal_requests = ActionRequests(self, 'goal', names.send_goal, support.send_goal, qos.goal)
+        self.result_requests = ActionRequests(
+            self, 'result', names.get_result, support.get_result, qos.result
+        )
+        self.cancel_requests = ActionRequests(
+            self, 'cancel request', names.cancel_goal, support.cancel_goal, qos.cancel
+        )
         self._statuses: EventQueue[Sample] = EventQueue(
             node.work_queue, group, self._on_status, depth=_STATUS_LIMIT
         )
@@ -91,6 +133,30 @@ class ActionClientCore(Cancelling):
     ) -> Port:
         endpoint = describe_endpoint(self.node, EndpointKind.SUBSCRIPTION, name, support, qos)
         return self.node.port.subscription(endpoint, deliver)
+
+    # -- the rules, and what they decide -------------------------------------------------------------------
+
+    def dispatch(self, event: Callable[..., Effects], *args: Any) -> None:
+        """Tell the rules of an event and perform what follows from it."""
+        with self._lock:
+            effects = event(*args)
+        for item in effects:
+            match item:
+                case effect.StatusChanged(goal_id, _):
+                    goal = self.goals.active.get(goal_id) or self.goals.ended.get(goal_id)
+                    if goal is not None and goal.heard is not None:
+                        goal.heard()
+                case effect.RequestResult(goal_id):
+                    self._request_result(goal_id)
+                case effect.DeliverResult(future, _, payload):
+                    if future.pending() and not future.set_raw(payload):  # else it was cancelled
+                        self.arrivals.deliver(None)
+                case effect.FailResult(future, error):
+                    self._fail_result(future, error)
+
+    def goal(self, goal_id: GoalId) -> ClientGoal[ResultFuture]:
+        """Return the record of a goal; a new one, of an UNKNOWN goal, where there is none."""
+        return self.goals.find(goal_id) or ClientGoal(goal_id)
 
     # -- sending -------------------------------------------------------------------------------------------
 
@@ -116,40 +182,110 @@ class ActionClientCore(Cancelling):
     ) -> Future[ClientGoalHandle[Any, Any, Any]]:
         """Send a goal; feedback goes to the queue, as it comes from the wire. Raises as `send` does.
 
-        With terms, or a `default_timeout`, the future ends with a typed error where nobody answers, and a
+        With a context, or a `default_timeout`, the future ends with a typed error where nobody answers, and a
         goal that is accepted too late is cancelled.
         """
-        if not isinstance(goal, self._goal_class):
-            raise TypeError(f'Expected {self._goal_class}, got {type(goal)}')
+        if not isinstance(goal, self.goal_type):
+            raise TypeError(f'Expected {self.goal_type}, got {type(goal)}')
         self._check_alive()
         self._make_room()
         payload = wire.wrap(goal_id, self._encode_goal(goal))
-        record = ClientGoal(goal_id, feedback, self._clock.system_now())
-        self.goals.add(record)
-        future = EncodedResponseFuture(
-            self,
-            lambda raw: ClientGoalHandle(self, record, self.support.send_goal.decode_response(raw)),
-            call_context or self.new_terms(),
-        )
+        with self._lock:
+            record = self.goals.on_send(goal_id, feedback, self._clock.system_now())
+        call = GoalCall(self.node.work_queue)
+        call.goal = record
+
+        def decode(raw: Payload) -> ClientGoalHandle[Any, Any, Any]:
+            return ClientGoalHandle(self, record, self.support.send_goal.decode_response(raw))
+
         try:
-            GoalRequest(self, self._send_port, payload, future, record).begin()
+            self.goal_requests.start(call, decode, payload, call_context or self._new_context())
         except BaseException:
-            self.drop(record, '')
+            self.discard_goal(record, '')
             raise
-        return future
+        return call
 
     def _make_room(self) -> None:
-        """Raise TooManyCallsError where too many requests wait; forget goals of which nobody asks the end."""
-        if len(self.requests) >= PENDING_LIMIT:
+        """Put a goal away if need be. Raises TooManyCallsError where too many requests or goals wait."""
+        requests = self.goal_requests
+        if len(requests.pending) >= PENDING_LIMIT or len(requests.timed) >= PENDING_LIMIT:
             raise TooManyCallsError(
                 f"cannot use the action '{self.full_name}': {PENDING_LIMIT} requests of this client wait for "
                 'answers already; give goals a timeout, or wait for some of them first'
             )
-        if len(self.goals.active) >= PENDING_LIMIT and not self.goals.make_room():
+        if len(self.goals.active) < PENDING_LIMIT:
+            return
+        with self._lock:
+            is_room = self.goals.on_crowd()
+        if not is_room:
             raise TooManyCallsError(
                 f"cannot send a goal to '{self.full_name}': {PENDING_LIMIT} goals of this client are "
                 'under way already; wait for the results of some of them first'
             )
+
+    def _new_context(self, timeout: float | None = None) -> CallContext | None:
+        """The context of a request that may take `timeout` s, or the `default_timeout`; None without both."""
+        limit = self.default_timeout if timeout is None else timeout
+        return None if limit is None else CallContext(self.node.context, 'action', self.full_name, limit)
+
+    def make_wait_queue(self) -> ServerWaitQueue:
+        """Return the queue in which the requests of this client wait for a server."""
+        if self._wait_queue is None:
+            self._wait_queue = ServerWaitQueue(
+                self.node.context, self.server_is_there, 'action', self.full_name, self.goal_service
+            )
+        return self._wait_queue
+
+    def on_goal_reply(self, call: GoalCall, sample: Sample) -> None:
+        """A server has accepted or refused a goal."""
+        goal, payload = call.goal, sample.payload
+        with self._lock:
+            (answer,) = self.goals.on_goal_reply(goal.goal_id, wire.is_acceptance(payload))
+        if isinstance(answer, effect.UnexpectedReply):
+            self._logger.warning(
+                'Ignoring unexpected goal response. There may be more than one action server '
+                f"for the action '{self.name}'"
+            )
+            return
+        self.goal_requests.latencies.add(sample.received_timestamp - goal.sent_at)
+        if isinstance(goal.feedback, GoalFeedback):
+            told = not call.pending() or call.set_raw(payload)
+            goal.feedback.open(in_a_turn=not told)
+        else:
+            call.complete(payload)
+
+    def discard_goal(self, goal: ClientGoal[ResultFuture], reason: str) -> None:
+        """Keep nothing of a goal that no server has accepted."""
+        self.dispatch(self.goals.on_send_failed, goal.goal_id, unanswered('goal', reason))
+
+    def give_up(self, sending: Future[ClientGoalHandle[Any, Any, Any]]) -> None:
+        """Wait no longer for a server to accept a goal; where one does so yet, the goal is cancelled."""
+        if isinstance(sending, GoalCall):
+            sending.give_up()
+
+    def await_late_accept(self, call: GoalCall) -> None:
+        """Listen for a goal that was given up: the latest few."""
+        self.late[call] = None
+        if len(self.late) > LATE_LIMIT:
+            next(iter(self.late)).discard_late()
+
+    def discard_late(self, call: GoalCall) -> None:
+        """Listen no longer."""
+        self.late.pop(call, None)
+
+    def report_lost(self, what: str, reason: str) -> None:
+        """Say once for each kind of request, and each of the first reasons, that nobody will answer it."""
+        if self.destroyed or not self.node.context.ok() or self.default_timeout is not None:
+            return  # it is this side that goes, or errors tell
+        if (what, reason) in self._reported or len(self._reported) == REASONS_LIMIT:
+            return
+        self._reported.add((what, reason))
+        self._logger.warning(
+            f"Action '{self.name}': no server answered the {what} ({reason or NO_REASON}). The "
+            'future stays pending, as in ROS 2: call wait_for_server() first, and wait with a timeout'
+        )
+
+    # -- feedback and statuses -----------------------------------------------------------------------------
 
     def _feedback_queue(self, callback: Callable[[Any], object]) -> GoalFeedback:
         check_callback(callback, ('feedback_message',), f"the feedback callback of the action '{self.name}'")
@@ -165,63 +301,6 @@ class ActionClientCore(Cancelling):
 
         return GoalFeedback(self.node.work_queue, self._group, handle, self)
 
-    def reject_feedback(self, error: RemoteError) -> None:
-        """Count a feedback message that cannot be decoded."""
-        self._feedback_rejected += 1
-        self._log_rejected('feedback', self._feedback_rejected, error)
-
-    def _log_rejected(self, kind: str, count: int, error: RemoteError) -> None:
-        what = f"Action '{self.name}': a {kind} message was rejected"
-        log_rejected(self._logger.name, what, count, error, is_error=True)
-
-    def on_goal_reply(self, record: ClientGoal, future: EncodedResponseFuture, sample: Sample) -> None:
-        """A server has accepted or refused a goal."""
-        rules = self.goals.rules
-        for item in self.goals.feed(rules.on_goal_reply, record.goal_id, wire.is_acceptance(sample.payload)):
-            match item:
-                case effect.UnexpectedReply():
-                    self._logger.warning(
-                        'Ignoring unexpected goal response. There may be more than one action server '
-                        f"for the action '{self.name}'"
-                    )
-                    return
-                case effect.GoalRejected():
-                    self.goals.drop(record.goal_id)
-        record.answered = True
-        self._acceptances.add(sample.received_timestamp - record.sent_at)
-        feedback = record.feedback
-        if isinstance(feedback, GoalFeedback):
-            told = not future.pending() or future.set_raw(sample.payload)
-            feedback.open(in_a_turn=not told)
-        else:
-            self.complete(future, sample.payload)
-
-    def note_failure(self, goal_id: GoalId, reason: str) -> None:
-        """Log why a goal was aborted: programs written for rclpy know of no reason, and show none."""
-        self._logger.warning(f"Action '{self.name}': goal {goal_id.hex()} was aborted: {reason}")
-
-    def hear_feedback(self) -> None:
-        """Take what feedback has come by now, where the wire keeps it until somebody does."""
-        self._feedback_port.catch_up()
-
-    def drop(self, record: ClientGoal, reason: str) -> None:
-        """Forget a goal that no server has taken."""
-        self.goals.drop(record.goal_id)
-        self.dispatch(self.goals.rules.on_send_failed, record.goal_id, unanswered('goal', reason))
-
-    def give_up(self, sending: Future[ClientGoalHandle[Any, Any, Any]]) -> None:
-        """Wait no longer for a server to take a goal; where one does so yet, it is cancelled."""
-        if isinstance(sending, EncodedResponseFuture) and isinstance(sending.request, GoalRequest):
-            sending.request.give_up()
-
-    def await_late_accept(self, request: GoalRequest) -> None:
-        """Keep an ear open for a goal that was given up: the latest few."""
-        self.lingering[request] = None
-        if len(self.lingering) > LINGERING_LIMIT:
-            next(iter(self.lingering)).let_go()
-
-    # -- what the server tells -----------------------------------------------------------------------------
-
     def _deliver_feedback(self, sample: Sample) -> None:
         goal_id = bytes(sample.payload[4:20])
         goal = self.goals.active.get(goal_id) or self.goals.ended.get(goal_id)  # `find`, but for a call
@@ -233,81 +312,252 @@ class ActionClientCore(Cancelling):
         if goal.feedback is not None:
             goal.feedback.deliver(sample)
 
+    def reject_feedback(self, error: RemoteError) -> None:
+        """Count a feedback message that cannot be decoded."""
+        self._feedback_rejected += 1
+        self._log_rejected('feedback', self._feedback_rejected, error)
+
     def _on_status(self, sample: Sample) -> None:
-        with self.goals.lock:
-            followed = self.goals.rules.followed()
         try:
-            statuses = statuses_of(followed, bytes(sample.payload))
+            self.dispatch(self.goals.on_status, bytes(sample.payload))
         except RemoteError as error:
             self._statuses_rejected += 1
             self._log_rejected('status', self._statuses_rejected, error)
-            return
-        self.dispatch(self.goals.rules.on_status, statuses)
 
-    def dispatch(self, event: Callable[..., Effects], *args: Any) -> None:
-        """Feed the rules and perform what they decide."""
-        for item in self.goals.feed(event, *args):
-            match item:
-                case effect.StatusChanged(goal_id, status):
-                    self.goals.advance(goal_id, status)
-                case effect.RequestResult(goal_id):
-                    self._results.request(goal_id)
-                case effect.DeliverResult(waiter, _, payload):
-                    self.complete(waiter, payload)
-                case effect.FailResult(waiter, error):
-                    self._results.fail(waiter, error)
+    def _log_rejected(self, kind: str, count: int, error: RemoteError) -> None:
+        what = f"Action '{self.name}': a {kind} message was rejected"
+        log_rejected(self._logger.name, what, count, error, is_error=True)
+
+    # -- results -------------------------------------------------------------------------------------------
 
     def get_result(self, goal_id: GoalId, call_context: CallContext | None = None) -> Future[Any]:
         """Ask for a goal's result; the future gives the action's GetResult response."""
         self._check_alive()
-        return self._results.get(goal_id, call_context or self._terms_of_results())
-
-    def _terms_of_results(self) -> CallContext | None:
-        """A goal may run for ever: where calls have a time, its result has none, but typed errors."""
-        call_context = self.new_terms(inf if self.default_timeout is not None else None)
-        if call_context is not None:
+        if call_context is None and self.default_timeout is not None:
+            # A goal may run for ever: where calls have a time, its result has none, but typed errors.
+            call_context = CallContext(self.node.context, 'action', self.full_name, inf)
             call_context.see_servers(self.goal_service)
-        return call_context
+        goal = self.goals.find(goal_id)
+        feedback = None if goal is None else goal.feedback
+        decode = self.support.get_result.decode_response
+        future = ResultFuture(self, goal_id, decode, call_context, feedback)
+        self.dispatch(self.goals.on_result_request, goal_id, future)
+        return future
 
-    # -- what is kept, and the end -------------------------------------------------------------------------
+    def _request_result(self, goal_id: GoalId) -> None:
+        """Send the request for a result that somebody wants."""
+        call = ResultCall(self.node.work_queue)
+        with self._lock:
+            goal = self.goals.active.get(goal_id)
+            if goal is None or goal.request is not None or not goal.waiters:
+                return  # given up meanwhile, and perhaps wanted again
+            call.goal, goal.request = goal, call
+        try:
+            self.result_requests.start(call, bytes, wire.encode_result_request(goal_id))
+        except BaseException:  # nothing was sent: the next who asks tries again
+            call.end()
+            self.dispatch(self.goals.on_result_failed, goal_id, unanswered('result', ''))
+            raise
 
-    def goal(self, goal_id: GoalId) -> ClientGoal:
-        """What is kept of a goal; something new where nothing is."""
-        return self.goals.known(goal_id)
+    def cancel_result(self, future: ResultFuture) -> None:
+        """Complete this future no more. With the last that waits for a result its request is cancelled."""
+        with self._lock:
+            request = self.goals.on_result_given_up(future.goal_id, future)
+        if request is not None:
+            request.discard()
+
+    def on_result_reply(self, call: ResultCall, sample: Sample) -> None:
+        """The result is there. Who waits for it is told after the feedback that came before it."""
+        goal = call.goal
+        payload, reason = wire.split_reason(sample.payload)
+        if reason and not goal.reason:
+            goal.reason = peer_text(reason)
+            self.note_failure(goal.goal_id, goal.reason)
+        if goal.sent_at:
+            self._result_latencies.add(sample.received_timestamp - goal.sent_at)
+        if goal.feedback is not None:
+            self._feedback_port.catch_up()  # the wire may keep feedback until somebody takes it
+        status = wire.status_of(payload)
+        if isinstance(goal.feedback, GoalFeedback):
+            goal.feedback.end(partial(self.dispatch, self.goals.on_result, goal.goal_id, status, payload))
+        else:
+            self.dispatch(self.goals.on_result, goal.goal_id, status, payload)
+
+    def note_failure(self, goal_id: GoalId, reason: str) -> None:
+        """Log why a goal was aborted: programs written for rclpy know of no reason, and show none."""
+        self._logger.warning(f"Action '{self.name}': goal {goal_id.hex()} was aborted: {reason}")
+
+    def on_result_lost(self, call: ResultCall, reason: str) -> None:
+        """No result will come."""
+        self.dispatch(self.goals.on_result_failed, call.goal.goal_id, unanswered('result', reason))
+        self.report_lost('result', reason)
+
+    def _fail_result(self, future: ResultFuture, error: Exception) -> None:
+        """End one who waits, where it has a context; else it stays pending, as in ROS 2."""
+        call_context = future.call_context
+        if call_context is None or not future.pending():
+            return
+        if self.destroyed:
+            end_with(future, InvalidHandle())
+        elif not self.node.context.ok():
+            end_with(future, ShutDownError(call_context.title))
+        else:
+            end_with(future, call_context.retold(error) if isinstance(error, CallError) else error)
+
+    # -- cancelling ----------------------------------------------------------------------------------------
+
+    def cancel_goal(
+        self, goal_id: GoalId, stamp_ns: int = 0, call_context: CallContext | None = None
+    ) -> Future[Any]:
+        """Ask for cancellation; the future gives an action_msgs/srv/CancelGoal response."""
+        self._check_alive()
+        call = CancelCall(self.node.work_queue)
+        payload = wire.encode_cancel_request(goal_id, stamp_ns)
+        decode = self.support.cancel_goal.decode_response
+        self.cancel_requests.start(call, decode, payload, call_context or self._new_context())
+        return call
+
+    def cancel_quietly(self, goal_id: GoalId) -> None:
+        """Ask for cancellation, whatever the server says to that."""
+        with suppress(ClosedError):
+            asked = self.cancel_goal(goal_id, call_context=self._new_context(LATE_S))
+            asked.add_waker(lambda: cast('None', asked.exception()))  # looked at
+
+    def cancel_all_goals_async(self) -> Future[CancelGoal.Response]:
+        """Ask the server to cancel every goal, whoever has sent it; the future tells which it does."""
+        return self.cancel_goal(NO_ID)
+
+    def cancel_goals_before_async(self, stamp: Time | StampMessage) -> Future[CancelGoal.Response]:
+        """Ask the server to cancel the goals that it accepted at or before a time of its clock.
+
+        Raises TypeError for what is no time, ValueError for one not above 0, which would stand for all goals.
+        """
+        if not (isinstance(stamp, Time) or hasattr(stamp, 'nanosec')):
+            raise TypeError(f'a Time or a builtin_interfaces/msg/Time is needed, not {stamp!r}')
+        stamp_ns = stamp.nanoseconds if isinstance(stamp, Time) else stamp.sec * S_TO_NS + stamp.nanosec
+        if stamp_ns <= 0:
+            raise ValueError(f'a time above 0 is needed, not {stamp}; cancel_all_goals cancels all')
+        return self.cancel_goal(NO_ID, stamp_ns)
+
+    def cancel_all_goals(self) -> CancelGoal.Response | None:
+        """Ask as `cancel_all_goals_async` does, and wait; raises as ClientGoalHandle.cancel_goal does."""
+        answer: CancelGoal.Response | None = self.wait_for(self.cancel_all_goals_async)
+        return answer
+
+    def cancel_goals_before(self, stamp: Time | StampMessage) -> CancelGoal.Response | None:
+        """Ask as `cancel_goals_before_async` does, and wait; raises as ClientGoalHandle.cancel_goal does."""
+        answer: CancelGoal.Response | None = self.wait_for(lambda: self.cancel_goals_before_async(stamp))
+        return answer
+
+    # -- waiting -------------------------------------------------------------------------------------------
+
+    def wait_for(self, ask: Callable[[], Future[Any]]) -> Any:
+        """Ask the server, block until the answer is there and return it; needs no executor.
+
+        Raises WouldDeadlockError, with nothing asked, where the answer needs the thread that would wait;
+        ShutDownError and InvalidHandle where the context ends, or this is destroyed, before it is there.
+        """
+        self.node.context.deadlock_detector.check(self.node.graph, self.goal_service)
+        future = ask()
+        self.blocking[future] = None
+        try:
+            self._check_alive()
+            if not block_on(future, None, self.node.context.shutdown_signal):
+                self._refuse_after_the_end()
+        except BaseException:
+            abandon(future)
+            raise
+        finally:
+            self.blocking.pop(future, None)
+        try:
+            return future.result()
+        finally:
+            del future  # its exception's traceback holds this frame
+
+    def server_is_there(self) -> bool:
+        """True while the graph shows all five parts of a server; False once destroyed.
+
+        Raises ShutDownError after the context's end.
+        """
+        if self.destroyed:
+            return False
+        self.node.check_open()
+        if not self.node.graph.has_action(self._names.name, self.type_name):
+            return False
+        requests = (self.goal_requests, self.result_requests, self.cancel_requests)
+        return all(each.reaches_server() for each in requests)
+
+    def wait_for_server(self, timeout_sec: float | None = None) -> bool:
+        """Block until there is a server (True) or the time is over (False); None waits without limit."""
+        if wait_for_graph(self.node.context, self.server_is_there, timeout_sec):
+            return True
+        self._told = tell_near_misses(self.node, 'action', self.full_name, self._told)
+        return False
+
+    # -- what it is ----------------------------------------------------------------------------------------
+
+    @property
+    def full_name(self) -> str:
+        """The action's fully-qualified name."""
+        return self._names.name
+
+    @property
+    def goal_service(self) -> str:
+        """The fully-qualified name of the service that takes goals."""
+        return self._names.send_goal
+
+    @property
+    def type_name(self) -> str:
+        """'pkg/action/Name'."""
+        return self.support.send_goal.type_name.removesuffix('_SendGoal')
 
     def event_queues(self) -> list[EventQueue[Any]]:
         """Where statuses and the feedback of each goal wait for the executor."""
-        queues = self.goals.feedback_queues
+        queues = self.goals.feedback_queues()
         return [self._statuses, *(queue for queue in queues if isinstance(queue, EventQueue))]
 
     def statistics(self) -> ActionClientStatistics:
         """Count goals and feedback."""
         from goalwire.rules.statistics import ActionClientStatistics
 
-        with self.goals.lock:
-            counted = self.goals.rules.statistics()
+        with self._lock:
+            counted, dropped = self.goals.statistics(), self.goals.feedback_dropped
         return ActionClientStatistics(
             self.full_name,
             counted,
             self._feedback,
-            self.goals.feedback_dropped,
-            self._acceptances.histogram(),
-            self._results.durations.histogram(),
+            dropped,
+            self.goal_requests.latencies.histogram(),
+            self._result_latencies.histogram(),
             self._feedback_rejected + self._statuses_rejected,
         )
 
+    # -- the end -------------------------------------------------------------------------------------------
+
+    def _refuse_after_the_end(self) -> NoReturn:
+        raise ShutDownError(f"action '{self.full_name}'")
+
+    def _check_alive(self) -> None:
+        if self.destroyed:
+            raise InvalidHandle
+
     def destroy(self) -> None:
-        """Undeclare; futures that are pending stay so, as in ROS 2. Idempotent."""
-        if self._destroyed:
+        """Undeclare; futures that are pending stay so, as in ROS 2, but for those with a time. Idempotent."""
+        if self.destroyed:
             return
-        self._destroyed = True
+        self.destroyed = True
         self.node.disown(self)
-        for request in (*self.lingering,):
-            request.let_go()
+        for call in (*self.late,):
+            call.discard_late()
         self._feedback_port.close()
         self._status_port.close()
-        self._close_calls()
+        for requests in (self.goal_requests, self.result_requests, self.cancel_requests):
+            requests.close()
+        for future in (*self.blocking,):
+            if future.pending():
+                end_with(future, InvalidHandle())
         self._statuses.close()
-        self.dispatch(self.goals.rules.on_close, InvalidHandle())
-        self.goals.close()
-        self._results.close()
+        queues = self.goals.feedback_queues()
+        self.dispatch(self.goals.on_close, InvalidHandle())
+        for queue in queues:
+            queue.close()

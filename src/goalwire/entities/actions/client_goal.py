@@ -1,77 +1,66 @@
-"""A goal as its client sees it (rclpy.action.client.ClientGoalHandle)."""
+"""A goal on its client: its handle, its feedback on the way to the callback, the future of its result."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Generic, Protocol
 
 from goalwire.entities.actions.types import FeedbackT, GoalT, ResultT, goal_id_bytes, uuid_message
-from goalwire.rules.goals.table import GoalStatus
+from goalwire.execution.current import current_groups, why_it_cannot_answer
+from goalwire.execution.event_queue import EventQueue
+from goalwire.execution.future import Future
+from goalwire.execution.monotonic import STEADY
+from goalwire.rules.goals.client import ClientGoal
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from action_msgs.srv import CancelGoal
     from builtin_interfaces.msg import Time
     from unique_identifier_msgs.msg import UUID
 
-    from goalwire.entities.actions.client import ActionClientCore
     from goalwire.entities.actions.types import ResultResponse
-    from goalwire.execution.future import Future
+    from goalwire.entities.call_context import CallContext
+    from goalwire.entities.node import NodeCore
+    from goalwire.execution.callback_groups import CallbackGroup
+    from goalwire.execution.monotonic import SteadyClock
+    from goalwire.execution.ready_queue import NodeWorkQueue
+    from goalwire.execution.waiting import ShutdownSignal
+    from goalwire.rules.goals.client import FeedbackQueue
     from goalwire.rules.goals.ids import GoalId
     from goalwire.transport.contract import Sample
 
-
-class FeedbackQueue(Protocol):
-    """Where the feedback of one goal waits to be used."""
-
-    def deliver(self, event: Sample, /) -> object:
-        """Queue a message as it came from the wire. Any thread."""
-
-    def close(self) -> None:
-        """Drop what waits and refuse what comes."""
-
-    @property
-    def dropped(self) -> int:
-        """How many messages found it full."""
+FEEDBACK_LIMIT = 1000
+"""Feedback messages that may wait for one goal's callback; the oldest is dropped and counted."""
 
 
-class ClientGoal:
-    """What the client keeps of one goal: where it stands, and the queue of its feedback."""
+class GoalSending(Protocol):
+    """An action client as its goals see it (ActionClientCore)."""
 
-    __slots__ = ('answered', 'feedback', 'goal_id', 'heard', 'reason', 'sent_at', 'status')
+    node: NodeCore
 
-    def __init__(self, goal_id: GoalId, feedback: FeedbackQueue | None, sent_at: int = 0) -> None:
-        self.goal_id = goal_id
-        self.feedback = feedback
-        self.sent_at = sent_at
-        """When, in ns since the UNIX epoch; 0 where it was not sent by this client."""
-        self.answered = False
-        """True once a server has accepted or refused it."""
-        self.status = GoalStatus.UNKNOWN
-        self.reason = ''
-        """Why it was aborted, in the words of a server that knows goalwire."""
-        self.heard: Callable[[], object] | None = None
-        """Called at each sign of life: feedback, and every change of the status."""
+    def goal(self, goal_id: GoalId) -> ClientGoal[Any]:
+        """Return the record of a goal; a new one, of an UNKNOWN goal, where there is none."""
 
-    @property
-    def dropped(self) -> int:
-        """How many feedback messages found the queue full."""
-        return 0 if self.feedback is None else self.feedback.dropped
+    def wait_for(self, ask: Callable[[], Future[Any]]) -> Any:
+        """Ask the server, block until the answer is there and return it."""
 
-    def advance(self, status: GoalStatus) -> None:
-        """Note a status. It only moves forward, and a terminal one is final."""
-        if not self.status.is_terminal and status > self.status:
-            self.status = status
-            if self.heard is not None:
-                self.heard()
+    def cancel_goal(self, goal_id: GoalId) -> Future[Any]:
+        """Ask for cancellation."""
+
+    def get_result(self, goal_id: GoalId) -> Future[Any]:
+        """Ask for the result."""
+
+    def cancel_result(self, future: ResultFuture) -> None:
+        """Wait for this result no longer."""
 
 
 class ClientGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
     """What send_goal's future gives: was it accepted, where does it stand, its result, its cancellation."""
 
     def __init__(
-        self, action_client: ActionClientCore, goal_id: ClientGoal | UUID, goal_response: Any
+        self, action_client: GoalSending, goal_id: ClientGoal[Any] | UUID, goal_response: Any
     ) -> None:
-        """`goal_id` is what `action_client` keeps of a goal, or the id that it was sent with.
+        """`goal_id` is the goal's record in the client's reactor, or the id that it was sent with.
 
         `goal_response` is the action's SendGoal response.
         """
@@ -133,3 +122,179 @@ class ClientGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
     def get_result_async(self) -> Future[ResultResponse[ResultT]]:
         """Ask for the result; the future gives status and result (the action's GetResult response)."""
         return self._action_client.get_result(self._goal.goal_id)
+
+
+class ResultFuture(Future[Any]):
+    """One who waits for a goal's result; all who do share one request. Who asks for it decodes it.
+
+    Where the goal has a feedback callback, it is done after that callback's last turn.
+    """
+
+    __slots__ = ('_client', '_feedback', 'call_context', 'decode', 'goal_id')
+
+    decode: Callable[[Any], Any]
+
+    def __init__(
+        self,
+        client: GoalSending,
+        goal_id: GoalId,
+        decode: Callable[[Any], Any],
+        call_context: CallContext | None,
+        feedback: FeedbackQueue | None,
+    ) -> None:
+        super().__init__(client.node.work_queue)
+        self.goal_id = goal_id
+        self.decode = decode
+        self.call_context = call_context
+        """What its errors tell; None: it stays pending where nobody answers."""
+        self._client = client
+        self._feedback = feedback if isinstance(feedback, GoalFeedback) else None
+
+    def cancel(self) -> None:
+        """Give the result up. The goal goes on, as in ROS 2."""
+        if self.pending():
+            self._client.cancel_result(self)
+        super().cancel()
+
+    def add_waker(self, waker: Callable[[], None]) -> None:
+        if self._feedback is not None and self.pending():
+            self._feedback.hurry_if_stuck(blocks=False)
+        super().add_waker(waker)
+
+    def wait(
+        self,
+        deadline: int | None = None,
+        *,
+        clock: SteadyClock = STEADY,
+        shutdown_signal: ShutdownSignal | None = None,
+    ) -> bool:
+        if self._feedback is not None and self.pending():
+            self._feedback.hurry_if_stuck(blocks=True)
+        return super().wait(deadline, clock=clock, shutdown_signal=shutdown_signal)
+
+
+class GoalFeedback(EventQueue['Sample | None']):
+    """Calls back with each message. None, behind the last one, stands for the goal's end.
+
+    Feedback, acceptance and result travel on different ways. What comes before the acceptance waits for
+    `open`. `end` lets the result wait until the callbacks have run for all that came before it, but never
+    where they could not run while somebody waits for that result: see `hurry`.
+    """
+
+    __slots__ = ('_ends', '_is_ending', '_is_opening', '_owner', '_running', 'hurried')
+
+    def __init__(
+        self,
+        work_queue: NodeWorkQueue,
+        group: CallbackGroup,
+        handle: Callable[[Sample], object],
+        owner: object,
+    ) -> None:
+        super().__init__(work_queue, group, handle, depth=FEEDBACK_LIMIT)  # type: ignore[arg-type]
+        self._posted = True  # so that nobody posts it before `open`
+        self._owner = owner
+        self._is_opening = self._is_ending = False
+        self._running: list[None] = []
+        """One for each callback under way, where they may run beside each other."""
+        self._ends: list[Callable[[], object]] = []
+        self.hurried = False
+
+    @property
+    def entity(self) -> object:
+        return self._owner
+
+    def open(self, *, in_a_turn: bool) -> None:
+        """The goal is accepted.
+
+        `in_a_turn`: nobody has been told of that yet. Then one turn of the executor comes first, so that a
+        done callback which the program adds before it spins is before the feedback.
+        """
+        self._is_opening = in_a_turn
+        if in_a_turn:
+            self.work_queue.post(self)
+        else:
+            self._go_on()
+
+    def end(self, then: Callable[[], object]) -> None:
+        """Take no more, and call `then` after the callbacks for all that waits; now, where nothing does."""
+        self.closed = True
+        self._ends.append(then)
+        if self.hurried or not (self._posted or self._events or self._running):
+            self._tell_end()
+            return
+        if len(self._events) == FEEDBACK_LIMIT:
+            self.dropped += 1
+        self._events.append(None)
+        if not self._posted:
+            self._go_on()
+
+    def hurry(self) -> None:
+        """Let the result wait no longer: somebody waits for it in a way that keeps the callbacks waiting."""
+        self.hurried = True
+        self._tell_end()
+
+    def hurry_if_stuck(self, *, blocks: bool) -> None:
+        """Hurry where the calling callback or thread, which is about to wait for the result, must.
+
+        So it is where nobody spins, where the callback holds our group, and where it `blocks` our thread.
+        """
+        queue = self.work_queue.queue
+        if (
+            queue is None
+            or not queue.is_driven()
+            or self.group in current_groups()
+            or (blocks and why_it_cannot_answer(self.work_queue, self.group))
+        ):
+            self.hurry()
+
+    def close(self) -> None:
+        super().close()
+        self._ends.clear()
+
+    def handle(self, event: Sample | None) -> object:
+        if event is not None:
+            return self._handle(event)
+        self._tell_end()
+        return None
+
+    def run(self) -> object:
+        """As an event queue does, which this takes the place of for the sake of one call less."""
+        if self._is_opening:
+            self._is_opening = False
+            self._go_on()
+            return None
+        try:
+            event = self._events.popleft()
+        except IndexError:
+            self._go_on()
+            return None
+        if self._alone:
+            return self.handle(event) if event is None else self._handle(event)
+        return self._run_beside(event)
+
+    def _run_beside(self, event: Sample | None) -> object:
+        """Run the callback while others of this goal may run."""
+        running = self._running
+        if event is None:
+            self._is_ending = True
+            self._go_on()
+        else:
+            running.append(None)  # before another thread may have the next event
+            self._go_on()
+            try:
+                return self._handle(event)
+            finally:
+                running.pop()
+                if self._is_ending and not running:
+                    self._tell_end()
+        if not running:
+            self._tell_end()
+        return None
+
+    def _tell_end(self) -> None:
+        while self._ends:
+            try:
+                then = self._ends.pop(0)
+            except IndexError:
+                return  # another thread calls it
+            then()

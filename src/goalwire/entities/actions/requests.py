@@ -1,222 +1,216 @@
-"""What an action client asks of its server, to take or to cancel goals, and what becomes of the answers.
+"""The requests of an action client, and its three clients on the wire: for goals, cancelling and results.
 
-With terms a request has a guard: it waits for a server, has a deadline, and its future ends with a typed
-error. Without, the future stays pending where nobody answers, as in ROS 2.
+How a request is sent, answered, ended in time or cancelled is in goalwire.entities.pending_call. Here is what
+an action adds: a goal that was given up is cancelled, should a server accept it after all; and a request for
+a result is sent again as long as somebody waits for it.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Protocol
 
-from goalwire.entities.pending_call import MARGIN_S, end_with
-from goalwire.errors import DeadlineError
+from goalwire.entities.endpoint import describe_endpoint
+from goalwire.entities.pending_call import MARGIN_S, PendingCall, RequestClient, end_with
+from goalwire.errors import DeadlineError, GoalwireError
 from goalwire.execution.future import Future
 from goalwire.execution.timer_heap import TimerEntry
+from goalwire.rules import reasons
 from goalwire.rules.goals import wire
+from goalwire.transport.contract import EndpointKind
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from goalwire.entities.actions.client import ActionClientCore
-    from goalwire.entities.actions.client_calls import ActionCalls
-    from goalwire.entities.actions.client_goal import ClientGoal
-    from goalwire.entities.actions.client_results import ResultWait
-    from goalwire.entities.call_context import CallContext
-    from goalwire.entities.request_timeout import RequestTimeout
-    from goalwire.transport.contract import ClientPort, Payload, Sample
+    from goalwire.entities.actions.client_goal import ResultFuture
+    from goalwire.entities.node import NodeCore
+    from goalwire.entities.server_wait_queue import ServerWaitQueue
+    from goalwire.entities.type_support import ServiceSupport
+    from goalwire.execution.event_queue import ResponseTicks
+    from goalwire.rules.goals.client import ClientGoal
+    from goalwire.rules.goals.ids import GoalId
+    from goalwire.rules.qos import QoS
+    from goalwire.transport.contract import Sample
 
 LATE_S = 10.0
 """How long a goal that was given up may still be accepted: it is cancelled then."""
 
 
-class EncodedResponseFuture(Future[Any]):
-    """Completed with a payload, which `make` turns into the result when somebody asks."""
+class ActionSide(Protocol):
+    """An action client as its requests see it (ActionClientCore)."""
 
-    __slots__ = ('call_terms', 'decode', 'request')
+    node: NodeCore
+    name: str
+    arrivals: ResponseTicks
+    """The turns of the executor for answers that nobody waits for."""
 
-    decode: Callable[[Any], Any]
+    def server_is_there(self) -> bool:
+        """True while there is a server that can be called."""
 
-    def __init__(
-        self, client: ActionCalls, make: Callable[[Payload], Any], call_context: CallContext | None
-    ) -> None:
-        super().__init__(client.node.work_queue)
-        self.decode = make
-        self.call_terms = call_context
-        """What its errors tell; None: it stays pending where nobody answers."""
-        self.request: ActionRequest | ResultWait | None = None
-        """What it waits for."""
+    def make_wait_queue(self) -> ServerWaitQueue:
+        """Return the queue in which requests to this action wait for a server."""
 
-    def cancel(self) -> None:
-        """Give the answer up. A goal goes on, as in ROS 2."""
-        if self.request is not None and self.pending():
-            self.request.forget()
-        super().cancel()
+    def report_lost(self, what: str, reason: str) -> None:
+        """Say that nobody will answer a request, whose future stays pending."""
+
+    def on_goal_reply(self, call: GoalCall, sample: Sample) -> None:
+        """A server has accepted or refused a goal."""
+
+    def discard_goal(self, goal: ClientGoal[ResultFuture], reason: str) -> None:
+        """Keep nothing of a goal that no server has accepted."""
+
+    def await_late_accept(self, call: GoalCall) -> None:
+        """Listen for a goal that was given up."""
+
+    def discard_late(self, call: GoalCall) -> None:
+        """Listen no longer."""
+
+    def cancel_quietly(self, goal_id: GoalId) -> None:
+        """Ask for cancellation, whatever the server says to that."""
+
+    def on_result_reply(self, call: ResultCall, sample: Sample) -> None:
+        """The result is there."""
+
+    def on_result_lost(self, call: ResultCall, reason: str) -> None:
+        """No result will come."""
 
 
-class ActionRequest:
-    """One request: to cancel goals, or (GoalRequest) to take one."""
+class ActionRequests(RequestClient):
+    """One of the three clients of an action client."""
+
+    margin_s = LATE_S + MARGIN_S
+
+    def __init__(self, action: ActionSide, what: str, name: str, support: ServiceSupport, qos: QoS) -> None:
+        """`what` tells what is asked for, in a warning that nobody answers."""
+        self.action = action
+        self.what = what
+        super().__init__(action.node, describe_endpoint(action.node, EndpointKind.CLIENT, name, support, qos))
+        self.arrivals = action.arrivals
+
+    def reaches_server(self) -> bool:
+        """True where the wire has a server for this service."""
+        return self._port is not None and self._port.reaches_server()
+
+    def server_is_there(self) -> bool:
+        return self.action.server_is_there()
+
+    def make_wait_queue(self) -> ServerWaitQueue:
+        self.wait_queue = self.action.make_wait_queue()
+        return self.wait_queue
+
+    def report_unanswered(self, reason: str) -> None:
+        self.action.report_lost(self.what, reason)
+
+    def what_fails(self) -> str:
+        return f"cannot use the action '{self.action.name}'"
+
+
+class CancelCall(PendingCall):
+    """A request to cancel goals."""
 
     waits = False
-    """Whether it waits for a server; who cancels a goal has had one."""
 
-    def __init__(
-        self, client: ActionCalls, port: ClientPort, payload: bytes, future: EncodedResponseFuture
-    ) -> None:
-        self.client = client
-        self.future = future
-        self.guard: RequestTimeout | None = None
-        self._port = port
-        self._payload = payload
-        self._sequence = 0
-        self._was_sent = False
-        self._is_over = False
-        self._is_forgotten = False
 
-    def begin(self) -> None:
-        """Send it now, or as soon as there is a server; raises what sending raises, and leaves nothing."""
-        self.client.requests[self] = None
-        self.future.request = self
-        try:
-            if self.future.call_terms is None:
-                self.send()
-            else:
-                self.guard = self.client.guard(self.future.call_terms, self)
-                self.guard.begin()
-        except BaseException:
-            self.client.requests.pop(self, None)
-            raise
+class GoalCall(PendingCall):
+    """A goal on its way to a server. One that was given up is cancelled, should the server accept it."""
 
-    def send(self) -> None:
-        """Hand it to the wire."""
-        self._was_sent = True
-        call_context = self.future.call_terms
-        left = None if call_context is None else call_context.left_ns(LATE_S + MARGIN_S)
-        sequence = self.client.request(self._port, self._payload, self.on_reply, self.on_end, left)
-        self._sequence = sequence
-        if self._is_forgotten:
-            self.withdraw()
+    awaited_by: ActionRequests
+    goal: ClientGoal[ResultFuture]
+    late: TimerEntry | None = None
+    """Ends the time in which the goal may still be accepted; None unless it was given up."""
+    has_reply = False
+    """True once a server has answered. Others of the same name may do so too, which is told."""
 
     def on_reply(self, sample: Sample) -> None:
-        """The first answer counts."""
-        if not self._is_over and (self.guard is None or self.guard.answered()):
-            self._leave()
-            self._answered(sample)
-
-    def on_end(self, reason: str) -> None:
-        """No answer can come any more."""
-        if self._is_over:
-            return
-        if self.guard is not None:
-            self.guard.unanswered(reason)
-        else:
-            self._leave()
-            self._unanswered(reason)
-
-    def withdraw(self) -> None:
-        """Hold nothing for it in the transport."""
-        self._is_forgotten = True
-        sequence, self._sequence = self._sequence, 0
-        if sequence:
-            self._port.cancel(sequence)
-
-    def fail(self, error: Exception) -> None:
-        """It ends with `error`."""
-        self._leave()
-        self.withdraw()
-        if self.future.pending():
-            end_with(self.future, error)
-
-    def forget(self) -> None:
-        """Nobody waits for the answer any more."""
-        if self.guard is not None:
-            self.guard.end()
-        self._leave()
-        self.withdraw()
-
-    def _leave(self) -> None:
-        self._is_over = True
-        self.client.requests.pop(self, None)
-
-    def _answered(self, sample: Sample) -> None:
-        self.client.complete(self.future, sample.payload)
-
-    def _unanswered(self, reason: str) -> None:
-        self.client.report_lost('cancel request', reason)
-
-
-class GoalRequest(ActionRequest):
-    """A goal. One that was given up is cancelled, should the server take it after all."""
-
-    waits = True
-    client: ActionClientCore
-
-    def __init__(
-        self,
-        client: ActionClientCore,
-        port: ClientPort,
-        payload: bytes,
-        future: EncodedResponseFuture,
-        goal: ClientGoal,
-    ) -> None:
-        super().__init__(client, port, payload, future)
-        self._goal = goal
-        self._alarm: TimerEntry | None = None
-
-    def on_reply(self, sample: Sample) -> None:
-        if self._alarm is None:
-            if self._is_over:
-                self._answered(sample)  # another server's
-            else:
-                super().on_reply(sample)
+        if self.late is None:
+            self.has_reply = True
+            self.take_reply()
+            self.awaited_by.action.on_goal_reply(self, sample)  # which tells another server's answer
         elif wire.is_acceptance(sample.payload):
-            self.client.node.context.sends.soon(TimerEntry(self._cancel_quietly))
+            self.awaited_by.node.context.sends.soon(TimerEntry(self._cancel_quietly))
 
     def on_end(self, reason: str) -> None:
-        if self._alarm is None:
+        if self.late is not None:
+            self.discard_late()
+        elif self.call_context is not None:
             super().on_end(reason)
-        else:
-            self.let_go()
-
-    def _answered(self, sample: Sample) -> None:
-        self.client.on_goal_reply(self._goal, self.future, sample)
-
-    def _unanswered(self, reason: str) -> None:
-        self.client.drop(self._goal, reason)
-        self.client.report_lost('goal', reason)
+        elif self.end():
+            client = self.awaited_by
+            client.pending.pop(self.sent_as, None)
+            client.action.discard_goal(self.goal, reason)
+            client.report_unanswered(reason)
 
     def fail(self, error: Exception) -> None:
-        self._leave()
-        self.client.drop(self._goal, '')
-        if isinstance(error, DeadlineError) and self._was_sent:
-            self._await_late_accept()
+        if not self.end():
+            return
+        client = self.awaited_by
+        if self.was_sent and isinstance(error, DeadlineError):
+            context = client.node.context
+            self.late = TimerEntry(self.discard_late)
+            client.action.await_late_accept(self)
+            context.deadlines.set(self.late, context.shutdown_signal.clock.now() + int(LATE_S * 1e9))
         else:
-            self.withdraw()
-        if self.future.pending():
-            end_with(self.future, error)
+            self.discard_request()
+        client.action.discard_goal(self.goal, '')
+        if self.pending():
+            end_with(self, error)
 
-    def forget(self) -> None:
-        super().forget()
-        self.client.drop(self._goal, '')
+    def discard_request(self) -> None:
+        if self.has_reply:  # before its number was known
+            self.awaited_by.pending.pop(self.sent_as, None)
+        else:
+            super().discard_request()
+
+    def discard(self) -> None:
+        if self.end():
+            self.discard_request()
+            self.awaited_by.action.discard_goal(self.goal, '')
 
     def give_up(self) -> None:
-        """Nobody waits any more for the server to take it."""
-        Future.cancel(self.future)  # who waits no longer gets no error either
-        if self.guard is not None:
-            self.guard.fail(DeadlineError(f"the goal for '{self.client.full_name}' was given up"))
+        """Wait no longer for a server to accept it. The future is cancelled: it gets no error either."""
+        Future.cancel(self)
+        self.fail(DeadlineError(f'{self.awaited_by.what_fails()}: the goal was given up'))
 
-    def _await_late_accept(self) -> None:
-        context = self.client.node.context
-        self._alarm = TimerEntry(self.let_go)
-        self.client.await_late_accept(self)
-        context.deadlines.set(self._alarm, context.shutdown_signal.clock.now() + int(LATE_S * 1e9))
-
-    def let_go(self) -> None:
+    def discard_late(self) -> None:
         """It is too late even for that."""
-        if self._alarm is not None:
-            self.client.node.context.deadlines.drop(self._alarm)
-        self.client.lingering.pop(self, None)
-        self.withdraw()
+        if self.late is not None:
+            self.awaited_by.node.context.deadlines.drop(self.late)
+        self.awaited_by.action.discard_late(self)
+        self.discard_request()
 
     def _cancel_quietly(self) -> None:
-        self.let_go()
-        self.client.cancel_quietly(self._goal.goal_id)
+        self.discard_late()
+        self.awaited_by.action.cancel_quietly(self.goal.goal_id)
+
+
+class ResultCall(PendingCall):
+    """The request for one goal's result, for all who wait for that.
+
+    A goal runs as long as it takes, a request does not: Zenoh gives one up after ten minutes, and keeps
+    something of it until then. So it is sent again: to ask twice does no harm, a server answers each time.
+    """
+
+    awaited_by: ActionRequests
+    goal: ClientGoal[ResultFuture]
+
+    def on_reply(self, sample: Sample) -> None:
+        if self.take_reply():
+            self.awaited_by.action.on_result_reply(self, sample)
+
+    def on_end(self, reason: str) -> None:
+        if self.end_lock.locked():
+            return
+        client = self.awaited_by
+        if reason == reasons.TIMEOUT:
+            client.node.context.sends.soon(TimerEntry(self._send_again))
+        elif self.end():
+            client.pending.pop(self.sent_as, None)
+            client.action.on_result_lost(self, reason)
+
+    def _send_again(self) -> None:
+        client = self.awaited_by
+        client.pending.pop(self.sent_as, None)
+        if self.end_lock.locked():
+            return
+        try:
+            client.send(wire.encode_result_request(self.goal.goal_id), self)
+        except GoalwireError:  # closed, or the wire refuses it
+            if self.end():
+                client.action.on_result_lost(self, '')

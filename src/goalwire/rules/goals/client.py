@@ -1,28 +1,31 @@
 """The action client as a pure reactor: which goals are ours, where they stand, who waits for what.
 
     on_send ─► on_goal_reply ─► GoalAccepted or GoalRejected
-    on_feedback ─► DeliverFeedback           (from the moment the goal is sent)
     on_status ─► StatusChanged…              (forward only, never out of a terminal state)
     on_result_request ─► RequestResult ─► on_result ─► DeliverResult…
 
+There is one record of each goal, and it is here: a ClientGoal, in `active` or in `ended`. Every event
+advances it once. Feedback changes nothing of a goal, so there is no event of it: it goes to the queue in the
+record, from the moment the goal is sent.
+
 Replies, feedback, statuses and results travel on different ways and may come in any order: nothing is lost
-that arrives before the acceptance is known. A goal is forgotten when it has ended, or its server was
-lost, and nobody waits for its result; the latest of these still hear what was overtaken. Effects are
-performed in order.
+that arrives before the acceptance is known. A goal is put away when it has ended, or its server was lost, and
+nobody waits for its result; the latest of these still hear what was overtaken.
+
+Whoever drives this calls one method at a time (under a lock of its own) and performs effects in order. It may
+look records up under no lock.
 """
 
 from __future__ import annotations
 
 from collections import OrderedDict
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Generic
+from typing import TYPE_CHECKING, Any, Generic, Protocol
 
 from goalwire.errors import GoalIdTaken
 from goalwire.rules.goals.effects import (
-    DeliverFeedback,
     DeliverResult,
     FailResult,
-    FeedbackT,
     GoalAccepted,
     GoalRejected,
     RequestResult,
@@ -31,10 +34,11 @@ from goalwire.rules.goals.effects import (
     UnexpectedReply,
     WaiterT,
 )
+from goalwire.rules.goals.status import statuses_of
 from goalwire.rules.goals.table import GoalStatus
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Callable
 
     from goalwire.rules.goals.effects import ClientEffect
     from goalwire.rules.goals.ids import GoalId
@@ -43,12 +47,41 @@ REMEMBERED = 128
 """How many goals that have ended, or whose server was lost, still get late feedback and statuses."""
 
 
-@dataclass(slots=True)
-class _Goal(Generic[WaiterT]):
+class FeedbackQueue(Protocol):
+    """Where the feedback of one goal waits to be used."""
+
+    def deliver(self, event: Any, /) -> object:
+        """Queue a message as it came from the wire. Any thread."""
+
+    def close(self) -> None:
+        """Discard what waits and refuse what comes."""
+
+    @property
+    def dropped(self) -> int:
+        """How many messages found it full."""
+
+
+@dataclass(slots=True, eq=False)
+class ClientGoal(Generic[WaiterT]):
+    """One goal of a client. Only the reactor changes it, but for what is said to be the driver's."""
+
+    goal_id: GoalId
+    feedback: FeedbackQueue | None = None
+    """None where nobody wants to hear of it."""
+    sent_at: int = 0
+    """When, in ns since the UNIX epoch; 0 where it was not sent by this client."""
     answered: bool = False
-    """True once the reply to send_goal has come."""
+    """True once a server has accepted or refused it."""
     status: GoalStatus = GoalStatus.UNKNOWN
+    """The last that was heard of it: it only moves forward, and a terminal one is final."""
     waiters: list[WaiterT] = field(default_factory=list)
+    """Who waits for its result."""
+    request: Any = None
+    """The driver's: the request for its result that is on its way."""
+    reason: str = ''
+    """The driver's: why it was aborted, in the words of a server that knows goalwire."""
+    heard: Callable[[], object] | None = None
+    """The driver's: called at each sign of life, feedback and every change of the status."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,30 +102,47 @@ class SentGoals:
     aborted: int
 
 
-class GoalClient(Generic[FeedbackT, WaiterT, ResultT]):
+class GoalClient(Generic[WaiterT, ResultT]):
     """Every goal that one action client has under way. A waiter is what the driver completes in the end."""
 
     def __init__(self) -> None:
-        self._goals: dict[GoalId, _Goal[WaiterT]] = {}
-        self._ended: OrderedDict[GoalId, GoalStatus] = OrderedDict()
+        self.active: dict[GoalId, ClientGoal[WaiterT]] = {}
+        """Goals that are under way, or whose results somebody waits for."""
+        self.ended: OrderedDict[GoalId, ClientGoal[WaiterT]] = OrderedDict()
+        """The latest that were put away."""
         self._lost: set[GoalId] = set()
-        """Those of `_ended` of which no end is known."""
+        """Those of `ended` of which no end is known."""
+        self._feedback_dropped = 0
         self._sent = self._accepted = self._refused = 0
         self._reached = [0] * len(GoalStatus)
         """How many goals have come to each status."""
 
+    def find(self, goal_id: GoalId) -> ClientGoal[WaiterT] | None:
+        """Return the record of a goal; None where there is none."""
+        return self.active.get(goal_id) or self.ended.get(goal_id)
+
     def status(self, goal_id: GoalId) -> GoalStatus:
-        """Return the last that was heard of a goal; UNKNOWN for one that is forgotten."""
-        goal = self._goals.get(goal_id)
-        return self._ended.get(goal_id, GoalStatus.UNKNOWN) if goal is None else goal.status
+        """Return the last that was heard of a goal; UNKNOWN for one of which there is no record."""
+        goal = self.find(goal_id)
+        return GoalStatus.UNKNOWN if goal is None else goal.status
+
+    def feedback_queues(self) -> list[FeedbackQueue]:
+        """Return where the feedback of all these goals waits."""
+        goals = (*self.active.copy().values(), *self.ended.copy().values())
+        return [goal.feedback for goal in goals if goal.feedback is not None]
+
+    @property
+    def feedback_dropped(self) -> int:
+        """How many feedback messages found their queue full."""
+        return self._feedback_dropped + sum(queue.dropped for queue in self.feedback_queues())
 
     def statistics(self) -> SentGoals:
         """Count what is held."""
-        goals = self._goals.values()
+        goals = self.active.values()
         return SentGoals(
             unanswered=sum(not goal.answered for goal in goals),
             active=sum(goal.answered for goal in goals),
-            remembered=len(self._ended),
+            remembered=len(self.ended),
             waiting_for_results=sum(len(goal.waiters) for goal in goals),
             sent=self._sent,
             accepted=self._accepted,
@@ -104,172 +154,163 @@ class GoalClient(Generic[FeedbackT, WaiterT, ResultT]):
 
     # ---- sending ----
 
-    def on_send(self, goal_id: GoalId) -> None:
+    def on_send(
+        self, goal_id: GoalId, feedback: FeedbackQueue | None = None, sent_at: int = 0
+    ) -> ClientGoal[WaiterT]:
         """A goal is about to be sent; raises GoalIdTaken. Call it before the request goes out."""
-        if goal_id in self._goals:
+        if goal_id in self.active:
             raise GoalIdTaken(goal_id)
-        self._recall(goal_id)
-        self._goals[goal_id] = _Goal()
+        goal: ClientGoal[WaiterT] = ClientGoal(goal_id, feedback, sent_at)
+        self.active[goal_id] = goal
+        if goal_id in self.ended:
+            self._recall(goal_id)
         self._sent += 1
+        return goal
 
-    def on_goal_reply(
-        self, goal_id: GoalId, accepted: bool
-    ) -> list[ClientEffect[FeedbackT, WaiterT, ResultT]]:
+    def on_goal_reply(self, goal_id: GoalId, accepted: bool) -> list[ClientEffect[WaiterT, ResultT]]:
         """The server has answered: [GoalAccepted], [GoalRejected], or [UnexpectedReply]."""
-        goal = self._goals.get(goal_id)
+        goal = self.active.get(goal_id)
         if goal is None or goal.answered:
             return [UnexpectedReply(goal_id)]
         goal.answered = True
         if not accepted:
             self._refused += 1
             if not goal.waiters:  # else one who holds an older goal of this id has asked: an answer will come
-                del self._goals[goal_id]
+                del self.active[goal_id]
             return [GoalRejected(goal_id)]
         self._accepted += 1
-        self._forget_if_over(goal_id, goal)
+        if goal.status.is_terminal and not goal.waiters:
+            self._put_away(goal)
         return [GoalAccepted(goal_id, goal.status)]
 
-    def on_send_failed(
-        self, goal_id: GoalId, error: Exception
-    ) -> list[ClientEffect[FeedbackT, WaiterT, ResultT]]:
+    def on_send_failed(self, goal_id: GoalId, error: Exception) -> list[ClientEffect[WaiterT, ResultT]]:
         """No answer will come, or nobody waits for it any more: [FailResult…]."""
-        goal = self._goals.pop(goal_id, None)
-        return [] if goal is None else [FailResult(waiter, error) for waiter in goal.waiters]
+        goal = self.active.pop(goal_id, None)
+        return [] if goal is None else self._fail_waiters(goal, error)
 
-    def on_crowd(self) -> GoalId | None:
-        """Forget the oldest accepted goal whose end nobody asks for; None where there is none."""
-        for goal_id, goal in self._goals.items():
+    def on_crowd(self) -> bool:
+        """Put the oldest accepted goal away whose end nobody asks for; False where there is none."""
+        for goal in self.active.values():
             if goal.answered and not goal.waiters:
-                self._forget_if_over(goal_id, goal, at_any_status=True)
-                return goal_id
-        return None
+                self._put_away(goal)
+                return True
+        return False
 
     # ---- what the server tells on its own ----
 
-    def on_feedback(
-        self, goal_id: GoalId, feedback: FeedbackT
-    ) -> list[ClientEffect[FeedbackT, WaiterT, ResultT]]:
-        """Feedback has come: [DeliverFeedback], or nothing for somebody else's goal."""
-        ours = goal_id in self._goals or goal_id in self._ended
-        return [DeliverFeedback(goal_id, feedback)] if ours else []
+    def on_status(self, payload: bytes) -> list[ClientEffect[WaiterT, ResultT]]:
+        """A status array has come: [StatusChanged…] for those of our goals that have moved on.
 
-    def followed(self) -> set[GoalId]:
-        """Return the goals of which a status array may still tell something."""
-        return self._lost.union(self._goals)
-
-    def on_status(
-        self, statuses: Iterable[tuple[GoalId, GoalStatus]]
-    ) -> list[ClientEffect[FeedbackT, WaiterT, ResultT]]:
-        """A status array has come: [StatusChanged…] for those of our goals that have moved on."""
-        effects: list[ClientEffect[FeedbackT, WaiterT, ResultT]] = []
-        for goal_id, status in statuses:
-            goal = self._goals.get(goal_id)
-            if goal is not None:
-                effects += self._advance(goal_id, goal, status)
-                self._forget_if_over(goal_id, goal)
-            elif _moves_on(self._ended.get(goal_id, GoalStatus.ABORTED), status):
-                self._ended[goal_id] = status
-                if status.is_terminal:
-                    self._lost.discard(goal_id)
-                self._reached[status] += 1
-                effects.append(StatusChanged(goal_id, status))
+        Raises RemoteError for one that cannot be read.
+        """
+        effects: list[ClientEffect[WaiterT, ResultT]] = []
+        followed = self._lost.union(self.active) if self._lost else self.active
+        for goal_id, status in statuses_of(followed, payload):
+            goal = self.active.get(goal_id) or self.ended[goal_id]
+            effects += self._advance(goal, status)
+            if status.is_terminal:
+                self._lost.discard(goal_id)
+                if goal.answered and not goal.waiters and goal_id in self.active:
+                    self._put_away(goal)
         return effects
 
     # ---- results ----
 
-    def on_result_request(
-        self, goal_id: GoalId, waiter: WaiterT
-    ) -> list[ClientEffect[FeedbackT, WaiterT, ResultT]]:
+    def on_result_request(self, goal_id: GoalId, waiter: WaiterT) -> list[ClientEffect[WaiterT, ResultT]]:
         """Somebody wants the result: [RequestResult], or nothing where the request is under way already."""
-        goal = self._goals.get(goal_id)
+        goal = self.active.get(goal_id)
         if goal is None:
-            goal = _Goal(answered=True, status=self._recall(goal_id))
-            self._goals[goal_id] = goal
+            goal = self.ended.get(goal_id) or ClientGoal(goal_id, answered=True)
+            self.active[goal_id] = goal  # first: records are looked up under no lock, here or there
+            self._recall(goal_id)
         goal.waiters.append(waiter)
         return [RequestResult(goal_id)] if len(goal.waiters) == 1 else []
 
     def on_result(
         self, goal_id: GoalId, status: GoalStatus, result: ResultT
-    ) -> list[ClientEffect[FeedbackT, WaiterT, ResultT]]:
+    ) -> list[ClientEffect[WaiterT, ResultT]]:
         """The result has come: ([StatusChanged],) [DeliverResult…].
 
         A status of UNKNOWN means that the server no longer knows the goal.
         """
-        goal = self._goals.get(goal_id)
+        goal = self.active.get(goal_id)
         if goal is None:
             return []
-        effects = self._advance(goal_id, goal, status)
-        effects += [DeliverResult(waiter, status, result) for waiter in goal.waiters]
+        effects = self._advance(goal, status)
+        for waiter in goal.waiters:
+            effects.append(DeliverResult(waiter, status, result))
         goal.waiters.clear()
-        self._forget_if_over(goal_id, goal, at_any_status=True)
+        goal.request = None
+        if goal.answered:
+            self._put_away(goal)
         return effects
 
-    def on_result_failed(
-        self, goal_id: GoalId, error: Exception
-    ) -> list[ClientEffect[FeedbackT, WaiterT, ResultT]]:
+    def on_result_failed(self, goal_id: GoalId, error: Exception) -> list[ClientEffect[WaiterT, ResultT]]:
         """The request for the result has failed: [FailResult…].
 
         The goal itself may well go on; but where its server was killed, nothing ever tells its end.
         """
-        goal = self._goals.get(goal_id)
+        goal = self.active.get(goal_id)
         if goal is None:
             return []
-        effects: list[ClientEffect[FeedbackT, WaiterT, ResultT]] = [
-            FailResult(waiter, error) for waiter in goal.waiters
-        ]
-        goal.waiters.clear()
-        self._forget_if_over(goal_id, goal, at_any_status=True)
+        effects = self._fail_waiters(goal, error)
+        goal.request = None
+        if goal.answered:
+            self._put_away(goal)
         return effects
 
-    def on_result_given_up(self, goal_id: GoalId, waiter: WaiterT) -> bool:
-        """One who wanted the result waits no longer; True where nobody is left for whom it was asked."""
-        goal = self._goals.get(goal_id)
+    def on_result_given_up(self, goal_id: GoalId, waiter: WaiterT) -> Any:
+        """One who wanted the result waits no longer: return the request, if nobody is left for whom it is."""
+        goal = self.active.get(goal_id)
         if goal is None or waiter not in goal.waiters:
-            return False
+            return None
         goal.waiters.remove(waiter)
-        self._forget_if_over(goal_id, goal, at_any_status=True)
-        return not goal.waiters
+        if goal.waiters:
+            return None
+        request, goal.request = goal.request, None
+        if goal.answered:
+            self._put_away(goal)
+        return request
 
-    def wants_result(self, goal_id: GoalId) -> bool:
-        """Whether somebody waits for a goal's result."""
-        goal = self._goals.get(goal_id)
-        return goal is not None and bool(goal.waiters)
-
-    def on_close(self, error: Exception) -> list[ClientEffect[FeedbackT, WaiterT, ResultT]]:
+    def on_close(self, error: Exception) -> list[ClientEffect[WaiterT, ResultT]]:
         """The client goes away: [FailResult…] for all who wait."""
-        waiters = [waiter for goal in self._goals.values() for waiter in goal.waiters]
-        self._goals.clear()
-        self._ended.clear()
+        effects = [effect for goal in self.active.values() for effect in self._fail_waiters(goal, error)]
+        self.active.clear()
+        self.ended.clear()
         self._lost.clear()
-        return [FailResult(waiter, error) for waiter in waiters]
+        return effects
 
     # ---- what they share ----
 
-    def _advance(
-        self, goal_id: GoalId, goal: _Goal[WaiterT], status: GoalStatus
-    ) -> list[ClientEffect[FeedbackT, WaiterT, ResultT]]:
-        if not _moves_on(goal.status, status):
+    def _advance(self, goal: ClientGoal[WaiterT], status: GoalStatus) -> list[ClientEffect[WaiterT, ResultT]]:
+        # The numbers grow along every path of the table, up to the first terminal state.
+        if goal.status.is_terminal or status <= goal.status:
             return []
         goal.status = status
         self._reached[status] += 1
-        return [StatusChanged(goal_id, status)]
+        return [StatusChanged(goal.goal_id, status)]
 
-    def _forget_if_over(self, goal_id: GoalId, goal: _Goal[WaiterT], *, at_any_status: bool = False) -> None:
-        if goal.waiters or not goal.answered or not (goal.status.is_terminal or at_any_status):
-            return
-        del self._goals[goal_id]
-        self._ended[goal_id] = goal.status
+    def _fail_waiters(
+        self, goal: ClientGoal[WaiterT], error: Exception
+    ) -> list[ClientEffect[WaiterT, ResultT]]:
+        waiters = goal.waiters.copy()
+        goal.waiters.clear()
+        return [FailResult(waiter, error) for waiter in waiters]
+
+    def _put_away(self, goal: ClientGoal[WaiterT]) -> None:
+        """Keep a goal that has ended, or was lost, for what was overtaken: the latest few."""
+        goal_id = goal.goal_id
+        self.ended[goal_id] = goal  # first: records are looked up under no lock, here or there
+        del self.active[goal_id]
         if not goal.status.is_terminal:
             self._lost.add(goal_id)
-        if len(self._ended) > REMEMBERED:
-            self._lost.discard(self._ended.popitem(last=False)[0])
+        if len(self.ended) > REMEMBERED:
+            oldest, discarded = self.ended.popitem(last=False)
+            self._lost.discard(oldest)
+            if discarded.feedback is not None:
+                self._feedback_dropped += discarded.feedback.dropped
 
-    def _recall(self, goal_id: GoalId) -> GoalStatus:
-        """Take a goal off those that are only remembered; return where it stood."""
+    def _recall(self, goal_id: GoalId) -> None:
+        """Take a goal off those that are only remembered."""
+        self.ended.pop(goal_id, None)
         self._lost.discard(goal_id)
-        return self._ended.pop(goal_id, GoalStatus.UNKNOWN)
-
-
-def _moves_on(before: GoalStatus, after: GoalStatus) -> bool:
-    # The numbers grow along every path of the table, up to the first terminal state.
-    return not before.is_terminal and after > before

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
 RequestT = TypeVar('RequestT')
 ResultT = TypeVar('ResultT')
-FeedbackT = TypeVar('FeedbackT')
 WaiterT = TypeVar('WaiterT')
 
 # ---- the server's ----
@@ -157,14 +156,6 @@ class StatusChanged:
 
 
 @record
-class DeliverFeedback(Generic[FeedbackT]):
-    """Hand feedback to the goal's own callback."""
-
-    goal_id: GoalId
-    feedback: FeedbackT
-
-
-@record
 class RequestResult:
     """Send a get_result request; hand its outcome to `on_result` or `on_result_failed`."""
 
@@ -193,7 +184,6 @@ ClientEffect: TypeAlias = (
     | GoalRejected
     | UnexpectedReply
     | StatusChanged
-    | DeliverFeedback[FeedbackT]
     | RequestResult
     | DeliverResult[WaiterT, ResultT]
     | FailResult[WaiterT]

@@ -125,16 +125,15 @@ def statuses_of(goals: Collection[GoalId], payload: bytes) -> list[tuple[GoalId,
     if len(goals) > _FEW:
         return [entry for entry in decode_status_array(payload) if entry[0] in goals]
     end = _START + _ENTRY * _count_entries(payload)
-    places = sorted((_find(goal_id, payload, end), goal_id) for goal_id in goals)
-    return [(goal_id, _STATUSES[payload[at + _ENTRY - 1]]) for at, goal_id in places if at >= 0]
-
-
-def _find(goal_id: GoalId, payload: bytes, end: int) -> int:
-    """Return where a goal's entry begins, -1 where it has none. The latest come last, so look from there."""
-    at = payload.rfind(goal_id, _PREFIX, end)
-    while at > _PREFIX and (at - _START) % _ENTRY:  # bytes of two entries that happen to look like an id
-        at = payload.rfind(goal_id, _PREFIX, at + ID_LENGTH - 1)
-    return _START if at == _PREFIX else at
+    found: dict[int, tuple[GoalId, GoalStatus]] = {}
+    for goal_id in goals:
+        at = payload.rfind(goal_id, _PREFIX, end)  # the latest come last, so look from there
+        while at > _PREFIX and (at - _START) % _ENTRY:  # bytes of two entries that happen to look like an id
+            at = payload.rfind(goal_id, _PREFIX, at + ID_LENGTH - 1)
+        if at >= 0:
+            start = _START if at == _PREFIX else at
+            found[start] = goal_id, _STATUSES[payload[start + _ENTRY - 1]]
+    return list(map(found.__getitem__, sorted(found)))
 
 
 def _count_entries(payload: bytes) -> int:
