@@ -35,7 +35,7 @@ class Noted:
     name: str
     note: str = ''
 
-    ASIDE = ('note',)
+    COMPARE_EXCLUDE = ('note',)
 
 
 @dataclass(frozen=True, slots=True)

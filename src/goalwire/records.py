@@ -15,14 +15,15 @@ T = TypeVar('T')
 
 @dataclass_transform(frozen_default=True)
 def record(cls: type[T]) -> type[T]:
-    """Make a class with annotated fields a record; fields named in its `ASIDE` are not compared or hashed.
+    """Make a class with annotated fields a record.
 
-    Fields without a default come first; a default is shared by all records, so it is never changed.
+    Fields named in its `COMPARE_EXCLUDE` are neither compared nor hashed. Fields without a default come
+    first; a default is shared by all records, so it is never changed.
     """
     names = tuple(cls.__annotations__)
     namespace = dict(vars(cls))
     defaults = {name: namespace.pop(name) for name in names if name in namespace}
-    compared = tuple(name for name in names if name not in namespace.get('ASIDE', ()))
+    compared = tuple(name for name in names if name not in namespace.get('COMPARE_EXCLUDE', ()))
     for name in ('__dict__', '__weakref__'):
         namespace.pop(name, None)
     namespace |= {'__slots__': names, '__match_args__': names, **_methods(names, compared)}

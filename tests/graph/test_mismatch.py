@@ -33,13 +33,12 @@ def endpoint(
     )
 
 
-def found_in(*entities: GraphEntity) -> list[Mismatch]:
-    graph = Graph()
+def found_in(*entities: GraphEntity, session: str | None = None) -> list[Mismatch]:
+    graph = Graph(session)
     told: list[Mismatch] = []
     graph.on_mismatch(told.append)
     for entity in entities:
         graph.appeared(entity)
-    assert graph.mismatches() == told
     return told
 
 
@@ -159,10 +158,7 @@ def test_a_peer_that_comes_again_is_not_reported_again() -> None:
 def test_with_a_session_of_its_own_a_graph_reports_what_concerns_that_alone() -> None:
     ours, theirs = endpoint('ours', SERVICE, '/add'), endpoint('theirs', SERVICE, '/add')
     stranger = endpoint('stranger', SERVICE, '/add')
-    graph = Graph(ours.session)
-    for entity in (theirs, stranger, ours):
-        graph.appeared(entity)
-    assert graph.mismatches() == [
+    assert found_in(theirs, stranger, ours, session=ours.session) == [
         Mismatch(Reason.TWO_SERVERS, '/add', theirs, ours),
         Mismatch(Reason.TWO_SERVERS, '/add', stranger, ours),
     ]
@@ -171,7 +167,5 @@ def test_with_a_session_of_its_own_a_graph_reports_what_concerns_that_alone() ->
 def test_a_mismatch_of_others_hides_none_of_ours_between_nodes_of_the_same_names() -> None:
     theirs = [endpoint('a', SERVICE, '/add'), endpoint('b', SERVICE, '/add')]
     ours = endpoint('b', SERVICE, '/add')
-    graph = Graph(ours.session)
-    for entity in (*theirs, ours):
-        graph.appeared(entity)
-    assert Mismatch(Reason.TWO_SERVERS, '/add', theirs[0], ours) in graph.mismatches()
+    found = found_in(*theirs, ours, session=ours.session)
+    assert Mismatch(Reason.TWO_SERVERS, '/add', theirs[0], ours) in found

@@ -12,8 +12,8 @@ from helpers.processes import Program
 
 from goalwire import logging
 from goalwire.logging import LoggingSeverity, LogRecord, configure, get_logger, release
-from goalwire.logging.format import DEFAULT_FORMAT, compile_format
 from goalwire.logging.log_file import LogFile
+from goalwire.logging.record import DEFAULT_FORMAT, compile_format
 
 NO_FOLDER = '/dev/null/logs'
 

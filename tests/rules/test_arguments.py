@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from goalwire.logging.severity import LoggingSeverity
+from goalwire.logging.record import LoggingSeverity
 from goalwire.rules.arguments import (
     ArgumentError,
     Arguments,

@@ -14,7 +14,7 @@ from typing import Any, TypeVar, cast
 from goalwire.cdr import explain
 from goalwire.cdr.decoder_source import decoder_source
 from goalwire.cdr.encoder_source import encoder_source
-from goalwire.idl.type_names import type_name
+from goalwire.idl.rosidl_compat import type_name
 
 Data = bytes | bytearray | memoryview
 MessageT = TypeVar('MessageT')

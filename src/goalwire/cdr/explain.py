@@ -12,8 +12,8 @@ from goalwire.cdr import layout, reading
 from goalwire.cdr.layout import HEADER_SIZE, Leaf
 from goalwire.errors import DecodeError, EncodeError, EncodeTypeError, EncodeValueError
 from goalwire.idl.model import FLOATS, Shape, integer_range
+from goalwire.idl.rosidl_compat import type_name
 from goalwire.idl.runtime import DTYPES, TYPECODES
-from goalwire.idl.type_names import type_name
 
 _FLOAT32_LIMIT = 3.4028235677973366e38  # the first magnitude that rounds to infinity
 _LITTLE_ENDIAN, _BIG_ENDIAN = 1, 0  # representation identifiers; XCDR2's are 6 to 11, parameter lists 2 and 3

@@ -17,7 +17,6 @@ from goalwire.idl.rosidl_compat import definition_of
 from goalwire.records import record
 
 HEADER_SIZE = 4
-LENGTH = struct.Struct('<I')
 
 # struct codes; their sizes are also their alignments. bool is read as a number, to refuse what is not 0 or 1.
 CODES = {

@@ -20,8 +20,7 @@ from goalwire.idl.model import (
     ServiceDefinition,
     Shape,
 )
-from goalwire.idl.rosidl_compat import definition_by_name, definition_of
-from goalwire.idl.type_names import type_name
+from goalwire.idl.rosidl_compat import definition_by_name, definition_of, type_name
 
 _MESSAGE = 1
 _TYPE_IDS = {

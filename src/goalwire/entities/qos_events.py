@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
     from goalwire.entities.node import NodeCore
     from goalwire.execution.callback_groups import CallbackGroup
-    from goalwire.graph.counterparts import CounterpartWatch
+    from goalwire.graph.watch import CounterpartWatch
     from goalwire.rules.qos import PolicyKind
     from goalwire.transport.contract import Endpoint, GraphEntity, Port, Sample
 

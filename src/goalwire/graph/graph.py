@@ -12,10 +12,9 @@ from collections.abc import Callable, Iterable
 from threading import Lock
 from typing import TypeAlias
 
-from goalwire.graph.counterparts import CounterpartWatch, CounterpartWatchers
 from goalwire.graph.mismatch import Mismatch, find_mismatches, opposite
 from goalwire.graph.names import NamesAndTypes, actions_among
-from goalwire.graph.watch import Watch, Watchers
+from goalwire.graph.watch import CounterpartWatch, CounterpartWatchers, Watch, Watchers
 from goalwire.rules.names.actions import ActionNames
 from goalwire.rules.qos_compatibility import incompatible_policy
 from goalwire.transport.contract import Endpoint, EndpointKind, GraphEntity, GraphListener
@@ -59,7 +58,7 @@ class Graph(GraphListener):
         self._endpoints: dict[EndpointKind, dict[str, _Endpoints]] = {
             kind: defaultdict(dict) for kind in EndpointKind if kind is not EndpointKind.NODE
         }
-        self._mismatches: dict[tuple[object, ...], Mismatch] = {}
+        self._mismatches: set[tuple[object, ...]] = set()  # their keys: each is told once
         self._change_watchers: Watchers[[]] = Watchers()
         self._counterparts = CounterpartWatchers()
         self._mismatch_watchers: Watchers[[Mismatch]] = Watchers()
@@ -109,7 +108,7 @@ class Graph(GraphListener):
         return self._change_watchers.add(callback)
 
     def on_mismatch(self, callback: Callable[[Mismatch], object]) -> Watch[[Mismatch]]:
-        """Call `callback` with each mismatch found from now on; `mismatches` has the earlier ones."""
+        """Call `callback` with each mismatch found from now on: each once, also where a side comes again."""
         return self._mismatch_watchers.add(callback)
 
     def watch_counterparts(
@@ -125,11 +124,6 @@ class Graph(GraphListener):
             watch = self._counterparts.add(opposite(kind), name, callback, there.values())
         self._counterparts.tell()
         return watch
-
-    def mismatches(self) -> list[Mismatch]:
-        """Return every mismatch found so far, each once, also where a side has gone."""
-        with self._lock:
-            return list(self._mismatches.values())
 
     # -- nodes ---------------------------------------------------------------------------------------------
 
@@ -298,7 +292,7 @@ class Graph(GraphListener):
         for mismatch in find_mismatches(entity, counterparts.values(), others, separates=separates):
             ours = self.session is None or mismatch.concerns(self.session)
             if ours and mismatch.key not in self._mismatches:
-                self._mismatches[mismatch.key] = mismatch
+                self._mismatches.add(mismatch.key)
                 found.append(mismatch)
         return found
 

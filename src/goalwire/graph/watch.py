@@ -1,11 +1,18 @@
-"""Telling interested parties, with no lock held."""
+"""Telling interested parties of changes in the graph, with no lock held.
+
+`Watchers` tells everybody of any change. `CounterpartWatchers` tells an endpoint who comes and goes on the
+other side of its topic: changes are noted under the lock of the graph, which decides their order, and told
+without it.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from threading import Lock
-from typing import Generic, ParamSpec
+from typing import Generic, ParamSpec, TypeAlias
 
+from goalwire.transport.contract import EndpointKind, GraphEntity
+from goalwire.transport.ordered_dispatcher import OrderedDispatcher
 from goalwire.transport.reports import report_failure
 
 P = ParamSpec('P')
@@ -49,3 +56,79 @@ class Watchers(Generic[P]):
                 watch.callback(*args, **kwargs)
             except Exception as error:
                 report_failure('graph callback', error)
+
+
+_Topic: TypeAlias = tuple[EndpointKind, str]
+
+
+class CounterpartWatch:
+    """One endpoint's interest in those of a kind and name; `close` ends it."""
+
+    __slots__ = ('_watchers', 'callback', 'closed', 'topic')
+
+    def __init__(
+        self, watchers: CounterpartWatchers, topic: _Topic, callback: Callable[[GraphEntity, bool], object]
+    ) -> None:
+        self._watchers = watchers
+        self.topic = topic
+        self.callback = callback
+        self.closed = False
+
+    def close(self) -> None:
+        """Be told no more, a call under way aside. Idempotent."""
+        self._watchers.remove(self)
+
+
+class CounterpartWatchers:
+    """Who watches which topic, and the changes on their way to them."""
+
+    def __init__(self) -> None:
+        self._lock = Lock()
+        self._by_topic: dict[_Topic, tuple[CounterpartWatch, ...]] = {}
+        self._dispatcher: OrderedDispatcher[tuple[CounterpartWatch, GraphEntity, bool]] = OrderedDispatcher(
+            _deliver
+        )
+
+    def add(
+        self,
+        kind: EndpointKind,
+        name: str,
+        callback: Callable[[GraphEntity, bool], object],
+        there: Iterable[GraphEntity],
+    ) -> CounterpartWatch:
+        """Watch the endpoints of a kind and name; those already `there` are the first changes."""
+        watch = CounterpartWatch(self, (kind, name), callback)
+        with self._lock:
+            self._by_topic[watch.topic] = (*self._by_topic.get(watch.topic, ()), watch)
+        for entity in there:
+            self._dispatcher.post((watch, entity, True))
+        return watch
+
+    def remove(self, watch: CounterpartWatch) -> None:
+        """Forget one interest; an unknown one is no error."""
+        watch.closed = True
+        with self._lock:
+            others = tuple(each for each in self._by_topic.get(watch.topic, ()) if each is not watch)
+            if others:
+                self._by_topic[watch.topic] = others
+            else:
+                self._by_topic.pop(watch.topic, None)
+
+    def note(self, entity: GraphEntity, *, is_there: bool) -> None:
+        """An endpoint has come or gone; `tell` says so to who watches for it."""
+        for watch in self._by_topic.get((entity.kind, entity.name), ()):
+            self._dispatcher.post((watch, entity, is_there))
+
+    def tell(self) -> None:
+        """Tell what was noted, unless another thread is at it."""
+        self._dispatcher.drain()
+
+
+def _deliver(change: tuple[CounterpartWatch, GraphEntity, bool]) -> None:
+    watch, entity, is_there = change
+    if watch.closed:
+        return
+    try:
+        watch.callback(entity, is_there)
+    except Exception as error:
+        report_failure('graph callback', error)

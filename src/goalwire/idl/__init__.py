@@ -6,22 +6,22 @@ if TYPE_CHECKING:
     from goalwire.cdr.type_hash import type_hash as type_hash
     from goalwire.idl.registry import definition as definition
     from goalwire.idl.registry import register_definitions as register_definitions
-    from goalwire.idl.type_names import get_action as get_action
-    from goalwire.idl.type_names import get_interface as get_interface
-    from goalwire.idl.type_names import get_message as get_message
-    from goalwire.idl.type_names import get_service as get_service
-    from goalwire.idl.type_names import type_name as type_name
+    from goalwire.idl.rosidl_compat import get_action as get_action
+    from goalwire.idl.rosidl_compat import get_interface as get_interface
+    from goalwire.idl.rosidl_compat import get_message as get_message
+    from goalwire.idl.rosidl_compat import get_service as get_service
+    from goalwire.idl.rosidl_compat import type_name as type_name
 
 _HOMES = {
     'definition': 'goalwire.idl.registry',
-    'get_action': 'goalwire.idl.type_names',
-    'get_interface': 'goalwire.idl.type_names',
-    'get_message': 'goalwire.idl.type_names',
-    'get_service': 'goalwire.idl.type_names',
+    'get_action': 'goalwire.idl.rosidl_compat',
+    'get_interface': 'goalwire.idl.rosidl_compat',
+    'get_message': 'goalwire.idl.rosidl_compat',
+    'get_service': 'goalwire.idl.rosidl_compat',
     'has_buffer_fields': 'goalwire.cdr.type_hash',
     'register_definitions': 'goalwire.idl.registry',
     'type_hash': 'goalwire.cdr.type_hash',
-    'type_name': 'goalwire.idl.type_names',
+    'type_name': 'goalwire.idl.rosidl_compat',
 }
 __all__ = list(_HOMES)
 

@@ -12,8 +12,7 @@ from types import MappingProxyType
 
 from goalwire.idl.checks import checked, checks_asked
 from goalwire.idl.class_source import class_source, copied_default
-from goalwire.idl.model import ActionDefinition, Definition, MessageDefinition, ServiceDefinition
-from goalwire.idl.naming import module_name
+from goalwire.idl.model import ActionDefinition, Definition, MessageDefinition, ServiceDefinition, module_name
 from goalwire.idl.runtime import (
     DTYPES,
     TYPECODES,

@@ -13,8 +13,7 @@ from goalwire.errors import InterfaceSyntaxError, UnknownInterfaceError
 from goalwire.idl import extent, registry
 from goalwire.idl.class_making import make_holder_class, make_message_class, module_of
 from goalwire.idl.derived_types import CANCEL_SERVICE, STATUS_MESSAGE
-from goalwire.idl.model import ActionDefinition, Definition, MessageDefinition, ServiceDefinition
-from goalwire.idl.naming import module_name
+from goalwire.idl.model import ActionDefinition, Definition, MessageDefinition, ServiceDefinition, module_name
 
 _classes: dict[str, type] = {}
 _extents: dict[type, extent.Extent] = {}

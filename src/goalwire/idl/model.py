@@ -21,6 +21,8 @@ PRIMITIVES = frozenset({'bool', 'byte', 'char'}) | INTEGER_BITS.keys() | FLOATS 
 # and on the wire, never in the Python class.
 EMPTY_MEMBER = 'structure_needs_at_least_one_member'
 
+_WORD = re.compile('(.)([A-Z][a-z]+)')
+_BOUNDARY = re.compile('([a-z0-9])([A-Z])')
 _UNIT = re.compile(r'\[([^\[\],\d\s][^\[\],]*)\]')
 
 
@@ -106,7 +108,7 @@ class MessageDefinition:
     comment: str = ''
     source: str = ''
 
-    ASIDE = ('source',)
+    COMPARE_EXCLUDE = ('source',)
 
     @property
     def full_name(self) -> str:
@@ -160,3 +162,13 @@ class ActionDefinition:
 
 
 Definition = MessageDefinition | ServiceDefinition | ActionDefinition
+
+
+def module_name(type_name: str) -> str:
+    """Return '_set_bool' for 'SetBool', '_tf2_error' for 'TF2Error', '_u_int8' for 'UInt8'.
+
+    rosidl's rule (convert_camel_case_to_lower_case_underscore): an underscore before each capital that starts
+    a word and between a small letter or digit and a capital, then all in lower case.
+    """
+    spaced = _BOUNDARY.sub(r'\1_\2', _WORD.sub(r'\1_\2', type_name))
+    return '_' + spaced.lower()

@@ -14,8 +14,7 @@ from importlib.machinery import ModuleSpec
 from types import ModuleType
 
 from goalwire.idl import classes, registry, search_path, workspace
-from goalwire.idl.model import ActionDefinition, MessageDefinition, ServiceDefinition
-from goalwire.idl.naming import module_name
+from goalwire.idl.model import ActionDefinition, MessageDefinition, ServiceDefinition, module_name
 from goalwire.idl.search_path import InterfacePackage
 
 TYPE_CHECKING = False  # typing would cost 5 ms, importlib.abc 14 ms

@@ -4,7 +4,6 @@ A call passes `logger` (level, filters, who called), becomes one frozen `LogReco
 `dispatch` to the console and to every sink that `add_sink` registered (rosout, log files).
 """
 
-from goalwire.logging.caller import CallerId
 from goalwire.logging.configuration import (
     clear_config,
     configure,
@@ -16,8 +15,7 @@ from goalwire.logging.configuration import (
 from goalwire.logging.dispatch import Sink, SinkHandle, add_sink
 from goalwire.logging.levels import get_logger_effective_level, get_logger_level, set_logger_level
 from goalwire.logging.logger import RcutilsLogger, get_logger
-from goalwire.logging.record import LogRecord
-from goalwire.logging.severity import LoggingSeverity, get_logging_severity_from_string
+from goalwire.logging.record import CallerId, LoggingSeverity, LogRecord, get_logging_severity_from_string
 
 __all__ = [
     'CallerId',

@@ -8,9 +8,7 @@ import threading
 from collections.abc import Mapping
 from typing import Self, TextIO
 
-from goalwire.logging.format import DEFAULT_FORMAT, Formatter, compile_format
-from goalwire.logging.record import LogRecord
-from goalwire.logging.severity import LoggingSeverity
+from goalwire.logging.record import DEFAULT_FORMAT, Formatter, LoggingSeverity, LogRecord, compile_format
 
 _COLOURS = {
     LoggingSeverity.DEBUG: '\x1b[32m',

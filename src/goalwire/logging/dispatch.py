@@ -10,8 +10,7 @@ from types import TracebackType
 from typing import Self, TypeAlias
 
 from goalwire.logging.console import Console
-from goalwire.logging.record import LogRecord
-from goalwire.logging.severity import LoggingSeverity
+from goalwire.logging.record import LoggingSeverity, LogRecord
 
 Sink: TypeAlias = Callable[[LogRecord], object]
 

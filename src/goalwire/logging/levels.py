@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 
-from goalwire.logging.severity import LoggingSeverity
+from goalwire.logging.record import LoggingSeverity
 
 _DEFAULT = LoggingSeverity.INFO
 _CACHE_LIMIT = 1024

@@ -17,9 +17,7 @@ from io import FileIO
 from threading import Lock
 
 from goalwire.logging import dispatch
-from goalwire.logging.format import Formatter
-from goalwire.logging.record import LogRecord
-from goalwire.logging.severity import LoggingSeverity
+from goalwire.logging.record import Formatter, LoggingSeverity, LogRecord
 
 _ATTEMPTS = 100
 """Names that are tried."""

@@ -13,11 +13,9 @@ from typing import TypedDict, Unpack
 
 from goalwire.errors import ChangedCallError, LoggerNameError
 from goalwire.logging import dispatch
-from goalwire.logging.caller import CallerId
 from goalwire.logging.filters import Context, LogClock, get_filters_from_kwargs, supported_filters
 from goalwire.logging.levels import get_logger_effective_level, set_logger_level
-from goalwire.logging.record import LogRecord
-from goalwire.logging.severity import LoggingSeverity
+from goalwire.logging.record import CallerId, LoggingSeverity, LogRecord
 
 _DEBUG, _INFO, _WARN, _ERROR, _FATAL = list(LoggingSeverity)[1:]
 

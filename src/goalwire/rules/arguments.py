@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from goalwire.errors import LocalError
 from goalwire.files import shown
-from goalwire.logging.severity import LoggingSeverity
+from goalwire.logging.record import LoggingSeverity
 from goalwire.records import record
 from goalwire.rules.names.lexer import Lexeme, Lexer, RuleSyntaxError, node_prefix, refuse_wildcard
 from goalwire.rules.names.remapping import RemapRule, parse_remap_rule
@@ -58,7 +58,7 @@ class ParameterFile:
     path: str
     nodes: NodeValues = _UNREAD
 
-    ASIDE = ('nodes',)
+    COMPARE_EXCLUDE = ('nodes',)
 
 
 @record

@@ -7,7 +7,7 @@ from importlib import import_module
 from rosidl_parser.definition import NamespacedType
 
 from goalwire.errors import InterfaceError
-from goalwire.idl import type_names
+from goalwire.idl import rosidl_compat
 from rosidl_runtime_py.import_message import import_message_from_namespaced_type
 
 __all__ = [
@@ -97,6 +97,6 @@ def _with_kind(identifier: str, kind: str) -> str:
 def _derived(identifier: str) -> type | None:
     """Return the class of std_srvs/srv/Trigger_Request and the like."""
     try:
-        return type_names.get_interface(identifier)
+        return rosidl_compat.get_interface(identifier)
     except InterfaceError:
         return None

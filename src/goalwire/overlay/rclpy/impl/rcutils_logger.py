@@ -1,6 +1,5 @@
 """rclpy.impl.rcutils_logger: the logger and the filters of its calls."""
 
-from goalwire.logging.caller import CallerId
 from goalwire.logging.filters import (
     LoggingFilter,
     Once,
@@ -10,7 +9,7 @@ from goalwire.logging.filters import (
     supported_filters,
 )
 from goalwire.logging.logger import RcutilsLogger
-from goalwire.logging.severity import LoggingSeverity
+from goalwire.logging.record import CallerId, LoggingSeverity
 from rclpy._reexports import reexport
 
 __all__ = [

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from goalwire.idl.naming import module_name
+from goalwire.idl.model import module_name
 
 
 @pytest.mark.parametrize(
