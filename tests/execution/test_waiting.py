@@ -1,6 +1,9 @@
 from __future__ import annotations
 
 import gc
+import os
+import subprocess
+import sys
 import threading
 from weakref import ref
 
@@ -9,7 +12,7 @@ from helpers.patience import PATIENCE
 
 from goalwire.execution.fd_selector import FdSelector
 from goalwire.execution.monotonic import STEADY, deadline_after
-from goalwire.execution.waiting import ShutdownSignal, Waiter, WireWaiter
+from goalwire.execution.waiting import ShutdownSignal, Waiter, WeakListeners, WireWaiter
 
 
 def test_a_wake_that_comes_first_ends_the_next_wait_at_once() -> None:
@@ -164,3 +167,73 @@ def test_garbage_that_is_collected_while_it_ends_keeps_nobody_asleep(allocations
         gc.set_threshold(*before)
         gc.enable()
     assert waiter.wait(0)
+
+
+WITHOUT_GIL = """
+import sys
+
+sys._is_gil_enabled = lambda: {enabled}
+import rclpy
+
+rclpy.init()
+rclpy.create_node('free').create_publisher(__import__('std_msgs.msg').msg.String, 'chatter', 1)
+print('open')
+rclpy.shutdown()
+"""
+
+
+@pytest.mark.parametrize(
+    ('enabled', 'options', 'output', 'warns'),
+    [
+        (True, (), 'open', False),
+        (False, (), 'open', True),
+        (False, ('-W', 'error::RuntimeWarning'), '', True),
+    ],
+)
+def test_a_python_without_a_gil_is_warned_about(
+    enabled: bool, options: tuple[str, ...], output: str, warns: bool
+) -> None:
+    result = subprocess.run(
+        [sys.executable, *options, '-c', WITHOUT_GIL.replace('{enabled}', str(enabled))],
+        env=os.environ | {'RMW_IMPLEMENTATION': 'goalwire_memory'},
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE * 5,
+        check=False,
+    )
+    assert result.stdout.strip() == output, result.stderr
+    assert ('RuntimeWarning: this Python runs without its global interpreter lock' in result.stderr) is warns
+    assert ('PYTHON_GIL=1' in result.stderr) is warns
+
+
+def test_listeners_are_held_weakly_and_told_in_order() -> None:
+    class Listener:
+        pass
+
+    listeners = WeakListeners[Listener]()
+    first, second = Listener(), Listener()
+    listeners.add(first)
+    listeners.add(second)
+    listeners.add(first)
+    assert listeners.alive() == [first, second]
+    listeners.discard(second)
+    listeners.discard(second)
+    assert listeners.alive() == [first]
+    del first
+    gc.collect()
+    assert not listeners
+
+
+def test_a_listener_may_leave_while_others_are_told() -> None:
+    class Leaver:
+        def told(self) -> None:
+            listeners.discard(self)
+            listeners.add(late)
+
+    listeners = WeakListeners[Leaver]()
+    leavers, late = [Leaver() for _ in range(3)], Leaver()
+    for leaver in leavers:
+        listeners.add(leaver)
+    for leaver in listeners.alive():
+        leaver.told()
+    assert listeners.alive() == [late]

@@ -35,7 +35,8 @@ class Engine:
         self._fd_selector = FdSelector(self._look_again)
         self._failures: deque[BaseException] = deque()
         self._refused: deque[CallbackSource] = deque()
-        self._askings = 0
+        self._asking: object = object()
+        """Another one with each callback's end: unlike a count, a change of it cannot be lost."""
         self._runners: RunnerPool | None = None
         self._runners_lock = allocate_lock()
         self._is_shutdown = False
@@ -76,8 +77,8 @@ class Engine:
     def _perform(self, source: CallbackSource) -> bool:
         """Run one callback of `work`; False where its group is busy or its node has left.
 
-        What it holds stays noted until the next callback, mostly one of the same group: to set and reset it
-        each time takes 2 us after a sleep. Who calls this puts back what was noted before, in the end.
+        hot path: what it holds stays noted until the next callback, mostly one of the same group: to set and
+        reset it each time takes 2 us after a sleep. Who calls this puts back what was there before.
         """
         if source.work_queue.queue is not self._ready:
             source.work_queue.post(source)
@@ -112,7 +113,7 @@ class Engine:
         if group is not None:
             group.ended(source)
             if group.foreign:
-                self._askings += 1
+                self._asking = object()
         source.settle()
         if self._refused:
             self._ask_again()
@@ -120,13 +121,13 @@ class Engine:
     def _may_begin(self, source: CallbackSource, group: CallbackGroup) -> bool:
         """Ask a group whose rule a program has written, and keep the work that it refuses.
 
-        Who asks again counts first, then looks at what is kept; here it is the other way round.
+        Who asks again notes that first, then looks at what is kept; here it is the other way round.
         """
-        askings = self._askings
+        asking = self._asking
         if group.begin(source):
             return True
         self._refused.append(source)
-        if self._askings != askings:
+        if self._asking is not asking:
             self._ask_again()
         return False
 

@@ -45,7 +45,7 @@ class _DoneCallback(CallbackSource):
     def __init__(
         self, work_queue: NodeWorkQueue, callback: Callable[[Future[T]], object], future: Future[T]
     ) -> None:
-        self.work_queue, self.group = work_queue, None  # all that the base class would do, without that call
+        super().__init__(work_queue, None)
         self._callback = callback
         self._future = future
 
@@ -140,7 +140,7 @@ class Future(Generic[T]):
     def result(self) -> T | None:
         """The result; None while there is none. Raises the exception if it was given one."""
         raw = self._raw
-        if raw is not None:  # decoded here and now, not in a function of its own: 0.6 us of a call
+        if raw is not None:  # hot path: decoded in here, not in a function of its own: 0.6 us less a call
             result, failure = None, None
             try:
                 result = self.decode(raw)
@@ -306,7 +306,7 @@ class Future(Generic[T]):
     def _tell(self) -> bool:
         """Call the wakers that are left, then the done callbacks; False where another thread did.
 
-        In one function: it lies between the arrival of a reply and the thread that waits for it.
+        hot path: one function, between the arrival of a reply and the thread that waits: 0.6 us less a call.
         """
         wakers = self._wakers
         told = False

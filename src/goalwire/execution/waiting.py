@@ -11,6 +11,7 @@ One of the two sees the other. What that leans on is in docs/explanation/memory-
 from __future__ import annotations
 
 import sys
+import warnings
 from _thread import allocate_lock
 from collections.abc import Callable, Iterable
 from threading import TIMEOUT_MAX, current_thread, get_ident, main_thread
@@ -271,8 +272,9 @@ class ShutdownSignal:
     def take_session(self, session: Session) -> None:
         """Let threads under this wait on a session's wire, as far as it has a place for that.
 
-        When this ends, nothing more is sent by that session.
+        When this ends, nothing more is sent by that session. Warns where Python runs without a GIL.
         """
+        _warn_without_gil()
         wire_poller = session.wire_poller
         if wire_poller is not None:
             wire_poller.external_sleepers = self.external_sleepers
@@ -344,6 +346,19 @@ class ShutdownSignal:
                 break
             watch.wake()
         wake_all(self._waiters.alive())
+
+
+def _warn_without_gil() -> None:
+    """Say what does not hold there. Asked once a session is open: what that imports may have turned it on."""
+    is_enabled = getattr(sys, '_is_gil_enabled', None)
+    if is_enabled is not None and not is_enabled():
+        warnings.warn(
+            "this Python runs without its global interpreter lock, which goalwire's queues lean on: a "
+            'wake-up may be lost, and what waits for it may hang. Set PYTHON_GIL=1, or run python -X gil=1 '
+            '(docs/explanation/memory-model.md)',
+            RuntimeWarning,
+            stacklevel=2,
+        )
 
 
 class ContextLike(Protocol):
