@@ -10,6 +10,7 @@ if TYPE_CHECKING:
 
 NOUNS = {
     'action': ('goalwire.cli.action', 'Various action related sub-commands'),
+    'check': ('goalwire.cli.check', 'Check interface files and launch files'),
     'launch': ('goalwire.cli.launch', 'Run a launch file'),
     'pkg': ('goalwire.cli.pkg', 'Various package related sub-commands'),
     'run': ('goalwire.cli.run', 'Run a package specific executable'),

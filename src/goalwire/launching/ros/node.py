@@ -112,6 +112,11 @@ class Node(ExecuteProcess):
         return self._package
 
     @property
+    def given_parameters(self) -> list[Any]:
+        """The parameters as they stand in the file: mappings, files, paths."""
+        return self._parameters
+
+    @property
     def node_executable(self) -> SomeSubstitutions:
         return self._executable
 

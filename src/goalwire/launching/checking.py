@@ -1,0 +1,115 @@
+"""Checks launch files without launching them: everything that is known before the first process starts."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Iterable, Iterator, Mapping
+
+from goalwire.errors import LaunchError, NoSuchPackageError
+from goalwire.files import shown
+from goalwire.launching.actions import DeclareLaunchArgument
+from goalwire.launching.errors import Location, located, sentence
+from goalwire.launching.model import LaunchContext, LaunchDescription, LaunchDescriptionEntity
+from goalwire.launching.ros.node import Node
+from goalwire.launching.ros.parameters import Parameter, ParameterFile
+from goalwire.launching.sources import IncludeLaunchDescription, get_launch_description_from_any_launch_file
+from goalwire.launching.values import perform_substitutions, perform_text
+
+DEEPEST = 20
+"""Includes in includes that are followed."""
+
+
+def check_launch_file(path: str) -> list[str]:
+    """What is wrong with a launch file and what it includes, each as `file:line: what`.
+
+    Texts that depend on arguments are judged by their defaults. What only a launch finds out is not judged.
+    """
+    try:
+        description = get_launch_description_from_any_launch_file(path)
+    except Exception as error:
+        told = located(error, None)
+        return [str(told) if told.located else f'{shown(os.path.abspath(path))}:1: {told}']
+    return list(dict.fromkeys(_problems(description, _context(path), 0)))
+
+
+def _context(path: str) -> LaunchContext:
+    context = LaunchContext()
+    full = os.path.abspath(path)
+    context.extend_globals(
+        {'current_launch_file_path': full, 'current_launch_file_directory': os.path.dirname(full)}
+    )
+    return context
+
+
+def _problems(description: LaunchDescription, context: LaunchContext, depth: int) -> Iterator[str]:
+    for entity in _entities(description.entities):
+        if isinstance(entity, DeclareLaunchArgument):
+            _take_default(entity, context)
+        elif isinstance(entity, Node):
+            yield from _problems_of_node(entity, context)
+        elif isinstance(entity, IncludeLaunchDescription) and depth < DEEPEST:
+            yield from _problems_of_include(entity, context, depth)
+
+
+def _entities(entities: Iterable[LaunchDescriptionEntity]) -> Iterator[LaunchDescriptionEntity]:
+    """Yield a tree's entities, those that need an event too, but nothing that an include brings."""
+    for entity in entities:
+        yield entity
+        yield from _entities(entity.describe_sub_entities())
+        for _, inner in entity.describe_conditional_sub_entities():
+            yield from _entities(inner)
+
+
+def _take_default(argument: DeclareLaunchArgument, context: LaunchContext) -> None:
+    if argument.default_value is not None and argument.name not in context.launch_configurations:
+        with contextlib.suppress(Exception):
+            default = perform_substitutions(context, argument.default_value)
+            context.launch_configurations[argument.name] = default
+
+
+def _problems_of_node(node: Node, context: LaunchContext) -> Iterator[str]:
+    try:
+        node.process_description.command(context)
+    except NoSuchPackageError as error:
+        yield _line(node.location, error)
+    except LaunchError as error:
+        if 'executable' in str(error):
+            yield _line(node.location, error)
+    except Exception:
+        return
+    for item in node.given_parameters:
+        if isinstance(item, Mapping | Parameter):
+            continue
+        try:
+            path = perform_text(context, item.param_file if isinstance(item, ParameterFile) else item)
+        except LaunchError as error:
+            if isinstance(error, NoSuchPackageError):
+                yield _line(node.location, error)
+            continue
+        if not os.path.isfile(path):
+            yield _line(node.location, LaunchError(f'the parameter file {shown(path)} does not exist'))
+
+
+def _problems_of_include(
+    include: IncludeLaunchDescription, context: LaunchContext, depth: int
+) -> Iterator[str]:
+    inner = _context('')
+    for name, value in include.launch_arguments:
+        with contextlib.suppress(Exception):  # it depends on what a launch finds out
+            inner.launch_configurations[perform_text(context, name)] = perform_text(context, value)
+    try:
+        description = include.launch_description_source.get_launch_description(context)
+    except Exception as error:
+        if isinstance(error, LaunchError) and 'does not exist: declare' in str(error):
+            return  # its path depends on an argument without a default
+        yield _line(include.location, error)
+        return
+    inner.extend_globals(_context(include.launch_description_source.location).get_globals())
+    yield from _problems(description, inner, depth + 1)
+
+
+def _line(location: Location | None, error: Exception) -> str:
+    if isinstance(error, LaunchError) and error.located:
+        return str(error)
+    return f'{location}: {sentence(error)}' if location else sentence(error)
