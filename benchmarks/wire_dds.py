@@ -20,8 +20,8 @@ from time import perf_counter
 from goalwire.rules.qos import HistoryPolicy, QoS
 from goalwire.transport.dds.abi import ANY_STATE, INFINITY, SERIALIZED_DATA, Library, Piece, SampleInfo
 from goalwire.transport.dds.configuration import domain_configuration
+from goalwire.transport.dds.description import endpoint_qos
 from goalwire.transport.dds.library import find_library
-from goalwire.transport.dds.qos import endpoint_qos
 from goalwire.transport.dds.status import PUBLICATION_MATCHED, SUBSCRIPTION_MATCHED
 from goalwire.transport.dds.wire import OutPiece, Participant, Reader, Writer
 

@@ -31,7 +31,7 @@ from goalwire.rules.goals import decode_status_array, wire
 from goalwire.rules.names.lexer import RuleSyntaxError
 from goalwire.rules.parameters.files import matches, parse_parameter_file
 from goalwire.rules.parameters.plain_yaml import typed_text
-from goalwire.transport.dds import participant_info, service_header, user_data
+from goalwire.transport.dds import description, discovery_state, service_header
 from goalwire.transport.zenoh import attachment, keyexpr, qos_text, tokens
 from goalwire.transport.zenoh.protocol import key_expressions
 from goalwire.transport.zenoh.protocol.network import Sample as ZenohSample
@@ -159,14 +159,14 @@ def read_request(data: bytes) -> None:
 
 def read_user_data(data: bytes) -> None:
     """What participants and endpoints say of themselves: anything is allowed."""
-    user_data.enclave_of(data)
-    user_data.decode_endpoint(data)
+    description.enclave_of(data)
+    description.decode_endpoint(data)
 
 
 def read_participant(data: bytes) -> None:
     """ros_discovery_info, of either form."""
-    info = participant_info.decode(data)
-    assert participant_info.decode(participant_info.encode(info)).nodes == info.nodes
+    info = discovery_state.decode_info(data)
+    assert discovery_state.decode_info(discovery_state.encode_info(info)).nodes == info.nodes
 
 
 def read_goals(data: bytes) -> None:
@@ -308,9 +308,9 @@ TARGETS = (
         read_participant,
         RemoteError,
         (
-            participant_info.encode(
-                participant_info.ParticipantInfo(
-                    bytes(range(16)), (participant_info.NodeInfo('/', 'talker', (bytes(16),), (bytes(16),)),)
+            discovery_state.encode_info(
+                discovery_state.ParticipantInfo(
+                    bytes(range(16)), (discovery_state.NodeInfo('/', 'talker', (bytes(16),), (bytes(16),)),)
                 )
             ),
         ),

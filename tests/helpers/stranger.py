@@ -6,8 +6,8 @@ from ctypes import byref
 
 from goalwire.rules.qos import QoS
 from goalwire.transport.dds.abi import SERIALIZED_DATA
-from goalwire.transport.dds.loading import load
-from goalwire.transport.dds.qos import endpoint_qos
+from goalwire.transport.dds.description import endpoint_qos
+from goalwire.transport.dds.library import load
 from goalwire.transport.dds.wire import OutPiece, Participant, Reader, Writer
 
 

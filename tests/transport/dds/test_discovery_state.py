@@ -1,12 +1,27 @@
-"""The graph out of endpoints and of what participants tell, without any DDS."""
+"""The graph out of what DDS and ros_discovery_info tell."""
 
 from __future__ import annotations
 
+import pytest
+from helpers.captured import Captured
+from hypothesis import given
+from hypothesis import strategies as st
+
+from goalwire.errors import RemoteError
 from goalwire.rules.qos import DEFAULT
 from goalwire.transport.contract import EndpointKind, GraphEntity
-from goalwire.transport.dds.discovery_state import UNKNOWN_NAME, Change, DiscoveryState, Found
-from goalwire.transport.dds.names import Role
-from goalwire.transport.dds.participant_info import NodeInfo, ParticipantInfo
+from goalwire.transport.dds.description import Role
+from goalwire.transport.dds.discovery_state import (
+    OLD_GID_SIZE,
+    UNKNOWN_NAME,
+    Change,
+    DiscoveryState,
+    Found,
+    NodeInfo,
+    ParticipantInfo,
+    decode_info,
+    encode_info,
+)
 
 PEER = bytes([1]) * 16
 
@@ -116,7 +131,7 @@ def test_what_a_departed_participant_had_told_brings_it_not_back() -> None:
 def test_an_endpoint_that_no_node_claims_is_nobodys_after_a_while() -> None:
     discovered = met()
     discovered.endpoint_came(found(5))
-    assert said(discovered.give_up_on({gid(5)})) == [f'+{UNKNOWN_NAME}/chatter']
+    assert said(discovered.show_unclaimed({gid(5)})) == [f'+{UNKNOWN_NAME}/chatter']
     assert discovered.unclaimed == set()
     assert said(discovered.told(info(node('talker', 5)))) == [
         '+talker',
@@ -130,7 +145,7 @@ def test_the_end_of_an_endpoint_that_was_never_claimed_is_told() -> None:
     discovered.endpoint_came(found(5))
     unknown = f'{UNKNOWN_NAME}/chatter'
     assert said(discovered.endpoint_went(gid(5))) == [f'+{unknown}', f'-{unknown}']
-    assert discovered.give_up_on([gid(5)]) == []
+    assert discovered.show_unclaimed([gid(5)]) == []
 
 
 def test_the_endpoints_of_a_participant_that_goes_before_it_told_its_nodes_are_told_to_go() -> None:
@@ -145,7 +160,7 @@ def test_what_was_claimed_in_time_is_not_given_up() -> None:
     discovered = met()
     discovered.endpoint_came(found(5))
     discovered.told(info(node('talker', 5)))
-    assert discovered.give_up_on({gid(5)}) == []
+    assert discovered.show_unclaimed({gid(5)}) == []
 
 
 def test_an_endpoint_of_a_participant_without_ros_2_is_nobodys_at_once() -> None:
@@ -168,3 +183,49 @@ def test_an_endpoint_may_move_to_another_node() -> None:
     discovered.told(info(node('one', 5), node('two')))
     discovered.endpoint_came(found(5))
     assert said(discovered.told(info(node('one'), node('two', 5)))) == ['-one/chatter', '+two/chatter']
+
+
+GID = bytes(range(1, 17))
+NODES = (
+    NodeInfo('/', 'alpha', (bytes([1]) * 16, bytes([2]) * 16), (bytes([3]) * 16,)),
+    NodeInfo('/fleet/robot_1', 'b'),
+)
+
+
+def test_a_real_nodes_message_is_read_and_written_byte_for_byte(captured: list[Captured]) -> None:
+    (message,) = [each for each in captured if each.topic == 'ros_discovery_info']
+    info = decode_info(message.payload)
+    (node,) = info.nodes
+    assert (node.namespace, node.name) == ('/', 'real_cli')
+    assert (len(node.readers), len(node.writers)) == (8, 9)
+    assert info.gid.hex() == '0110818782581a1870b48788000001c1'
+    assert encode_info(info) == message.payload
+
+
+@pytest.mark.parametrize('size', [16, OLD_GID_SIZE])
+@pytest.mark.parametrize('nodes', [(), NODES])
+def test_both_forms_are_told_apart(size: int, nodes: tuple[NodeInfo, ...]) -> None:
+    info = ParticipantInfo(GID, nodes)
+    assert decode_info(encode_info(info, size)) == info
+
+
+@pytest.mark.parametrize('size', [16, OLD_GID_SIZE])
+def test_a_message_that_is_cut_short_is_refused(size: int) -> None:
+    whole = encode_info(ParticipantInfo(GID, NODES), size)
+    empty = set(range(24, 28))  # what ends here is a whole message of the newer form, without nodes
+    for length in set(range(len(whole) - 1)) - empty:
+        with pytest.raises(RemoteError, match='ros_discovery_info'):
+            decode_info(whole[:length])
+
+
+@given(st.binary(max_size=200))
+def test_any_bytes_are_read_or_refused(raw: bytes) -> None:
+    try:
+        decode_info(b'\0\1\0\0' + raw)
+    except RemoteError as error:
+        assert 'ros_discovery_info' in str(error)  # noqa: PT017 - either way is right
+
+
+def test_counts_beyond_the_message_are_refused_before_anything_is_made_of_them() -> None:
+    with pytest.raises(RemoteError, match='4294967295 items do not fit'):
+        decode_info(b'\0\1\0\0' + GID + b'\xff' * 4)

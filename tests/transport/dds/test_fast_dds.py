@@ -8,7 +8,7 @@ from goalwire.errors import TransportError
 from goalwire.transport.contract import SessionOptions
 from goalwire.transport.dds import TRANSPORT
 from goalwire.transport.dds.fast_dds import NOBODY, Calls, Translation, related_request
-from goalwire.transport.dds.loading import load
+from goalwire.transport.dds.library import load
 from goalwire.transport.dds.service_header import Header
 
 GUID = bytes.fromhex('0110b4e23c1696eb337eed01 00001603')

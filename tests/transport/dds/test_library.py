@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from goalwire.errors import TransportError
-from goalwire.transport.dds import loading, selftest
+from goalwire.transport.dds import library as libraries
 from goalwire.transport.dds.abi import Library
 from goalwire.transport.dds.library import OVERRIDE, find_library
 
@@ -74,18 +74,18 @@ def test_a_library_of_another_kind_is_refused_in_one_sentence(monkeypatch: pytes
     other = importlib.util.find_spec('_ctypes')
     if other is None or other.origin is None:
         pytest.skip('this Python has no shared library of its own')
-    monkeypatch.setattr(loading, '_loaded', [])
+    monkeypatch.setattr(libraries, '_loaded', [])
     monkeypatch.setenv(OVERRIDE, other.origin)
     with pytest.raises(
         TransportError, match=r'cannot be used \(.*dds_create_domain.*\): install the right one'
     ):
-        loading.load()
+        libraries.load()
 
 
 def test_a_library_whose_messages_come_back_changed_is_refused(
     alone: dict[str, str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     library = Library(find_library())
-    assert selftest.find_fault(library) == ''
+    assert libraries.find_fault(library) == ''
     monkeypatch.setattr(library, 'ddsi_serdata_size', lambda sample: 4)
-    assert selftest.find_fault(library) == 'messages do not come back as they were sent'
+    assert libraries.find_fault(library) == 'messages do not come back as they were sent'

@@ -29,7 +29,7 @@ POUR = """
     from helpers.stranger import Stranger, write_unpadded
     from goalwire.rules.qos import QoS
     from goalwire.transport.dds.configuration import domain_configuration
-    from goalwire.transport.dds.loading import load
+    from goalwire.transport.dds.library import load
     from goalwire.transport.dds.status import PUBLICATION_MATCHED
 
     domain = int(os.environ['ROS_DOMAIN_ID'])

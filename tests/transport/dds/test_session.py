@@ -25,14 +25,19 @@ from goalwire.rules.qos_events import (
 from goalwire.transport.contract import Endpoint, EndpointKind, Request, Sample, SessionOptions
 from goalwire.transport.dds import TRANSPORT
 from goalwire.transport.dds.abi import BuiltinEndpoint
-from goalwire.transport.dds.client import DdsClient
+from goalwire.transport.dds.description import (
+    DISCOVERY_TOPIC,
+    DISCOVERY_TYPE,
+    Role,
+    dds_topic,
+    dds_type,
+    decode_endpoint,
+    read_user_data,
+)
 from goalwire.transport.dds.discovery_state import UNKNOWN_NAME
-from goalwire.transport.dds.names import DISCOVERY_TOPIC, DISCOVERY_TYPE, Role, dds_topic, dds_type
-from goalwire.transport.dds.qos import read_user_data
-from goalwire.transport.dds.service import DdsService
 from goalwire.transport.dds.service_header import Header, unwrap, wrap
+from goalwire.transport.dds.services import DdsClient, DdsService
 from goalwire.transport.dds.session import DdsSession
-from goalwire.transport.dds.user_data import decode_endpoint
 from goalwire.transport.dds.wire import Reader, Writer
 
 Sides = tuple[Side, Side]

@@ -1,6 +1,6 @@
 """libddsc's C interface, as much of it as is used here: structures and functions.
 
-Layouts are those of Cyclone DDS 0.10 and 11.0 (dds.h, dds_public_impl.h, ddsi_serdata.h); selftest.py holds
+Layouts are those of Cyclone DDS 0.10 and 11.0 (dds.h, dds_public_impl.h, ddsi_serdata.h); library.py holds
 the loaded library to them. Functions that may block let other Python threads run (CDLL), the short ones on a
 message's way do not (PyDLL): the locks that they take are held for moments, by threads that want nothing of
 Python's. No callback is handed to the library, so none of its threads waits for the interpreter;

@@ -1,25 +1,67 @@
-"""What every endpoint of one session shares."""
+"""What every endpoint of one session shares, and how one comes onto the wire.
+
+That is the domain, the participant, its threads, and what they know.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from functools import partial
 from itertools import count
 from typing import TYPE_CHECKING
 
+from goalwire.errors import TransportError
 from goalwire.transport.dds.abi import Library
-from goalwire.transport.dds.configuration import calls_fast_dds
-from goalwire.transport.dds.discovery import Discovery
-from goalwire.transport.dds.domain import DOMAINS, open_domain
-from goalwire.transport.dds.graph_notifier import GraphNotifier
-from goalwire.transport.dds.peers import Peers
-from goalwire.transport.dds.status import Statuses
-from goalwire.transport.dds.user_data import encode_participant, service_id
+from goalwire.transport.dds.configuration import LARGEST_DOMAIN, calls_fast_dds, domain_configuration
+from goalwire.transport.dds.delivery import LocalReaders, ReaderDispatcher
+from goalwire.transport.dds.description import encode_participant, service_id
+from goalwire.transport.dds.discovery import Discovery, GraphNotifier
+from goalwire.transport.dds.status import Peers, Statuses
+from goalwire.transport.dds.waitset import DdsWirePoller
 from goalwire.transport.dds.wire import Participant
-from goalwire.transport.dds.wire_poller import DdsWirePoller
-from goalwire.transport.endpoint import ForkGuard
+from goalwire.transport.endpoint import EndpointState, ForkGuard, Shared
 from goalwire.transport.reports import RejectCounters
 
 if TYPE_CHECKING:
     from goalwire.transport.dds.fast_dds import Translation
+
+
+class Domain:
+    """One domain and the readers of its sessions in this process."""
+
+    def __init__(self, library: Library, domain_id: int, configuration: str) -> None:
+        """Raises TransportError."""
+        self._library = library
+        self._handle = library.dds_create_domain(domain_id, configuration.encode())
+        if self._handle < 0:
+            raise TransportError(
+                f'Cyclone DDS refused the configuration of domain {domain_id} '
+                f'({library.dds_strretcode(self._handle).decode()}): it has written why to standard error; '
+                f'check CYCLONEDDS_URI and ROS_STATIC_PEERS'
+            )
+        self.local_readers = LocalReaders()
+
+    def close(self) -> None:
+        """End it."""
+        self._library.dds_delete(self._handle)
+
+
+DOMAINS: Shared[int, Domain] = Shared(Domain.close)
+"""The domains that sessions of this process are in, by domain id."""
+
+
+def open_domain(library: Library, domain_id: int) -> Domain:
+    """Return the domain for one more session; raises TransportError. `DOMAINS.close` ends that."""
+    if domain_id > LARGEST_DOMAIN:
+        raise TransportError(
+            f'domain {domain_id} has no ports on DDS: set ROS_DOMAIN_ID to at most {LARGEST_DOMAIN}'
+        )
+    # The name service may be asked, for seconds: so not under the lock, and only for a domain that is not
+    # open.
+    configuration = '' if DOMAINS.get(domain_id) else domain_configuration(domain_id)
+    return DOMAINS.open(
+        domain_id, lambda: Domain(library, domain_id, configuration or domain_configuration(domain_id))
+    )
 
 
 class DdsContext:
@@ -79,3 +121,35 @@ def _translation(library: Library) -> Translation | None:
     from goalwire.transport.dds.fast_dds import translation
 
     return translation(library)
+
+
+class EndpointBuilder:
+    """What is declared so far of one endpoint, and its state, which holds how that is undone."""
+
+    __slots__ = ('_context', '_readers_to_watch', 'state', 'undo')
+
+    def __init__(self, context: DdsContext, state: EndpointState) -> None:
+        self._context = context
+        self._readers_to_watch: list[tuple[str, ReaderDispatcher]] = []
+        self.state = state
+        self.undo = state.undo
+
+    def take_in(self, topic: str, dispatcher: ReaderDispatcher) -> None:
+        """Let a reader's messages in once the endpoint is shown."""
+        self._readers_to_watch.append((topic, dispatcher))
+
+    def show(self, node_id: int, readers: Iterable[bytes], writers: Iterable[bytes]) -> None:
+        """Tell the others whose this endpoint is, then let messages in."""
+        context, gids = self._context, (*readers, *writers)
+        context.announcement.add(node_id, readers, writers)
+        self.undo += [context.announce, partial(context.announcement.remove, node_id, gids)]
+        context.announce()
+        for topic, dispatcher in self._readers_to_watch:
+            context.local_readers.add(topic, dispatcher)
+            self.undo.append(partial(self._shut, topic, dispatcher))
+            context.wire_poller.watch(dispatcher.reader.condition, dispatcher.drain)
+
+    def _shut(self, topic: str, dispatcher: ReaderDispatcher) -> None:
+        dispatcher.closed = True
+        self._context.local_readers.discard(topic, dispatcher)
+        self._context.wire_poller.unwatch(dispatcher.reader.condition)

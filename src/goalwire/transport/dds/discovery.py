@@ -1,14 +1,22 @@
-"""What DDS itself tells of the other participants and their endpoints, and the thread that listens to it."""
+"""What DDS tells of the other participants, what they are told of this one, and who wants to know.
+
+A thread listens to the library's own topics and to ros_discovery_info; it publishes this participant's
+announcement after each change. Listeners of the graph are told what is there first, then each change, in
+order, with no lock held.
+"""
 
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Iterator
+import os
+from collections.abc import Callable, Iterable, Iterator
 from ctypes import c_void_p
+from threading import Lock
 from typing import TypeVar
 
 from goalwire.errors import RemoteError
-from goalwire.rules.qos import DEFAULT
+from goalwire.rules.qos import DEFAULT, DurabilityPolicy, HistoryPolicy, QoS
+from goalwire.transport.contract import EndpointKind, GraphEntity, GraphListener, NodeName
 from goalwire.transport.dds.abi import (
     ALIVE,
     ANY_STATE,
@@ -19,16 +27,198 @@ from goalwire.transport.dds.abi import (
     BuiltinParticipant,
     SampleInfo,
 )
-from goalwire.transport.dds.announcement import Announcement
-from goalwire.transport.dds.discovery_state import Change, DiscoveryState, Found
-from goalwire.transport.dds.graph_notifier import GraphNotifier
-from goalwire.transport.dds.names import DISCOVERY_TOPIC, Role, ros_topic, ros_type
-from goalwire.transport.dds.participant_info import decode
-from goalwire.transport.dds.qos import read_qos, read_user_data
-from goalwire.transport.dds.user_data import decode_endpoint, enclave_of
-from goalwire.transport.dds.waitset_thread import WaitsetThread
-from goalwire.transport.dds.wire import Participant, check
-from goalwire.transport.reports import RejectCounters, check_names
+from goalwire.transport.dds.description import (
+    DISCOVERY_TOPIC,
+    DISCOVERY_TYPE,
+    Role,
+    decode_endpoint,
+    enclave_of,
+    endpoint_qos,
+    read_qos,
+    read_user_data,
+    ros_topic,
+    ros_type,
+)
+from goalwire.transport.dds.discovery_state import (
+    GID_SIZE,
+    OLD_GID_SIZE,
+    UNKNOWN_ID,
+    Change,
+    DiscoveryState,
+    Found,
+    NodeInfo,
+    ParticipantInfo,
+    decode_info,
+    encode_info,
+)
+from goalwire.transport.dds.waitset import WaitsetThread
+from goalwire.transport.dds.wire import Participant, Reader, Writer, check
+from goalwire.transport.ordered_dispatcher import OrderedDispatcher
+from goalwire.transport.reports import RejectCounters, check_names, report_failure
+
+
+class _Watcher:
+    """One listener; None on its way to it stands for a connection made or lost."""
+
+    def __init__(self, listener: GraphListener) -> None:
+        self._listener = listener
+        self.dispatcher: OrderedDispatcher[Change | None] = OrderedDispatcher(self._tell)
+
+    def _tell(self, change: Change | None) -> None:
+        try:
+            if change is None:
+                self._listener.connected()
+            elif change[0]:
+                self._listener.appeared(change[1])
+            else:
+                self._listener.vanished(change[1])
+        except Exception as error:
+            report_failure('graph listener', error)
+
+
+class GraphNotifier:
+    """What is there, and who wants to know."""
+
+    def __init__(self) -> None:
+        self._lock = Lock()
+        self._there: dict[tuple[EndpointKind, str, int, bytes], GraphEntity] = {}
+        self._watchers: tuple[_Watcher, ...] = ()
+        self._awaited: list[tuple[bytes, Callable[[NodeName], None]]] = []
+
+    def watch(self, listener: GraphListener) -> None:
+        """Tell a listener of all there is, before this returns, and of every change until `close`."""
+        watcher = _Watcher(listener)
+        with watcher.dispatcher.first_turn(), self._lock:
+            for entity in self._there.values():
+                watcher.dispatcher.post((True, entity))
+            self._watchers += (watcher,)
+
+    def change(self, changes: Iterable[Change]) -> None:
+        """Take note of changes and tell of them."""
+        with self._lock:
+            for change in changes:
+                self._note(change)
+            watchers = self._watchers
+            shown = list(self._shown()) if self._awaited else ()
+        for watcher in watchers:
+            watcher.dispatcher.drain()
+        for node, tell in shown:
+            tell(node)
+
+    def _note(self, change: Change) -> None:
+        is_there, entity = change
+        key = entity.kind, entity.session, entity.node_id, entity.gid
+        if is_there:
+            self._there[key] = entity
+        else:
+            self._there.pop(key, None)
+        for watcher in self._watchers:
+            watcher.dispatcher.post(change)
+
+    def when_shown(self, gid: bytes, tell: Callable[[NodeName], None]) -> None:
+        """Call `tell` with the node of an endpoint once that is known, which may be at once, or never."""
+        with self._lock:
+            self._awaited.append((gid, tell))
+            shown = list(self._shown())
+        for node, told in shown:
+            told(node)
+
+    def _shown(self) -> Iterator[tuple[NodeName, Callable[[NodeName], None]]]:
+        """Yield who waits no longer, and for which node."""
+        known = (entity for entity in self._there.values() if entity.node_id != UNKNOWN_ID)
+        nodes = {entity.gid: entity.node for entity in known}
+        for awaited in list(self._awaited):
+            gid, tell = awaited
+            if gid in nodes:
+                self._awaited.remove(awaited)
+                yield nodes[gid], tell
+
+    def connected(self) -> None:
+        """An endpoint of this session was connected with another, or disconnected."""
+        with self._lock:
+            watchers = self._watchers
+            for watcher in watchers:
+                watcher.dispatcher.post(None)
+        for watcher in watchers:
+            watcher.dispatcher.drain()
+
+    def close(self) -> None:
+        """Tell nobody any more."""
+        with self._lock:
+            self._watchers = ()
+
+
+_WRITTEN = QoS(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+_READ = QoS(history=HistoryPolicy.KEEP_ALL, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+_OLD = frozenset({'dashing', 'eloquent', 'foxy', 'galactic', 'humble'})
+_BLOCKING_NS = 1_000_000_000
+"""How long a mute peer may hold an announcement up; it is then made with the next change."""
+
+
+def gid_size() -> int:
+    """Return how long Gids are in the ROS 2 that ROS_DISTRO names."""
+    return OLD_GID_SIZE if os.environ.get('ROS_DISTRO', '').strip() in _OLD else GID_SIZE
+
+
+class Announcement:
+    """The nodes of a session and their endpoints, published by `publish` after each change."""
+
+    def __init__(self, participant: Participant) -> None:
+        self._guid = participant.guid
+        self._gid_size = gid_size()
+        self._lock = Lock()
+        self._nodes: dict[int, tuple[NodeName, dict[bytes, None], dict[bytes, None]]] = {}
+        self._changed = False
+        with endpoint_qos(participant.library, _WRITTEN, b'', blocking_ns=_BLOCKING_NS) as qos:
+            self._writer = Writer(participant, DISCOVERY_TOPIC, DISCOVERY_TYPE, qos)
+        with endpoint_qos(participant.library, _READ, b'', ignore_local=True) as qos:
+            self.reader = Reader(participant, DISCOVERY_TOPIC, DISCOVERY_TYPE, qos)
+
+    def add_node(self, node_id: int, name: NodeName) -> None:
+        """A node has come."""
+        with self._lock:
+            self._nodes[node_id] = name, {}, {}
+            self._changed = True
+
+    def remove_node(self, node_id: int) -> None:
+        """A node has gone; an unknown one is no error."""
+        with self._lock:
+            self._nodes.pop(node_id, None)
+            self._changed = True
+
+    def add(self, node_id: int, readers: Iterable[bytes], writers: Iterable[bytes]) -> None:
+        """Endpoints of a node have come."""
+        with self._lock:
+            _, all_readers, all_writers = self._nodes[node_id]
+            all_readers.update(dict.fromkeys(readers))
+            all_writers.update(dict.fromkeys(writers))
+            self._changed = True
+
+    def remove(self, node_id: int, gids: Iterable[bytes]) -> None:
+        """Endpoints of a node have gone; unknown ones are no error."""
+        with self._lock:
+            if node_id not in self._nodes:
+                return
+            _, readers, writers = self._nodes[node_id]
+            for gid in gids:
+                readers.pop(gid, None)
+                writers.pop(gid, None)
+            self._changed = True
+
+    def publish(self) -> None:
+        """Tell the others, if anything has changed. One thread alone calls this."""
+        with self._lock:
+            if not self._changed:
+                return
+            self._changed = False
+            nodes = tuple(
+                NodeInfo(name.namespace, name.name, tuple(readers), tuple(writers))
+                for name, readers, writers in self._nodes.values()
+            )
+        if self._writer.write(encode_info(ParticipantInfo(self._guid, nodes), self._gid_size)) < 0:
+            with self._lock:
+                self._changed = True
+
 
 GRACE_NS = 1_000_000_000
 """How long an endpoint waits for its node to be told."""
@@ -38,7 +228,7 @@ B = TypeVar('B', BuiltinEndpoint, BuiltinParticipant)
 
 
 class Discovery:
-    """Keeps a feed up to date with what the others have, and the others with what this session has."""
+    """Keeps the graph up to date with what the others have, and the others with what this session has."""
 
     def __init__(self, participant: Participant, notifier: GraphNotifier, rejects: RejectCounters) -> None:
         self._participant = participant
@@ -95,7 +285,7 @@ class Discovery:
             changes += discovered.endpoint_came(found)
         for payload in infos:
             try:
-                changes += discovered.told(decode(payload))
+                changes += discovered.told(decode_info(payload))
             except RemoteError as error:
                 self._rejects.add('ros_discovery_info', error)
         for gid in gone:
@@ -171,9 +361,9 @@ class Discovery:
         """See to it that endpoints which no node claims are shown in the end."""
         if self._state_of_discovery.unclaimed and not self._waiting:
             self._waiting = frozenset(self._state_of_discovery.unclaimed)
-            self.waitset_thread.call_in(GRACE_NS, self._lose_patience)
+            self.waitset_thread.call_in(GRACE_NS, self._show_unclaimed)
 
-    def _lose_patience(self) -> None:
+    def _show_unclaimed(self) -> None:
         waiting, self._waiting = self._waiting, frozenset()
-        self._notifier.change(self._state_of_discovery.give_up_on(waiting))
+        self._notifier.change(self._state_of_discovery.show_unclaimed(waiting))
         self._wait_for_claims()

@@ -3,6 +3,10 @@
 Pure: it is told what was discovered and returns what that changes. An endpoint is shown once its node is
 known. One that no node claims is shown after a while as nobody's, at once where its participant is no ROS 2.
 One that goes unclaimed is shown as nobody's and goes: the server of a goal that it sent learns of its end.
+
+ros_discovery_info is a rmw_dds_common/msg/ParticipantEntitiesInfo: which nodes a participant has, and whose
+its endpoints are. It is read and written by hand, not by the codec, for the wire has two forms: Gids of 16
+bytes, and of 24 up to Humble.
 """
 
 from __future__ import annotations
@@ -11,13 +15,122 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import count
+from struct import Struct
 from typing import NamedTuple, TypeAlias
 
+from goalwire.errors import RemoteError
 from goalwire.records import replace
 from goalwire.rules.qos import QoS
 from goalwire.transport.contract import EndpointKind, GraphEntity, NodeName
-from goalwire.transport.dds.names import Role
-from goalwire.transport.dds.participant_info import NodeInfo, ParticipantInfo
+from goalwire.transport.dds.description import Role
+from goalwire.transport.reports import check_names
+
+GID_SIZE = 16
+OLD_GID_SIZE = 24
+"""Up to Humble: the same 16 bytes and 8 zeros."""
+NAME_LIMIT = 256
+
+_ENCAPSULATION = b'\x00\x01\x00\x00'
+_U32 = Struct('<I')
+_EMPTY_SIZE = len(_ENCAPSULATION) + GID_SIZE + _U32.size
+
+
+@dataclass(frozen=True, slots=True)
+class NodeInfo:
+    """One node and the gids of its endpoints."""
+
+    namespace: str
+    name: str
+    readers: tuple[bytes, ...] = ()
+    writers: tuple[bytes, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class ParticipantInfo:
+    """One participant's nodes."""
+
+    gid: bytes
+    nodes: tuple[NodeInfo, ...] = ()
+
+
+def encode_info(info: ParticipantInfo, gid_size: int = GID_SIZE) -> bytes:
+    """Return the message with Gids of 16 or 24 bytes."""
+    parts = [_ENCAPSULATION, info.gid.ljust(gid_size, b'\0'), _U32.pack(len(info.nodes))]
+    for node in info.nodes:
+        for text in (node.namespace, node.name):
+            raw = text.encode() + b'\0'
+            raw = _U32.pack(len(raw)) + raw
+            parts.append(raw.ljust(-(-len(raw) // 4) * 4, b'\0'))
+        for gids in (node.readers, node.writers):
+            parts.append(_U32.pack(len(gids)))
+            parts += [gid.ljust(gid_size, b'\0') for gid in gids]
+    return b''.join(parts)
+
+
+def decode_info(payload: bytes) -> ParticipantInfo:
+    """Read a message of either form; raises RemoteError for anything else."""
+    if payload[:2] != _ENCAPSULATION[:2]:
+        raise RemoteError(f'ros_discovery_info: encapsulation {payload[:4].hex()} is not little-endian CDR')
+    return _InfoReader(payload, _gid_size(payload)).participant()
+
+
+def _gid_size(payload: bytes) -> int:
+    """Tell the two forms apart: after the participant's gid come 8 zeros, or a count and a length."""
+    tail = payload[len(_ENCAPSULATION) + GID_SIZE :][: OLD_GID_SIZE - GID_SIZE]
+    has_room = len(payload) > _EMPTY_SIZE
+    return OLD_GID_SIZE if has_room and tail == bytes(OLD_GID_SIZE - GID_SIZE) else GID_SIZE
+
+
+class _InfoReader:
+    """Reads one message from front to back."""
+
+    def __init__(self, payload: bytes, gid_size: int) -> None:
+        self._payload = payload
+        self._position = len(_ENCAPSULATION)
+        self._gid_size = gid_size
+
+    def participant(self) -> ParticipantInfo:
+        try:
+            gid = self._gid()
+            return ParticipantInfo(gid, tuple(self._node() for _ in range(self._count(4))))
+        except UnicodeDecodeError as error:
+            raise RemoteError(f'ros_discovery_info: at byte {self._position}: {error}') from None
+
+    def _node(self) -> NodeInfo:
+        namespace, name = self._text(), self._text()
+        return NodeInfo(namespace, name, self._gids(), self._gids())
+
+    def _take(self, size: int) -> bytes:
+        taken = self._payload[self._position : self._position + size]
+        if len(taken) < size:
+            raise RemoteError(
+                f'ros_discovery_info: at byte {self._position}: {size} bytes expected, {len(taken)} left'
+            )
+        self._position += size
+        return taken
+
+    def _count(self, least_size: int) -> int:
+        """Read a count of items of at least that size; raises RemoteError where they do not fit."""
+        self._position += -self._position % 4
+        (count,) = _U32.unpack(self._take(4))
+        if count * least_size > len(self._payload):
+            raise RemoteError(f'ros_discovery_info: at byte {self._position}: {count} items do not fit')
+        return int(count)
+
+    def _text(self) -> str:
+        raw = self._take(self._count(1)).removesuffix(b'\0')
+        if len(raw) > NAME_LIMIT:
+            raise RemoteError(f'ros_discovery_info: a name of {len(raw)} bytes, {NAME_LIMIT} are allowed')
+        name = raw.decode()
+        check_names('ros_discovery_info', name)
+        return name
+
+    def _gids(self) -> tuple[bytes, ...]:
+        return tuple(self._gid() for _ in range(self._count(self._gid_size)))
+
+    def _gid(self) -> bytes:
+        return self._take(self._gid_size)[:GID_SIZE]
+
 
 Change: TypeAlias = tuple[bool, GraphEntity]
 """Whether it has come, and what."""
@@ -73,7 +186,7 @@ class DiscoveryState:
 
     def __init__(self) -> None:
         self._participants: dict[bytes, _Participant] = {}
-        self._homes: dict[bytes, bytes] = {}
+        self._participant_of: dict[bytes, bytes] = {}
         self.unclaimed: set[bytes] = set()
         """The endpoints that wait for a node to claim them."""
 
@@ -86,10 +199,10 @@ class DiscoveryState:
         participant = self._participants.get(guid)
         if participant is None:
             return []
-        changes = self.give_up_on(list(participant.found))
+        changes = self.show_unclaimed(list(participant.found))
         del self._participants[guid]
         for gid in participant.found:
-            self._homes.pop(gid, None)
+            self._participant_of.pop(gid, None)
         gone = [*participant.shown.values(), *(node.entity for node in participant.nodes)]
         return changes + [(False, entity) for entity in gone]
 
@@ -108,7 +221,7 @@ class DiscoveryState:
         ):
             return []
         participant.found[found.gid] = found
-        self._homes[found.gid] = found.participant
+        self._participant_of[found.gid] = found.participant
         owner = participant.owners.get(found.gid)
         if owner is None and participant.speaks_ros:
             self.unclaimed.add(found.gid)
@@ -117,8 +230,8 @@ class DiscoveryState:
 
     def endpoint_went(self, gid: bytes) -> list[Change]:
         """An endpoint has gone."""
-        changes = self.give_up_on([gid])
-        participant = self._participants.get(self._homes.pop(gid, b''))
+        changes = self.show_unclaimed([gid])
+        participant = self._participants.get(self._participant_of.pop(gid, b''))
         if participant is None:
             return []
         participant.found.pop(gid, None)
@@ -135,7 +248,7 @@ class DiscoveryState:
         participant.nodes = list(_identified(participant, info.nodes))
         participant.owners = {gid: node for node in participant.nodes for gid in node.gids}
         kept = {node.entity.node_id for node in participant.nodes}
-        changes = list(self._rehomed(participant))
+        changes = list(self._moved(participant))
         changes += [(False, node.entity) for node in earlier if node.entity.node_id not in kept]
         known = {node.entity.node_id for node in earlier}
         newcomers: list[Change] = [
@@ -143,22 +256,22 @@ class DiscoveryState:
         ]
         return newcomers + changes
 
-    def give_up_on(self, gids: Iterable[bytes]) -> list[Change]:
-        """Show those of these endpoints that no node has claimed as nobody's."""
+    def show_unclaimed(self, gids: Iterable[bytes]) -> list[Change]:
+        """Show those of these endpoints that wait for a node to claim them as nobody's."""
         changes = []
         for gid in gids:
-            participant = self._participants.get(self._homes.get(gid, b''))
+            participant = self._participants.get(self._participant_of.get(gid, b''))
             if participant is not None and gid in self.unclaimed:
                 self.unclaimed.remove(gid)
                 changes.append(_show(participant, participant.found[gid], None))
         return changes
 
-    def _rehomed(self, participant: _Participant) -> Iterator[Change]:
+    def _moved(self, participant: _Participant) -> Iterator[Change]:
         """Move each endpoint to the node that claims it now; hide those that nobody claims any more."""
         for gid, found in participant.found.items():
             owner, shown = participant.owners.get(gid), participant.shown.get(gid)
-            work_queue = UNKNOWN_ID if owner is None else owner.entity.node_id
-            if shown is not None and shown.node_id != work_queue:
+            node_id = UNKNOWN_ID if owner is None else owner.entity.node_id
+            if shown is not None and shown.node_id != node_id:
                 del participant.shown[gid]
                 yield False, shown
                 shown = None

@@ -1,6 +1,8 @@
-"""Where libddsc comes from: an override, the `cyclonedds` wheel, a ROS 2 installation, the system.
+"""Where libddsc comes from, and whether it fits: found once in a process, tried, refused where it does not.
 
-Only the shared library of the wheel is used; nothing of its Python package is imported.
+An override, the `cyclonedds` wheel, a ROS 2 installation, the system. Only the shared library of the wheel is
+used; nothing of its Python package is imported. What is loaded is held to abi.py before anything is entrusted
+to it: three messages make the way from a writer to a reader in a domain of their own, which sends nothing.
 """
 
 from __future__ import annotations
@@ -8,10 +10,17 @@ from __future__ import annotations
 import os
 import platform
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
+from threading import Lock
 
-from goalwire.errors import TransportError
+from goalwire.errors import ForkedError, GoalwireError, TransportError
+from goalwire.rules.qos import QoS
+from goalwire.transport.dds.abi import Library
+from goalwire.transport.dds.description import endpoint_qos, read_qos, read_user_data
+from goalwire.transport.dds.wire import Participant, Reader, Writer
+from goalwire.transport.endpoint import ForkGuard
 
 OVERRIDE = 'GOALWIRE_LIBDDSC'
 """Names the library file to use, before all others."""
@@ -58,7 +67,7 @@ def _of_wheel() -> list[Path]:
     spec = find_spec('cyclonedds')
     places = [] if spec is None else list(spec.submodule_search_locations or ())
     patterns = _PATTERNS.get(sys.platform, ())
-    return [path for state in places for pattern in patterns for path in Path(state).parent.glob(pattern)]
+    return [path for place in places for pattern in patterns for path in Path(place).parent.glob(pattern)]
 
 
 def _advice() -> str:
@@ -73,3 +82,82 @@ def _advice() -> str:
         f'{why}; install libddsc from your system or a ROS 2 (ros-<distribution>-cyclonedds, with ROS_DISTRO '
         f'set), or let {OVERRIDE} name the library file'
     )
+
+
+_SELFTEST_DOMAIN = 100
+_SELFTEST = (
+    b'<CycloneDDS><Domain><General><Interfaces><NetworkInterface address="127.0.0.1"/></Interfaces>'
+    b'<AllowMulticast>false</AllowMulticast></General><Discovery>'
+    b'<ParticipantIndex>none</ParticipantIndex><Tag>goalwire_selftest</Tag></Discovery></Domain></CycloneDDS>'
+)
+_MESSAGES = (b'\0\1\0\0\7', b'\0\1\0\0self', b'\0\1\0\0' + bytes(range(250)))
+_USER_DATA = b'typehash=none;'
+_CLOCK_NS = 60_000_000_000
+
+
+def find_fault(library: Library) -> str:
+    """Return what is wrong with a library, '' where nothing is."""
+    domain = library.dds_create_domain(_SELFTEST_DOMAIN, _SELFTEST)
+    if domain < 0:
+        return 'it cannot create a domain'
+    try:
+        return _exchange(library)
+    except GoalwireError as error:
+        return str(error)
+    finally:
+        library.dds_delete(domain)
+
+
+def _exchange(library: Library) -> str:
+    participant = Participant(library, _SELFTEST_DOMAIN, b'')
+    asked = QoS(depth=len(_MESSAGES))
+    with endpoint_qos(library, asked, _USER_DATA) as qos:
+        if read_user_data(library, qos) != _USER_DATA or read_qos(library, qos) != asked.stated():
+            return 'its QoS is laid out differently'
+        reader = Reader(participant, 'rt/selftest', 'goalwire::msg::dds_::SelfTest_', qos)
+        writer = Writer(participant, 'rt/selftest', 'goalwire::msg::dds_::SelfTest_', qos)
+    if any(writer.write(message) for message in _MESSAGES):
+        return 'it does not write serialized messages'
+    _, taken = reader.take()
+    if [each.payload[: len(sent)] for each, sent in zip(taken, _MESSAGES, strict=False)] != list(_MESSAGES):
+        return 'messages do not come back as they were sent'
+    if any(each.publication != writer.instance for each in taken):
+        return 'messages do not tell their publisher'
+    if any(abs(each.source_timestamp - time.time_ns()) > _CLOCK_NS for each in taken):
+        return 'messages do not tell their time'
+    return ''
+
+
+_loading = Lock()
+_loaded: list[tuple[Library, ForkGuard]] = []
+
+
+def load() -> Library:
+    """Return the library.
+
+    Raises TransportError where there is none or it does not fit, ForkedError in a child whose parent uses it.
+    """
+    with _loading:
+        if not _loaded:
+            _loaded.append((_fitting(find_library()), ForkGuard()))
+        library, guard = _loaded[0]
+    if guard.is_forked:
+        raise ForkedError(
+            'this process was forked from one that uses DDS, which cannot be started again in such a child; '
+            "start it with subprocess or multiprocessing's spawn method, or fork first"
+        )
+    return library
+
+
+def _fitting(path: str) -> Library:
+    try:
+        library = Library(path)
+        fault = find_fault(library)
+    except (OSError, AttributeError) as error:
+        fault = str(error)
+    if fault:
+        raise TransportError(
+            f"the Cyclone DDS library '{path}' cannot be used ({fault}): install the "
+            f'right one with {INSTALLING}, or let {OVERRIDE} name another'
+        )
+    return library

@@ -1,7 +1,15 @@
-"""The 16 bytes before every request and reply: whose it is, and its number.
+"""What goes before every request and reply, and what goalwire's servers send where they will not answer.
 
-uint64 client (the instance handle of its request writer), int64 sequence, in the encapsulation's byte order.
-Source: rmw_cyclonedds_cpp src/serdata.hpp (cdds_request_header_t), src/Serialization.cpp.
+Before every request and reply stand 16 bytes, whose it is and its number: uint64 client (the instance handle
+of its request writer), int64 sequence, in the encapsulation's byte order. Source: rmw_cyclonedds_cpp
+src/serdata.hpp (cdds_request_header_t), src/Serialization.cpp.
+
+A refusal is what goalwire's servers send where they will not answer: a reply that stock ROS 2 takes for
+nobody's. rmw_cyclonedds' services have no such thing. So it goes to clients alone that say in their USER_DATA
+that they know it (`goalwire=1`; other readers of USER_DATA skip unknown keys). Every client of the service
+receives it, as all replies; those of stock ROS 2 drop it, for it bears another client's id. Its sequence
+number is the request's, negative. They decode it first: zeros, which are a value of every type, and then the
+reason.
 """
 
 from __future__ import annotations
@@ -11,7 +19,7 @@ from functools import partial
 from struct import Struct
 from typing import NamedTuple
 
-from goalwire.errors import RemoteError
+from goalwire.errors import RemoteError, peer_text
 
 ENCAPSULATION_SIZE = 4
 SIZE = 16
@@ -27,7 +35,7 @@ class Header(NamedTuple):
     sequence: int
 
 
-_header: Callable[[tuple[int, int]], Header] = partial(tuple.__new__, Header)
+_new_header: Callable[[tuple[int, int]], Header] = partial(tuple.__new__, Header)
 """Makes one as its class does, without a call of Python code."""
 
 
@@ -43,5 +51,33 @@ def unwrap(payload: bytes) -> tuple[Header, bytes]:
     if len(payload) <= start:
         raise RemoteError(f'{len(payload)} bytes are too few for a service header and a message')
     layout = _LITTLE if payload[1] & 1 else _BIG
-    header = _header(layout.unpack_from(payload, ENCAPSULATION_SIZE))
+    header = _new_header(layout.unpack_from(payload, ENCAPSULATION_SIZE))
     return header, payload[:ENCAPSULATION_SIZE] + payload[start:]
+
+
+_ZEROS = bytes(1024)
+_ENCAPSULATION = b'\0\1\0\0'
+_REASON_SIZE = Struct('<I')
+_LONGEST = 1000
+
+
+def refusal(header: Header, reason: str) -> bytes:
+    """Return the whole reply that refuses a request: zeros, the reason, and how long that is."""
+    text = reason.encode()[:_LONGEST]
+    padded = text.ljust(-(-len(text) // 4) * 4, b'\0')
+    message = b''.join((_ENCAPSULATION, _ZEROS, padded, _REASON_SIZE.pack(len(text))))
+    return wrap(Header(header.client, -header.sequence), message)
+
+
+def refusal_reason(message: bytes) -> str:
+    """Return the reason in a refusal without its header; what cannot be read counts as none."""
+    end = len(message) - _REASON_SIZE.size
+    if end < ENCAPSULATION_SIZE:
+        return ''
+    (size,) = _REASON_SIZE.unpack_from(message, end)
+    start = end - -(-size // 4) * 4
+    return (
+        peer_text(message[start : start + size].decode(errors='replace'), _LONGEST)
+        if start >= ENCAPSULATION_SIZE
+        else ''
+    )

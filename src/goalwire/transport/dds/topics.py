@@ -12,12 +12,16 @@ from goalwire.rules.qos import QoS
 from goalwire.rules.qos_events import EventStatus, EventType
 from goalwire.transport.contract import Endpoint, PublisherPort, Sample, new_sample
 from goalwire.transport.dds.abi import INFINITY
-from goalwire.transport.dds.context import DdsContext
-from goalwire.transport.dds.endpoint_builder import EndpointBuilder
-from goalwire.transport.dds.names import Role, dds_topic, dds_type
-from goalwire.transport.dds.qos import endpoint_qos
-from goalwire.transport.dds.reader_dispatcher import ReaderDispatcher
-from goalwire.transport.dds.user_data import EndpointData, encode_endpoint
+from goalwire.transport.dds.context import DdsContext, EndpointBuilder
+from goalwire.transport.dds.delivery import ReaderDispatcher
+from goalwire.transport.dds.description import (
+    EndpointData,
+    Role,
+    dds_topic,
+    dds_type,
+    encode_endpoint,
+    endpoint_qos,
+)
 from goalwire.transport.dds.wire import RawSample, Reader, Writer
 from goalwire.transport.endpoint import OpenPort
 

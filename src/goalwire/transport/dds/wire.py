@@ -10,6 +10,7 @@ import ctypes
 import struct
 import threading
 from collections.abc import Callable
+from contextlib import ExitStack
 from ctypes import addressof, byref, c_char, c_uint32, c_uint64, c_void_p, sizeof, string_at
 from functools import cache, partial
 from typing import NamedTuple
@@ -209,9 +210,7 @@ def _serdata_type(participant: Participant, writer: int, topic: str, type_name: 
     if get is not None:
         check(participant.library, get(writer, byref(found)), f"type of '{topic}'")
         return found.value or 0
-    from goalwire.transport.dds.old_library import serdata_type
-
-    return serdata_type(participant, type_name)
+    return _type_inside_a_sample(participant, type_name)
 
 
 class Reader:
@@ -271,3 +270,40 @@ def _large_content(library: Library, sample: int, size: int) -> bytes:
     content = string_at(piece.base, size)
     library.ddsi_serdata_to_ser_unref(held, byref(piece))
     return content
+
+
+_PARTITION = b'goalwire_type_inside'
+_TYPE_TOPIC = 'goalwire_type_inside'
+_TYPE_OFFSET = 24
+"""Bytes before the pointer to its type in a serialized sample (struct ddsi_serdata)."""
+
+
+def _type_inside_a_sample(participant: Participant, type_name: str) -> int:
+    """Return the library's own handle of a type, as libddsc 0.10 (ROS 2 Humble to Kilted) lets it be found.
+
+    A sample of the type carries it.
+    All topics of one type share it. The sample is written and read on a topic and in a partition of its own,
+    so that nobody else sees it, or takes it for one whose QoS does not fit.
+    """
+    library, parent = participant.library, participant.handle
+    with ExitStack() as undo:
+        topic = participant.topic(_TYPE_TOPIC, type_name)
+        undo.callback(library.dds_delete, topic)
+        qos = library.dds_create_qos()
+        undo.callback(library.dds_delete_qos, qos)
+        library.dds_qset_partition1(qos, _PARTITION)
+        publisher = check(library, library.dds_create_publisher(parent, qos, None), 'publisher')
+        undo.callback(library.dds_delete, publisher)
+        subscriber = check(library, library.dds_create_subscriber(parent, qos, None), 'subscriber')
+        undo.callback(library.dds_delete, subscriber)
+        reader = check(library, library.dds_create_reader(subscriber, topic, None, None), 'reader')
+        writer = check(library, library.dds_create_writer(publisher, topic, None, None), 'writer')
+        check(library, library.dds_write(writer, b'\0'), 'write')
+        samples, infos = (c_void_p * 1)(), (SampleInfo * 1)()
+        if library.dds_takecdr(reader, samples, 1, infos, ANY_STATE) != 1 or not samples[0]:
+            check(library, -1, 'a sample of its own')
+        sample = samples[0] or 0
+        try:
+            return c_void_p.from_address(sample + _TYPE_OFFSET).value or 0
+        finally:
+            library.ddsi_serdata_unref(sample)

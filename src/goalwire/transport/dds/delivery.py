@@ -1,10 +1,15 @@
-"""A writer that loses nothing and holds nobody up: what it has no room for is sent when there is room.
+"""In and out of readers and writers, in order, and so that nobody is held up.
 
-A service's writer keeps all: what a history of N drops before the other side has it is a call that nobody
-answers. But the library takes in no more than some 500 KB that are not acknowledged (Internal/Watermarks):
-one peer that is stopped or cut off takes the room from all, until its lease ends. A server's callback, or its
-asyncio loop, must not wait for that. Nor must its other clients: where room does not come soon, replies take
-a fallback writer, by a second writer, whose short history drops what the mute one does not take.
+Out of a reader: whichever thread is first delivers. The session's thread delivers what comes from elsewhere.
+Whoever sends to a reader of its own process delivers that at once, on its own thread: so, as in ROS 2, a
+message is there when `publish` returns.
+
+Into a service's writer: what it has no room for is sent when there is room. It keeps all: what a history of N
+drops before the other side has it is a call that nobody answers. But the library takes in no more than some
+500 KB that are not acknowledged (Internal/Watermarks): one peer that is stopped or cut off takes the room
+from all, until its lease ends. A server's callback, or its asyncio loop, must not wait for that. Nor must its
+other clients: where room does not come soon, replies take a fallback writer, whose short history drops what
+the mute one does not take.
 """
 
 from __future__ import annotations
@@ -12,14 +17,92 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable
 from ctypes import c_uint64
-from threading import Lock, Thread
+from threading import Lock, Thread, get_ident
 
 from goalwire.errors import LocalError
 from goalwire.transport.dds.abi import TIMEOUT
-from goalwire.transport.dds.waitset_thread import CLOSING_S
-from goalwire.transport.dds.wire import Participant, Writer
+from goalwire.transport.dds.waitset import CLOSING_S
+from goalwire.transport.dds.wire import Participant, RawSample, Reader, Writer
 from goalwire.transport.endpoint import ForkGuard
 from goalwire.transport.reports import report_failure
+
+PATIENCE_S = 0.1
+"""How long a sender waits for a thread that is just delivering. Only two that wait for each other take it."""
+
+
+class ReaderDispatcher:
+    """One reader and who gets what it takes."""
+
+    __slots__ = ('_deliverer', '_handle', '_title', '_turn', 'closed', 'reader')
+
+    def __init__(self, reader: Reader, title: str, handle: Callable[[RawSample], None]) -> None:
+        self.reader = reader
+        self.closed = False
+        self._title = title
+        self._handle = handle
+        self._turn = Lock()
+        self._deliverer = 0
+
+    def drain(self, patience_s: float = 0.0, *, takes_all: bool = False) -> bool:
+        """Deliver what is there, some of it or all; False where another thread is at it.
+
+        The waitset tells of the rest.
+        """
+        turn = self._turn
+        if not turn.acquire(timeout=patience_s):
+            return False
+        self._deliverer = get_ident()
+        reader, handle = self.reader, self._handle
+        try:
+            while True:
+                wanted = reader.at_once
+                count, messages = reader.take()
+                for message in messages:
+                    if self.closed:
+                        return True
+                    try:
+                        handle(message)
+                    except Exception as error:
+                        report_failure(self._title, error)
+                if count < wanted or not takes_all:
+                    return True
+        finally:
+            self._deliverer = 0
+            turn.release()
+
+    def drain_own(self) -> None:
+        """Deliver what this thread has written, after what another one is just delivering."""
+        if not self.drain(takes_all=True) and self._deliverer != get_ident():  # else it takes this one too
+            self.drain(PATIENCE_S, takes_all=True)
+
+
+class LocalReaders:
+    """The readers of this process in one domain, by DDS topic."""
+
+    def __init__(self) -> None:
+        self._lock = Lock()
+        self.by_topic: dict[str, tuple[ReaderDispatcher, ...]] = {}
+        """Looked at with each message: most have no reader here."""
+
+    def add(self, topic: str, dispatcher: ReaderDispatcher) -> None:
+        """Have a reader drained by local writers."""
+        with self._lock:
+            self.by_topic[topic] = (*self.by_topic.get(topic, ()), dispatcher)
+
+    def discard(self, topic: str, dispatcher: ReaderDispatcher) -> None:
+        """Have it drained no more; an unknown one is no error."""
+        with self._lock:
+            others = tuple(each for each in self.by_topic.get(topic, ()) if each is not dispatcher)
+            if others:
+                self.by_topic[topic] = others
+            else:
+                self.by_topic.pop(topic, None)
+
+    def drain(self, topic: str) -> None:
+        """Deliver what a writer of this process has just written."""
+        for dispatcher in self.by_topic.get(topic, ()):
+            dispatcher.drain_own()
+
 
 _PATIENCE_NS = 200_000_000
 """How long until the next attempt, or the fallback writer, unless all is acknowledged before."""
@@ -36,12 +119,12 @@ class QueueingWriter(Writer):
         topic: str,
         type_name: str,
         qos: int,
-        make_detour: Callable[[], Writer] | None = None,
+        make_fallback: Callable[[], Writer] | None = None,
         guard: ForkGuard | None = None,
     ) -> None:
         """What waits is dropped where `guard` says that nothing more is sent; None: nothing says so."""
         super().__init__(participant, topic, type_name, qos)
-        self._make_detour = make_detour
+        self._make_fallback = make_fallback
         self._guard = guard
         self._fallback_writer: Writer | None = None
         self._waiting: deque[bytes] = deque()
@@ -86,10 +169,10 @@ class QueueingWriter(Writer):
         while not self._is_over(is_free=is_free):
             # Any other failure says that the writer has gone: then nothing is worth waiting for.
             is_free = self.library.dds_wait_for_acks(self.handle, _PATIENCE_NS) != TIMEOUT
-            if is_free or self._make_detour is None or not self._has_others():
+            if is_free or self._make_fallback is None or not self._has_others():
                 self._send_by(super().write)
             else:
-                self._take_detour(self._make_detour)
+                self._send_by_fallback(self._make_fallback)
 
     def _has_others(self) -> bool:
         """Whether readers are held up by another one: alone, one waits for itself and loses nothing."""
@@ -111,10 +194,10 @@ class QueueingWriter(Writer):
             self.library.dds_wait_for_acks(fallback_writer.handle, _PARTING_NS)
             fallback_writer.delete()
 
-    def _take_detour(self, make_detour: Callable[[], Writer]) -> None:
+    def _send_by_fallback(self, make_fallback: Callable[[], Writer]) -> None:
         if self._fallback_writer is None:
             try:
-                made = make_detour()
+                made = make_fallback()
             except Exception as error:
                 if not self._closed:
                     report_failure(f"topic '{self.topic}'", error)

@@ -14,13 +14,12 @@ from helpers.patience import PATIENCE
 from goalwire.execution.waiting import ShutdownSignal, Waiter, WireWaiter
 from goalwire.rules.qos import QoS
 from goalwire.transport.contract import Sleeper
-from goalwire.transport.dds.domain import DOMAINS, open_domain
-from goalwire.transport.dds.loading import load
-from goalwire.transport.dds.qos import endpoint_qos
-from goalwire.transport.dds.reader_dispatcher import ReaderDispatcher
-from goalwire.transport.dds.waitset_thread import CLOSING_S
+from goalwire.transport.dds.context import DOMAINS, open_domain
+from goalwire.transport.dds.delivery import ReaderDispatcher
+from goalwire.transport.dds.description import endpoint_qos
+from goalwire.transport.dds.library import load
+from goalwire.transport.dds.waitset import CLOSING_S, DdsWirePoller
 from goalwire.transport.dds.wire import Participant, RawSample, Reader, Writer
-from goalwire.transport.dds.wire_poller import DdsWirePoller
 
 OWN = 'goalwire-test-io'
 

@@ -1,0 +1,472 @@
+"""Service clients and servers, each with two ends, a writer and a reader with one id (dds-wire A2, A3).
+
+A client writes requests and reads replies, everybody's replies; a server reads requests and writes replies,
+which go to all clients.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from ctypes import c_ssize_t
+from functools import partial
+from itertools import count
+from threading import Lock
+from time import monotonic_ns, time_ns
+from typing import TYPE_CHECKING, NamedTuple, NoReturn
+
+from goalwire.errors import LocalError, RemoteError, TransportError
+from goalwire.records import replace
+from goalwire.rules.qos import HistoryPolicy
+from goalwire.transport.contract import ClientPort, Endpoint, NodeName, Request, Sample, new_sample
+from goalwire.transport.dds.configuration import FAST_DDS_SERVICES
+from goalwire.transport.dds.context import DdsContext, EndpointBuilder
+from goalwire.transport.dds.delivery import QueueingWriter, ReaderDispatcher
+from goalwire.transport.dds.description import (
+    EndpointData,
+    Role,
+    dds_topic,
+    dds_type,
+    encode_endpoint,
+    endpoint_qos,
+)
+from goalwire.transport.dds.service_header import (
+    Header,
+    refusal,
+    refusal_reason,
+    unwrap,
+    wrap,
+)
+from goalwire.transport.dds.status import PUBLICATION_MATCHED, SUBSCRIPTION_MATCHED, Peer
+from goalwire.transport.dds.wire import RawSample, Reader, Writer
+from goalwire.transport.endpoint import OpenPort
+from goalwire.transport.reports import log_rejected, report_failure
+
+if TYPE_CHECKING:
+    from goalwire.transport.dds.fast_dds import Calls as FastDdsCalls
+
+_FOREIGN = (
+    'its server runs on Fast DDS, whose services take requests of another form: start it with '
+    f'RMW_IMPLEMENTATION=rmw_cyclonedds_cpp, or set {FAST_DDS_SERVICES}=1 here'
+)
+_MIXED = (
+    'it has servers on Fast DDS and on Cyclone DDS, which take requests of different forms: start all with '
+    'RMW_IMPLEMENTATION=rmw_cyclonedds_cpp'
+)
+
+
+_FALLBACK_DEPTH = 100
+"""Replies that a writer keeps beside one that is held up. More, and a mute client would hold this one up too:
+with 30 KB that are not acknowledged the library may have no room."""
+
+
+def _user_data(role: Role, endpoint: Endpoint, data: EndpointData) -> bytes:
+    """Return what an end says of itself: the hash is that of what it carries."""
+    if endpoint.part_hashes is not None:
+        of_request, of_response = endpoint.part_hashes()
+        data = data._replace(type_hash=of_request if role is Role.REQUEST else of_response)
+    return encode_endpoint(data)
+
+
+def make_writer(
+    context: DdsContext, role: Role, endpoint: Endpoint, data: EndpointData, undo: list[Callable[[], object]]
+) -> QueueingWriter:
+    """Declare the sending end. It keeps all: of a burst, ROS 2's ten drop what is not there yet.
+
+    Only replies may take a fallback writer: a request's writer is its client, by which the graph knows it.
+    """
+    topic = dds_topic(role, endpoint.name, verbatim=endpoint.qos.avoid_ros_namespace_conventions)
+    where = context.participant, topic, dds_type(role, endpoint.type_name)
+    said = _user_data(role, endpoint, data)
+
+    def make_fallback() -> Writer:
+        short = replace(endpoint.qos, history=HistoryPolicy.KEEP_LAST, depth=_FALLBACK_DEPTH)
+        with endpoint_qos(context.library, short, said, blocking_ns=0) as qos:
+            return Writer(*where, qos)
+
+    kept = replace(endpoint.qos, history=HistoryPolicy.KEEP_ALL)
+    with endpoint_qos(context.library, kept, said, blocking_ns=0) as qos:
+        if role is Role.REPLY:
+            writer = QueueingWriter(*where, qos, make_fallback)
+        else:
+            writer = QueueingWriter(*where, qos, guard=context.guard)
+    undo.append(writer.delete)
+    undo.append(partial(context.statuses.discard, writer.handle))
+    return writer
+
+
+def make_reader(
+    context: DdsContext, role: Role, endpoint: Endpoint, data: EndpointData, undo: list[Callable[[], object]]
+) -> Reader:
+    """Declare the receiving end. It keeps all: what it drops would be a call without an answer."""
+    verbatim = endpoint.qos.avoid_ros_namespace_conventions
+    topic = dds_topic(role, endpoint.name, verbatim=verbatim)
+    kept = replace(endpoint.qos, history=HistoryPolicy.KEEP_ALL)
+    with endpoint_qos(context.library, kept, _user_data(role, endpoint, data)) as qos:
+        reader = Reader(context.participant, topic, dds_type(role, endpoint.type_name), qos)
+    undo.append(reader.delete)
+    undo.append(partial(context.statuses.discard, reader.handle))
+    return reader
+
+
+class DdsCall(NamedTuple):
+    """One request on its way, and the servers that may still answer."""
+
+    servers: set[str]
+    on_reply: Callable[[Sample], None]
+    on_end: Callable[[str], None]
+
+
+_new_call: Callable[[tuple[set[str], Callable[[Sample], None], Callable[[str], None]]], DdsCall] = partial(
+    tuple.__new__, DdsCall
+)
+"""Makes one as its class does, without a call of Python code."""
+
+
+class DdsClient(OpenPort, ClientPort):
+    """A declared service client."""
+
+    def __init__(self, context: DdsContext, new: EndpointBuilder, endpoint: Endpoint) -> None:
+        data = EndpointData(endpoint.type_hash, client_id=context.next_service_id(), takes_refusals=True)
+        self._context = context
+        self._writer = make_writer(context, Role.REQUEST, endpoint, data, new.undo)
+        self.reader = make_reader(context, Role.REPLY, endpoint, data, new.undo)
+        super().__init__(new.state, self._writer.guid)
+        self._next_sequence = count(1).__next__
+        self._lock = Lock()
+        self._calls: dict[int, DdsCall] = {}
+        self._refusals: dict[int, str] = {}
+        """Why one of several servers has refused a call that others may still answer."""
+        self._local = context.local_readers.by_topic
+        self._known = context.peers.known
+        self._requested: list[Peer] = []
+        self._answering: list[Peer] = []
+        self._targets: tuple[frozenset[str], str] = frozenset(), ''
+        """Who gets a request now, or nobody and why."""
+        self._fast_dds = (
+            None if context.translation is None else context.translation.add(self._writer, self.reader)
+        )
+        if context.translation is not None:
+            new.undo.append(partial(context.translation.remove, self._writer))
+        new.undo.append(self.close_calls)
+        self._dispatcher = ReaderDispatcher(self.reader, new.state.title, self._on_message)
+        new.take_in(self.reader.topic, self._dispatcher)
+        context.statuses.watch(self._writer.handle, PUBLICATION_MATCHED, self._look)
+        context.statuses.watch(self.reader.handle, SUBSCRIPTION_MATCHED, self._look)
+
+    def request(
+        self,
+        payload: bytes,
+        on_reply: Callable[[Sample], None],
+        on_end: Callable[[str], None],
+        timeout_ns: int | None = None,  # noqa: ARG002 - it is cancelled in time
+    ) -> int:
+        """Send one request to every server."""
+        state = self.state
+        if state.closed or state.guard.is_silent:
+            state.check_sending()
+        sequence = self._next_sequence()
+        if not self._targets[0]:
+            self._look()
+        targets = self._targets
+        servers, reason = targets
+        if not servers:
+            on_end(reason)
+            return sequence
+        self._calls[sequence] = _new_call((set(servers), on_reply, on_end))
+        # What has changed since it was read above may have missed this call.
+        if self._targets is not targets:
+            self._look()
+        if state.closed:
+            self.close_calls()
+            return sequence
+        writer = self._writer
+        if self._fast_dds is None:
+            result = writer.write(wrap((writer.instance, sequence), payload))
+        else:
+            result = self._send_translated(self._fast_dds, sequence, payload)
+        if result:
+            self._refused(sequence, result)
+        if writer.topic in self._local:
+            self._context.local_readers.drain(writer.topic)
+        return sequence
+
+    def _refused(self, sequence: int, result: int) -> NoReturn:
+        self.cancel(sequence)
+        self.state.check()
+        error = self._context.library.dds_strretcode(result).decode()
+        raise TransportError(f'{self.state.title}: Cyclone DDS refused a request: {error}')
+
+    def cancel(self, sequence: int) -> None:
+        """Hold nothing for this request any more."""
+        with self._lock:
+            self._pop(sequence)
+
+    def _pop(self, sequence: int) -> DdsCall | None:
+        if self._fast_dds is not None:
+            self._fast_dds.end(sequence)
+        self._refusals.pop(sequence, None)
+        return self._calls.pop(sequence, None)
+
+    def _send_translated(self, calls: FastDdsCalls, sequence: int, payload: bytes) -> int:
+        """Write a request in the form that its servers take; return 0 or the library's error."""
+        if self._requested[0].speaks_fast_dds:
+            return calls.write(payload, sequence)
+        return calls.write(wrap((self._writer.instance, sequence), payload))
+
+    def _servers(self, requested: list[Peer]) -> tuple[frozenset[str], str]:
+        """Return who of these gets a request, or nobody and why."""
+        foreign = [peer for peer in requested if peer.speaks_fast_dds]
+        if foreign and self._fast_dds is None:
+            return frozenset(), _FOREIGN
+        if foreign and len(foreign) < len(requested):
+            return frozenset(), _MIXED
+        return frozenset(peer.server for peer in requested), ''
+
+    def reaches_server(self) -> bool:
+        """Whether both ends of a server are matched with ours (rmw_service_server_is_available)."""
+        if not (self._requested and self._answering):
+            self._look()
+        calls_all = self._fast_dds is not None
+        asked = [peer for peer in self._requested if calls_all or not peer.speaks_fast_dds]
+        ids = {peer.service_id for peer in asked if peer.service_id}
+        if not ids:
+            return bool(asked and self._answering)
+        return any(peer.service_id in ids for peer in self._answering)
+
+    def _look(self) -> None:
+        """See who is matched, tell who waits for that, and end the calls that nobody can answer now."""
+        peers = self._context.peers
+        with self._lock:
+            before = self._requested, self._answering
+            self._requested = peers.subscriptions(self._writer.handle)
+            self._answering = peers.publications(self.reader.handle)
+            self._targets = self._servers(self._requested)
+            changed = before != (self._requested, self._answering)
+            there = {peer.server for peer in self._requested}
+            if not there:
+                self._writer.discard_waiting()
+            orphaned = any(call.servers.isdisjoint(there) for call in list(self._calls.values()))
+        if orphaned:
+            self._dispatcher.drain_own()  # a server that has gone may have answered before
+            self._end_orphans()
+        if changed:
+            self._context.notifier.connected()
+
+    def _end_orphans(self) -> None:
+        ended = []
+        with self._lock:
+            there = {peer.server for peer in self._requested}  # as it is now: a new one may have been called
+            for sequence, call in list(self._calls.items()):
+                call.servers.intersection_update(there)
+                reason = self._refusals.get(sequence, '')
+                if not call.servers and self._pop(sequence):  # else its last reply is just being told
+                    ended.append((call, reason))
+        for call, reason in ended:
+            call.on_end(reason)
+
+    def _on_message(self, message: RawSample) -> None:
+        content, sent, publication = message
+        try:
+            (client, sequence), payload = unwrap(content)
+        except RemoteError as error:
+            self._context.rejects.add('reply', error, self.state)
+            return
+        if client != self._writer.instance:
+            return  # another client's
+        if sequence < 0:  # see service_header.py
+            self._answered(-sequence, publication, refusal_reason(payload))
+            return
+        call = self._calls.get(sequence)
+        if call is None:
+            return
+        call.on_reply(new_sample((payload, sequence, sent, time_ns(), self.gid)))
+        peer = self._known.get(publication)
+        if peer is None or self._fast_dds is not None or call.servers != {peer.server}:
+            self._answered(sequence, publication)
+        elif self._calls.pop(sequence, None) is not None:  # what `_answered` does where only one was asked
+            call.on_end(self._refusals.pop(sequence, ''))
+
+    def _answered(self, sequence: int, publication: int, reason: str = '') -> None:
+        """Cross the server off that has just answered or refused; the last one ends the call."""
+        peer = self._context.peers.publication(self.reader.handle, publication)
+        with self._lock:
+            call = self._calls.get(sequence)
+            if call is None:
+                return
+            if peer is not None:
+                call.servers.discard(peer.server)
+            if reason:
+                self._refusals.setdefault(sequence, reason)
+            if call.servers:
+                return
+            reason = self._refusals.get(sequence, '')
+            self._pop(sequence)
+        call.on_end(reason)
+
+    def close_calls(self) -> None:
+        """End every call: the client is closing."""
+        with self._lock:
+            calls = [call for each in list(self._calls) if (call := self._pop(each)) is not None]
+        for call in calls:
+            call.on_end('')
+
+    @property
+    def gids(self) -> tuple[tuple[bytes, ...], tuple[bytes, ...]]:
+        """What it reads and writes with."""
+        return (self.reader.guid,), (self._writer.guid,)
+
+
+MATCHING_NS = 100_000_000
+"""How long a reply waits for its client's reader (as in rmw_cyclonedds)."""
+_FROM_FAST_DDS = 'request from Fast DDS'
+_REACHED_LIMIT = 10_000
+
+
+class DdsRequest(Request):
+    """One request waiting for its reply."""
+
+    __slots__ = ('_header', '_is_answered', '_service', 'client', 'sample', 'writer')
+
+    def __init__(
+        self, service: DdsService, header: Header, client: Peer, writer: int, sample: Sample
+    ) -> None:
+        self.sample = sample
+        self.client = client
+        self.writer = writer
+        """The instance handle of the client's request writer."""
+        self._service = service
+        self._header = header
+        self._is_answered = False
+
+    def reply(self, payload: bytes) -> None:
+        """Answer. Raises LocalError the second time, ForkedError after a fork."""
+        service = self._service
+        state = service.state
+        if state.guard.is_forked:
+            state.check()
+        if self._is_answered:
+            raise LocalError(f'{state.title}: this request was answered before; answer it once')
+        self._is_answered = True
+        if service.waiting.pop(self, False):
+            service.send(self, wrap(self._header, payload))
+
+    def cancel(self, reason: str = '') -> None:
+        """End the request. A client that is not goalwire's is not told: its call ends with the server."""
+        service = self._service
+        if service.state.is_forked:
+            service.state.check()
+        if service.waiting.pop(self, False) and self.client.takes_refusals:
+            service.send(self, refusal(self._header, reason))
+
+
+class DdsService(OpenPort):
+    """A declared service server."""
+
+    def __init__(
+        self,
+        context: DdsContext,
+        new: EndpointBuilder,
+        endpoint: Endpoint,
+        deliver: Callable[[Request], None],
+    ) -> None:
+        data = EndpointData(endpoint.type_hash, service_id=context.next_service_id())
+        self._context = context
+        self._writer = make_writer(context, Role.REPLY, endpoint, data, new.undo)
+        self.reader = make_reader(context, Role.REQUEST, endpoint, data, new.undo)
+        super().__init__(new.state, self.reader.guid)
+        self._deliver = deliver
+        self.waiting: dict[DdsRequest, bool] = {}
+        """The requests that are neither answered nor cancelled: True for who takes one out.
+
+        Closing clears it: who has sent them learns of the server's end from the graph.
+        """
+        self._local = context.local_readers.by_topic
+        self._known = context.peers.known
+        self._reached: set[str] = set()
+        new.undo.append(self.waiting.clear)
+        new.take_in(self.reader.topic, ReaderDispatcher(self.reader, new.state.title, self._on_message))
+
+    def _on_message(self, message: RawSample) -> None:
+        content, sent, publication = message
+        peer = self._known.get(publication) or self._context.peers.publication(
+            self.reader.handle, publication
+        )
+        if peer is None:
+            return  # the client has gone
+        if peer.speaks_fast_dds:
+            if self._context.rejects.count(_FROM_FAST_DDS, self.state.title) == 1:
+                self._context.notifier.when_shown(peer.gid, self._warn_of_fast_dds)
+            return
+        try:
+            header, payload = unwrap(content)
+        except RemoteError as error:
+            self._context.rejects.add('request', error, self.state)
+            return
+        sample = new_sample((payload, header[1], sent, time_ns(), peer.gid))
+        request = DdsRequest(self, header, peer, publication, sample)
+        self.waiting[request] = True
+        try:
+            self._deliver(request)
+        except Exception as error:
+            report_failure(self.state.title, error)
+            request.cancel()
+
+    def _warn_of_fast_dds(self, client: NodeName) -> None:
+        log_rejected(
+            self.state.logger,
+            f'{self.state.title}: a {_FROM_FAST_DDS} was ignored',
+            1,
+            f"of node '{client.qualified}', which cannot be answered, for its RMW wants "
+            'what Cyclone DDS does not send: start both with RMW_IMPLEMENTATION=rmw_cyclonedds_cpp',
+        )
+
+    def send(self, request: DdsRequest, reply: bytes) -> None:
+        """Send one reply, once its client can hear it; what cannot be sent is counted."""
+        client = request.client.client_id
+        if client and client not in self._reached and not self._reaches(client, request.writer):
+            return
+        result = self._writer.write(reply)
+        if result and not self.state.closed:
+            error = self._context.library.dds_strretcode(result).decode()
+            self._context.rejects.add('reply', f'Cyclone DDS refused it: {error}', self.state)
+        if self._writer.topic in self._local:
+            self._context.local_readers.drain(self._writer.topic)
+
+    def _reaches(self, client: str, request_writer: int) -> bool:
+        """Wait until the client's reader is matched with our writer."""
+        if not self._wait_for_match(client, request_writer):
+            if self._context.peers.is_matched(self.reader.handle, request_writer):
+                self._context.rejects.add('reply', 'its client does not listen to replies', self.state)
+            return False
+        if len(self._reached) >= _REACHED_LIMIT:
+            self._reached.clear()
+        self._reached.add(client)
+        return True
+
+    def _is_matched(self, client: str) -> bool:
+        readers = self._context.peers.subscriptions(self._writer.handle)
+        return any(peer.client_id == client for peer in readers)
+
+    def _wait_for_match(self, client: str, request_writer: int) -> bool:
+        if self._is_matched(client):
+            return True
+        library, writer = self._context.library, self._writer.handle
+        deadline = monotonic_ns() + MATCHING_NS
+        waiting = library.dds_create_waitset(self._context.participant.handle)
+        library.dds_set_status_mask(writer, PUBLICATION_MATCHED)
+        library.dds_waitset_attach(waiting, writer, 1)
+        try:
+            while not self._is_matched(client):
+                left = deadline - monotonic_ns()
+                if left <= 0 or not self._context.peers.is_matched(self.reader.handle, request_writer):
+                    return False
+                library.dds_waitset_wait(waiting, (c_ssize_t * 1)(), 1, left)
+                self._context.statuses.reset(writer, PUBLICATION_MATCHED)
+            return True
+        finally:
+            library.dds_delete(waiting)
+
+    @property
+    def gids(self) -> tuple[tuple[bytes, ...], tuple[bytes, ...]]:
+        """What it reads and writes with."""
+        return (self.reader.guid,), (self._writer.guid,)
