@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 import pytest
 from helpers.loops import Play, run
 
-from goalwire.aio.contexts import CONTEXTS
+from goalwire.aio.node import CONTEXTS
 
 T = TypeVar('T')
 

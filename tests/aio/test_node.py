@@ -19,7 +19,7 @@ from std_srvs.srv import SetBool, Trigger
 from type_description_interfaces.srv import GetTypeDescription
 
 import goalwire
-from goalwire.aio.contexts import CONTEXTS
+from goalwire.aio.node import CONTEXTS
 from goalwire.errors import ClosedError, InvalidNodeNameException, ShutDownError
 from goalwire.idl import type_hash
 

@@ -12,7 +12,7 @@ import yaml
 from helpers.fresh import run_python
 
 from goalwire.entities.arguments import process_arguments
-from goalwire.entities.parameters.loading import parameters_from_yaml_file
+from goalwire.entities.parameters.files import parameters_from_yaml_file
 from goalwire.errors import FileShapeError, RCLError
 from goalwire.rules.parameters.parameter import Type
 from goalwire.rules.parameters.plain_yaml import typed_text

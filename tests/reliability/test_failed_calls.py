@@ -24,7 +24,7 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 import goalwire
-from goalwire.aio.contexts import CONTEXTS
+from goalwire.aio.node import CONTEXTS
 from goalwire.errors import DeadlineError
 from goalwire.testing import VirtualClock
 from goalwire.transport.faults import FailedCall, Faults

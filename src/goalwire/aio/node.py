@@ -5,18 +5,19 @@ from __future__ import annotations
 from collections.abc import Awaitable, Callable, Mapping, Sequence
 from contextlib import ExitStack
 from functools import partial
+from threading import Lock
 from typing import TYPE_CHECKING, TypeVar
 
 from goalwire.aio.action.client import ActionClient
 from goalwire.aio.action.server import ActionServer, Goal
 from goalwire.aio.client import Client
-from goalwire.aio.contexts import CONTEXTS
 from goalwire.aio.parameters import Parameters, ParameterStore
 from goalwire.aio.publisher import Publisher
 from goalwire.aio.service import LoggedService, Service
 from goalwire.aio.subscription import Subscription
 from goalwire.aio.timer import Timer
 from goalwire.entities.builtin_services import start_builtin_services
+from goalwire.entities.context import Context, domain_from_environment
 from goalwire.entities.node import NodeCore
 from goalwire.entities.time_source import NodeTimeSource
 from goalwire.entities.type_description import TypeDescriptions
@@ -37,7 +38,6 @@ if TYPE_CHECKING:
     from typing import Self
 
     from goalwire.entities.actions.types import ActionType
-    from goalwire.entities.context import Context
     from goalwire.entities.type_support import ServiceSupport
     from goalwire.execution.callback_groups import CallbackGroup
     from goalwire.rules.goals.policy import GoalPolicy, OnClientLost
@@ -46,12 +46,55 @@ if TYPE_CHECKING:
     from goalwire.rules.statistics import NodeStatistics
     from goalwire.transport.contract import Request
 
+
 MsgT = TypeVar('MsgT')
 RequestT = TypeVar('RequestT')
 ResponseT = TypeVar('ResponseT')
 GoalT = TypeVar('GoalT')
 ResultT = TypeVar('ResultT')
 FeedbackT = TypeVar('FeedbackT')
+
+
+class SharedContexts:
+    """Opens a context for the first node of a domain and ends it after the last."""
+
+    def __init__(self) -> None:
+        self._lock = Lock()
+        self._users: dict[Context, int] = {}
+
+    def take(self, domain: int | None) -> Context:
+        """Return the context of a domain (ROS_DOMAIN_ID's where None); `release` it after use. Any thread.
+
+        It reads the program's ROS arguments, and leaves signals alone. Raises RCLError for bad arguments.
+        """
+        number = domain_from_environment() if domain is None else domain
+        with self._lock:
+            for context in self._users:
+                if context.ok() and context.get_domain_id() == number:
+                    break
+            else:
+                context = Context()
+                context.init(domain_id=number)
+            self._users[context] = self._users.get(context, 0) + 1
+        return context
+
+    @property
+    def open(self) -> int:
+        """How many contexts are open."""
+        return len(self._users)
+
+    def release(self, context: Context) -> None:
+        """One node less needs it. Any thread; it may take as long as the wire takes to close."""
+        with self._lock:
+            self._users[context] -= 1
+            if self._users[context]:
+                return
+            del self._users[context]
+        context.try_shutdown()
+
+
+CONTEXTS = SharedContexts()
+"""Those of this process."""
 
 
 class Node:

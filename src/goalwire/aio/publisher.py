@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Generic, TypeVar, cast
 from goalwire.aio.entity import Entity, message_of
 from goalwire.entities.call_context import CallContext
 from goalwire.entities.publisher import PublisherCore
-from goalwire.entities.qos_warnings import warn_by_default
+from goalwire.entities.qos_events import warn_by_default
 
 if TYPE_CHECKING:
     from goalwire.entities.node import NodeCore

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 
 from goalwire.aio.entity import Entity
 from goalwire.entities.call_context import CallContext
-from goalwire.entities.qos_warnings import warn_by_default
+from goalwire.entities.qos_events import warn_by_default
 from goalwire.entities.subscription import SubscriptionCore, queue_depth
 from goalwire.execution.asyncio.waiting import AsyncQueue
 from goalwire.execution.callback_groups import ReentrantCallbackGroup

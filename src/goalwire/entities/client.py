@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from goalwire.entities.call_context import CallContext, TimedCalls
 from goalwire.entities.endpoint import describe_endpoint
-from goalwire.entities.graph_waiting import tell_near_misses, wait_for_graph
+from goalwire.entities.graph_waiting import graph_shows, tell_near_misses, wait_for_graph
 from goalwire.entities.node import NodeCore
 from goalwire.entities.pending_call import (
     NO_REASON,
@@ -23,6 +23,7 @@ from goalwire.entities.type_support import ServiceSupport
 from goalwire.errors import (
     CallError,
     DeadlineError,
+    DestroyedError,
     InvalidHandle,
     NoServerError,
     ShutDownError,
@@ -220,3 +221,52 @@ class ClientCore(RequestClient, TimedCalls, Introspected):
         self.node.disown(self)
         self.end_introspection()
         self.close()
+
+
+class AwaitedCalls:
+    """The calls of one client that coroutines wait for, under any asyncio loop; for its thread alone."""
+
+    def __init__(self, client: ClientCore) -> None:
+        self._client = client
+        self._waiting: set[PendingCall] = set()
+
+    async def call(self, request: Any) -> Any:
+        """Send a request and wait for its response, for ever where nobody answers.
+
+        Raises CancelledError where `cancel` is called meanwhile, DestroyedError for a destroyed client,
+        ShutDownError at shutdown; TypeError and EncodeError for what is no such request.
+        """
+        from asyncio import CancelledError  # slow to import
+
+        from goalwire.execution.asyncio.waiting import settle
+
+        client = self._client
+        if client.destroyed:
+            raise DestroyedError(f"cannot call '{client.full_name}': the client was destroyed")
+        future = client.begin(request, client.default_timeout)
+        self._waiting.add(future)
+        try:
+            await settle(future, client.node.context.shutdown_signal)
+        finally:
+            self._waiting.discard(future)
+            if not future.done():
+                future.discard()
+        if future.cancelled():
+            raise CancelledError(f"the client of '{client.full_name}' was destroyed")
+        if future.pending():
+            raise ShutDownError(f"no response of '{client.full_name}' came")
+        try:
+            return future.result()
+        finally:
+            del future  # its exception's traceback holds this frame
+
+    async def until_served(self) -> None:
+        """Wait until there is a server. Raises InvalidHandle where the client is destroyed, ShutDownError."""
+        client = self._client
+        if not await graph_shows(client.node.context, client.server_is_there):
+            raise ShutDownError(f"no server of '{client.full_name}' came")
+
+    def cancel(self) -> None:
+        """Cancel the calls that wait, whether somebody may still answer them or not."""
+        for future in tuple(self._waiting):
+            future.cancel()

@@ -141,9 +141,16 @@ class NodeCore:
 
     def statistics(self) -> NodeStatistics:
         """Return what each of its entities counts."""
-        from goalwire.entities.statistics import node_statistics
+        from goalwire.rules import statistics  # most programs never ask
 
-        return node_statistics(self)
+        found: dict[type, list[Any]] = {}
+        for entity in self.owned():
+            ask = getattr(entity, 'statistics', None)
+            if ask is not None:
+                record = ask()
+                found.setdefault(type(record), []).append(record)
+        records = (tuple(found.get(kind, ())) for kind in statistics.NODE_KINDS)
+        return statistics.NodeStatistics(self.name.qualified, *records)
 
     def destroy(self) -> None:
         """Destroy what the node owns, newest first, then the node, whatever any of it raises. Idempotent."""

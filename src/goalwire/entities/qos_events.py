@@ -8,21 +8,25 @@ refuses deadlines and liveliness: a callback that never comes would be worse.
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
 from threading import Lock
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from goalwire.errors import InvalidHandle, UnsupportedEventTypeError
 from goalwire.execution.ready_queue import CallbackSource
+from goalwire.logging import get_logger
 from goalwire.rules.qos_compatibility import incompatible_policy
 from goalwire.rules.qos_events import (
     NOTHING_YET,
     EventStatus,
     EventType,
+    IncompatibleQoS,
     PublisherEvent,
     SequenceGaps,
     SubscriptionEvent,
     changes_between,
+    incompatible_qos_warning,
     with_fields,
 )
 from goalwire.transport import registry
@@ -278,3 +282,48 @@ class EventReader(CallbackSource):
         """Call back no more. Idempotent."""
         self.closed = True
         self._source.forget(self)
+
+
+class TopicEndpoint(Protocol):
+    """A publisher or subscription."""
+
+    node: NodeCore
+
+    @property
+    def events(self) -> EndpointEvents:
+        """Where its events come from."""
+
+
+def default_callback(endpoint: TopicEndpoint, event: EventType, topic: str) -> Callable[[Any], object] | None:
+    """Return what warns of an event, with the topic's name as it was given; None where nobody is warned."""
+    warn = _WARNINGS.get(event)
+    return None if warn is None else partial(warn, endpoint, event, topic)
+
+
+def warn_by_default(endpoint: TopicEndpoint, topic: str) -> None:
+    """Warn of all that default callbacks warn of, as far as the wire can tell."""
+    publishes = endpoint.events.endpoint.kind is EndpointKind.PUBLISHER
+    for event in _WARNINGS:
+        if isinstance(event, PublisherEvent) is publishes:
+            callback = default_callback(endpoint, event, topic)
+            assert callback is not None
+            with suppress(UnsupportedEventTypeError):
+                endpoint.events.reader(event, None, callback)
+
+
+def _warn_of_qos(endpoint: TopicEndpoint, event: EventType, topic: str, status: IncompatibleQoS) -> None:
+    wire = endpoint.events.wire_that_delivers_all_the_same
+    text = incompatible_qos_warning(event, topic, status.last_policy_kind, wire=wire)
+    get_logger(endpoint.node.logger_name).warning(text)
+
+
+def _told_by_graph(*_: object) -> None:
+    """Of another type the graph warns, once for both sides, and of services and actions too."""
+
+
+_WARNINGS: dict[EventType, Callable[..., None]] = {
+    PublisherEvent.RCL_PUBLISHER_OFFERED_INCOMPATIBLE_QOS: _warn_of_qos,
+    SubscriptionEvent.RCL_SUBSCRIPTION_REQUESTED_INCOMPATIBLE_QOS: _warn_of_qos,
+    PublisherEvent.RCL_PUBLISHER_INCOMPATIBLE_TYPE: _told_by_graph,
+    SubscriptionEvent.RCL_SUBSCRIPTION_INCOMPATIBLE_TYPE: _told_by_graph,
+}

@@ -6,7 +6,7 @@ from collections.abc import Callable, Coroutine
 from types import CoroutineType
 from typing import TYPE_CHECKING, Any
 
-from goalwire.entities.answering import Answering
+from goalwire.entities.coroutines import Answering
 from goalwire.entities.node import NodeCore
 from goalwire.entities.request_server import RequestServer
 from goalwire.entities.service_introspection import Introspected, ServiceIntrospection, Step

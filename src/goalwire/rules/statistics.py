@@ -179,7 +179,7 @@ class TimerStatistics:
 
 @dataclass(frozen=True, slots=True)
 class NodeStatistics:
-    """Of all that a node has, its standing parts (parameter services, /rosout) included."""
+    """Of all that a node has, its built-in services and /rosout included."""
 
     name: str
     publishers: tuple[PublisherStatistics, ...]
@@ -189,3 +189,15 @@ class NodeStatistics:
     action_clients: tuple[ActionClientStatistics, ...]
     action_servers: tuple[ActionServerStatistics, ...]
     timers: tuple[TimerStatistics, ...]
+
+
+NODE_KINDS = (
+    PublisherStatistics,
+    SubscriptionStatistics,
+    ClientStatistics,
+    ServiceStatistics,
+    ActionClientStatistics,
+    ActionServerStatistics,
+    TimerStatistics,
+)
+"""In the order of NodeStatistics' fields."""

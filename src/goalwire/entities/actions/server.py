@@ -24,7 +24,7 @@ from goalwire.entities.actions.server_goal import (
     GoalResponse,
     ServerGoalHandle,
 )
-from goalwire.entities.enclosing import Enclosing
+from goalwire.entities.coroutines import Enclosing
 from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import ActionSupport
 from goalwire.errors import (

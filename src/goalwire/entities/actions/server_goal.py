@@ -9,7 +9,7 @@ from types import CoroutineType
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, Protocol
 
 from goalwire.entities.actions.types import FeedbackT, GoalT, ResultT, goal_id_bytes, uuid_message
-from goalwire.entities.enclosing import Enclosing
+from goalwire.entities.coroutines import Enclosing
 from goalwire.errors import ShutDownError, peer_text
 from goalwire.execution.ready_queue import CallbackSource
 from goalwire.rules.goals.server import ServerGoal

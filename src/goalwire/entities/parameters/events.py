@@ -1,13 +1,25 @@
-"""/parameter_events: what changed in a node's parameters (rcl_interfaces/msg/ParameterEvent)."""
+"""/parameter_events: what changed in the parameters of this node, and of others."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+from goalwire.entities.standard_types import standard_message
+from goalwire.errors import UnknownCallbackError
 
 if TYPE_CHECKING:
+    from rcl_interfaces.msg import Parameter as ParameterMessage
+    from rcl_interfaces.msg import ParameterEvent
+
     from goalwire.entities.node import NodeCore
     from goalwire.entities.publisher import PublisherCore
     from goalwire.rules.parameters import Changes
+    from goalwire.transport.contract import NodeName
+
+    OnParameter: TypeAlias = Callable[[ParameterMessage], object]
+    OnEvent: TypeAlias = Callable[[ParameterEvent], object]
+
 
 PARAMETER_EVENTS_TOPIC = '/parameter_events'
 PARAMETER_EVENT = 'rcl_interfaces/msg/ParameterEvent'
@@ -37,3 +49,84 @@ class ParameterEvents:
             changed_parameters=[parameter.to_parameter_msg() for parameter in changes.changed],
             deleted_parameters=[parameter.to_parameter_msg() for parameter in changes.deleted],
         )
+
+
+class ParameterCallbackHandle:
+    """One callback for one parameter of one node."""
+
+    def __init__(self, parameter_name: str, node_name: str, callback: OnParameter) -> None:
+        self.parameter_name = parameter_name
+        self.node_name = node_name
+        self.callback = callback
+
+
+class ParameterEventCallbackHandle:
+    """One callback for every event."""
+
+    def __init__(self, callback: OnEvent) -> None:
+        self.callback = callback
+
+
+class ParameterWatch:
+    """Hands each event to those whom it concerns; the callback added last is called first."""
+
+    def __init__(self, node: NodeName) -> None:
+        self._node = node
+        self._on_parameter: list[ParameterCallbackHandle] = []
+        self._on_event: list[ParameterEventCallbackHandle] = []
+
+    def tell(self, event: ParameterEvent | bytes) -> None:
+        """Call back; a serialized event reaches the event callbacks as it is."""
+        decoded: ParameterEvent = (
+            standard_message(PARAMETER_EVENT).decode(event) if isinstance(event, bytes) else event
+        )
+        for handle in tuple(self._on_parameter):
+            parameter = parameter_from_event(decoded, handle.parameter_name, handle.node_name)
+            if parameter is not None:
+                handle.callback(parameter)
+        for watcher in tuple(self._on_event):
+            watcher.callback(event)  # type: ignore[arg-type]  # serialized where that was asked for
+
+    def add_parameter(self, name: str, node_name: str, callback: OnParameter) -> ParameterCallbackHandle:
+        """Call `callback(parameter)` with each new value; a node's name may be relative, '' is the own."""
+        handle = ParameterCallbackHandle(name, self._qualified(node_name), callback)
+        self._on_parameter.insert(0, handle)
+        return handle
+
+    def add_event(self, callback: OnEvent) -> ParameterEventCallbackHandle:
+        """Call `callback(event)` with each event of every node."""
+        handle = ParameterEventCallbackHandle(callback)
+        self._on_event.insert(0, handle)
+        return handle
+
+    def remove_parameter(self, handle: ParameterCallbackHandle) -> None:
+        """Forget a callback; raises UnknownCallbackError."""
+        if handle not in self._on_parameter:
+            raise UnknownCallbackError
+        self._on_parameter.remove(handle)
+
+    def remove_event(self, handle: ParameterEventCallbackHandle) -> None:
+        """Forget a callback; raises UnknownCallbackError."""
+        if handle not in self._on_event:
+            raise UnknownCallbackError
+        self._on_event.remove(handle)
+
+    def _qualified(self, node_name: str) -> str:
+        if not node_name:
+            return self._node.qualified
+        if node_name.startswith('/'):
+            return node_name
+        return f'{self._node.namespace.rstrip("/")}/{node_name}'
+
+
+def parameters_from_event(event: ParameterEvent) -> Iterator[ParameterMessage]:
+    """Return what an event says to be new, then what changed."""
+    yield from event.new_parameters
+    yield from event.changed_parameters
+
+
+def parameter_from_event(event: ParameterEvent, name: str, node_name: str) -> ParameterMessage | None:
+    """Return the new value of a parameter of a node, None where the event does not concern it."""
+    if event.node != node_name:
+        return None
+    return next((found for found in parameters_from_event(event) if found.name == name), None)

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 from goalwire.entities.publisher import PublisherCore
-from goalwire.entities.qos_warnings import default_callback
+from goalwire.entities.qos_events import default_callback
 from goalwire.errors import InvalidHandle, UnsupportedEventTypeError
 from goalwire.execution.waitable import NumberOfEntities, SelfDriven
 from goalwire.rules.qos_events import (

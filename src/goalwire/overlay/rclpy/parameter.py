@@ -30,7 +30,7 @@ def parameter_value_to_python(parameter_value: ParameterValueMessage) -> Paramet
 
 def get_parameter_value(string_value: str) -> ParameterValueMessage:
     """Return the value that YAML text stands for; what is nothing else is a string."""
-    from goalwire.entities.parameters.loading import parameter_value_from_text
+    from goalwire.entities.parameters.files import parameter_value_from_text
 
     return parameter_value_from_text(string_value)
 
@@ -45,7 +45,7 @@ def parameter_dict_from_yaml_file(
 
     With `use_wildcard` those of `/**`, too. Raises OSError, yaml.YAMLError, RuntimeError.
     """
-    from goalwire.entities.parameters.loading import parameters_from_yaml_file
+    from goalwire.entities.parameters.files import parameters_from_yaml_file
 
     return parameters_from_yaml_file(parameter_file, target_nodes, namespace, use_wildcard=use_wildcard)
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING
 
-from goalwire.entities.parameters import watch as parameter_watch
-from goalwire.entities.parameters.events import PARAMETER_EVENTS_TOPIC
-from goalwire.entities.parameters.watch import (
+from goalwire.entities.parameters import events as parameter_events
+from goalwire.entities.parameters.events import (
+    PARAMETER_EVENTS_TOPIC,
     ParameterCallbackHandle,
     ParameterEventCallbackHandle,
     ParameterWatch,
@@ -64,12 +64,12 @@ class ParameterEventHandler:
         event: ParameterEvent, parameter_name: str, node_name: str
     ) -> Parameter | None:
         """Return the new value of a parameter of a node ('/ns/name'), None where it did not change."""
-        return parameter_watch.parameter_from_event(event, parameter_name, node_name)
+        return parameter_events.parameter_from_event(event, parameter_name, node_name)
 
     @staticmethod
     def get_parameters_from_event(event: ParameterEvent) -> Iterable[Parameter]:
         """Return the parameters that an event says to be new or changed."""
-        return parameter_watch.parameters_from_event(event)
+        return parameter_events.parameters_from_event(event)
 
     def add_parameter_callback(
         self, parameter_name: str, node_name: str, callback: Callable[[Parameter], object]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Literal, TypeVar
 
-from goalwire.entities import wait_for_message as entity
+from goalwire.entities import subscription as entity
 from rclpy._reexports import reexport
 from rclpy.qos import QoSProfile
 

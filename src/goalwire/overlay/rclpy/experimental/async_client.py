@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import cast
 
-from goalwire.entities.asyncio_calls import AwaitedCalls
+from goalwire.entities.client import AwaitedCalls
 from rclpy.client import BaseClient, RequestT, ResponseT
 from rclpy.impl.adopted import Adopted
 

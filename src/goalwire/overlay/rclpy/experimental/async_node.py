@@ -7,7 +7,7 @@ from contextlib import suppress
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar, overload
 
-from goalwire.entities.asyncio_calls import AwaitedCalls
+from goalwire.entities.client import AwaitedCalls
 from goalwire.entities.graph_waiting import graph_shows
 from goalwire.entities.type_support import ServiceSupport, ServiceType, service_support
 from goalwire.errors import DestroyedError, RCLError, ShutDownError

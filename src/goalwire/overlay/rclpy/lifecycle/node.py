@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from goalwire.entities.lifecycle.managed_entity import ManagedEntity
-from goalwire.entities.lifecycle.managed_node import LifecycleCore
-from goalwire.entities.lifecycle.services import LifecycleServices
+from goalwire.entities.lifecycle.managed_node import LifecycleCore, LifecycleServices
 from goalwire.rules.lifecycle import (
     ACTIVATE,
     CLEANUP,

@@ -1,8 +1,8 @@
-"""The coroutine that runs a service's `async def` callback and sends what it returns."""
+"""Coroutines that step others, and clean up also where they were never begun."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable, Coroutine, Iterable
 from typing import Any, Self
 
 from goalwire.rules import reasons
@@ -10,7 +10,9 @@ from goalwire.transport.contract import Request
 
 
 class Answering(Coroutine[Any, Any, None]):
-    """Steps `callback`; `answer(response, request)` gets what it returns, `failed(error)` what it raises.
+    """Runs a service's `async def` callback and sends what it returns.
+
+    It steps `callback`; `answer(response, request)` gets what it returns, `failed(error)` what it raises.
 
     Where it raises, is cancelled or is closed, the request is given up, also before its first step: an
     `async def` around it would not even have begun, and could not clean up.
@@ -74,3 +76,50 @@ class Answering(Coroutine[Any, Any, None]):
                 raise
             self._failed(error)
         raise StopIteration
+
+
+class Enclosing(Coroutine[Any, Any, None]):
+    """Steps `outer`. Closed before its first step, it closes those that `outer` would have awaited.
+
+    Python warns of a coroutine that was never awaited, and an `async def` that has not begun cannot close it.
+    """
+
+    __slots__ = ('_inner', '_outer')
+
+    def __init__(
+        self, outer: Coroutine[Any, Any, None], inner: Iterable[Coroutine[Any, Any, object]]
+    ) -> None:
+        self._outer = outer
+        self._inner = tuple(inner)
+
+    def send(self, value: Any) -> Any:
+        """Go on, as coroutines do."""
+        return self._outer.send(value)
+
+    def throw(self, *error: Any) -> Any:
+        """Go on with an error, as coroutines do: one that has not begun ends by it at once."""
+        try:
+            return self._outer.throw(*error)
+        except BaseException:
+            self._close_inner()
+            raise
+
+    def close(self) -> None:
+        """End it where it is."""
+        try:
+            self._outer.close()
+        finally:
+            self._close_inner()
+
+    def _close_inner(self) -> None:
+        for coroutine in self._inner:
+            coroutine.close()
+
+    def __await__(self) -> Self:
+        return self
+
+    def __iter__(self) -> Self:
+        return self
+
+    def __next__(self) -> Any:
+        return self.send(None)

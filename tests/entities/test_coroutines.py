@@ -1,15 +1,17 @@
-"""The coroutine of a service's callback: the request is answered or given up, however it ends."""
+"""Coroutines around others: a request is answered or given up, and none is left that was never awaited."""
 
 from __future__ import annotations
 
 import asyncio
+import gc
+import warnings
 from collections.abc import Coroutine
 from typing import Any
 
 import pytest
 from helpers.loops import run
 
-from goalwire.entities.answering import Answering
+from goalwire.entities.coroutines import Answering, Enclosing
 from goalwire.transport.contract import Request
 
 
@@ -108,3 +110,66 @@ def test_closing_it_gives_the_request_up(steps: int) -> None:
         answering.send(None)
     answering.close()
     assert asked.became == ['its callback was stopped']
+
+
+async def inner(told: list[str]) -> str:
+    told.append('began')
+    await asyncio.sleep(0)
+    return 'done'
+
+
+def enclosing(told: list[str]) -> Enclosing:
+    waited_for: Coroutine[Any, Any, str] = inner(told)
+
+    async def outer() -> None:
+        told.append(await waited_for)
+
+    return Enclosing(outer(), [waited_for])
+
+
+def test_it_runs_as_the_coroutine_that_it_is_made_of() -> None:
+    told: list[str] = []
+
+    async def run() -> None:
+        await enclosing(told)
+        await asyncio.create_task(enclosing(told))
+
+    asyncio.run(run())
+    assert told == ['began', 'done'] * 2
+
+
+def test_closed_before_its_first_step_it_leaves_nothing_that_python_warns_of() -> None:
+    told: list[str] = []
+    with warnings.catch_warnings(record=True) as warned:
+        warnings.simplefilter('always')
+        enclosing(told).close()
+        gc.collect()
+    assert not warned
+    assert told == []
+
+
+def test_a_task_that_is_cancelled_before_its_first_step_leaves_nothing_either() -> None:
+    told: list[str] = []
+
+    async def run() -> None:
+        task: asyncio.Task[None] = asyncio.create_task(enclosing(told))
+        task.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await task
+
+    with warnings.catch_warnings(record=True) as warned:
+        warnings.simplefilter('always')
+        asyncio.run(run())
+        gc.collect()
+    assert not warned
+    assert told == []
+
+
+def test_closed_in_the_middle_it_ends_those_that_it_awaits() -> None:
+    told: list[str] = []
+    coroutine = enclosing(told)
+    coroutine.send(None)
+    coroutine.close()
+    assert told == ['began']
+    with pytest.raises(RuntimeError, match='cannot reuse already awaited coroutine'):
+        coroutine.send(None)
