@@ -18,14 +18,9 @@ FLOORS = {
 REACHING_UP = {'idl': {'cdr'}, 'idl.slot_types': {'overlay'}, 'launching.packages': {'overlay'}}
 # What is still to be mended, by folder: files in a circle, and SLF001 silenced. The numbers only go down: who
 # lowers one writes the new one here, or removes its line.
-FILES_IN_CIRCLES = {
-    'overlay.rclpy': 2,
-    'overlay.rclpy.impl': 1,
-}
+FILES_IN_CIRCLES: dict[str, int] = {}
 SILENCED_PRIVATES = {
     'benchmarks': 3,
-    'overlay.rclpy': 2,
-    'overlay.rclpy.impl': 3,
     'testing.virtual': 2,
 }
 

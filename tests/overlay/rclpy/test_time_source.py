@@ -372,3 +372,13 @@ def test_what_cannot_be_attached_is_refused(
 ) -> None:
     with pytest.raises(error, match=message):
         attach(TimeSource(), Clock(clock_type=ClockType.STEADY_TIME))
+
+
+def test_the_subscription_of_the_clock_is_listed_and_can_be_destroyed(
+    make_node: MakeNode, simulated: Node
+) -> None:
+    (listed,) = [each for each in simulated.subscriptions if each.topic_name == CLOCK_TOPIC]
+    assert simulated.destroy_subscription(listed)
+    assert not simulated.destroy_subscription(listed)
+    assert listed not in simulated.subscriptions
+    assert make_node('other').destroy_subscription(listed) is False

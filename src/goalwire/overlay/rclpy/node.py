@@ -347,7 +347,8 @@ class Node(BaseNode):
 
     def destroy_subscription(self, subscription: Subscription[Any]) -> bool:
         """Destroy a subscription of this node; False where it is not (any more)."""
-        return _destroy(subscription, self._subscriptions) and self._ros_forget_events(subscription)
+        listed = self._subscriptions if subscription in self._subscriptions else list(self.subscriptions)
+        return _destroy(subscription, listed) and self._ros_forget_events(subscription)
 
     def _ros_forget_events(self, endpoint: Publisher[Any] | Subscription[Any]) -> bool:
         for handler in endpoint.event_handlers:

@@ -2,36 +2,57 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 from weakref import ReferenceType, ref
 
-from goalwire.entities.time_source import CLOCK_TOPIC, USE_SIM_TIME_NAME, TimeSourceCore
+from goalwire.entities.parameters.node_parameters import NodeParameters
+from goalwire.entities.time_source import (
+    CLOCK_QOS,
+    CLOCK_TOPIC,
+    USE_SIM_TIME_NAME,
+    ClockSubscription,
+    TimeSourceCore,
+)
 from rclpy._reexports import reexport
 from rclpy.clock import ROSClock
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.subscription import Subscription
 
 if TYPE_CHECKING:
-    from rclpy.impl.base_node import BaseNode
+    from rclpy.callback_groups import CallbackGroup
 
 __all__ = ['CLOCK_TOPIC', 'USE_SIM_TIME_NAME', 'TimeSource']
+
+
+class ListedClockSubscription(ClockSubscription, Subscription[Any]):
+    """One of Node.subscriptions, as in rclpy."""
+
+
+class ClockedNode(NodeParameters):
+    """A node that a time source follows; its jump callbacks run in the default callback group."""
+
+    if TYPE_CHECKING:
+
+        @property
+        def default_callback_group(self) -> CallbackGroup:
+            """The exclusive group of every callback that names no group."""
 
 
 class TimeSource(TimeSourceCore):
     """Follows the parameter `use_sim_time` of a node."""
 
-    def __init__(self, *, node: BaseNode | None = None) -> None:
+    def __init__(self, *, node: ClockedNode | None = None) -> None:
         super().__init__()
-        self._node: ReferenceType[BaseNode] | None = None
+        self._node: ReferenceType[ClockedNode] | None = None
         if node is not None:
             self.attach_node(node)
 
-    def attach_node(self, node: BaseNode) -> None:
+    def attach_node(self, node: ClockedNode) -> None:
         """Follow `node`'s parameter, declared here where it is not yet; a node from before is left.
 
         Raises TypeError for what is no node.
         """
-        from rclpy.impl.base_node import BaseNode
-
-        if not isinstance(node, BaseNode):
+        if not isinstance(node, ClockedNode):
             raise TypeError('Node must be of type rclpy.node.Node')
         if self._node is not None:
             self.detach_node()
@@ -57,24 +78,24 @@ class TimeSource(TimeSourceCore):
             raise ValueError('Only clocks with type ROS_TIME can be attached.')  # noqa: TRY004 - rclpy's own
         super().attach_clock(clock)
 
-    def _attached(self) -> BaseNode | None:
+    def _attached(self) -> ClockedNode | None:
         return None if self._node is None else self._node()
 
     def _subscribe(self) -> None:
         node = self._attached()
         if node is None or self.subscription is not None:
             return
-        from rclpy.impl.clock_subscription import subscribe_to_clock
-
-        self.subscription = subscribe_to_clock(node, self)
+        group = node.default_callback_group
+        self.subscription = subscription = ListedClockSubscription(node.handle, group, self)
+        best_effort = ReliabilityPolicy.BEST_EFFORT
+        subscription.qos_profile = QoSProfile(depth=CLOCK_QOS.depth, reliability=best_effort)
+        subscription.callback_group = group
+        group.add_entity(subscription)
 
     def _unsubscribe(self) -> None:
-        node, subscription = self._attached(), self.subscription
-        self.subscription = None
-        if node is not None and subscription is not None:
-            from rclpy.impl.clock_subscription import unsubscribe_from_clock
-
-            unsubscribe_from_clock(node, subscription)
+        subscription, self.subscription = self.subscription, None
+        if subscription is not None:
+            subscription.destroy()
 
 
 reexport(__name__)

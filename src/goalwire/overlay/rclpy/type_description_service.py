@@ -2,22 +2,28 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 from goalwire.entities.type_description import START_PARAMETER, TypeDescriptions
 from rclpy._reexports import reexport
 
 if TYPE_CHECKING:
-    from rclpy.impl.base_node import BaseNode
+    from goalwire.entities.parameters.node_parameters import NodeParameters
     from rclpy.service import Service
 
 START_TYPE_DESCRIPTION_SERVICE_PARAM = START_PARAMETER
 
 
+@runtime_checkable
+class _ListsServices(Protocol):
+    def destroy_service(self, service: Service[Any, Any], /) -> bool:
+        """Destroy one; False where it is not the node's (any more)."""
+
+
 class TypeDescriptionService:
     """Offers `~/get_type_description`, unless the node's parameter says no."""
 
-    def __init__(self, node: BaseNode) -> None:
+    def __init__(self, node: NodeParameters) -> None:
         descriptions = TypeDescriptions(node)
         self._node = node
         self.enabled = descriptions.wanted()
@@ -28,10 +34,11 @@ class TypeDescriptionService:
     def destroy(self) -> None:
         """Offer it no longer. Idempotent."""
         service, self._service = self._service, None
-        if service is not None:
-            if service in self._node._services:  # noqa: SLF001
-                self._node._services.remove(service)  # noqa: SLF001
-            service.destroy()
+        if service is None or (
+            isinstance(self._node, _ListsServices) and self._node.destroy_service(service)
+        ):
+            return
+        service.destroy()  # one of an AsyncNode, which leaves the node's list itself
 
 
 reexport(__name__)

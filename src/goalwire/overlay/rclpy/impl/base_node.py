@@ -11,7 +11,6 @@ from goalwire.entities.builtin_services import start_builtin_services
 from goalwire.entities.node import NodeCore
 from goalwire.entities.node_graph import NodeGraph
 from goalwire.entities.parameters.events import PARAMETER_EVENT, PARAMETER_EVENTS_TOPIC, ParameterEvents
-from goalwire.entities.parameters.node_parameters import NodeParameters
 from goalwire.entities.standard_types import standard_message
 from goalwire.entities.type_support import ServiceSupport
 from goalwire.errors import InvalidHandle, NameValidationException, RCLError, TopicExpansionError
@@ -37,7 +36,7 @@ from rclpy.qos import (
 )
 from rclpy.service import Service
 from rclpy.subscription import Subscription
-from rclpy.time_source import TimeSource
+from rclpy.time_source import ClockedNode, ListedClockSubscription, TimeSource
 from rclpy.timer import Rate, Timer
 from rclpy.type_description_service import TypeDescriptionService
 from rclpy.utilities import get_default_context
@@ -52,7 +51,7 @@ def builtin_profile(qos: QoS) -> QoSProfile:
     return qos_profile_parameters if qos is PARAMETERS else qos_profile_services_default
 
 
-class BaseNode(NodeGraph, NodeParameters):
+class BaseNode(NodeGraph, ClockedNode):
     """A node of the ROS 2 graph, whoever runs its callbacks: what Node and AsyncNode share."""
 
     def __init__(
@@ -222,8 +221,11 @@ class BaseNode(NodeGraph, NodeParameters):
 
     @property
     def subscriptions(self) -> Iterator[Subscription[Any]]:
-        """The subscriptions made by this node."""
+        """The subscriptions made by this node, that of /clock among them."""
         yield from self._subscriptions
+        for owned in self.handle.owned():
+            if isinstance(owned, ListedClockSubscription):
+                yield owned
 
     @property
     def clients(self) -> Iterator[Client[Any, Any]]:
