@@ -104,7 +104,7 @@ def test_a_cancelled_task_that_waits_for_acceptance_leaves_no_goal(
             with pytest.raises(asyncio.CancelledError):
                 await calling
             assert client._core.goal_requests.timed == {}
-            assert len(client._core.late) == 1
+            assert len(client._core.goal_requests.late) == 1
             loop, cancel = asyncio.get_running_loop(), client._core.cancel_goal
 
             def told(*given: Any, **more: Any) -> Any:
@@ -115,7 +115,7 @@ def test_a_cancelled_task_that_waits_for_acceptance_leaves_no_goal(
             answer.set()
             await over.wait()
             await cancelled.wait()
-            assert client._core.late == {}
+            assert client._core.goal_requests.late == {}
 
     play(scenario)
 

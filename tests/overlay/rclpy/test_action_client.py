@@ -309,7 +309,7 @@ def test_a_goal_for_nobody_stays_pending_and_is_logged_once(
 ) -> None:
     node, said = make_node(), Collector[str]()
     client = ActionClient(node, Fibonacci, 'nosuch')
-    monkeypatch.setattr(client._logger, 'warning', said)
+    monkeypatch.setattr(client.logger, 'warning', said)
     futures = [client.send_goal_async(Goal()) for _ in range(3)]
     assert "Action 'nosuch': no server answered the goal" in said.expect()[0]
     assert not any(future.done() or future.cancelled() for future in futures)
@@ -321,7 +321,7 @@ def test_with_two_servers_the_first_answer_counts(make_node: MakeNode, spin: Spi
     for server in (one, two):
         ActionServer(server, Fibonacci, 'fib', succeed)
     client = ActionClient(node, Fibonacci, 'fib')
-    monkeypatch.setattr(client._logger, 'warning', said)
+    monkeypatch.setattr(client.logger, 'warning', said)
     wait_until(context, lambda: node.count_services('fib/_action/send_goal') == 2)
     spin(one)
     spin(two)

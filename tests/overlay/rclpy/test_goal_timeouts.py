@@ -112,7 +112,7 @@ def test_a_goal_that_is_accepted_too_late_is_cancelled(client: FibonacciClient, 
     spin(arm.node, threads=4)
     assert arm.ended.expect(1) == ['cancelled']
     assert client.goals.active == {}
-    assert client.late == {}
+    assert client.goal_requests.late == {}
 
 
 def test_nobody_waits_for_ever_for_a_late_acceptance(
@@ -130,14 +130,14 @@ def test_nobody_waits_for_ever_for_a_late_acceptance(
     monkeypatch.setattr(port, 'cancel', told)
     assert isinstance(error_of(client.send_goal_async(Goal())), DeadlineError)
     let_go.expect(1)
-    assert client.late == {}
+    assert client.goal_requests.late == {}
 
 
 def test_only_the_latest_few_are_waited_for(client: FibonacciClient, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr('goalwire.entities.actions.client.LATE_LIMIT', 2)
+    monkeypatch.setattr('goalwire.entities.actions.requests.LATE_LIMIT', 2)
     for future in [client.send_goal_async(Goal()) for _ in range(5)]:
         assert isinstance(error_of(future), DeadlineError)
-    assert len(client.late) == 2
+    assert len(client.goal_requests.late) == 2
 
 
 def test_a_goal_waits_for_a_server_that_comes_in_time(make_node: MakeNode, spin: Spin) -> None:

@@ -274,10 +274,10 @@ def test_a_result_that_nobody_waits_for_any_more_is_given_up_with_the_last_who_d
     client.on_result_request(A, 'first')
     client.on_result_request(A, 'second')
     client.active[A].request = 'request'
-    assert client.on_result_given_up(A, 'first') is None
-    assert client.on_result_given_up(A, 'first') is None
+    assert client.on_result_cancelled(A, 'first') is None
+    assert client.on_result_cancelled(A, 'first') is None
     assert client.active[A].waiters == ['second']
-    assert client.on_result_given_up(A, 'second') == 'request'
+    assert client.on_result_cancelled(A, 'second') == 'request'
     assert A not in client.active
     assert client.statistics().active == 0
     assert client.on_status(array((A, GoalStatus.EXECUTING))) == [StatusChanged(A, GoalStatus.EXECUTING)]

@@ -23,12 +23,12 @@ from goalwire.rules.goals import (
 from goalwire.rules.goals.effects import (
     AskCancel,
     AskGoal,
-    CalledOff,
     Execute,
     PublishStatus,
     ReplyCancel,
     ReplyGoal,
     ReplyResult,
+    StoppedByServer,
     WakeAt,
 )
 
@@ -66,6 +66,33 @@ def published(server: Server) -> dict[bytes, GoalStatus]:
 
 def finish(server: Server, goal_id: bytes, event: GoalEvent = GoalEvent.SUCCEED) -> list[Any]:
     return [*server.on_event(goal_id, event, now=0), *server.on_result(goal_id, 'done', now=0)]
+
+
+# ---- taking turns ----
+
+
+def test_an_execution_comes_back_when_its_goals_turn_has_come() -> None:
+    server = serving(QUEUE, A)
+    for goal_id in (B, C):
+        server.on_goal_request(goal_id, 'send', now=0)
+        server.on_goal_decision(goal_id, accepted=True, stamp_ns=S)
+    assert server.on_execute(C, 0, 'of C') == [PUBLISHED]
+    assert server.on_execute(B, 0, 'of B') == [PUBLISHED]
+    assert server.on_execute(C, 0, 'again') == []
+    assert finish(server, A)[-1] == Execute(C, 'of C')
+    assert finish(server, C)[-1] == Execute(B, 'of B')
+    assert server.goals[B].execution is None
+
+
+def test_a_goal_that_ends_before_its_turn_leaves_no_execution() -> None:
+    server = serving(QUEUE, A)
+    server.on_goal_request(B, 'send', now=0)
+    server.on_goal_decision(B, accepted=True, stamp_ns=S, handle='handle')
+    server.on_execute(B, 0, 'of B')
+    server.on_cancel_request(B, 0, 'cancel', now=0)
+    server.on_cancel_decision(0, B, accepted=True, now=0)
+    goal = server.goals[B]
+    assert (goal.status, goal.handle, goal.execution) == (GoalStatus.CANCELED, None, None)
 
 
 # ---- refusing ----
@@ -187,7 +214,7 @@ def test_closing_runs_nobody_who_waits() -> None:
 
 def test_a_new_goal_calls_off_the_one_that_runs_and_starts_when_that_has_ended() -> None:
     server = serving(preempt(), A)
-    assert send(server, B) == [PUBLISHED, PUBLISHED, CalledOff(A)]
+    assert send(server, B) == [PUBLISHED, PUBLISHED, StoppedByServer(A)]
     assert published(server) == {A: GoalStatus.CANCELING, B: GoalStatus.ACCEPTED}
     assert finish(server, A, GoalEvent.CANCELED)[-2:] == [PUBLISHED, Execute(B)]
     assert published(server) == {A: GoalStatus.CANCELED, B: GoalStatus.EXECUTING}
@@ -236,7 +263,7 @@ def test_goals_of_a_lost_client_are_kept_by_default() -> None:
 def test_goals_of_a_lost_client_are_cancelled() -> None:
     server = lost('cancel')
     effects = server.on_client_lost(ME, now=0)
-    assert effects == [*REFUSED, PUBLISHED, CalledOff(A), PUBLISHED, WakeAt(10 * S)]
+    assert effects == [*REFUSED, PUBLISHED, StoppedByServer(A), PUBLISHED, WakeAt(10 * S)]
     expected = {A: GoalStatus.CANCELING, B: GoalStatus.ACCEPTED, C: GoalStatus.CANCELED}
     assert published(server) == expected
     assert server.on_goal_decision(D, accepted=True, stamp_ns=S) == []
@@ -247,7 +274,7 @@ def test_goals_of_a_lost_client_are_cancelled() -> None:
 def test_goals_of_a_lost_client_are_aborted_and_keep_their_place_until_execution_is_over() -> None:
     server = lost('abort')
     effects = server.on_client_lost(ME, now=0)
-    assert effects == [*REFUSED, PUBLISHED, CalledOff(A), PUBLISHED, WakeAt(10 * S)]
+    assert effects == [*REFUSED, PUBLISHED, StoppedByServer(A), PUBLISHED, WakeAt(10 * S)]
     expected = {A: GoalStatus.ABORTED, B: GoalStatus.ACCEPTED, C: GoalStatus.ABORTED}
     assert published(server) == expected
     with pytest.raises(InvalidTransition):

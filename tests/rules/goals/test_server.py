@@ -206,6 +206,23 @@ def test_a_goal_handle_may_outlive_its_goal() -> None:
     assert server.status(A) is GoalStatus.UNKNOWN
 
 
+def test_what_the_driver_keeps_of_a_goal_leaves_its_record_with_the_end() -> None:
+    server, handle = Server(), object()
+    server.on_goal_request(A, 'send', now=0)
+    goal = server.deciding[A]
+    server.on_goal_decision(A, accepted=True, stamp_ns=1, handle=handle)
+    assert server.goals == {A: goal}
+    assert goal.handle is handle
+    server.on_execute(A, now=0)
+    server.on_event(A, GoalEvent.SUCCEED, now=0)
+    assert goal.handle is handle  # it runs yet
+    server.on_result(A, 'done', now=0)
+    assert (goal.status, goal.result, goal.handle) == (GoalStatus.SUCCEEDED, 'done', None)
+    server.on_time(10 * S)
+    assert server.goals == {}
+    assert goal.status is GoalStatus.UNKNOWN
+
+
 # ---- status arrays ----
 
 

@@ -43,12 +43,12 @@ from goalwire.rules.goals.effects import (
     Accepted,
     AskCancel,
     AskGoal,
-    CalledOff,
     Execute,
     PublishStatus,
     ReplyCancel,
     ReplyGoal,
     ReplyResult,
+    StoppedByServer,
     WakeAt,
 )
 
@@ -126,7 +126,7 @@ class ServerMachine(RuleBasedStateMachine):
                 self.publish()
             elif isinstance(effect, Execute):
                 self.start_executing(effect.goal_id)
-            elif isinstance(effect, CalledOff):
+            elif isinstance(effect, StoppedByServer):
                 assert self.policy.preempts or self.lost != 'keep'
                 assert self.server.status(effect.goal_id) in {GoalStatus.CANCELING, GoalStatus.ABORTED}
             elif isinstance(effect, WakeAt):

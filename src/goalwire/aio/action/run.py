@@ -1,14 +1,13 @@
-"""A goal that was sent: its feedback, its result, its end."""
+"""A goal that was sent: its feedback, its result, its end, and the watch for a server that is stuck."""
 
 from __future__ import annotations
 
 import asyncio
 import warnings
-from collections.abc import AsyncIterator, Awaitable, Generator
+from collections.abc import AsyncIterator, Awaitable, Callable, Generator
 from functools import partial
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
-from goalwire.aio.action.heartbeat import Heartbeat
 from goalwire.entities.actions.client_goal import FEEDBACK_LIMIT
 from goalwire.entities.call_context import CallContext
 from goalwire.errors import (
@@ -26,6 +25,7 @@ from goalwire.errors import (
 )
 from goalwire.execution.asyncio.waiting import AsyncQueue, delay_s, settle
 from goalwire.execution.future import Future
+from goalwire.execution.monotonic import timeout_ns
 from goalwire.logging import get_logger
 from goalwire.rules.goals.ids import new_goal_id
 from goalwire.rules.goals.table import GoalStatus
@@ -36,7 +36,9 @@ if TYPE_CHECKING:
 
     from goalwire.entities.actions.client import ActionClientCore
     from goalwire.entities.actions.client_goal import ClientGoalHandle
+    from goalwire.execution.monotonic import SteadyClock
     from goalwire.execution.waiting import ShutdownWatch
+    from goalwire.rules.goals.client import ClientGoal
     from goalwire.transport.contract import Sample
 
 ResultT = TypeVar('ResultT')
@@ -197,7 +199,7 @@ class Run(Generic[ResultT, FeedbackT]):
             await limit.settle(sending)
             self._take(sending)
         except DeadlineError:
-            self._core.give_up(sending)
+            self._core.cancel_sending(sending)
         except (CallError, ClosedError, RemoteError):
             return  # it was refused, or its server is gone, or answers what is no answer
         else:
@@ -307,3 +309,42 @@ class _Feedback(Generic[FeedbackT]):
                 self._core.reject_feedback(error)
             else:
                 return feedback
+
+
+class Heartbeat:
+    """Calls `stuck` once, in the loop, when a goal's server was silent for `period` s.
+
+    A sign of life costs one look at the clock; the timer is set anew only when it rings. The silence of a
+    goal that is known to wait for its turn (ACCEPTED) means nothing.
+    """
+
+    def __init__(
+        self, period: float, goal: ClientGoal[Any], clock: SteadyClock, stuck: Callable[[], object]
+    ) -> None:
+        self._period_ns = timeout_ns(period)
+        self._goal = goal
+        self._clock = clock
+        self._stuck = stuck
+        self._heard = clock.now()
+        self._loop = asyncio.get_running_loop()
+        self._timer = self._loop.call_later(delay_s(self._period_ns), self._look)
+        goal.heard = self._hear
+
+    def _hear(self) -> None:
+        """Any thread."""
+        self._heard = self._clock.now()
+
+    def _look(self) -> None:
+        if self._goal.status is GoalStatus.ACCEPTED:
+            self._hear()
+        left = self._heard + self._period_ns - self._clock.now()
+        if left > 0:
+            self._timer = self._loop.call_later(delay_s(left), self._look)
+        else:
+            self.close()
+            self._stuck()
+
+    def close(self) -> None:
+        """Watch no more. Idempotent."""
+        self._goal.heard = None
+        self._timer.cancel()

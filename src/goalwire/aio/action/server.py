@@ -87,7 +87,7 @@ class ActionServer(Entity, Generic[GoalT, ResultT, FeedbackT]):
             accepted=lambda handle: handle.execute(),
             cancel=self._cancel,
             failed=None if on_failure is None else self._tell_failure,
-            called_off=self._cancel,
+            stopped_by_server=self._cancel,
         )
         self.name = node.resolve_action(name).name
         group = ReentrantCallbackGroup()

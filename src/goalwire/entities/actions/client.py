@@ -24,7 +24,7 @@ from goalwire.entities.callbacks import check_callback
 from goalwire.entities.endpoint import describe_endpoint
 from goalwire.entities.graph_waiting import tell_near_misses, wait_for_graph
 from goalwire.entities.node import NodeCore
-from goalwire.entities.pending_call import NO_REASON, PENDING_LIMIT, REASONS_LIMIT, end_with, unanswered
+from goalwire.entities.pending_call import PENDING_LIMIT, end_with, unanswered
 from goalwire.entities.server_wait_queue import ServerWaitQueue
 from goalwire.entities.type_support import ActionSupport, MessageSupport
 from goalwire.errors import (
@@ -39,7 +39,7 @@ from goalwire.errors import (
 from goalwire.execution.callback_groups import CallbackGroup
 from goalwire.execution.event_queue import EventQueue, ResponseTicks
 from goalwire.execution.future import Future, abandon, block_on
-from goalwire.logging import get_logger
+from goalwire.logging import RcutilsLogger, get_logger
 from goalwire.rules.goals import effects as effect
 from goalwire.rules.goals import wire
 from goalwire.rules.goals.client import ClientGoal, GoalClient
@@ -58,9 +58,6 @@ if TYPE_CHECKING:
     from goalwire.rules.statistics import ActionClientStatistics
 
     Effects = list[effect.ClientEffect[ResultFuture, Payload]]
-
-LATE_LIMIT = 1000
-"""Goals given up, of one client, that are cancelled where a server accepts them late."""
 
 _STATUS_LIMIT = 10
 """Status arrays that may wait. More than one: a goal whose result is not kept is in a single array."""
@@ -87,15 +84,12 @@ class ActionClientCore(TimedCalls):
         self.destroyed = False
         self.goals: GoalClient[ResultFuture, Payload] = GoalClient()
         """The rules, and the record of each goal."""
-        self.late: dict[GoalCall, None] = {}
-        """Goals that were given up before a server had answered, not long ago."""
         self.blocking: dict[Future[Any], None] = {}
         """What threads wait for in a call of ours."""
         self._lock = Lock()
         """Of the rules."""
         self._group = group
-        self._logger = get_logger(node.logger_name).get_child('action_client')
-        self._reported: set[tuple[str, str]] = set()
+        self.logger: RcutilsLogger = get_logger(node.logger_name).get_child('action_client')
         self._told = ''
         """What was said last of names and types that are near."""
         self._feedback = 0
@@ -242,7 +236,7 @@ class ActionClientCore(TimedCalls):
         with self._lock:
             (answer,) = self.goals.on_goal_reply(goal.goal_id, wire.is_acceptance(payload))
         if isinstance(answer, effect.UnexpectedReply):
-            self._logger.warning(
+            self.logger.warning(
                 'Ignoring unexpected goal response. There may be more than one action server '
                 f"for the action '{self.name}'"
             )
@@ -258,32 +252,10 @@ class ActionClientCore(TimedCalls):
         """Keep nothing of a goal that no server has accepted."""
         self.dispatch(self.goals.on_send_failed, goal.goal_id, unanswered('goal', reason))
 
-    def give_up(self, sending: Future[ClientGoalHandle[Any, Any, Any]]) -> None:
+    def cancel_sending(self, sending: Future[ClientGoalHandle[Any, Any, Any]]) -> None:
         """Wait no longer for a server to accept a goal; where one does so yet, the goal is cancelled."""
         if isinstance(sending, GoalCall):
-            sending.give_up()
-
-    def await_late_accept(self, call: GoalCall) -> None:
-        """Listen for a goal that was given up: the latest few."""
-        self.late[call] = None
-        if len(self.late) > LATE_LIMIT:
-            next(iter(self.late)).discard_late()
-
-    def discard_late(self, call: GoalCall) -> None:
-        """Listen no longer."""
-        self.late.pop(call, None)
-
-    def report_lost(self, what: str, reason: str) -> None:
-        """Say once for each kind of request, and each of the first reasons, that nobody will answer it."""
-        if self.destroyed or not self.node.context.ok() or self.default_timeout is not None:
-            return  # it is this side that goes, or errors tell
-        if (what, reason) in self._reported or len(self._reported) == REASONS_LIMIT:
-            return
-        self._reported.add((what, reason))
-        self._logger.warning(
-            f"Action '{self.name}': no server answered the {what} ({reason or NO_REASON}). The "
-            'future stays pending, as in ROS 2: call wait_for_server() first, and wait with a timeout'
-        )
+            sending.cancel_goal()
 
     # -- feedback and statuses -----------------------------------------------------------------------------
 
@@ -326,7 +298,7 @@ class ActionClientCore(TimedCalls):
 
     def _log_rejected(self, kind: str, count: int, error: RemoteError) -> None:
         what = f"Action '{self.name}': a {kind} message was rejected"
-        log_rejected(self._logger.name, what, count, error, is_error=True)
+        log_rejected(self.logger.name, what, count, error, is_error=True)
 
     # -- results -------------------------------------------------------------------------------------------
 
@@ -350,7 +322,7 @@ class ActionClientCore(TimedCalls):
         with self._lock:
             goal = self.goals.active.get(goal_id)
             if goal is None or goal.request is not None or not goal.waiters:
-                return  # given up meanwhile, and perhaps wanted again
+                return  # nobody waits for it any more, or it was asked for again meanwhile
             call.goal, goal.request = goal, call
         try:
             self.result_requests.start(call, bytes, wire.encode_result_request(goal_id))
@@ -362,7 +334,7 @@ class ActionClientCore(TimedCalls):
     def cancel_result(self, future: ResultFuture) -> None:
         """Complete this future no more. With the last that waits for a result its request is cancelled."""
         with self._lock:
-            request = self.goals.on_result_given_up(future.goal_id, future)
+            request = self.goals.on_result_cancelled(future.goal_id, future)
         if request is not None:
             request.discard()
 
@@ -385,12 +357,12 @@ class ActionClientCore(TimedCalls):
 
     def note_failure(self, goal_id: GoalId, reason: str) -> None:
         """Log why a goal was aborted: programs written for rclpy know of no reason, and show none."""
-        self._logger.warning(f"Action '{self.name}': goal {goal_id.hex()} was aborted: {reason}")
+        self.logger.warning(f"Action '{self.name}': goal {goal_id.hex()} was aborted: {reason}")
 
     def on_result_lost(self, call: ResultCall, reason: str) -> None:
         """No result will come."""
         self.dispatch(self.goals.on_result_failed, call.goal.goal_id, unanswered('result', reason))
-        self.report_lost('result', reason)
+        call.awaited_by.report_unanswered(reason)
 
     def _fail_result(self, future: ResultFuture, error: Exception) -> None:
         """End one who waits, where it has a context; else it stays pending, as in ROS 2."""
@@ -547,8 +519,6 @@ class ActionClientCore(TimedCalls):
             return
         self.destroyed = True
         self.node.disown(self)
-        for call in (*self.late,):
-            call.discard_late()
         self._feedback_port.close()
         self._status_port.close()
         for requests in (self.goal_requests, self.result_requests, self.cancel_requests):

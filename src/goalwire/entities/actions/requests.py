@@ -1,8 +1,8 @@
 """The requests of an action client, and its three clients on the wire: for goals, cancelling and results.
 
 How a request is sent, answered, ended in time or cancelled is in goalwire.entities.pending_call. Here is what
-an action adds: a goal that was given up is cancelled, should a server accept it after all; and a request for
-a result is sent again as long as somebody waits for it.
+an action adds: a goal that is accepted when nobody waits for it any more is cancelled; and a request for a
+result is sent again as long as somebody waits for it.
 """
 
 from __future__ import annotations
@@ -10,7 +10,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Protocol
 
 from goalwire.entities.endpoint import describe_endpoint
-from goalwire.entities.pending_call import MARGIN_S, PendingCall, RequestClient, end_with
+from goalwire.entities.pending_call import (
+    MARGIN_S,
+    NO_REASON,
+    REASONS_LIMIT,
+    PendingCall,
+    RequestClient,
+    end_with,
+)
 from goalwire.errors import DeadlineError, GoalwireError
 from goalwire.execution.future import Future
 from goalwire.execution.timer_heap import TimerEntry
@@ -24,13 +31,17 @@ if TYPE_CHECKING:
     from goalwire.entities.server_wait_queue import ServerWaitQueue
     from goalwire.entities.type_support import ServiceSupport
     from goalwire.execution.event_queue import ResponseTicks
+    from goalwire.logging import RcutilsLogger
     from goalwire.rules.goals.client import ClientGoal
     from goalwire.rules.goals.ids import GoalId
     from goalwire.rules.qos import QoS
     from goalwire.transport.contract import Sample
 
 LATE_S = 10.0
-"""How long a goal that was given up may still be accepted: it is cancelled then."""
+"""How long a goal that nobody waits for any more may still be accepted: it is cancelled then."""
+
+LATE_LIMIT = 1000
+"""How many such goals of one client are listened for."""
 
 
 class ActionSide(Protocol):
@@ -38,8 +49,14 @@ class ActionSide(Protocol):
 
     node: NodeCore
     name: str
+    logger: RcutilsLogger
+    destroyed: bool
     arrivals: ResponseTicks
     """The turns of the executor for answers that nobody waits for."""
+
+    @property
+    def default_timeout(self) -> float | None:
+        """How long calls may take, in s; None: as in ROS 2."""
 
     def server_is_there(self) -> bool:
         """True while there is a server that can be called."""
@@ -47,20 +64,11 @@ class ActionSide(Protocol):
     def make_wait_queue(self) -> ServerWaitQueue:
         """Return the queue in which requests to this action wait for a server."""
 
-    def report_lost(self, what: str, reason: str) -> None:
-        """Say that nobody will answer a request, whose future stays pending."""
-
     def on_goal_reply(self, call: GoalCall, sample: Sample) -> None:
         """A server has accepted or refused a goal."""
 
     def discard_goal(self, goal: ClientGoal[ResultFuture], reason: str) -> None:
         """Keep nothing of a goal that no server has accepted."""
-
-    def await_late_accept(self, call: GoalCall) -> None:
-        """Listen for a goal that was given up."""
-
-    def discard_late(self, call: GoalCall) -> None:
-        """Listen no longer."""
 
     def cancel_quietly(self, goal_id: GoalId) -> None:
         """Ask for cancellation, whatever the server says to that."""
@@ -83,6 +91,9 @@ class ActionRequests(RequestClient):
         self.what = what
         super().__init__(action.node, describe_endpoint(action.node, EndpointKind.CLIENT, name, support, qos))
         self.arrivals = action.arrivals
+        self.late: dict[GoalCall, None] = {}
+        """Goals that nobody waits for any more, not long ago, and which a server may still accept."""
+        self._reported: set[str] = set()
 
     def reaches_server(self) -> bool:
         """True where the wire has a server for this service."""
@@ -96,10 +107,25 @@ class ActionRequests(RequestClient):
         return self.wait_queue
 
     def report_unanswered(self, reason: str) -> None:
-        self.action.report_lost(self.what, reason)
+        """Say once for each of the first reasons that nobody will answer a request."""
+        action = self.action
+        if action.destroyed or not self.node.context.ok() or action.default_timeout is not None:
+            return  # it is this side that goes, or errors tell
+        if reason in self._reported or len(self._reported) == REASONS_LIMIT:
+            return
+        self._reported.add(reason)
+        action.logger.warning(
+            f"Action '{action.name}': no server answered the {self.what} ({reason or NO_REASON}). The "
+            'future stays pending, as in ROS 2: call wait_for_server() first, and wait with a timeout'
+        )
 
     def what_fails(self) -> str:
         return f"cannot use the action '{self.action.name}'"
+
+    def close(self) -> None:
+        for call in (*self.late,):
+            call.discard_late()
+        super().close()
 
 
 class CancelCall(PendingCall):
@@ -109,12 +135,12 @@ class CancelCall(PendingCall):
 
 
 class GoalCall(PendingCall):
-    """A goal on its way to a server. One that was given up is cancelled, should the server accept it."""
+    """A goal on its way to a server. One that is accepted when nobody waits for it any more is cancelled."""
 
     awaited_by: ActionRequests
     goal: ClientGoal[ResultFuture]
     late: TimerEntry | None = None
-    """Ends the time in which the goal may still be accepted; None unless it was given up."""
+    """Ends the time in which it may still be accepted, and is cancelled; None while somebody waits."""
     has_reply = False
     """True once a server has answered. Others of the same name may do so too, which is told."""
 
@@ -142,10 +168,7 @@ class GoalCall(PendingCall):
             return
         client = self.awaited_by
         if self.was_sent and isinstance(error, DeadlineError):
-            context = client.node.context
-            self.late = TimerEntry(self.discard_late)
-            client.action.await_late_accept(self)
-            context.deadlines.set(self.late, context.shutdown_signal.clock.now() + int(LATE_S * 1e9))
+            self._await_late_accept(client)
         else:
             self.discard_request()
         client.action.discard_goal(self.goal, '')
@@ -163,16 +186,26 @@ class GoalCall(PendingCall):
             self.discard_request()
             self.awaited_by.action.discard_goal(self.goal, '')
 
-    def give_up(self) -> None:
-        """Wait no longer for a server to accept it. The future is cancelled: it gets no error either."""
+    def cancel_goal(self) -> None:
+        """Wait no longer for a server to accept it, and cancel it if one does. The future gets no error."""
         Future.cancel(self)
-        self.fail(DeadlineError(f'{self.awaited_by.what_fails()}: the goal was given up'))
+        self.fail(DeadlineError(f'{self.awaited_by.what_fails()}: nobody waits for the answer any more'))
+
+    def _await_late_accept(self, client: ActionRequests) -> None:
+        """Listen to the server for a while, for the latest few of such goals."""
+        context = client.node.context
+        self.late = TimerEntry(self.discard_late)
+        client.late[self] = None
+        if len(client.late) > LATE_LIMIT:
+            next(iter(client.late)).discard_late()
+        context.deadlines.set(self.late, context.shutdown_signal.clock.now() + int(LATE_S * 1e9))
 
     def discard_late(self) -> None:
-        """It is too late even for that."""
+        """Listen no longer."""
+        client = self.awaited_by
         if self.late is not None:
-            self.awaited_by.node.context.deadlines.drop(self.late)
-        self.awaited_by.action.discard_late(self)
+            client.node.context.deadlines.drop(self.late)
+        client.late.pop(self, None)
         self.discard_request()
 
     def _cancel_quietly(self) -> None:

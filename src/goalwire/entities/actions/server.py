@@ -54,7 +54,7 @@ if TYPE_CHECKING:
     from goalwire.rules.statistics import ActionServerStatistics
 
 Effects = list[effect.ServerEffect[Request, bytes]]
-_USERS = (effect.AskGoal, effect.Accepted, effect.AskCancel, effect.CalledOff)
+_USERS = (effect.AskGoal, effect.Accepted, effect.AskCancel, effect.StoppedByServer)
 """The effects that call the user: whoever feeds the reactor performs these itself."""
 
 
@@ -272,7 +272,7 @@ class ActionServerCore:
         except InvalidTransition as error:
             raise RCLError(str(error)) from None
         if effects:
-            self._tell_called_off(effects)
+            self._tell_stopped(effects)
 
     def publish_feedback(self, handle: ServerGoalHandle, feedback: Any) -> None:
         """Send a goal's feedback; raises TypeError for another type, InvalidHandle once destroyed."""
@@ -347,13 +347,13 @@ class ActionServerCore:
         """Call on the executor's thread."""
         self.node.work_queue.post(CallSoon(self.node.work_queue, call))
 
-    def _tell_called_off(self, effects: Effects) -> None:
+    def _tell_stopped(self, effects: Effects) -> None:
         """Tell the program of goals that a policy has cancelled or aborted."""
         for item in effects:
-            if isinstance(item, effect.CalledOff) and self.callbacks.called_off is not None:
+            if isinstance(item, effect.StoppedByServer) and self.callbacks.stopped_by_server is not None:
                 goal = self.reactor.goals.get(item.goal_id)
                 if goal is not None and goal.handle is not None:  # else it has ended since
-                    self.callbacks.called_off(goal.handle)
+                    self.callbacks.stopped_by_server(goal.handle)
 
     def _on_client_lost(self, client: bytes) -> None:
         self._later(partial(self.end_goals_of, client))
@@ -361,7 +361,7 @@ class ActionServerCore:
     def end_goals_of(self, client: bytes) -> None:
         """Refuse, cancel or abort the goals of a client that has gone."""
         if not self.destroyed:
-            self._tell_called_off(self.dispatch(self.reactor.on_client_lost, client, self.now()))
+            self._tell_stopped(self.dispatch(self.reactor.on_client_lost, client, self.now()))
 
     def event_queues(self) -> list[EventQueue[Any]]:
         """Where requests wait for the executor."""

@@ -50,7 +50,7 @@ class ActionCallbacks:
     cancel: Callable[[ServerGoalHandle], Any]
     failed: Callable[[ServerGoalHandle, Exception], object] | None = None
     """Gets what execute raised; may return a result to send along."""
-    called_off: Callable[[ServerGoalHandle], object] | None = None
+    stopped_by_server: Callable[[ServerGoalHandle], object] | None = None
     """Gets a goal that was cancelled or aborted by the server's own policy."""
 
 

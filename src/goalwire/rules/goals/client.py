@@ -259,7 +259,7 @@ class GoalClient(Generic[WaiterT, ResultT]):
             self._put_away(goal)
         return effects
 
-    def on_result_given_up(self, goal_id: GoalId, waiter: WaiterT) -> Any:
+    def on_result_cancelled(self, goal_id: GoalId, waiter: WaiterT) -> Any:
         """One who wanted the result waits no longer: return the request, if nobody is left for whom it is."""
         goal = self.active.get(goal_id)
         if goal is None or waiter not in goal.waiters:

@@ -57,7 +57,7 @@ class Execute:
 
 
 @record
-class CalledOff:
+class StoppedByServer:
     """Tell who executes the goal that it is CANCELING, or ABORTED, though no client has asked for that."""
 
     goal_id: GoalId
@@ -113,7 +113,7 @@ ServerEffect: TypeAlias = (
     | ReplyGoal[RequestT]
     | Accepted
     | Execute
-    | CalledOff
+    | StoppedByServer
     | AskCancel
     | ReplyCancel[RequestT]
     | ReplyResult[RequestT, ResultT]

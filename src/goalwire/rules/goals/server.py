@@ -4,7 +4,7 @@
     execute() ─► on_execute ─► PublishStatus, Execute ─► on_result ─► PublishStatus, ReplyResult…, WakeAt
     cancel_goal ─► on_cancel_request ─► AskCancel… ─► on_cancel_decision… ─► PublishStatus, ReplyCancel
     get_result ─► on_result_request ─► ReplyResult, now or when the goal has ended
-    a client is gone ─► on_client_lost ─► PublishStatus, CalledOff
+    a client is gone ─► on_client_lost ─► PublishStatus, StoppedByServer
 
 There is one record of each goal, and it is here: a ServerGoal, from the request for the goal until its result
 is discarded. Every event advances it once. What the driver needs of a goal, its handle and what runs it, is
@@ -34,7 +34,6 @@ from goalwire.rules.goals.effects import (
     AskCancel,
     AskGoal,
     AssumedAborted,
-    CalledOff,
     Execute,
     PublishStatus,
     ReplyCancel,
@@ -42,6 +41,7 @@ from goalwire.rules.goals.effects import (
     ReplyResult,
     RequestT,
     ResultT,
+    StoppedByServer,
     WakeAt,
 )
 from goalwire.rules.goals.policy import ON_CLIENT_LOST, UNLIMITED, GoalPolicy, Places
@@ -189,7 +189,8 @@ class GoalServer(Generic[RequestT, ResultT]):
 
         `client` is what on_client_lost will know it by.
         """
-        self._expire(now)
+        if self._expiring:
+            self._expire(now)
         id_is_taken = goal_id in self.deciding or goal_id in self.goals
         if self._closed or id_is_taken or self._places.are_taken:
             return self._refuse(request)
@@ -228,9 +229,9 @@ class GoalServer(Generic[RequestT, ResultT]):
         """The user wants the goal executed: [PublishStatus, Execute]; [PublishStatus] where it has to wait.
 
         `execution` comes back with Execute. Under preempt() the goals before it are cancelled:
-        [PublishStatus, CalledOff]. A goal whose cancellation was accepted before stays CANCELING: [Execute];
-        where it had to wait it ends. One that waits already goes on waiting: []. Raises InvalidTransition for
-        one that was executed before or has ended.
+        [PublishStatus, StoppedByServer]. A goal whose cancellation was accepted before stays CANCELING:
+        [Execute]; where it had to wait it ends. One that waits already goes on waiting: []. Raises
+        InvalidTransition for one that was executed before or has ended.
         """
         goal = self.goals.get(goal_id)
         if goal is None or goal_id in self._places.waiting:
@@ -300,7 +301,8 @@ class GoalServer(Generic[RequestT, ResultT]):
         self, goal_id: GoalId, stamp_ns: int, request: RequestT, now: int
     ) -> list[ServerEffect[RequestT, ResultT]]:
         """A client asks to cancel: [AskCancel…] in order of acceptance; [ReplyCancel] for nothing to ask."""
-        self._expire(now)
+        if self._expiring:
+            self._expire(now)
         code, chosen = choose(self.goals, goal_id, stamp_ns)
         if not chosen:
             return [ReplyCancel(request, code, ())]
@@ -347,7 +349,7 @@ class GoalServer(Generic[RequestT, ResultT]):
         self._move(goal, GoalEvent.CANCEL_GOAL)
         if goal.goal_id in self._places.waiting:
             return self._end_waiting(goal, now)
-        return [PublishStatus(), CalledOff(goal.goal_id)]
+        return [PublishStatus(), StoppedByServer(goal.goal_id)]
 
     def _end_waiting(
         self, goal: ServerGoal[RequestT, ResultT], now: int
@@ -361,8 +363,8 @@ class GoalServer(Generic[RequestT, ResultT]):
     def on_client_lost(self, client: bytes, now: int) -> list[ServerEffect[RequestT, ResultT]]:
         """A client has gone: its goals are kept, cancelled or aborted.
 
-        Those that are still being decided are refused: [ReplyGoal…]. The others: [PublishStatus, CalledOff…],
-        or their end where they do not run.
+        Those that are still being decided are refused: [ReplyGoal…]. The others: [PublishStatus,
+        StoppedByServer…], or their end where they do not run.
         """
         effects: list[ServerEffect[RequestT, ResultT]] = []
         if self._lost == 'keep':
@@ -382,7 +384,7 @@ class GoalServer(Generic[RequestT, ResultT]):
             return []
         self._move_to_abortion(goal)
         if goal.started:
-            return [PublishStatus(), CalledOff(goal.goal_id)]
+            return [PublishStatus(), StoppedByServer(goal.goal_id)]
         return [PublishStatus(), *self._end(goal, None, now)]
 
     # ---- results ----
@@ -391,7 +393,8 @@ class GoalServer(Generic[RequestT, ResultT]):
         self, goal_id: GoalId, request: RequestT, now: int
     ) -> list[ServerEffect[RequestT, ResultT]]:
         """A client asks for a result: [ReplyResult], or nothing until the goal has ended."""
-        self._expire(now)
+        if self._expiring:
+            self._expire(now)
         goal = self.goals.get(goal_id)
         if goal is None:
             return [ReplyResult(request, GoalStatus.UNKNOWN, None)]

@@ -1,4 +1,7 @@
-"""A result is asked for until it is there: the wire gives a request up long before a long goal has ended."""
+"""What an action client asks for: goals, with however many servers, and results until they are there.
+
+The wire gives a request for a result up long before a long goal has ended.
+"""
 
 from __future__ import annotations
 
@@ -35,7 +38,8 @@ from goalwire.execution.multi_threaded import MultiThreadedExecutor
 from goalwire.rules import reasons
 from goalwire.rules.goals.ids import GoalId
 from goalwire.rules.goals.table import GoalStatus
-from goalwire.transport.contract import Request
+from goalwire.rules.goals.wire import encode_acceptance
+from goalwire.transport.contract import Request, Sample
 from goalwire.transport.zenoh import queriers
 from goalwire.transport.zenoh.native import wire as native_wire
 
@@ -230,3 +234,25 @@ def test_a_server_that_gives_up_ends_the_wait(wired: tuple[ActionClientCore, Wir
     wire.on_end.expect(1)[0](reasons.failed(DeadlineError('mine')))
     assert result.exception() is not None
     assert len(wire.on_end.items) == 1
+
+
+def test_another_servers_answer_is_told_though_the_first_came_before_the_request_had_its_number(
+    spun: NodeCore, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    client = ActionClientCore(spun, FIBONACCI, 'fib', ReentrantCallbackGroup())
+    answers: list[Callable[[Sample], None]] = []
+    cancelled: list[int] = []
+    accepted = Sample(encode_acceptance(accepted=True, stamp_ns=1), 1, 0, 0, bytes(16))
+
+    def request(_: bytes, on_reply: Callable[[Sample], None], *_rest: object) -> int:
+        answers.append(on_reply)
+        on_reply(accepted)
+        return 1
+
+    monkeypatch.setattr(client.goal_requests._port, 'request', request)
+    monkeypatch.setattr(client.goal_requests._port, 'cancel', cancelled.append)
+    assert result_of(client.send(Fibonacci.Goal())).accepted
+    assert cancelled == []
+    assert client.goal_requests.pending == {}
+    answers[0](accepted)
+    assert 'Ignoring unexpected goal response' in capfd.readouterr().err
