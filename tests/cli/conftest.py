@@ -32,6 +32,15 @@ def workshop(world: dict[str, str]) -> Iterator[Program]:
         yield program
 
 
+@pytest.fixture(scope='module')
+def sensor(world: dict[str, str]) -> Iterator[Program]:
+    """The node of programs/sensor.py, running."""
+    with programs_in(world, PROGRAMS) as start:
+        program = start('sensor')
+        program.expect('^ready$')
+        yield program
+
+
 @pytest.fixture
 def ros2(world: dict[str, str], workshop: Program) -> CommandLine:
     """`ros2` beside the workshop."""

@@ -21,7 +21,11 @@ from helpers.isolation import NETWORK, isolated_env
 from helpers.markdown import Block, blocks
 from helpers.processes import Program
 
+from goalwire.cli.outcome import Outcome
+
 _LOG_TIME = re.compile(r'\\\[\d+\\\.\d+\\\]')
+_COMMAND_ENDS = {0, Outcome.CANCELED, Outcome.INTERRUPTED}
+"""How a command may end by Ctrl-C, or before it."""
 _ERROR = re.compile(r'([\w.]+\.)?\w*(Error|Exception)\b|(goalwire|ros2)( \w+)*: ')
 
 
@@ -34,7 +38,9 @@ def play(page: Path, folder: Path) -> int:
         for program, output in player.staying:
             _expect(program, output)
             program.send_signal(signal.SIGINT)
-            program.succeed()
+            code = program.wait()
+            ends = _COMMAND_ENDS if program in player.commands else {0}
+            assert code in ends, f'ended with code {code}\n{program.output}'
         return player.count
 
 
@@ -45,6 +51,8 @@ class _Player:
         self._env = isolated_env(NETWORK)
         self.staying: list[tuple[Program, list[str]]] = []
         """Programs of terminals that end with ^C, and what they still have to print."""
+        self.commands: list[Program] = []
+        """Those of the command line."""
         self.count = 0
 
     def play(self, block: Block) -> None:
@@ -77,7 +85,8 @@ class _Player:
             variables[name] = value
         program = words.pop(0)
         if program in {'goalwire', 'ros2'}:
-            return self._start(executable(program), *words, **variables)
+            self.commands.append(self._start(executable(program), *words, **variables))
+            return self.commands[-1]
         assert program == 'python', f'{command}: a console block runs Python (write sh for what is not run)'
         if words[0] == '-c':
             return self._start(words[1], *words[2:], **variables)

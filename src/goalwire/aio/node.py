@@ -6,7 +6,7 @@ from collections.abc import Awaitable, Callable, Mapping, Sequence
 from contextlib import ExitStack
 from functools import partial
 from threading import Lock
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
 
 from goalwire.aio.action.client import ActionClient
 from goalwire.aio.action.server import ActionServer, Goal
@@ -238,9 +238,24 @@ class Node:
         """
         return Publisher(self._open_core(), msg_type, topic, _qos(qos))
 
-    def subscription(self, msg_type: type[MsgT], topic: str, *, qos: QoS | int = 10) -> Subscription[MsgT]:
-        """Make a subscription: an async iterator of messages. Raises as `publisher` does."""
-        return Subscription(self._open_core(), msg_type, topic, _qos(qos))
+    @overload
+    def subscription(
+        self, msg_type: type[MsgT], topic: str, *, qos: QoS | int = 10, raw: Literal[False] = False
+    ) -> Subscription[MsgT]: ...
+
+    @overload
+    def subscription(
+        self, msg_type: type[MsgT], topic: str, *, qos: QoS | int = 10, raw: Literal[True]
+    ) -> Subscription[bytes]: ...
+
+    def subscription(
+        self, msg_type: type[MsgT], topic: str, *, qos: QoS | int = 10, raw: bool = False
+    ) -> Subscription[Any]:
+        """Make a subscription: an async iterator of messages, or with `raw` of their serialized bytes.
+
+        Raises as `publisher` does.
+        """
+        return Subscription(self._open_core(), msg_type, topic, _qos(qos), raw=raw)
 
     def client(
         self,

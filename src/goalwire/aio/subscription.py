@@ -27,10 +27,12 @@ MsgT = TypeVar('MsgT')
 class _Core(SubscriptionCore[MsgT]):
     """Hands what arrives to a stream; no callback, so no turn of the node's engine, is in between."""
 
-    def __init__(self, node: NodeCore, msg_type: type[MsgT], topic: str, qos: QoS) -> None:
+    def __init__(
+        self, node: NodeCore, msg_type: type[MsgT], topic: str, qos: QoS, *, raw: bool = False
+    ) -> None:
         self.stream: AsyncQueue[Sample] = AsyncQueue(queue_depth(qos))
         self._note_arrival: Callable[[Sample], None] | None = None
-        super().__init__(node, msg_type, topic, bool, qos, ReentrantCallbackGroup())
+        super().__init__(node, msg_type, topic, bool, qos, ReentrantCallbackGroup(), raw=raw)
 
     def _receiver(self) -> Callable[[Sample], None]:
         return self._deliver
@@ -57,8 +59,10 @@ class Subscription(Entity, Generic[MsgT]):
     As many messages wait as the QoS' depth says; beyond it the oldest is dropped, and counted.
     """
 
-    def __init__(self, node: NodeCore, msg_type: type[MsgT], topic: str, qos: QoS) -> None:
-        self._core: _Core[MsgT] = _Core(node, msg_type, topic, qos)
+    def __init__(
+        self, node: NodeCore, msg_type: type[MsgT], topic: str, qos: QoS, *, raw: bool = False
+    ) -> None:
+        self._core: _Core[MsgT] = _Core(node, msg_type, topic, qos, raw=raw)
         self.name = self._core.full_name
         self.info: MessageInfo | None = None
         """When the latest message that was given out was sent and received, and its number."""

@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 
 
 def name_argument(parser: ArgumentParser) -> None:
-    """Add the name of the action."""
+    """Add the name of the action, and the flags of all that look at the graph."""
+    add_graph_arguments(parser)
     parser.add_argument('action_name', help="Name of the action (e.g. '/fibonacci')")
 
 
@@ -62,7 +63,6 @@ def _list(arguments: Namespace, output: Output) -> None:
 
 
 def _type_arguments(parser: ArgumentParser) -> None:
-    add_graph_arguments(parser)
     name_argument(parser)
 
 
@@ -95,7 +95,6 @@ def _find(arguments: Namespace, output: Output) -> None:
 
 
 def _info_arguments(parser: ArgumentParser) -> None:
-    add_graph_arguments(parser)
     name_argument(parser)
     parser.add_argument('-t', '--show-types', action='store_true', help='Show the types, too')
     parser.add_argument('-c', '--count', action='store_true', help='Show only how many there are')

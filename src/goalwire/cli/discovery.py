@@ -50,11 +50,11 @@ def add_graph_arguments(parser: argparse.ArgumentParser) -> None:
 
 @contextmanager
 def discovered(
-    arguments: argparse.Namespace, found: Callable[[Graph], bool] | None = None
+    arguments: argparse.Namespace, found: Callable[[Graph], bool] | None = None, *, wait: float = 0.0
 ) -> Iterator[Graph]:
     """Yield the graph of the domain: complete, or as soon as `found(graph)` says that it suffices.
 
-    Raises TransportError.
+    Where it is not there, `wait` s more are given to it. Raises TransportError, CommandError.
     """
     from goalwire.graph.graph import Graph
 
@@ -68,6 +68,8 @@ def discovered(
             session.watch_graph(graph)
             if not session.discovers_at_once:
                 changes.settle(SPIN_TIME_S if spin_time is None else spin_time, found)
+            if found is not None and wait > 0:
+                changes.wait_for(found, wait)
         yield graph
     finally:
         session.close()
@@ -116,6 +118,11 @@ class _Changes:
                 if left <= 0:
                     return
                 self._changed.wait(left)
+
+    def wait_for(self, found: Callable[[Graph], bool], limit: float) -> None:
+        """Wait until it has come, `limit` s at most."""
+        with self._changed:
+            self._changed.wait_for(lambda: found(self._graph), limit)
 
     def __enter__(self) -> Self:
         self._watch = self._graph.on_change(self._note)

@@ -25,6 +25,8 @@ _OUTCOMES: tuple[tuple[type[Exception], Outcome], ...] = (
 
 def explained(error: Exception) -> tuple[Outcome, str]:
     """Return an error's outcome and its line."""
+    while isinstance(error, ExceptionGroup):  # of a TaskGroup: the first one has ended the others
+        error = error.exceptions[0]
     if isinstance(error, CommandError):
         return error.outcome, str(error)
     text = ' '.join(str(error).split()) or type(error).__name__

@@ -24,7 +24,7 @@ _SAME_S = 0.2
 Main: TypeAlias = Callable[['goalwire.Node'], Awaitable[Outcome | None]]
 
 
-def live(main: Main, node_name: str | None = None) -> Outcome:
+def live(main: Main, node_name: str | None = None, *, use_sim_time: bool = False) -> Outcome:
     """Run `main` with a node of the command's own, until it returns.
 
     Each Ctrl-C cancels it: the first may be used to clean up, a second one then ends that. SIGTERM likewise.
@@ -33,7 +33,8 @@ def live(main: Main, node_name: str | None = None) -> Outcome:
 
     async def run() -> Outcome | None:
         _watch_signals(signals)
-        async with goalwire.Node(node_name or f'{NODE_NAME_PREFIX}_{os.getpid()}') as node:
+        name = node_name or f'{NODE_NAME_PREFIX}_{os.getpid()}'
+        async with goalwire.Node(name, parameters={'use_sim_time': use_sim_time}) as node:
             return await main(node)
 
     try:

@@ -50,19 +50,27 @@ def looks_like_type(word: str) -> bool:
     return _TYPE.fullmatch(word) is not None
 
 
-def type_name(text: str, kind: str) -> str:
+def split_name(text: str) -> list[str]:
+    """Return the parts of the name of a type."""
+    return _SEPARATOR.split(text)
+
+
+def type_name(text: str, kind: str | None) -> str:
     """Return 'pkg/kind/Name' for 'pkg/Name', 'pkg.kind.Name', 'pkg::kind::Name' too.
 
-    Raises CommandError for what is no name of a type, and for a type of another kind.
+    A `kind` of None takes any, which must then be written. Raises CommandError for what is no name of a type,
+    and for a type of another kind.
     """
-    parts = _SEPARATOR.split(text)
-    if len(parts) == 2:
+    parts = split_name(text)
+    if len(parts) == 2 and kind is not None:
         parts.insert(1, kind)
     if len(parts) != 3 or not all(parts) or parts[1] not in KINDS:
         raise CommandError(
-            Outcome.BAD_VALUE, f"'{text}' is no type", f'write package/{kind}/Name; see: ros2 interface list'
+            Outcome.BAD_VALUE,
+            f"'{text}' is no type",
+            f'write package/{kind or "msg"}/Name; see: ros2 interface list',
         )
-    if parts[1] != kind:
+    if kind is not None and parts[1] != kind:
         raise CommandError(
             Outcome.BAD_VALUE,
             f'{"/".join(parts)} is {_a(KINDS[parts[1]])}, and {_a(KINDS[kind])} is asked for',
@@ -116,6 +124,11 @@ def only_type(types: Sequence[str], what: str, name: str, prog: str) -> str:
         f"the {what} '{name}' has more than one type: {', '.join(types)}",
         f'name one of them: {prog} {name} {types[0]}',
     )
+
+
+def one_line(text: str) -> str:
+    """Return a text without line breaks."""
+    return ' '.join(text.split())
 
 
 def _a(noun: str) -> str:

@@ -49,6 +49,11 @@ def run_command(program: str, arguments: Sequence[str]) -> int:
 
 
 def _dispatch(program: str, arguments: list[str]) -> Outcome:
+    if arguments[:1] == ['_complete']:  # the shell's
+        from goalwire.cli.completion import complete
+
+        print('\n'.join(complete(arguments[1:])))  # noqa: T201
+        return Outcome.OK
     name, arguments = _noun_name(program, arguments)
     from goalwire.cli.nouns import load
 

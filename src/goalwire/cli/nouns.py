@@ -11,10 +11,19 @@ if TYPE_CHECKING:
 NOUNS = {
     'action': ('goalwire.cli.action', 'Various action related sub-commands'),
     'check': ('goalwire.cli.check', 'Check interface files and launch files'),
+    'completion': ('goalwire.cli.completion', 'Print what makes a shell complete these commands'),
+    'component': ('goalwire.cli.component', 'Various component related sub-commands'),
+    'doctor': ('goalwire.cli.doctor', 'Check what works here, and say what to do next'),
+    'interface': ('goalwire.cli.interface', 'Show information about ROS interfaces'),
     'launch': ('goalwire.cli.launch', 'Run a launch file'),
+    'lifecycle': ('goalwire.cli.lifecycle', 'Various lifecycle related sub-commands'),
+    'node': ('goalwire.cli.node', 'Various node related sub-commands'),
+    'param': ('goalwire.cli.param', 'Various param related sub-commands'),
     'pkg': ('goalwire.cli.pkg', 'Various package related sub-commands'),
     'run': ('goalwire.cli.run', 'Run a package specific executable'),
     'service': ('goalwire.cli.service', 'Various service related sub-commands'),
+    'topic': ('goalwire.cli.topic', 'Various topic related sub-commands'),
+    'version': ('goalwire.cli.version', 'Show which version this is'),
 }
 """Module and summary by name, in the order of `--help`. The module's NOUN has the same summary."""
 

@@ -162,6 +162,7 @@ def _info(arguments: Namespace, output: Output) -> None:
 def _call_arguments(parser: ArgumentParser) -> None:
     from goalwire.cli.service_call import call_arguments
 
+    add_graph_arguments(parser)
     _name_argument(parser)
     call_arguments(parser)
 
@@ -175,6 +176,7 @@ def _call(arguments: Namespace, output: Output) -> Outcome:
 def _echo_arguments(parser: ArgumentParser) -> None:
     from goalwire.cli.messages import add_style_arguments
 
+    add_graph_arguments(parser)
     _name_argument(parser)
     parser.add_argument('service_type', nargs='?', help='Type of the service, if the graph does not know it')
     add_style_arguments(parser)

@@ -50,6 +50,11 @@ class Noun(NamedTuple):
 class Parser(argparse.ArgumentParser):
     """Ends with one line that names the help, not with pages of usage."""
 
+    @property
+    def actions(self) -> list[argparse.Action]:
+        """Every argument that was added."""
+        return self._actions
+
     def error(self, message: str) -> NoReturn:
         """Raise CommandError."""
         raise CommandError(Outcome.USAGE, f'{self.prog}: {message}', f'see: {self.prog} --help')

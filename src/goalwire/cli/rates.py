@@ -1,0 +1,54 @@
+"""Means of what comes again and again: how often, how late, how large."""
+
+from __future__ import annotations
+
+from collections import deque
+from math import sqrt
+from typing import NamedTuple
+
+
+class Spread(NamedTuple):
+    """A mean and how far the values lie from it."""
+
+    mean: float
+    least: float
+    most: float
+    deviation: float
+    number: int
+
+
+class Window:
+    """The latest values."""
+
+    def __init__(self, size: int) -> None:
+        self.values: deque[float] = deque(maxlen=size)
+
+    def spread(self) -> Spread | None:
+        """Return mean, extremes and standard deviation; None where nothing has come."""
+        n = len(self.values)
+        if not n:
+            return None
+        mean = sum(self.values) / n
+        deviation = sqrt(sum((each - mean) ** 2 for each in self.values) / n)
+        return Spread(mean, min(self.values), max(self.values), deviation, n)
+
+
+def spread_text(title: str, mean: float, spread: Spread) -> str:
+    """Return ROS 2's two lines about times in s."""
+    return (
+        f'average {title}: {mean:.3f}\n\tmin: {spread.least:.3f}s max: {spread.most:.3f}s '
+        f'std dev: {spread.deviation:.5f}s window: {spread.number}'
+    )
+
+
+def bandwidth_text(bytes_a_second: float, sizes: Spread) -> str:
+    """Return ROS 2's two lines about bytes, all in the unit that suits the rate."""
+    power, unit = (0, 'B') if bytes_a_second < 1e3 else (1, 'KB') if bytes_a_second < 1e6 else (2, 'MB')
+
+    def shown(number: float) -> str:
+        return f'{number:.0f} B' if not power else f'{number / 1000**power:.2f} {unit}'
+
+    return (
+        f'{shown(bytes_a_second)}/s from {sizes.number} messages\n'
+        f'\tMessage size mean: {shown(sizes.mean)} min: {shown(sizes.least)} max: {shown(sizes.most)}'
+    )

@@ -1,0 +1,145 @@
+"""ros2 topic echo: messages as they come."""
+
+from __future__ import annotations
+
+import asyncio
+import re
+from argparse import ArgumentParser, Namespace
+from typing import TYPE_CHECKING, Any
+
+import goalwire
+from goalwire.cli.discovery import add_graph_arguments
+from goalwire.cli.expressions import Expression
+from goalwire.cli.live import live
+from goalwire.cli.messages import add_style_arguments, as_dict, as_text
+from goalwire.cli.outcome import CommandError, Outcome
+from goalwire.cli.qos import add_qos_arguments
+from goalwire.cli.service_call import positive
+from goalwire.cli.topic_reading import source
+
+if TYPE_CHECKING:
+    from goalwire.cli.output import Output
+
+_STEP = re.compile(r'\.?([A-Za-z]\w*)|\[(-?\d+)\]')
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add what `topic echo` takes."""
+    parser.add_argument('topic_name', help="Name of the topic (e.g. '/chatter')")
+    parser.add_argument('message_type', nargs='?', help='Type of the messages, if the graph does not know it')
+    add_graph_arguments(parser)
+    add_qos_arguments(parser, 'subscribe', 'what suits the publishers')
+    add_style_arguments(parser)
+    parser.add_argument(
+        '--field', metavar='FIELD', help="Print one field only (e.g. 'pose.position.x', 'ranges[0]')"
+    )
+    parser.add_argument('--raw', action='store_true', help='Print the serialized bytes')
+    parser.add_argument(
+        '--filter', metavar='EXPR', help='Print where a Python expression of the message m holds'
+    )
+    parser.add_argument('--once', action='store_true', help='Print the first message and exit')
+    parser.add_argument('--timeout', metavar='S', type=positive, help='Exit after that many seconds')
+    parser.add_argument(
+        '-i', '--include-message-info', action='store_true', help='Print when each message came, too'
+    )
+    parser.add_argument('-c', '--clear', action='store_true', help='Clear the terminal before each message')
+    parser.add_argument('-n', '--node-name', metavar='NAME', help='Name of the node that subscribes')
+    parser.add_argument(
+        '--no-lost-messages',
+        action='store_true',
+        help='Accepted as in ROS 2: lost messages are not reported here',
+    )
+
+
+class _Printer:
+    """Prints messages as the command line says."""
+
+    def __init__(self, arguments: Namespace, output: Output) -> None:
+        self._arguments = arguments
+        self._output = output
+        self._filter = Expression(arguments.filter) if arguments.filter else None
+        self._path = _path(arguments.field) if arguments.field else []
+
+    def show(self, message: Any, info: Any) -> bool:
+        """Print a message; False where the filter does not want it."""
+        arguments, output = self._arguments, self._output
+        if self._filter is not None and not self._filter(message):
+            return False
+        value = _value(message, self._path, arguments.field)
+        about: dict[str, int | None] = dict(info)
+        if output.json:
+            told = value.hex() if arguments.raw else as_dict(value)
+            output.data({'info': about, 'message': told} if arguments.include_message_info else told)
+            return True
+        if arguments.clear and output.is_terminal:
+            output.raw('\x1b[2J\x1b[H')
+        if arguments.csv and not arguments.raw:
+            before = ','.join(map(str, about.values())) + ',' if arguments.include_message_info else ''
+            output.block(before + as_text(value, arguments))
+            return True
+        if arguments.include_message_info:
+            lines = (f'{name}: {"null" if number is None else number}\n' for name, number in about.items())
+            output.block(''.join(lines) + '---')
+        output.block((f'{value!r}\n' if arguments.raw else as_text(value, arguments)) + '---')
+        return True
+
+
+def _path(text: str) -> list[str | int]:
+    """Return the steps of 'a.b[0].c'; raises CommandError."""
+    steps: list[str | int] = []
+    at = 0
+    while at < len(text):
+        match = _STEP.match(text, at)
+        if match is None:
+            raise CommandError(
+                Outcome.BAD_VALUE, f"--field '{text}' is no field", "write it like 'pose.position.x'"
+            )
+        steps.append(match[1] or int(match[2]))
+        at = match.end()
+    return steps
+
+
+def _value(message: Any, path: list[str | int], text: str | None) -> Any:
+    value = message
+    for step in path:
+        known: dict[str, str] = getattr(value, 'get_fields_and_field_types', dict)()
+        try:
+            value = value[step] if isinstance(step, int) else getattr(value, step if step in known else '')
+        except (AttributeError, IndexError, TypeError):
+            raise CommandError(
+                Outcome.BAD_VALUE,
+                f"--field '{text}': there is no '{step}'",
+                f'its fields are: {", ".join(known)}' if known else 'name another one',
+            ) from None
+    return value
+
+
+def run(arguments: Namespace, output: Output) -> Outcome:
+    """Print messages until Ctrl-C, the first one, or the end of the time."""
+    printer = _Printer(arguments, output)
+    topic = source(arguments, arguments.topic_name, arguments.message_type)
+
+    async def follow(node: goalwire.Node) -> Outcome:
+        subscription: goalwire.Subscription[Any] = (
+            node.subscription(topic.cls, topic.name, qos=topic.qos, raw=True)
+            if arguments.raw
+            else node.subscription(topic.cls, topic.name, qos=topic.qos)
+        )
+        seen = False
+        try:
+            async with asyncio.timeout(arguments.timeout):
+                async for message in subscription:
+                    shown = printer.show(message, subscription.info)
+                    seen = seen or shown
+                    if shown and arguments.once:
+                        break
+        except TimeoutError:
+            if not seen:
+                raise CommandError(
+                    Outcome.TIMEOUT,
+                    f"no message came on '{topic.name}' within {arguments.timeout} s",
+                    f'see: ros2 topic info -v {topic.name}',
+                ) from None
+        return Outcome.OK
+
+    return live(follow, arguments.node_name, use_sim_time=arguments.use_sim_time)

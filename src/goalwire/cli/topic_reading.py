@@ -1,0 +1,67 @@
+"""What echo, hz, bw and delay share: the topic's type, and a subscription that suits its publishers."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import goalwire
+from goalwire.cli import lookup
+from goalwire.cli.qos import chosen_qos, suiting
+from goalwire.cli.service_call import count
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+QUEUE = 100
+"""Messages that wait at most where no depth is asked for."""
+
+
+class Source(NamedTuple):
+    """A topic to read."""
+
+    name: str
+    cls: Any
+    qos: goalwire.QoS
+
+
+def source(arguments: Namespace, given: str, type_name: str | None = None) -> Source:
+    """Return the topic that is named, its class, and a QoS that suits. Raises CommandError."""
+    from goalwire.cli.topic import one_topic
+    from goalwire.transport.contract import EndpointKind
+
+    name = lookup.full_name(given, 'topic')
+    if type_name is not None:
+        cls = lookup.interface(lookup.type_name(type_name, 'msg'))
+        return Source(name, cls, _qos(arguments, _publishers(arguments, name)))
+    name, types, graph = one_topic(arguments, given)
+    found = lookup.only_type(types, 'topic', name, arguments.prog)
+    return Source(
+        name, lookup.interface(found), _qos(arguments, graph.entities(EndpointKind.PUBLISHER, name))
+    )
+
+
+def _publishers(arguments: Namespace, name: str) -> Sequence[Any]:
+    from goalwire.cli.discovery import discovered
+    from goalwire.transport.contract import EndpointKind
+
+    with discovered(arguments, lambda graph: graph.count(EndpointKind.PUBLISHER, name) > 0) as graph:
+        return graph.entities(EndpointKind.PUBLISHER, name)
+
+
+def _qos(arguments: Namespace, publishers: Sequence[Any]) -> goalwire.QoS:
+    base = suiting(publishers, QUEUE)
+    return chosen_qos(arguments, base) if hasattr(arguments, 'qos_profile') else base
+
+
+def window_argument(parser: ArgumentParser, default: int) -> None:
+    """Add the number of messages that a mean is taken of."""
+    parser.add_argument(
+        '-w',
+        '--window',
+        '--window-size',
+        metavar='N',
+        type=count,
+        default=default,
+        help=f'Messages that are taken together (default: {default})',
+    )

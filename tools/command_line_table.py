@@ -1,0 +1,175 @@
+"""Writes the table of verbs and flags into its page: python tools/command_line_table.py.
+
+What ROS 2 Jazzy has is data here (of ros2cli 0.32); what goalwire has comes from its parsers. The page is
+docs/reference/command-line.md; `tests/docs/test_command_line.py` holds it to what this writes.
+"""
+
+from __future__ import annotations
+
+import sys
+from argparse import Action
+from collections.abc import Iterator
+from pathlib import Path
+
+from goalwire.cli import nouns
+from goalwire.cli.verbs import Verb, verb_parser
+
+PAGE = Path(__file__).parents[1] / 'docs' / 'reference' / 'command-line.md'
+BEGIN, END = '<!-- verbs: begin -->', '<!-- verbs: end -->'
+
+GRAPH = '--no-daemon --spin-time -s --use-sim-time'
+QOS = (
+    '--qos-profile --qos-depth --qos-history --qos-reliability --qos-durability --qos-liveliness '
+    '--qos-liveliness-lease-duration-seconds'
+)
+NODE = f'{GRAPH} --include-hidden-nodes'
+JAZZY = {
+    'action': {
+        'find': f'{GRAPH} -c --count-actions',
+        'info': f'{GRAPH} -t --show-types -c --count',
+        'list': f'{GRAPH} -t --show-types -c --count-actions',
+        'send_goal': '--stdin -f --feedback',
+        'type': GRAPH,
+    },
+    'component': {'list': GRAPH, 'load': GRAPH, 'standalone': '', 'types': '', 'unload': GRAPH},
+    'doctor': {
+        'doctor': '-r --report -rf --report-failed -ep --exclude-packages -iw --include-warnings',
+        'hello': '',
+    },
+    'interface': {
+        'list': '-m --only-msgs -s --only-srvs -a --only-actions',
+        'package': '-m --only-msgs -s --only-srvs -a --only-actions',
+        'packages': '-m --only-msgs -s --only-srvs -a --only-actions',
+        'proto': '--no-quotes',
+        'show': '--all-comments --no-comments',
+    },
+    'launch': {
+        'launch': '-n --noninteractive -d --debug -p --print --print-description '
+        '-s --show-args --show-arguments -a --show-all-subprocesses-output '
+        '--launch-prefix --launch-prefix-filter'
+    },
+    'lifecycle': {
+        'get': NODE,
+        'list': f'{NODE} -a --all',
+        'nodes': f'{GRAPH} -a --all -c --count-nodes',
+        'set': NODE,
+    },
+    'node': {'info': f'{GRAPH} --include-hidden', 'list': f'{GRAPH} -a --all -c --count-nodes'},
+    'param': {
+        'delete': f'{NODE} --timeout',
+        'describe': f'{NODE} --timeout',
+        'dump': f'{NODE} --timeout',
+        'get': f'{NODE} --timeout --hide-type',
+        'list': f'{NODE} --filter --param-prefixes --param-type',
+        'load': f'{NODE} --timeout --no-use-wildcard',
+        'set': f'{NODE} --timeout',
+    },
+    'pkg': {'create': '', 'executables': '--full-path', 'list': '', 'prefix': '--share', 'xml': '-t --tag'},
+    'run': {'run': '--prefix'},
+    'service': {
+        'call': '--stdin -r --rate',
+        'echo': f'{GRAPH} --csv -f --full-length -l --truncate-length --no-arr --no-str --flow-style',
+        'find': f'{GRAPH} -c --count-services --include-hidden-services',
+        'info': GRAPH,
+        'list': f'{GRAPH} -t --show-types -c --count-services --include-hidden-services',
+        'type': GRAPH,
+    },
+    'topic': {
+        'bw': f'{GRAPH} -w --window',
+        'delay': f'{GRAPH} -w --window',
+        'echo': f'{GRAPH} {QOS} --csv --field -f --full-length -l --truncate-length --no-arr --no-str '
+        '--flow-style --no-lost-messages --raw --filter --once --timeout -i --include-message-info',
+        'find': f'{GRAPH} -c --count-topics --include-hidden-topics',
+        'hz': f'{GRAPH} -w --window --filter --wall-time',
+        'info': f'{GRAPH} -v --verbose',
+        'list': f'{GRAPH} -t --show-types -c --count-topics -v --verbose --include-hidden-topics',
+        'pub': f'{GRAPH} {QOS} --stdin -r --rate -p --print -1 --once -t --times '
+        '-w --wait-matching-subscriptions --max-wait-time-secs --keep-alive -n --node-name',
+        'type': GRAPH,
+    },
+}
+"""The nouns that goalwire's own cover, verb by verb."""
+
+MISSING = {
+    'component list': 'there are no containers: goalwire loads no C++ components',
+    'component load': 'the same',
+    'component standalone': 'the same',
+    'component unload': 'the same',
+    'pkg create': 'not there yet',
+    'doctor hello': "`doctor`'s self-test does it between two processes",
+    'doctor -ep --exclude-packages': 'packages are not compared with a list of releases',
+    'doctor -iw --include-warnings': 'what is not well is always shown',
+}
+"""What Jazzy has and goalwire has not, and why."""
+
+
+def flags(program_verb: tuple[str, str]) -> list[str]:
+    """Return the flags of one of goalwire's verbs."""
+    noun = nouns.load(program_verb[0])
+    verb = next(each for each in noun.verbs if each.name == program_verb[1])
+    return [flag for action in _optional(noun.name, verb) for flag in action.option_strings]
+
+
+def _optional(noun_name: str, verb: Verb) -> Iterator[Action]:
+    parser = verb_parser('ros2', nouns.load(noun_name), verb)
+    for action in parser.actions:
+        if action.option_strings and '--help' not in action.option_strings:
+            yield action
+
+
+def missing() -> list[str]:
+    """Return what Jazzy has and goalwire has not: 'noun verb', or 'noun --flag'."""
+    found = []
+    for name, verbs in JAZZY.items():
+        ours = {verb.name for verb in nouns.load(name).verbs}
+        for verb, wanted in verbs.items():
+            if verb not in ours:
+                found.append(f'{name} {verb}')
+                continue
+            own = set(flags((name, verb)))
+            lacking = [flag for flag in wanted.split() if flag not in own]
+            found += [f'{name} {" ".join(pair)}' for pair in _pairs(lacking)]
+    return found
+
+
+def _pairs(lacking: list[str]) -> Iterator[list[str]]:
+    """Yield short and long form of a flag together."""
+    rest = list(lacking)
+    while rest:
+        flag = rest.pop(0)
+        if not flag.startswith('--') and rest and rest[0].startswith('--'):
+            yield [flag, rest.pop(0)]
+        else:
+            yield [flag]
+
+
+def table() -> str:
+    """Return the two tables in Markdown."""
+    lines = ['| command | flags as in Jazzy | besides |', '|---|---|---|']
+    for name in nouns.NOUNS:
+        for verb in nouns.load(name).verbs:
+            theirs = JAZZY.get(name, {}).get(verb.name, '').split()
+            shared: list[str] = []
+            own: list[str] = []
+            for action in _optional(name, verb):
+                text = ', '.join(f'`{flag}`' for flag in action.option_strings)
+                (shared if set(action.option_strings) & set(theirs) else own).append(text)
+            title = name if nouns.load(name).is_command else f'{name} {verb.name}'
+            mark = '' if name in JAZZY and verb.name in JAZZY[name] else ' ▲'
+            lines.append(f'| `{title}`{mark} | {" ".join(shared)} | {" ".join(own)} |')
+    lines += ['', '| Jazzy has | why it is not here |', '|---|---|']
+    lines += [f'| `{what}` | {MISSING[what]} |' for what in missing()]
+    return '\n'.join(lines)
+
+
+def page() -> str:
+    """Return the page with the tables as they are to be."""
+    text = PAGE.read_text(encoding='utf-8')
+    before, rest = text.split(BEGIN)
+    after = rest.split(END)[1]
+    return f'{before}{BEGIN}\n{table()}\n{END}{after}'
+
+
+if __name__ == '__main__':
+    PAGE.write_text(page(), encoding='utf-8')
+    sys.exit(0)
