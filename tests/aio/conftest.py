@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable, Coroutine, Iterator
 from typing import Any, TypeVar
 
 import pytest
 from helpers.loops import Play, run
 
 from goalwire.aio.node import CONTEXTS
+from goalwire.testing import VirtualClock
 
 T = TypeVar('T')
+ON_MEMORY = pytest.mark.parametrize('transport_name', ['goalwire_memory'])
 
 
 @pytest.fixture
@@ -23,3 +25,10 @@ def play(isolated: dict[str, str]) -> Play:
         return result
 
     return play_one
+
+
+@pytest.fixture
+def clock() -> Iterator[VirtualClock]:
+    """Virtual time, exact and without waiting; for tests of times. It needs the memory wire."""
+    with VirtualClock() as clock:
+        yield clock

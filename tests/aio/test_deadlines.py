@@ -13,6 +13,9 @@ from std_srvs.srv import Trigger
 
 import goalwire
 from goalwire.errors import DeadlineError, NoServerError, RefusedError, ServerFailedError, ServerLostError
+from goalwire.testing import VirtualClock
+
+from .conftest import ON_MEMORY
 
 
 async def never(_: object) -> Trigger.Response:
@@ -20,7 +23,8 @@ async def never(_: object) -> Trigger.Response:
     return Trigger.Response()
 
 
-def test_the_nearest_default_counts(play: Play, monkeypatch: pytest.MonkeyPatch) -> None:
+@ON_MEMORY
+def test_the_nearest_default_counts(play: Play, clock: VirtualClock, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv('GOALWIRE_CALL_TIMEOUT', '0.01')
 
     async def lasts(client: goalwire.Client[Trigger.Request, Trigger.Response], **given: float) -> float:
@@ -35,10 +39,10 @@ def test_the_nearest_default_counts(play: Play, monkeypatch: pytest.MonkeyPatch)
             await of_process.wait_for_server(timeout=9.0)
             of_node = hand.client(Trigger, 'hang')
             of_client = hand.client(Trigger, 'hang', timeout=0.2)
-            assert 0.01 <= await lasts(of_process) < 0.1
-            assert 0.1 <= await lasts(of_node) < 0.2
-            assert 0.2 <= await lasts(of_client) < 0.3
-            assert 0.02 <= await lasts(of_client, timeout=0.02) < 0.1
+            assert await lasts(of_process) == pytest.approx(0.01)
+            assert await lasts(of_node) == pytest.approx(0.1)
+            assert await lasts(of_client) == pytest.approx(0.2)
+            assert await lasts(of_client, timeout=0.02) == pytest.approx(0.02)
             with pytest.raises(TimeoutError):
                 async with asyncio.timeout(0.05):
                     await of_process.call(timeout=math.inf)

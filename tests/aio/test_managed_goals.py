@@ -18,6 +18,9 @@ from goalwire.rules.goals.cancel import CancelCode
 from goalwire.rules.goals.policy import OnClientLost
 from goalwire.rules.goals.table import GoalStatus
 from goalwire.rules.time import Time
+from goalwire.testing import VirtualClock
+
+from .conftest import ON_MEMORY
 
 Taken: TypeAlias = goalwire.Goal[Fibonacci.Goal, Fibonacci.Feedback]
 Running: TypeAlias = goalwire.Run[Fibonacci.Result, Fibonacci.Feedback]
@@ -316,7 +319,8 @@ def test_a_server_that_is_silent_too_long_counts_as_stuck(play: Play) -> None:
     play(scenario)
 
 
-def test_a_server_that_gives_feedback_is_not_stuck(play: Play) -> None:
+@ON_MEMORY
+def test_a_server_that_gives_feedback_is_not_stuck(play: Play, clock: VirtualClock) -> None:
     async def work(goal: Taken) -> Fibonacci.Result:
         for step in range(12):
             await asyncio.sleep(0.05)
@@ -332,7 +336,8 @@ def test_a_server_that_gives_feedback_is_not_stuck(play: Play) -> None:
     play(scenario)
 
 
-def test_a_goal_that_waits_for_its_turn_is_not_stuck(play: Play) -> None:
+@ON_MEMORY
+def test_a_goal_that_waits_for_its_turn_is_not_stuck(play: Play, clock: VirtualClock) -> None:
     async def scenario() -> None:
         jobs = Jobs()
         async with goalwire.Node('node') as node:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import time
 from collections.abc import Awaitable, Callable
 
 import pytest
@@ -21,6 +20,9 @@ from goalwire.errors import (
     ServerLostError,
 )
 from goalwire.logging import add_sink
+from goalwire.testing import VirtualClock
+
+from .conftest import ON_MEMORY
 
 pytestmark = pytest.mark.also_on_dds
 
@@ -177,9 +179,10 @@ def test_a_handler_that_fails_is_logged_and_told_and_the_node_goes_on(play: Play
     assert failures[0].endswith("KeyError: 'bulb'")
 
 
+@ON_MEMORY
 @pytest.mark.parametrize(('concurrent', 'most'), [(True, 3), (False, 1)])
 def test_requests_are_handled_beside_each_other_unless_told_otherwise(
-    play: Play, concurrent: bool, most: int
+    play: Play, clock: VirtualClock, concurrent: bool, most: int
 ) -> None:
     async def scenario() -> None:
         running: list[int] = []
@@ -226,11 +229,11 @@ def test_closing_a_client_ends_its_calls(play: Play) -> None:
     play(scenario)
 
 
-def test_a_deadline_begins_with_the_call(play: Play) -> None:
+@ON_MEMORY
+def test_a_deadline_begins_with_the_call(play: Play, clock: VirtualClock) -> None:
     async def scenario() -> None:
         async with goalwire.Node('node') as node:
             client = node.client(Trigger, 'late')
-            start = time.monotonic()
             with pytest.raises(ValueError, match='nan'):
                 await client.call(timeout=float('nan'))
             calling = asyncio.create_task(client.call(timeout=0.2))
@@ -243,6 +246,6 @@ def test_a_deadline_begins_with_the_call(play: Play) -> None:
             node.service(Trigger, 'late', never)
             with pytest.raises(DeadlineError):
                 await calling
-            assert time.monotonic() - start < 1.0
+            assert clock.elapsed == pytest.approx(0.2)
 
     play(scenario)

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 import pytest
 from helpers.execution import SmallContext, SmallNode, Spinning
-from helpers.patience import soon
+from helpers.patience import soon, wait_for
 
 from goalwire.errors import NotInitializedException
 from goalwire.execution.clock import Clock, ClockChange, ClockTimerEntry, JumpThreshold, ROSClock, TimeJump
@@ -161,21 +161,25 @@ def test_a_sleep_takes_only_this_clocks_time(context: SmallContext) -> None:
 def _sleep_in_thread(
     clock: ROSClock, until: Time, context: SmallContext
 ) -> tuple[threading.Event, list[bool]]:
-    ended, result = threading.Event(), list[bool]()
+    """Sleep in a thread of its own; returns once it sleeps."""
+    ended, result, others = threading.Event(), list[bool](), len(clock._sleepers)
 
     def sleep() -> None:
         result.append(clock.sleep_until(until, context))
         ended.set()
 
     threading.Thread(target=sleep).start()
+    wait_for(lambda: len(clock._sleepers) > others, 'the sleep to begin')
     return ended, result
 
 
 def test_a_sleep_on_sim_time_ends_when_that_time_is_set(context: SmallContext) -> None:
     clock = active()
     ended, result = _sleep_in_thread(clock, ros(2), context)
+    earlier, _ = _sleep_in_thread(clock, ros(1), context)
     clock.set_ros_time_override(ros(1))
-    assert not ended.wait(0.03)
+    assert soon(earlier)
+    assert not ended.is_set()
     clock.set_ros_time_override(ros(2.5))
     assert soon(ended)
     assert result == [True]
@@ -184,8 +188,6 @@ def test_a_sleep_on_sim_time_ends_when_that_time_is_set(context: SmallContext) -
 def test_a_sleep_is_given_up_when_the_source_of_time_is_switched(context: SmallContext) -> None:
     clock = active()
     ended, result = _sleep_in_thread(clock, ros(2), context)
-    while not clock._sleepers:
-        ended.wait(0.001)
     clock._set_ros_time_is_active(False)
     assert soon(ended)
     assert result == [False]
@@ -195,8 +197,10 @@ def test_a_sleep_outlasts_a_jump_back(context: SmallContext) -> None:
     clock = active(10)
     ended, result = _sleep_in_thread(clock, ros(12), context)
     clock.set_ros_time_override(ros(5))
+    earlier, _ = _sleep_in_thread(clock, ros(11), context)
     clock.set_ros_time_override(ros(11))
-    assert not ended.wait(0.03)
+    assert soon(earlier)
+    assert not ended.is_set()
     clock.set_ros_time_override(ros(12))
     assert soon(ended)
     assert result == [True]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import pytest
 from helpers.execution import SmallContext, SmallNode, Spinning
-from helpers.patience import PATIENCE, soon
+from helpers.patience import PATIENCE, soon, wait_for
 
 from goalwire.errors import InvalidHandle, ROSInterruptException
 from goalwire.execution.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
@@ -486,6 +486,22 @@ def test_a_rate_and_a_sleep_end_in_time_when_the_machines_clock_is_set_back(cont
         assert not thread.is_alive()
 
 
+def sim(seconds: float) -> Time:
+    return Time(seconds=seconds, clock_type=ClockType.ROS_TIME)
+
+
+def in_thread(work: Callable[[], object]) -> threading.Event:
+    """Do it in a thread of its own; the event tells its end."""
+    ended = threading.Event()
+
+    def run() -> None:
+        work()
+        ended.set()
+
+    threading.Thread(target=run).start()
+    return ended
+
+
 def rate(context: SmallContext, hertz: float, clock: Clock | None = None) -> Rate:
     return Rate(Timer(None, None, int(1e9 / hertz), clock or ROSClock()), context=context)
 
@@ -538,20 +554,16 @@ def test_two_threads_share_the_ticks_of_a_rate(context: SmallContext) -> None:
 def test_a_rate_on_sim_time_wakes_with_the_clock(context: SmallContext) -> None:
     clock = ROSClock()
     clock._set_ros_time_is_active(True)
-    ticks = rate(context, 1, clock)
-    slept = threading.Event()
-
-    def sleep() -> None:
-        ticks.sleep()
-        slept.set()
-
-    thread = threading.Thread(target=sleep)
-    thread.start()
+    ends = []
+    for hertz in (1, 2):
+        ends.append(in_thread(rate(context, hertz, clock).sleep))
+        wait_for(lambda: len(clock._sleepers) == len(ends), 'the sleep to begin')
+    whole, half = ends
     clock.set_ros_time_override(Time(seconds=0.5, clock_type=ClockType.ROS_TIME))
-    assert not slept.wait(0.03)
+    assert soon(half)
+    assert not whole.is_set()
     clock.set_ros_time_override(Time(seconds=1, clock_type=ClockType.ROS_TIME))
-    assert soon(slept)
-    thread.join()
+    assert soon(whole)
 
 
 def test_a_rate_goes_on_when_its_clock_is_switched_and_jumps_back(context: SmallContext) -> None:
@@ -566,16 +578,26 @@ def test_a_rate_goes_on_when_its_clock_is_switched_and_jumps_back(context: Small
 
     thread = threading.Thread(target=sleep)
     thread.start()
-    while not clock._sleepers:
-        assert not count.acquire(timeout=0.001)
-    clock.set_ros_time_override(Time(seconds=5000, clock_type=ClockType.ROS_TIME))
+    wait_for(lambda: clock._sleepers, 'the sleep to begin')
+
+    def other_sleeps_until(seconds: float) -> threading.Event:
+        before = len(clock._sleepers)
+        ended = in_thread(lambda: clock.sleep_until(sim(seconds), context))
+        wait_for(lambda: len(clock._sleepers) > before, 'the sleep to begin')
+        return ended
+
+    other = other_sleeps_until(4_000_000_000)  # the clock shows the time of day
+    clock.set_ros_time_override(sim(5000))
     clock._set_ros_time_is_active(True)
-    assert not count.acquire(timeout=0.03), 'being switched is no tick'
-    clock.set_ros_time_override(Time(seconds=100, clock_type=ClockType.ROS_TIME))
-    clock.set_ros_time_override(Time(seconds=1099, clock_type=ClockType.ROS_TIME))
-    assert not count.acquire(timeout=0.03), 'a jump back begins a new period'
+    assert soon(other)
+    assert not count.acquire(blocking=False), 'being switched is no tick'
+    clock.set_ros_time_override(sim(100))
+    other = other_sleeps_until(1099)
+    clock.set_ros_time_override(sim(1099))
+    assert soon(other)
+    assert not count.acquire(blocking=False), 'a jump back begins a new period'
     for seconds in (1100, 2100):
-        clock.set_ros_time_override(Time(seconds=seconds, clock_type=ClockType.ROS_TIME))
+        clock.set_ros_time_override(sim(seconds))
         assert count.acquire(timeout=PATIENCE)
     thread.join()
 
