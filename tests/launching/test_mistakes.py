@@ -171,6 +171,9 @@ def test_arguments_are_shown(ros2: CommandLine) -> None:
     shown = ros2.ok('launch', 'demo_robot', 'bringup.launch.py', '-s')
     names = [line.strip(" ':") for line in shown.splitlines() if line.startswith("    '")]
     assert names == ['namespace', 'use_sim_time', 'use_camera', 'params_file', 'planner']
+    shown = ros2.ok('launch', 'demo_robot', 'multi_robot.launch.xml', '-s')
+    assert "    'base':" in shown
+    assert "    'joints':" not in shown, 'the include gives it'
     assert 'No arguments.' in ros2.ok('launch', 'demo_robot', 'sequence.launch.py', '-s')
 
 

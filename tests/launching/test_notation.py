@@ -22,6 +22,7 @@ from launch.utilities import perform_substitutions
 
 from goalwire.errors import LaunchError, SubstitutionFailure
 from goalwire.launching.expressions import evaluate
+from goalwire.launching.ros.node import joined_namespace
 from goalwire.launching.ros.parameters import as_rule, by_yaml, evaluate_dictionary
 
 
@@ -142,6 +143,24 @@ def test_parameters_that_no_node_can_have(context: LaunchContext) -> None:
     for value in ([1, 'a'], [True, 1], None, object()):
         with pytest.raises(LaunchError, match="parameter 'a'"):
             evaluate_dictionary(context, {'a': value})
+
+
+NAMESPACES = {
+    (None, None): None,
+    (None, ''): '/',
+    (None, 'a'): '/a',
+    (None, '/a/'): '/a',
+    ('/r', None): '/r',
+    ('/r', ''): '/r',
+    ('/r', 'a'): '/r/a',
+    ('/r', '/a'): '/a',
+    ('/', 'a'): '/a',
+}
+
+
+@pytest.mark.parametrize(('base', 'own'), list(NAMESPACES))
+def test_namespaces_below_each_other(base: str | None, own: str | None) -> None:
+    assert joined_namespace(base, own) == NAMESPACES[base, own]
 
 
 def test_rules_for_the_command_line() -> None:

@@ -81,6 +81,16 @@ def test_every_name_is_where_launch_files_import_it_from(line: str) -> None:
     assert [name for name in names.split() if not hasattr(found, name)] == []
 
 
+def test_modules_are_attributes_too() -> None:
+    import launch
+    import launch_ros
+
+    assert launch.events.process.ShutdownProcess
+    assert launch.events.matchers.matches_action  # type: ignore[attr-defined]
+    assert launch_ros.events.lifecycle.ChangeState
+    assert launch.substitutions.launch_configuration  # type: ignore[attr-defined]
+
+
 def test_a_sourced_ros_2_comes_first(tmp_path: Path) -> None:
     for name in ('launch', 'launch_ros'):
         (tmp_path / name).mkdir()

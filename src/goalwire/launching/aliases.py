@@ -24,3 +24,4 @@ def add_modules(package: str, exceptions: dict[str, str] | None = None) -> None:
         alias = ModuleType(full, f'{full}: {name}.')
         setattr(alias, name, getattr(module, name))
         sys.modules[full] = alias
+        setattr(module, own, alias)

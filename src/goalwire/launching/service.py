@@ -7,6 +7,7 @@ import contextlib
 import os
 import signal
 import threading
+import time
 import traceback
 from collections.abc import Coroutine, Iterable, Iterator
 from typing import Any
@@ -23,6 +24,9 @@ from goalwire.launching.model import (
     visit_tree,
 )
 from goalwire.launching.output import get_logger, launch_config, log_launch_config
+
+SAME_S = 0.5
+"""Signals within so many seconds are one: wrappers such as `uv run` pass on what the terminal sends too."""
 
 
 class LaunchService:
@@ -48,6 +52,7 @@ class LaunchService:
         self._news: asyncio.Event | None = None
         self._shutting_down = False
         self._interrupts = 0
+        self._interrupted_at = -SAME_S
         self._return_code = 0
 
     @property
@@ -108,7 +113,7 @@ class LaunchService:
             self._task = asyncio.current_task()
         self._news = asyncio.Event()
         self._return_code = 0
-        self._interrupts = 0
+        self._interrupts, self._interrupted_at = 0, -SAME_S
         self._shutting_down = False
         self._context.is_shutdown = False
         self._context.attach(self._loop, self._news.set)
@@ -235,8 +240,11 @@ class LaunchService:
                     signal.signal(number, handler)
 
     def _interrupted(self, number: signal.Signals) -> None:
-        """The first signal asks for the end; the second sends SIGTERM to what is left, the third SIGKILL."""
-        self._interrupts += 1
+        """The first signal asks for the end, a second sends SIGTERM to what is left, a third SIGKILL."""
+        now = time.monotonic()
+        if now - self._interrupted_at < SAME_S:
+            return
+        self._interrupts, self._interrupted_at = self._interrupts + 1, now
         what = (
             'user interrupted with ctrl-c (SIGINT)'
             if number == signal.SIGINT

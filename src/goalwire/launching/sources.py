@@ -22,7 +22,7 @@ from goalwire.launching.actions import (
     PushLaunchConfigurations,
     SetLaunchConfiguration,
 )
-from goalwire.launching.errors import located, remember_launch_file
+from goalwire.launching.errors import Location, located, remember_launch_file
 from goalwire.launching.exposure import expose_action
 from goalwire.launching.model import (
     Action,
@@ -160,10 +160,18 @@ class LaunchDescriptionSource:
             self._expanded = perform_substitutions(context, self._location)
         return self._description
 
-    def try_get_launch_description_without_context(self) -> LaunchDescription | None:
-        """Read it where its place depends on nothing that a launch finds out; else None."""
+    def try_get_launch_description_without_context(
+        self, including: Location | None = None
+    ) -> LaunchDescription | None:
+        """Read it where its place depends on nothing that a launch finds out; else None.
+
+        `including` is the line of the include, whose folder $(dirname) stands for.
+        """
+        context = LaunchContext()
+        if including is not None:
+            context.extend_globals(_this_file(including.file))
         try:
-            return self.get_launch_description(LaunchContext())
+            return self.get_launch_description(context)
         except Exception as error:
             if isinstance(error, InvalidLaunchFileError) or (
                 isinstance(error, LaunchError) and error.located
@@ -271,7 +279,7 @@ class IncludeLaunchDescription(Action):
 
     def read_ahead(self) -> LaunchDescription | None:
         """The description, where it can be read without a launch."""
-        return self._source.try_get_launch_description_without_context()
+        return self._source.try_get_launch_description_without_context(self.location)
 
     def given_names(self) -> set[str]:
         """The names of its arguments, as far as they are plain texts."""
@@ -285,13 +293,8 @@ class IncludeLaunchDescription(Action):
         description = self._source.get_launch_description(context)
         path = self._source.location
         globals_ = context.get_globals()
-        names = ('current_launch_file_path', 'current_launch_file_directory')
-        context.extend_globals(
-            {
-                'current_launch_file_path': os.path.abspath(path),
-                'current_launch_file_directory': os.path.dirname(os.path.abspath(path)),
-            }
-        )
+        names = _this_file(path).keys()
+        context.extend_globals(_this_file(path))
 
         def go_back(context: LaunchContext) -> None:
             context.remove_globals(names)
@@ -325,6 +328,12 @@ class IncludeLaunchDescription(Action):
                     f"included launch file {self._source.location} needs the argument '{entity.name}', "
                     'which is not given'
                 )
+
+
+def _this_file(path: str) -> dict[str, str]:
+    """The names of the moment that say which launch file is read."""
+    full = os.path.abspath(path)
+    return {'current_launch_file_path': full, 'current_launch_file_directory': os.path.dirname(full)}
 
 
 class _Outside(Substitution):

@@ -224,8 +224,7 @@ class Node(ExecuteProcess):
 
 def joined_namespace(base: str | None, own: str | None) -> str | None:
     """A namespace below another, absolute; None where there is neither. An absolute one stands alone."""
-    if own is None or own == '':
+    if own is None:
         return base
-    if own.startswith('/') or base is None:
-        return absolute_namespace(own)
-    return f'{base.rstrip("/")}/{own}'
+    joined = own if not base or own.startswith('/') else f'{base.rstrip("/")}/{own}'
+    return absolute_namespace(joined.rstrip('/'))

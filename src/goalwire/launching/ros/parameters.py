@@ -50,6 +50,8 @@ class ParameterValue:
 
     def evaluate(self, context: LaunchContext) -> Any:
         """The value. Raises LaunchError where it is not of the type."""
+        if self._value_type is None and is_substitution(self._value):
+            return by_yaml(perform_substitutions(context, self._value))
         try:
             return perform_typed_substitution(context, self._value, self._value_type)
         except ValueError as error:

@@ -44,10 +44,8 @@ class PushROSNamespace(Action):
     def execute(self, context: LaunchContext) -> None:
         pushed = perform_substitutions(context, self._namespace)
         found = joined_namespace(context.launch_configurations.get('ros_namespace'), pushed)
-        if found is None:
-            return
         try:
-            validate_namespace(found)
+            validate_namespace(found or '/')
         except ValueError as error:
             raise LaunchError(' '.join(str(error).split())) from error
         context.launch_configurations['ros_namespace'] = found

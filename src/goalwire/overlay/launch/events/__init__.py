@@ -11,6 +11,7 @@ from goalwire.launching.events import (
     matches_name,
     matches_pid,
 )
+from launch.events import process
 
 __all__ = [
     'ExecutionComplete',
@@ -21,6 +22,7 @@ __all__ = [
     'matches_executable',
     'matches_name',
     'matches_pid',
+    'process',
 ]
 
-add_modules(__name__, {'matches_action': 'matchers'})
+add_modules(__name__, {'matches_action': 'matchers', 'process': 'process'})

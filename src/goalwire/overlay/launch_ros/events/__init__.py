@@ -1,9 +1,6 @@
 """launch_ros.events."""
 
-from goalwire.launching.ros.lifecycle import (
-    matches_node_name,
-)
+from goalwire.launching.ros.lifecycle import matches_node_name
+from launch_ros.events import lifecycle, matchers
 
-__all__ = [
-    'matches_node_name',
-]
+__all__ = ['lifecycle', 'matchers', 'matches_node_name']
