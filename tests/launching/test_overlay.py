@@ -85,9 +85,9 @@ def test_modules_are_attributes_too() -> None:
     import launch
     import launch_ros
 
-    assert launch.events.process.ShutdownProcess
+    assert issubclass(launch.events.process.ShutdownProcess, launch.Event)
     assert launch.events.matchers.matches_action  # type: ignore[attr-defined]
-    assert launch_ros.events.lifecycle.ChangeState
+    assert issubclass(launch_ros.events.lifecycle.ChangeState, launch.Event)
     assert launch.substitutions.launch_configuration  # type: ignore[attr-defined]
 
 
