@@ -60,19 +60,19 @@ _NAMES = {
     'goalwire.rules.qos': 'DurabilityPolicy HistoryPolicy LivelinessPolicy QoS ReliabilityPolicy',
     'goalwire.rules.retries': 'CallAttempt Retry',
 }
-_HOMES = {name: home for home, names in _NAMES.items() for name in names.split()}
+_ORIGINS = {name: origin for origin, names in _NAMES.items() for name in names.split()}
 
 
 def __getattr__(name: str) -> object:
-    home = _HOMES.get(name)
-    if home is None:
+    origin = _ORIGINS.get(name)
+    if origin is None:
         raise AttributeError(f"module 'goalwire' has no attribute '{name}'")
     from importlib import import_module
 
-    found: object = getattr(import_module(home), name)
+    found: object = getattr(import_module(origin), name)
     globals()[name] = found
     return found
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *_HOMES})
+    return sorted({*globals(), *_ORIGINS})

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from goalwire.idl.rosidl_compat import get_service as get_service
     from goalwire.idl.rosidl_compat import type_name as type_name
 
-_HOMES = {
+_ORIGINS = {
     'definition': 'goalwire.idl.registry',
     'get_action': 'goalwire.idl.rosidl_compat',
     'get_interface': 'goalwire.idl.rosidl_compat',
@@ -23,15 +23,15 @@ _HOMES = {
     'type_hash': 'goalwire.cdr.type_hash',
     'type_name': 'goalwire.idl.rosidl_compat',
 }
-__all__ = list(_HOMES)
+__all__ = list(_ORIGINS)
 
 
 def __getattr__(name: str) -> object:
-    home = _HOMES.get(name)
-    if home is None:
+    origin = _ORIGINS.get(name)
+    if origin is None:
         raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
     from importlib import import_module  # costs 0.3 ms
 
-    value = getattr(import_module(home), name)
+    value = getattr(import_module(origin), name)
     globals()[name] = value
     return value

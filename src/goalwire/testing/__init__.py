@@ -33,19 +33,19 @@ _NAMES = {
     'testing.topics': 'Publisher Recorder',
     'testing.virtual.clock': 'VirtualClock',
 }
-_HOMES = {name: home for home, names in _NAMES.items() for name in names.split()}
+_ORIGINS = {name: origin for origin, names in _NAMES.items() for name in names.split()}
 
 
 def __getattr__(name: str) -> object:
-    home = _HOMES.get(name)
-    if home is None:
+    origin = _ORIGINS.get(name)
+    if origin is None:
         raise AttributeError(f"module 'goalwire.testing' has no attribute '{name}'")
     from importlib import import_module
 
-    found: object = getattr(import_module(f'goalwire.{home}'), name)
+    found: object = getattr(import_module(f'goalwire.{origin}'), name)
     globals()[name] = found
     return found
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *_HOMES})
+    return sorted({*globals(), *_ORIGINS})

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import partial
 from threading import Lock
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from weakref import WeakSet
 
 from geometry_msgs.msg import TransformStamped
@@ -20,9 +20,13 @@ from tf2_msgs.srv import FrameGraph
 from tf2_py import BufferCore, TransformException
 from tf2_py.buffer_core import Instant
 
+from goalwire.execution.clock import block_on_clock
 from goalwire.execution.event_queue import EventQueue
+from goalwire.execution.waitable import unwatch, watch
 from tf2_ros.buffer_interface import NO_TIME, BufferInterface
-from tf2_ros.hearing import wait_hearing
+
+if TYPE_CHECKING:
+    from goalwire.execution.waiting import ShutdownSignal
 
 __all__ = ['Buffer']
 
@@ -183,7 +187,7 @@ class Buffer(BufferCore, BufferInterface):
         with self._waiting_lock:
             event_queues = list(self._event_queues)
         try:
-            wait_hearing(future, event_queues, self.clock, until_ns, self._context.shutdown_signal)
+            _wait_hearing(future, event_queues, self.clock, until_ns, self._context.shutdown_signal)
         finally:
             future.cancel()
 
@@ -219,3 +223,45 @@ class Buffer(BufferCore, BufferInterface):
     def _get_frames(self, request: FrameGraph.Request, response: FrameGraph.Response) -> FrameGraph.Response:
         response.frame_yaml = self.all_frames_as_yaml()
         return response
+
+
+class _Arrivals:
+    """A future of whatever comes next."""
+
+    def __init__(self) -> None:
+        self.next: Future[None] = Future()
+
+    def tell(self) -> None:
+        """Something has come. Any thread."""
+        self.next.set_result(None)
+
+
+def _wait_hearing(
+    future: Future[Any],
+    event_queues: Iterable[EventQueue[Any]],
+    clock: Clock,
+    until_ns: int,
+    shutdown_signal: ShutdownSignal,
+) -> None:
+    """Wait until `future` is settled, `clock` shows `until_ns`, or the end, taking what the listeners hear.
+
+    Who would take it otherwise may be the very thread that waits: a callback under the single-threaded
+    executor. Raises what the subscriptions' callbacks raise.
+    """
+    heard = list(event_queues)
+    arrivals = _Arrivals()
+    for event_queue in heard:
+        watch(event_queue, arrivals.tell)
+    future.add_waker(arrivals.tell)
+    try:
+        while True:
+            arrivals.next = Future()  # before looking: what comes from now on completes this one
+            for event_queue in heard:
+                while future.pending() and (event := event_queue.take()) is not None:
+                    event_queue.handle(event)
+            if not future.pending() or not block_on_clock(arrivals.next, clock, until_ns, shutdown_signal):
+                return
+    finally:
+        future.remove_waker(arrivals.tell)
+        for event_queue in heard:
+            unwatch(event_queue, arrivals.tell)

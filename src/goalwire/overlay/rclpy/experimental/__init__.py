@@ -26,7 +26,7 @@ __all__ = [
     'EventsExecutor',
 ]
 
-_HOMES = {
+_ORIGINS = {
     'AsyncClient': 'async_client',
     'AsyncClock': 'async_clock',
     'AsyncNode': 'async_node',
@@ -39,9 +39,9 @@ _HOMES = {
 
 
 def __getattr__(name: str) -> object:
-    home = _HOMES.get(name)
-    if home is None:
+    origin = _ORIGINS.get(name)
+    if origin is None:
         raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
-    found = getattr(import_module(f'{__name__}.{home}'), name)
+    found = getattr(import_module(f'{__name__}.{origin}'), name)
     globals()[name] = found
     return found
