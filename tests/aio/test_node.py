@@ -51,7 +51,7 @@ def test_importing_goalwire_stays_light_until_a_name_is_asked_for(tmp_path: Path
 
 
 def test_every_name_of_the_package_is_there() -> None:
-    for name in goalwire._HOMES:
+    for name in goalwire._ORIGINS:
         assert getattr(goalwire, name).__name__ == name
 
 

@@ -18,7 +18,7 @@ from goalwire.cdr.layout import COUNT, EMPTY, HEADER_SIZE, Item, Leaf
 from goalwire.idl.model import Shape
 from goalwire.idl.runtime import DTYPES, TYPECODES
 
-_BORROWED: dict[str, object] = {
+_HELPERS: dict[str, object] = {
     'BOOLS': reading.BOOLS,
     'array': array,
     'bools': reading.bools,
@@ -66,7 +66,7 @@ class _Module:
     def __init__(self, order: str, *, view: bool) -> None:
         self.order = order
         self.view = view
-        self.names: dict[str, object] = dict(_BORROWED)
+        self.names: dict[str, object] = dict(_HELPERS)
         self.lines: list[str] = []
         self._loops: dict[type, str] = {}
 

@@ -2,7 +2,7 @@
 
 Nested messages are flattened. Fields of fixed size, with at most one string among them, form a run: one
 call of one precompiled struct. Types and ranges are checked in passing; what fails is explained by
-codec/diagnosis.py.
+cdr/explain.py.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from goalwire.cdr.layout import COUNT, EMPTY, HEADER_SIZE, TEXT, Item, Leaf
 from goalwire.idl.model import FLOATS, Shape
 from goalwire.idl.runtime import DTYPES, TYPECODES
 
-_BORROWED: dict[str, object] = {
+_HELPERS: dict[str, object] = {
     'array': array,
     'bools': writing.bools,
     'fixed_numbers': writing.fixed_numbers,
@@ -52,7 +52,7 @@ class _Module:
     """The functions and names that one encoder consists of."""
 
     def __init__(self) -> None:
-        self.names: dict[str, object] = dict(_BORROWED)
+        self.names: dict[str, object] = dict(_HELPERS)
         self.lines: list[str] = []
         self._loops: dict[type, str] = {}
 

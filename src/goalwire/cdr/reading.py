@@ -1,7 +1,7 @@
 """What generated decoders call.
 
 All of these raise ValueError or IndexError for bytes that cannot be right, before they allocate anything for
-them; codec/diagnosis.py finds out which field it was.
+them; cdr/explain.py finds out which field it was.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """What generated encoders call: tables of packers, and values that need more than a struct.
 
-All of these raise TypeError or ValueError for a value that does not fit; codec/diagnosis.py finds out which
+All of these raise TypeError or ValueError for a value that does not fit; cdr/explain.py finds out which
 it was.
 """
 
