@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from goalwire.entities.call_context import CallContext, TimedCalls
 from goalwire.entities.endpoint import describe_endpoint
-from goalwire.entities.graph_waiting import graph_shows, tell_near_misses, wait_for_graph
+from goalwire.entities.graph_waiting import ServerWaitQueue, graph_shows, tell_near_misses, wait_for_graph
 from goalwire.entities.node import NodeCore
 from goalwire.entities.pending_call import (
     NO_REASON,
@@ -17,7 +17,6 @@ from goalwire.entities.pending_call import (
     RequestClient,
     Retries,
 )
-from goalwire.entities.server_wait_queue import ServerWaitQueue
 from goalwire.entities.service_introspection import Introspected, IntrospectedCall
 from goalwire.entities.type_support import ServiceSupport
 from goalwire.errors import (
@@ -103,9 +102,7 @@ class ClientCore(RequestClient, TimedCalls, Introspected):
         return call
 
     def make_wait_queue(self) -> ServerWaitQueue:
-        self.wait_queue = queue = ServerWaitQueue(
-            self.node.context, self.server_is_there, 'service', self.full_name
-        )
+        self.wait_queue = queue = ServerWaitQueue(self.node.context, self.server_is_there, self.full_name)
         return queue
 
     @property

@@ -1,16 +1,25 @@
-"""Waiting for the graph to look as wanted: woken by its changes, never polling."""
+"""Waiting for the graph to look as wanted: threads, coroutines, requests. Its changes wake, nothing polls."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from threading import Lock
+from typing import TYPE_CHECKING, Protocol
 
 from goalwire.entities.context import Context
+from goalwire.errors import ClosedError
 from goalwire.execution.monotonic import deadline_after
+from goalwire.execution.timer_heap import TimerEntry
 from goalwire.logging import get_logger
+from goalwire.transport.contract import EndpointKind
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from goalwire.entities.context import Context
     from goalwire.entities.node import NodeCore
+    from goalwire.graph.watch import Watch
+    from goalwire.transport.contract import GraphEntity
 
 
 def wait_for_graph(context: Context, predicate: Callable[[], bool], timeout_sec: float | None) -> bool:
@@ -76,3 +85,82 @@ async def graph_shows(context: Context, predicate: Callable[[], bool], deadline:
     finally:
         end.close()
         changes.close()
+
+
+class Waiting(Protocol):
+    """A request in the queue."""
+
+    def resume(self) -> None:
+        """There is a server now. Raises nothing."""
+
+
+class ServerWaitQueue:
+    """The requests of one client that wait for a server, first come first served.
+
+    One look at the graph after each change serves them all; it and the sending happen on a thread of the
+    context's, for a change comes on the transport's. A server that was seen is there until the graph changes.
+    """
+
+    def __init__(self, context: Context, is_there: Callable[[], bool], served_as: str) -> None:
+        """`served_as` is the service's name, or that of an action's first service."""
+        self.waiting: dict[Waiting, None] = {}
+        self._context = context
+        self._is_there = is_there
+        self._served_as = served_as
+        self.servers: Sequence[GraphEntity] = ()
+        """Who served when somebody was seen last."""
+        self._graph = context.graph
+        self._seen = -1
+        """The graph's version when somebody was seen last."""
+        self._lock = Lock()
+        self._changes: Watch[[]] | None = None
+        self._alarm = TimerEntry(self._look)
+
+    def has_server(self) -> bool:
+        """Whether there is a server. While the graph is as it was nobody looks again: twelve calls less."""
+        version = self._graph.version
+        if version == self._seen:
+            return True
+        if not self._is_there():
+            return False
+        self.servers = self._graph.entities(EndpointKind.SERVICE, self._served_as)
+        self._seen = version
+        return True
+
+    def add(self, waiting: Waiting) -> None:
+        """Let a request wait; `resume` it once there is a server."""
+        with self._lock:
+            self.waiting[waiting] = None
+            if self._changes is not None:
+                return
+            self._changes = self._context.graph.on_change(self._changed)
+        self._changed()  # one may have come since somebody looked
+
+    def discard(self, waiting: Waiting) -> None:
+        """Let it wait no longer; nothing where it does not."""
+        if waiting in self.waiting:
+            with self._lock:
+                self.waiting.pop(waiting, None)
+                if not self.waiting:
+                    self._close()
+
+    def _changed(self) -> None:
+        self._context.sends.soon(self._alarm)
+
+    def _look(self) -> None:
+        try:
+            if not self._is_there():
+                return
+        except ClosedError:
+            return  # the client or its context has ended, and tells who waits
+        with self._lock:
+            served = list(self.waiting)
+            self.waiting.clear()
+            self._close()
+        for waiting in served:
+            waiting.resume()
+
+    def _close(self) -> None:
+        changes, self._changes = self._changes, None
+        if changes is not None:
+            changes.close()

@@ -29,7 +29,7 @@ from random import random
 from threading import Lock
 from typing import TYPE_CHECKING, Any
 
-from goalwire.entities.server_wait_queue import ServerWaitQueue
+from goalwire.entities.graph_waiting import ServerWaitQueue
 from goalwire.errors import CallError, ClosedError, DeadlineError, InvalidHandle, ShutDownError
 from goalwire.execution.event_queue import EventQueue, ResponseTicks
 from goalwire.execution.future import FINISHED, PENDING, Future

@@ -22,10 +22,9 @@ from goalwire.entities.actions.types import goal_id_bytes
 from goalwire.entities.call_context import CallContext, TimedCalls
 from goalwire.entities.callbacks import check_callback
 from goalwire.entities.endpoint import describe_endpoint
-from goalwire.entities.graph_waiting import tell_near_misses, wait_for_graph
+from goalwire.entities.graph_waiting import ServerWaitQueue, tell_near_misses, wait_for_graph
 from goalwire.entities.node import NodeCore
 from goalwire.entities.pending_call import PENDING_LIMIT, end_with, unanswered
-from goalwire.entities.server_wait_queue import ServerWaitQueue
 from goalwire.entities.type_support import ActionSupport, MessageSupport
 from goalwire.errors import (
     CallError,
@@ -225,9 +224,7 @@ class ActionClientCore(TimedCalls):
     def make_wait_queue(self) -> ServerWaitQueue:
         """Return the queue in which the requests of this client wait for a server."""
         if self._wait_queue is None:
-            self._wait_queue = ServerWaitQueue(
-                self.node.context, self.server_is_there, 'action', self.full_name, self.goal_service
-            )
+            self._wait_queue = ServerWaitQueue(self.node.context, self.server_is_there, self.goal_service)
         return self._wait_queue
 
     def on_goal_reply(self, call: GoalCall, sample: Sample) -> None:

@@ -27,8 +27,8 @@ from goalwire.transport.contract import EndpointKind
 
 if TYPE_CHECKING:
     from goalwire.entities.actions.client_goal import ResultFuture
+    from goalwire.entities.graph_waiting import ServerWaitQueue
     from goalwire.entities.node import NodeCore
-    from goalwire.entities.server_wait_queue import ServerWaitQueue
     from goalwire.entities.type_support import ServiceSupport
     from goalwire.execution.event_queue import ResponseTicks
     from goalwire.logging import RcutilsLogger

@@ -1,24 +1,24 @@
-"""The line of requests that wait for a server: when it looks who is there."""
+"""The queue of requests that wait for a server: when it looks who is there."""
 
 from __future__ import annotations
 
 from std_srvs.srv import Trigger
 
+from goalwire.entities.graph_waiting import ServerWaitQueue
 from goalwire.entities.node import NodeCore
-from goalwire.entities.server_wait_queue import ServerWaitQueue
 from goalwire.entities.service import ServiceCore
 from goalwire.entities.type_support import service_support
 from goalwire.execution.callback_groups import ReentrantCallbackGroup
 from goalwire.rules.qos import SERVICES_DEFAULT
 
 
-class Watchman:
+class Watcher:
     """Counts how often somebody looks."""
 
     def __init__(self, node: NodeCore) -> None:
         self.looks = 0
         self._node = node
-        self.line = ServerWaitQueue(node.context, self.is_there, 'service', '/go')
+        self.queue = ServerWaitQueue(node.context, self.is_there, '/go')
 
     def is_there(self) -> bool:
         self.looks += 1
@@ -37,27 +37,27 @@ def serve(node: NodeCore) -> ServiceCore:
 
 
 def test_a_server_that_was_seen_is_there_until_the_graph_changes(node: NodeCore) -> None:
-    service, watchman = serve(node), Watchman(node)
-    line = watchman.line
-    assert [line.has_server() for _ in range(3)] == [True] * 3
-    assert watchman.looks == 1
-    assert [server.name for server in line.servers] == ['/go']
+    service, watcher = serve(node), Watcher(node)
+    queue = watcher.queue
+    assert [queue.has_server() for _ in range(3)] == [True] * 3
+    assert watcher.looks == 1
+    assert [server.name for server in queue.servers] == ['/go']
     service.destroy()
-    assert not line.has_server()
+    assert not queue.has_server()
     serve(node)
-    assert line.has_server()
+    assert queue.has_server()
 
 
 def test_a_server_that_is_missing_is_looked_for_each_time(node: NodeCore) -> None:
-    watchman = Watchman(node)
-    assert [watchman.line.has_server() for _ in range(3)] == [False] * 3
-    assert watchman.looks == 3
+    watcher = Watcher(node)
+    assert [watcher.queue.has_server() for _ in range(3)] == [False] * 3
+    assert watcher.looks == 3
 
 
 def test_who_serves_is_looked_for_again_where_a_connection_has_changed(node: NodeCore) -> None:
     serve(node)
-    watchman = Watchman(node)
-    assert watchman.line.has_server()
+    watcher = Watcher(node)
+    assert watcher.queue.has_server()
     node.graph.connected()
-    assert watchman.line.has_server()
-    assert watchman.looks == 2
+    assert watcher.queue.has_server()
+    assert watcher.looks == 2
