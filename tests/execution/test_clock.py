@@ -250,18 +250,18 @@ def test_the_steady_time_of_a_clocks_time() -> None:
 MS = 1_000_000
 
 
-class Bell:
-    """Counts its rings."""
+class Called:
+    """Counts the calls of its entry."""
 
     def __init__(self, clock: Clock, node: SmallNode) -> None:
-        self.rings = 0
-        self.rung = threading.Event()
-        self.alarm = ClockTimerEntry(node.work_queue, clock, self.ring)
-        self.alarm.follow()
+        self.count = 0
+        self.event = threading.Event()
+        self.entry = ClockTimerEntry(node.work_queue, clock, self.call)
+        self.entry.follow()
 
-    def ring(self) -> None:
-        self.rings += 1
-        self.rung.set()
+    def call(self) -> None:
+        self.count += 1
+        self.event.set()
 
 
 @pytest.fixture
@@ -274,47 +274,47 @@ def spinning(context: SmallContext) -> Iterator[SmallNode]:
 
 
 @pytest.mark.parametrize('kind', [ClockType.ROS_TIME, ClockType.SYSTEM_TIME, ClockType.STEADY_TIME])
-def test_an_alarm_rings_when_its_clock_shows_the_time(spinning: SmallNode, kind: ClockType) -> None:
+def test_an_entry_is_called_when_its_clock_shows_the_time(spinning: SmallNode, kind: ClockType) -> None:
     clock = Clock(clock_type=kind)
-    wake_fd = Bell(clock, spinning)
+    called = Called(clock, spinning)
     due = clock.now_ns() + 20 * MS
-    wake_fd.alarm.set(due)
-    assert soon(wake_fd.rung)
+    called.entry.set(due)
+    assert soon(called.event)
     assert clock.now_ns() >= due - MS
-    assert wake_fd.alarm.remaining_ns() is None
+    assert called.entry.remaining_ns() is None
 
 
 def test_on_a_set_clock_it_rings_once_where_the_time_is_set() -> None:
     clock = ROSClock()
     clock._set_ros_time_is_active(True)
-    wake_fd = Bell(clock, SmallNode())
-    wake_fd.alarm.set(2 * 10**9)
-    assert wake_fd.alarm.remaining_ns() == 2 * 10**9
+    called = Called(clock, SmallNode())
+    called.entry.set(2 * 10**9)
+    assert called.entry.remaining_ns() == 2 * 10**9
     clock.set_ros_time_override(ros(1.9))
-    assert wake_fd.rings == 0
+    assert called.count == 0
     for _ in range(3):
         clock.set_ros_time_override(ros(2))
-    assert wake_fd.rings == 1
-    wake_fd.alarm.set(10**9)
-    assert wake_fd.rings == 2, 'a time that is past rings at once'
+    assert called.count == 1
+    called.entry.set(10**9)
+    assert called.count == 2, 'a time that is past is called at once'
 
 
-def test_a_dropped_alarm_stays_silent() -> None:
+def test_a_discarded_entry_is_not_called() -> None:
     clock = ROSClock()
     clock._set_ros_time_is_active(True)
-    wake_fd = Bell(clock, SmallNode())
-    wake_fd.alarm.set(10**9)
-    wake_fd.alarm.drop()
+    called = Called(clock, SmallNode())
+    called.entry.set(10**9)
+    called.entry.cancel()
     clock.set_ros_time_override(ros(5))
-    assert wake_fd.rings == 0
+    assert called.count == 0
 
 
-def test_an_alarm_keeps_its_due_time_when_the_source_is_switched(spinning: SmallNode) -> None:
+def test_an_entry_keeps_its_due_time_when_the_source_is_switched(spinning: SmallNode) -> None:
     clock = ROSClock()
-    wake_fd = Bell(clock, spinning)
-    wake_fd.alarm.set(clock.now_ns() + 3600 * 10**9)
+    called = Called(clock, spinning)
+    called.entry.set(clock.now_ns() + 3600 * 10**9)
     clock._set_ros_time_is_active(True)
-    assert wake_fd.rings == 0
-    wake_fd.alarm.set(10**9)
+    assert called.count == 0
+    called.entry.set(10**9)
     clock._set_ros_time_is_active(False)
-    assert soon(wake_fd.rung), 'system time is past the first second of simulated time'
+    assert soon(called.event), 'system time is past the first second of simulated time'

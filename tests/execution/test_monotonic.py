@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import ast
+from pathlib import Path
 from typing import Any
 
 import pytest
 
+from goalwire.execution import monotonic
 from goalwire.execution.monotonic import STEADY, deadline_after, timeout_ns
 
 
@@ -24,3 +27,14 @@ def test_what_is_no_time_is_named(wrong: Any, kind: type[Exception]) -> None:
 
 def test_negative_timeouts_of_rclpy_have_no_end() -> None:
     assert deadline_after(STEADY, -1e-12) is deadline_after(STEADY, None) is None
+
+
+def test_the_machines_time_is_read_in_one_file_alone() -> None:
+    folder = Path(monotonic.__file__).parent
+    readers = set()
+    for file in folder.rglob('*.py'):
+        for node in ast.walk(ast.parse(file.read_text(encoding='utf-8'))):
+            names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+            if 'time' in names or (isinstance(node, ast.ImportFrom) and node.module == 'time'):
+                readers.add(file.name)
+    assert readers == {'monotonic.py'}

@@ -126,9 +126,9 @@ def test_ping_pong_between_two_threads_never_stalls() -> None:
     thread.join(PATIENCE)
 
 
-def test_an_alarm_that_is_set_while_a_thread_goes_to_sleep_ends_that_sleep() -> None:
+def test_an_entry_that_is_set_while_a_thread_goes_to_sleep_ends_that_sleep() -> None:
     class Wakers(list[Callable[[], None]]):
-        """Has an alarm set by another thread the moment before a sleeper stands here."""
+        """Has an entry set by another thread the moment before a sleeper stands here."""
 
         def append(self, waker: Callable[[], None]) -> None:
             other = threading.Thread(target=timer_heap.set, args=(TimerEntry(lambda: None), STEADY.now()))
@@ -189,11 +189,11 @@ def test_adding_and_removing_a_node_with_each_call_keeps_pending_work_and_its_or
     assert got == [0, 1, 2, 3]
 
 
-def test_an_alarm_follows_the_node_to_another_executor(context: SmallContext, node: SmallNode) -> None:
+def test_an_entry_follows_the_node_to_another_executor(context: SmallContext, node: SmallNode) -> None:
     rung = threading.Event()
     with SingleThreadedExecutor(context=context) as one, SingleThreadedExecutor(context=context) as other:
         one.add_node(node)
-        node.work_queue.set_alarm(TimerEntry(rung.set), 1)
+        node.work_queue.set_timer_entry(TimerEntry(rung.set), 1)
         other.add_node(node)
         one.spin_once(0)
         assert not rung.is_set()
@@ -201,9 +201,9 @@ def test_an_alarm_follows_the_node_to_another_executor(context: SmallContext, no
         assert rung.is_set()
 
 
-def test_changing_executors_for_ever_leaves_no_alarms_behind(context: SmallContext, node: SmallNode) -> None:
+def test_changing_executors_for_ever_leaves_no_entries_behind(context: SmallContext, node: SmallNode) -> None:
     with SingleThreadedExecutor(context=context) as executor:
-        node.work_queue.set_alarm(TimerEntry(lambda: None), 2**61)
+        node.work_queue.set_timer_entry(TimerEntry(lambda: None), 2**61)
         for _ in range(1000):
             executor.add_node(node)
             executor.remove_node(node)
@@ -260,14 +260,14 @@ def test_a_slow_timer_of_a_node_that_moves_for_ever_leaves_little_behind(
     context: SmallContext, node: SmallNode
 ) -> None:
     with SingleThreadedExecutor(context=context) as one, SingleThreadedExecutor(context=context) as other:
-        node.work_queue.set_alarm(TimerEntry(lambda: None), 2**61)
+        node.work_queue.set_timer_entry(TimerEntry(lambda: None), 2**61)
         for _ in range(1000):
             one.add_node(node)
             other.add_node(node)
         assert len(one._timer_heap.heap) + len(other._timer_heap.heap) < 200
 
 
-def test_an_alarm_is_dropped_while_another_thread_rings_it() -> None:
+def test_an_entry_is_discarded_while_another_thread_is_called_it() -> None:
     class Rung(TimerEntry):
         """Rings on another thread as soon as somebody has looked where it is."""
 
@@ -277,7 +277,7 @@ def test_an_alarm_is_dropped_while_another_thread_rings_it() -> None:
             value = super().__getattribute__(name)
             if name == 'timer_heap' and value is not None and self.looks:
                 self.looks -= 1
-                ringing = threading.Thread(target=value.ring_due, args=(10,))
+                ringing = threading.Thread(target=value.call_due, args=(10,))
                 ringing.start()
                 ringing.join(PATIENCE)
             return value
@@ -286,11 +286,11 @@ def test_an_alarm_is_dropped_while_another_thread_rings_it() -> None:
     single = SingleThreadedExecutor(context=SmallContext())
     work_queue.attach(single._ready, single._timer_heap)
     rung: list[str] = []
-    alarm = Rung(lambda: rung.append('rung'))
-    work_queue.set_alarm(alarm, 1)
-    alarm.looks = 1
-    work_queue.drop_alarm(alarm)
+    entry = Rung(lambda: rung.append('rung'))
+    work_queue.set_timer_entry(entry, 1)
+    entry.looks = 1
+    work_queue.discard_timer_entry(entry)
     assert rung == ['rung']
-    assert alarm.due is None
-    assert not work_queue._alarms
+    assert entry.due is None
+    assert not work_queue._timer_entries
     single.shutdown()

@@ -196,7 +196,7 @@ def test_a_destroyed_timer_raises_invalid_handle() -> None:
         _ = timer.handle
 
 
-def test_a_timer_that_is_destroyed_while_it_sets_its_alarm_leaves_none_behind(node: SmallNode) -> None:
+def test_a_timer_that_is_destroyed_while_it_sets_its_entry_leaves_none_behind(node: SmallNode) -> None:
     class Interrupted(Clock):
         def steady_time_of(self, time_ns: int) -> int:
             if timers:
@@ -209,7 +209,7 @@ def test_a_timer_that_is_destroyed_while_it_sets_its_alarm_leaves_none_behind(no
     )
     timers.append(timer)
     timer.reset()
-    assert node.handle.work_queue._alarms == {}
+    assert node.handle.work_queue._timer_entries == {}
 
 
 def test_a_period_beyond_64_bits_is_refused() -> None:

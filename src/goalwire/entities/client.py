@@ -29,7 +29,7 @@ from goalwire.errors import (
     TooManyCallsError,
 )
 from goalwire.execution.callback_groups import CallbackGroup
-from goalwire.execution.future import Future, abandon, block_on
+from goalwire.execution.future import Future, block_on, cancel_quietly
 from goalwire.execution.monotonic import deadline_after
 from goalwire.logging import get_logger
 from goalwire.rules.qos import QoS
@@ -134,7 +134,7 @@ class ClientCore(RequestClient, TimedCalls, Introspected):
         try:
             settled = block_on(future, deadline, shutdown_signal)
         except BaseException:
-            abandon(future)
+            cancel_quietly(future)
             raise
         if not settled:
             future.discard()

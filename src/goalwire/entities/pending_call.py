@@ -261,8 +261,8 @@ class PendingCall(Future[Any]):
         client.timed.pop(self, None)
         alarm, attempts = self._alarm, self._attempts
         if alarm is not None:
-            context.context.deadlines.drop(alarm)
-            alarm.ring = _nothing  # no circle is left for the garbage collector
+            context.context.deadlines.discard(alarm)
+            alarm.call = _nothing  # no circle is left for the garbage collector
         queue = client.wait_queue
         if queue is not None and self in queue.waiting:
             queue.discard(self)
@@ -325,7 +325,7 @@ class PendingCall(Future[Any]):
             return
         if attempts.is_early(error) or self.end_lock.locked() or not attempts.take_back():
             return
-        context.context.deadlines.drop(attempts.patience)
+        context.context.deadlines.discard(attempts.patience)
         self.discard_request()
         delay = attempts.failed(error) if isinstance(error, CallError) else None
         if delay is None:
@@ -410,8 +410,8 @@ class _Attempts:
         """The call is over: send nothing again, and end no attempt."""
         deadlines, sends = self._context.context.deadlines, self._context.context.sends
         for thread, alarm in ((deadlines, self.patience), (sends, self.again)):
-            thread.drop(alarm)
-            alarm.ring = _nothing
+            thread.discard(alarm)
+            alarm.call = _nothing
 
     def _tell(self, error: CallError | None, now: int, delay: int | None) -> None:
         from goalwire.rules.retries import CallAttempt

@@ -67,7 +67,7 @@ class TimeSourceCore:
         clock.switch_override(self._active)
         if clock not in self._clocks:
             self._clocks.append(clock)
-            clock.on_doze.append(self.catch_up)
+            clock.before_sleep.append(self.catch_up)
 
     def _follow(self, parameters: Sequence[Parameter]) -> None:
         """Take the new value of `use_sim_time` over, once it is set: a callback after sets."""

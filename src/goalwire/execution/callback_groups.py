@@ -85,7 +85,7 @@ class MutuallyExclusiveCallbackGroup(CallbackGroup):
         return self._parked.copy()
 
     def park(self, source: CallbackSource) -> None:
-        """Keep `work` until the group is free."""
+        """Keep `source` until the group is free."""
         self._parked.append(source)
         if not self._busy.locked():
             self._post_next()

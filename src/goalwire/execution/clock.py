@@ -126,7 +126,7 @@ class JumpHandle:
 
 
 class JumpListener(Protocol):
-    """A timer or an alarm: it is told of every change of its clock's time, on the thread that makes it."""
+    """A timer or an entry: it is told of every change of its clock's time, on the thread that makes it."""
 
     def clock_jumped(self, change: ClockChange, remaining_ns: int | None) -> None:
         """The time has changed; where its source was switched, `remaining_ns` is from before."""
@@ -239,12 +239,12 @@ class Clock:
         target_ns: int,
         waiter: Waiter,
         shutdown_signal: ShutdownSignal,
-        give_up: Callable[[], bool] = bool,
+        is_over: Callable[[], bool] = bool,
     ) -> bool:
-        """Sleep until this clock shows `target_ns` (True), `give_up()` or the shutdown."""
+        """Sleep until this clock shows `target_ns` (True), `is_over()` or the shutdown."""
         watch = shutdown_signal.watch(waiter.wake)
         try:
-            while shutdown_signal.alive and not give_up():
+            while shutdown_signal.alive and not is_over():
                 missing = target_ns - self.now_ns()
                 if missing <= 0:
                     return True
@@ -265,7 +265,7 @@ class ROSClock(Clock):
         self._override_ns = 0
         self._switches = 0
         self._sleepers: list[Waiter] = []
-        self.on_doze: list[Callable[[], bool]] = []
+        self.before_sleep: list[Callable[[], bool]] = []
         """Called by a thread before it sleeps until a time is set; True where that has set the time."""
         self._listeners: WeakListeners[JumpListener] = WeakListeners()
 
@@ -318,14 +318,14 @@ class ROSClock(Clock):
         target_ns: int,
         waiter: Waiter,
         shutdown_signal: ShutdownSignal,
-        give_up: Callable[[], bool] = bool,
+        is_over: Callable[[], bool] = bool,
     ) -> bool:
         # A target set under one source means nothing under the other.
         switches = self._switches
         self._sleepers.append(waiter)
         try:
             return super().wait_until(
-                target_ns, waiter, shutdown_signal, lambda: give_up() or self._switches != switches
+                target_ns, waiter, shutdown_signal, lambda: is_over() or self._switches != switches
             )
         finally:
             self._sleepers.remove(waiter)
@@ -379,29 +379,29 @@ class ROSClock(Clock):
     def _wait_on_lock(self, waiter: Waiter, missing_ns: int) -> None:
         if not self.overridden:
             super()._wait_on_lock(waiter, missing_ns)
-        elif not any(help_on() for help_on in self.on_doze):
+        elif not any(help_on() for help_on in self.before_sleep):
             with capacity_added():  # who makes the time may be among this executor's callbacks
                 self.source.wait(waiter, None)
 
 
 class ClockTimerEntry(TimerEntry):
-    """Rings once when `clock` shows the due time: on an executor's thread, or on the one that sets the time.
+    """Is called once, when `clock` shows the due time: by an executor's thread, or one that sets the time.
 
-    `ring` must be short and call no user code. `due` is None while it is off; it is in ns of the clock where
+    `call` must be short and call no user code. `due` is None while it is off; it is in ns of the clock where
     somebody sets that, and then in no timer heap.
     """
 
     __slots__ = ('_clock', '_time', '_work_queue')
 
-    def __init__(self, work_queue: NodeWorkQueue, clock: Clock, ring: Callable[[], None]) -> None:
-        super().__init__(ring)
+    def __init__(self, work_queue: NodeWorkQueue, clock: Clock, call: Callable[[], None]) -> None:
+        super().__init__(call)
         self._work_queue = work_queue
         self._clock = clock
         self._time = 0
 
     @property
     def time(self) -> int | None:
-        """When it rings, in ns of the clock; None while it is off."""
+        """When it is called, in ns of the clock; None while it is off."""
         return None if self.due is None else self._time
 
     def follow(self) -> None:
@@ -410,24 +410,24 @@ class ClockTimerEntry(TimerEntry):
             self._clock.watch_jumps(self)
 
     def set(self, time_ns: int) -> None:
-        """Ring at `time_ns`, instead of any time set before; at once where a clock that is set is past it."""
+        """Call it at `time_ns`, instead of any time set before; at once where a clock is set past it."""
         self._time = time_ns
         clock = self._clock
         if not clock.overridden:
-            self._work_queue.set_alarm(self, clock.steady_time_of(time_ns))
+            self._work_queue.set_timer_entry(self, clock.steady_time_of(time_ns))
             return
-        self._work_queue.drop_alarm(self)
+        self._work_queue.discard_timer_entry(self)
         if clock.now_ns() >= time_ns:
-            self.ring()
+            self.call()
         else:
             self.due = time_ns
 
-    def drop(self) -> None:
-        """Ring no more."""
-        self._work_queue.drop_alarm(self)
+    def cancel(self) -> None:
+        """Do not call it."""
+        self._work_queue.discard_timer_entry(self)
 
     def remaining_ns(self) -> int | None:
-        """What is left until it rings; None while it is off."""
+        """What is left until it is called; None while it is off."""
         return None if self.due is None else self._time - self._clock.now_ns()
 
     def clock_jumped(self, _change: ClockChange, _remaining_ns: int | None) -> None:

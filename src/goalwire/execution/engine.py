@@ -68,14 +68,14 @@ class Engine:
         """Have work posted by the timers, file descriptors and waitables that are ready."""
         earliest = self._timer_heap.earliest
         if earliest is not None and earliest <= (now := self._clock.now()):
-            self._timer_heap.ring_due(now)
+            self._timer_heap.call_due(now)
         if self._fd_selector.watched:
             self._fd_selector.poll()
         if self._ready.pollers:
             self._ready.poll_waitables()
 
     def _perform(self, source: CallbackSource) -> bool:
-        """Run one callback of `work`; False where its group is busy or its node has left.
+        """Run one callback of `source`; False where its group is busy or its node has left.
 
         hot path: what it holds stays noted until the next callback, mostly one of the same group: to set and
         reset it each time takes 2 us after a sleep. Who calls this puts back what was there before.

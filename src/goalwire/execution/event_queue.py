@@ -131,7 +131,7 @@ class EventQueue(CallbackSource, Generic[E]):
             return None
 
     def close(self) -> None:
-        """Drop what waits and refuse what comes. A callback that runs goes on."""
+        """Discard what waits and refuse what comes. A callback that runs goes on."""
         self.closed = True
         self._events.clear()
 

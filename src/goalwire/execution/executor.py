@@ -248,7 +248,7 @@ class Executor(Engine):
         raise TimeoutException
 
     def shutdown(self, timeout_sec: float | None = None) -> bool:  # noqa: ARG002
-        """End every spin and forget the nodes; True. A callback that runs ends by itself, after this."""
+        """End every spin and remove the nodes; True. A callback that runs ends by itself, after this."""
         self._is_shutdown = self._ready.closed = True
         for node in self.get_nodes():
             self.remove_node(node)
@@ -319,9 +319,9 @@ class Executor(Engine):
         once: bool,
         leave_at_once: bool = False,
     ) -> None:
-        """Run callbacks on this thread until `ending`, at `deadline`, or after one.
+        """Run callbacks on this thread until `stop`, at `deadline`, or after one.
 
-        Of what had come by the time of `ending` nothing is left to later spins, unless `leave_at_once`: the
+        Of what had come by the time of `stop` nothing is left to later spins, unless `leave_at_once`: the
         last feedback of a goal is seen before its result.
         """
         executors = active_executors.executors
@@ -344,7 +344,7 @@ class Executor(Engine):
     def _run_callbacks(
         self, waiter: WireWaiter, stop: StopCondition, deadline: int | None, *, once: bool
     ) -> None:
-        """Run callbacks until `ending`, at `deadline`, or after one."""
+        """Run callbacks until `stop`, at `deadline`, or after one."""
         if self._failures:
             self._raise_failure()
         while True:
@@ -387,7 +387,7 @@ class Executor(Engine):
         raise ShutdownException(f'cannot {what}: this executor was shut down; make a new one')
 
     def _take(self, waiter: WireWaiter, stop: StopCondition, deadline: int | None) -> CallbackSource | None:
-        """The next ready work, after sleeping for it; None at `ending`, at shutdown and at `deadline`.
+        """The next ready work, after sleeping for it; None at `stop`, at shutdown and at `deadline`.
 
         Raises ExternalShutdownException when the context has ended.
         """

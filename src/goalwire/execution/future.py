@@ -66,7 +66,7 @@ class MakesTasks(Protocol):
 
 
 class _ForeignWorkQueue:
-    """The home of a future that belongs to an executor which is not ours."""
+    """The work queue of a future that belongs to an executor which is not ours."""
 
     __slots__ = ('_executor',)
 
@@ -81,7 +81,7 @@ class _ForeignWorkQueue:
             self._executor.create_task(source.run)
 
 
-def _home_of(executor: MakesTasks) -> NodeWorkQueue:
+def _work_queue_of(executor: MakesTasks) -> NodeWorkQueue:
     work_queue: NodeWorkQueue | None = getattr(executor, 'work_queue', None)
     return cast('NodeWorkQueue', _ForeignWorkQueue(executor)) if work_queue is None else work_queue
 
@@ -125,7 +125,7 @@ class Future(Generic[T]):
         self._raw: object = None
         self._wakers: list[Callable[[], None]] = []
         self._callbacks: list[Callable[[Future[T]], object]] = []
-        self._work_queue = work_queue if executor is None else _home_of(executor)
+        self._work_queue = work_queue if executor is None else _work_queue_of(executor)
 
     # -- what rclpy offers
 
@@ -186,7 +186,7 @@ class Future(Generic[T]):
         self._become(FINISHED)
 
     def cancel(self) -> None:
-        """Give it up, if it is not done."""
+        """Cancel it, if it is not done."""
         if self.completion_state == PENDING:
             self._become(_CANCELLED)
 
@@ -291,7 +291,7 @@ class Future(Generic[T]):
         return cast('T', raw)
 
     def _set_executor(self, executor: MakesTasks | None) -> None:
-        self._work_queue = None if executor is None else _home_of(executor)
+        self._work_queue = None if executor is None else _work_queue_of(executor)
 
     def _retrieved(self) -> None:
         reminder = self._reminder
@@ -353,7 +353,7 @@ def block_on(future: Future[Any], deadline: int | None, shutdown_signal: Shutdow
         executor.add_capacity(-1)
 
 
-def abandon(future: Future[Any]) -> None:
-    """Give it up where blocking on it was interrupted: nobody will ask how it ended, or ends."""
+def cancel_quietly(future: Future[Any]) -> None:
+    """Cancel it where blocking on it was interrupted: nobody will ask how it ended, or ends."""
     future.cancel()
     future.exception()

@@ -68,7 +68,7 @@ class DrainTracker:
         return not self._running and not self._events
 
     def begun(self, thread: Thread, source: CallbackSource) -> None:
-        """Note that `thread` begins a callback of `work`."""
+        """Note that `thread` begins a callback of `source`."""
         with self._lock:
             if thread in self._running:
                 return  # it has been gathered
@@ -81,7 +81,7 @@ class DrainTracker:
                 self._take_one(source)
 
     def has_ended(self, thread: Thread, source: CallbackSource, *, performed: bool) -> None:
-        """Note that `thread` is through with `work`; not `performed`: its group was busy."""
+        """Note that `thread` is through with `source`; not `performed`: its group was busy."""
         with self._lock:
             self.ended += 1
             if thread not in self._running:
@@ -112,8 +112,8 @@ _EXIT_GRACE = 1.0
 class WorkerPool:
     """Up to `limit` threads, each of which runs `serve` until that returns.
 
-    They are daemons: a callback that blocks for ever does not keep the interpreter from ending. `rouse` wakes
-    all that sleep, so that they see they are dismissed.
+    They are daemons: a callback that blocks for ever does not keep the interpreter from ending. `wake_all`
+    wakes all that sleep, so that they see that they have to end.
     """
 
     __slots__ = (
@@ -138,7 +138,7 @@ class WorkerPool:
         self._lock = threading.Lock()
         self._threads: set[threading.Thread] = set()  # all that live
         self.serving: set[threading.Thread] = set()
-        """Those that were not let go."""
+        """Those that have not retired."""
         _pools.add(self)
 
     def __len__(self) -> int:
@@ -159,7 +159,7 @@ class WorkerPool:
     def retire(self) -> bool:
         """Whether the calling thread is one too many and has to leave: from here on it does not count.
 
-        Of several that ask at once no more are let go than there are too many.
+        Of several that ask at once no more retire than there are too many.
         """
         with self._lock:
             if len(self) <= self.limit:
@@ -219,9 +219,9 @@ _PATIENCE = 100_000_000
 class MultiThreadedExecutor(Executor):
     """The thread that spins waits; workers take ready work from the one queue, without a hop in between.
 
-    Before a worker runs a callback it sees to it that another one sleeps at the queue, and hires one if need
+    Before a worker runs a callback it sees to it that another one sleeps at the queue, and starts one if need
     be. One of the sleepers, the watcher, sleeps only until the next timer is due, and watches the file
-    descriptors. While nobody spins, the workers sleep on the bench; `spin_once` hands single callbacks there.
+    descriptors. While nobody spins, the workers sleep at `_handed_over`: there `spin_once` puts callbacks.
     """
 
     _spread_runners = True
@@ -240,11 +240,11 @@ class MultiThreadedExecutor(Executor):
                 stacklevel=2,
             )
         self._pool = WorkerPool(num_threads, self._serve, self._wake_all)
-        self._bench = ReadyQueue()
+        self._handed_over = ReadyQueue()
         self._spins = 0
         self._spins_lock = threading.Lock()
         self._coordinators: list[Waiter] = []
-        self._remainders: list[DrainTracker] = []
+        self._drains: list[DrainTracker] = []
         self._watcher: Waiter | None = None
         self._wanted, self._unwanted = StopWhen(self._is_wanted), StopWhen(self._is_unwanted)
 
@@ -255,7 +255,7 @@ class MultiThreadedExecutor(Executor):
         self._run(future, self._deadline(timeout_sec), once=False)
 
     def shutdown(self, timeout_sec: float | None = None, *, wait_for_threads: bool = False) -> bool:
-        """End every spin and forget the nodes.
+        """End every spin and remove the nodes.
 
         With `wait_for_threads` wait until the callbacks that run have ended, and with them all threads but
         the calling one: False where `timeout_sec` is over before that; None and negative wait without limit.
@@ -313,7 +313,7 @@ class MultiThreadedExecutor(Executor):
                     if self._is_shutdown or not self._shutdown_signal.alive:
                         return
                     if stop.completion_state:
-                        self._await_remainder(waiter, deadline)
+                        self._await_drain(waiter, deadline)
                         return
                     if not self._clock.wait(waiter, deadline):
                         return
@@ -321,12 +321,12 @@ class MultiThreadedExecutor(Executor):
                 self._close()
                 self._coordinators.remove(waiter)
 
-    def _await_remainder(self, waiter: Waiter, deadline: int | None) -> None:
+    def _await_drain(self, waiter: Waiter, deadline: int | None) -> None:
         """Let the workers run what has come by now, but do not wait for callbacks that block."""
         if not self._ready.items and not self._pool.busy:
             return
         drain = DrainTracker(waiter.wake)
-        self._remainders.append(drain)
+        self._drains.append(drain)
         try:
             drain.gather(self._ready.items.copy(), self._pool.busy.copy())
             while not (drain.over or self._is_shutdown or self._is_past(deadline)):
@@ -339,7 +339,7 @@ class MultiThreadedExecutor(Executor):
                     return
                 self._raise_failure()
         finally:
-            self._remainders.remove(drain)
+            self._drains.remove(drain)
 
     def _hand_over(self, stop: StopCondition, deadline: int | None) -> None:
         """Wait for one piece of ready work and give it to a worker."""
@@ -348,7 +348,7 @@ class MultiThreadedExecutor(Executor):
         with StopConditionScope(self._shutdown_signal, waiter, stop):
             source = self._take(waiter, stop, deadline)
         if source is not None:
-            self._bench.post(source)
+            self._handed_over.post(source)
             self._send_somebody()
 
     def _open(self) -> None:
@@ -360,12 +360,12 @@ class MultiThreadedExecutor(Executor):
         with self._spins_lock:
             self._spins -= 1
         if not self._spins:
-            self._ready.wake_all()  # the workers go to the bench
+            self._ready.wake_all()  # the workers go to the other queue
 
     def _send_somebody(self) -> None:
-        """See to it that a worker looks at the queue or the bench."""
-        if self._bench.sleepers:
-            self._bench.wake_one()
+        """See to it that a worker looks at the queues."""
+        if self._handed_over.sleepers:
+            self._handed_over.wake_one()
         elif self._ready.sleepers:
             self._ready.wake_one()
         else:
@@ -378,11 +378,11 @@ class MultiThreadedExecutor(Executor):
     # -- the workers
 
     def _serve(self) -> None:
-        """What a worker does, until it is sent home."""
-        waiter, thread, bench = self._new_waiter(), threading.current_thread(), self._bench
+        """What a worker does, until it has to end."""
+        waiter, thread, handed_over = self._new_waiter(), threading.current_thread(), self._handed_over
         active_executors.executors.append(self)
         while not (self._retires() and self._leaves()):
-            source = bench.pop() if bench.items else None
+            source = handed_over.pop() if handed_over.items else None
             if source is None and self._spins:
                 source = self._next()
             if source is not None:
@@ -390,7 +390,7 @@ class MultiThreadedExecutor(Executor):
             elif self._spins:
                 self._sleep_at_queue(waiter)
             else:
-                bench.park(waiter, self._clock, self._wanted, None)
+                handed_over.park(waiter, self._clock, self._wanted, None)
         self._pass_on()
 
     def _retires(self) -> bool:
@@ -409,7 +409,7 @@ class MultiThreadedExecutor(Executor):
     def _ensure_polled(self, source: CallbackSource, thread: threading.Thread) -> None:
         busy = self._pool.busy
         busy[thread] = source
-        if self._remainders:
+        if self._drains:
             self._tell_begun(thread, source)
         performed = True
         try:
@@ -419,15 +419,15 @@ class MultiThreadedExecutor(Executor):
             self._fail(error)
         finally:
             del busy[thread]
-            if self._remainders:
+            if self._drains:
                 self._tell_ended(thread, source, performed=performed)
 
     def _tell_begun(self, thread: threading.Thread, source: CallbackSource) -> None:
-        for drain in tuple(self._remainders):
+        for drain in tuple(self._drains):
             drain.begun(thread, source)
 
     def _tell_ended(self, thread: threading.Thread, source: CallbackSource, *, performed: bool) -> None:
-        for drain in tuple(self._remainders):
+        for drain in tuple(self._drains):
             drain.has_ended(thread, source, performed=performed)
 
     def _keep_watch(self) -> None:
@@ -453,7 +453,7 @@ class MultiThreadedExecutor(Executor):
             self._pass_on()
 
     def _is_unwanted(self) -> bool:
-        return not self._spins or bool(self._bench.items) or self._retires()
+        return not self._spins or bool(self._handed_over.items) or self._retires()
 
     def _pass_on(self) -> None:
         """A wake-up that this worker does not follow goes to the next sleeper."""
@@ -472,5 +472,5 @@ class MultiThreadedExecutor(Executor):
 
     def _wake_all(self) -> None:
         self._ready.wake_all()
-        self._bench.wake_all()
+        self._handed_over.wake_all()
         wake_all(self._coordinators)

@@ -98,12 +98,12 @@ class CallbackGroup:
         raise NotImplementedError
 
     def begin(self, source: CallbackSource, /) -> bool:
-        """Ask the rule whether a callback of `work` may start, and note that it does."""
+        """Ask the rule whether a callback of `source` may start, and note that it does."""
         entity = source.entity
         return self.can_execute(entity) and self.beginning_execution(entity)
 
     def ended(self, source: CallbackSource, /) -> None:
-        """Note that a callback of `work` has ended."""
+        """Note that a callback of `source` has ended."""
         self.ending_execution(source.entity)
 
     @property
@@ -117,7 +117,7 @@ class CallbackGroup:
         return ()
 
     def park(self, source: CallbackSource) -> None:
-        """Keep `work`, which may not start now, and post it again when it may."""
+        """Keep `source`, which may not start now, and post it again when it may."""
         raise NotImplementedError
 
 
@@ -162,7 +162,7 @@ class ReadyQueue:
         self._recheck_wanted = False
 
     def post(self, source: CallbackSource) -> None:
-        """Append `work` and wake one sleeper, if any: the poster's last act. Any thread."""
+        """Append `source` and wake one sleeper, if any: the poster's last act. Any thread."""
         self.items.append(source)
         if self.wakers:
             self.wake_one()
@@ -175,7 +175,7 @@ class ReadyQueue:
             return None
 
     def take(self, source: CallbackSource) -> bool:
-        """Take `work` out of turn; False where it is not here."""
+        """Take `source` out of turn; False where it is not here."""
         try:
             self.items.remove(source)
         except ValueError:
@@ -183,7 +183,7 @@ class ReadyQueue:
         return True
 
     def recheck(self) -> None:
-        """Let the lookouts be asked once more: by a sleeper, or by who is about to sleep. Any thread."""
+        """Let the pollers ask once more: by a sleeper, or by who is about to sleep. Any thread."""
         self._recheck_wanted = True
         self.wake_one()
 
@@ -197,7 +197,7 @@ class ReadyQueue:
         self.pollers.discard(poller)
 
     def poll_waitables(self) -> None:
-        """Ask the lookouts; those with work post it here."""
+        """Let the pollers ask; those with work post it here."""
         self._recheck_wanted = False
         for poller in self.pollers.alive():
             poller.look()
@@ -250,7 +250,7 @@ class ReadyQueue:
         *,
         last: bool = False,
     ) -> None:
-        """Sleep in `waiter` until there may be work, `ending`, `deadline` (ns), or the next timer.
+        """Sleep in `waiter` until there may be work, `stop`, `deadline` (ns), or the next timer.
 
         `last` makes this sleeper the last one to be woken by posts.
         """
@@ -260,7 +260,7 @@ class ReadyQueue:
                 wakers.insert(0, wake)
             else:
                 wakers.append(wake)
-            # The looks come last: who posts, or sets an earlier alarm, does that first and then looks here.
+            # The looks come last: who posts, or sets an earlier entry, does that first and then looks here.
             if timer_heap is not None:
                 due = timer_heap.earliest
                 if due is not None and (deadline is None or due < deadline):
@@ -303,13 +303,14 @@ class NodeWorkQueue:
     adds and removes the node with every call.
     """
 
-    __slots__ = ('__weakref__', '_alarms', '_backlog', '_pollers', 'queue', 'timer_heap')
+    __slots__ = ('__weakref__', '_backlog', '_pollers', '_timer_entries', 'queue', 'timer_heap')
 
     def __init__(self) -> None:
         self.queue: ReadyQueue | None = None
         self.timer_heap: TimerHeap | None = None
         self._backlog: deque[CallbackSource] = deque()
-        self._alarms: dict[TimerEntry, None] = {}  # in order, so that what is due at once comes in that order
+        self._timer_entries: dict[TimerEntry, None] = {}
+        """In order, so that what is due at once comes in that order."""
         self._pollers: dict[Poller, None] = {}
 
     @property
@@ -318,7 +319,7 @@ class NodeWorkQueue:
         return self.queue is not None
 
     def post(self, source: CallbackSource) -> None:
-        """Queue `work` for the executor. Any thread."""
+        """Queue `source` for the executor. Any thread."""
         queue = self.queue
         if queue is None:
             self._backlog.append(source)
@@ -342,10 +343,10 @@ class NodeWorkQueue:
             self._flush()
         for poller in tuple(self._pollers):
             queue.add_poller(poller)
-        for alarm in tuple(self._alarms):
-            due = alarm.due  # read once: another thread may ring it
-            if due is not None and alarm.timer_heap is not timer_heap:
-                timer_heap.set(alarm, due)
+        for entry in tuple(self._timer_entries):
+            due = entry.due  # read once: another thread may call it
+            if due is not None and entry.timer_heap is not timer_heap:
+                timer_heap.set(entry, due)
 
     def detach(self) -> None:
         """Take everything pending back from the executor. Timers keep their due times."""
@@ -358,26 +359,26 @@ class NodeWorkQueue:
         if queue.items:
             self._move_out(queue)
 
-    def set_alarm(self, alarm: TimerEntry, due: int) -> None:
-        """Let `alarm` ring at steady time `due` (ns), whichever executor the node is in by then."""
-        self._alarms[alarm] = None
-        if self.timer_heap is None and (left := alarm.timer_heap) is not None:
-            left.forget(alarm)  # the executor that the node has left, and may come back to
-        alarm.due = due
+    def set_timer_entry(self, entry: TimerEntry, due: int) -> None:
+        """Call `entry` at steady time `due` (ns), whichever executor the node is in by then."""
+        self._timer_entries[entry] = None
+        if self.timer_heap is None and (left := entry.timer_heap) is not None:
+            left.discard(entry)  # the executor that the node has left, and may come back to
+        entry.due = due
         timer_heap = self.timer_heap
         while timer_heap is not None:
-            timer_heap.set(alarm, due)
+            timer_heap.set(entry, due)
             moved = self.timer_heap
             if moved is timer_heap:
                 return
             timer_heap = moved
 
-    def drop_alarm(self, alarm: TimerEntry) -> None:
-        """Forget `alarm`."""
-        self._alarms.pop(alarm, None)
-        while (timer_heap := alarm.timer_heap) is not None:  # it may be moving
-            timer_heap.forget(alarm)
-        alarm.due = None
+    def discard_timer_entry(self, entry: TimerEntry) -> None:
+        """Do not call `entry`."""
+        self._timer_entries.pop(entry, None)
+        while (timer_heap := entry.timer_heap) is not None:  # it may be moving
+            timer_heap.discard(entry)
+        entry.due = None
 
     def add_poller(self, poller: Poller) -> None:
         """Let `poller` be asked for work, by whichever executor the node is in."""

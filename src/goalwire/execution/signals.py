@@ -27,11 +27,11 @@ import threading
 from contextlib import suppress
 from enum import Enum
 from threading import get_ident
-from time import monotonic_ns
 from typing import TYPE_CHECKING, Any
 
 from goalwire.errors import ExternalShutdownException, InvalidHandle
 from goalwire.execution.event_queue import GuardCondition
+from goalwire.execution.monotonic import STEADY
 from goalwire.execution.waiting import LISTENING, WeakListeners
 from goalwire.logging.tracebacks import is_library, is_standard, traceback_text
 
@@ -85,7 +85,7 @@ class SignalListener:
 
     def noticed(self) -> None:
         """The main thread runs a handler. Takes no lock."""
-        self._noticed_ns = monotonic_ns()
+        self._noticed_ns = STEADY.now()
 
     def close(self) -> None:
         """Put back what was there before and end the thread."""
@@ -118,7 +118,7 @@ class SignalListener:
                     if number == _CLOSE:
                         return
                     if self._on_signal(number) and self._nudges:
-                        nudges, heard_ns = iter(_NUDGES_MS), monotonic_ns()
+                        nudges, heard_ns = iter(_NUDGES_MS), STEADY.now()
                     wire_poller = self.wire_poller
                     if wire_poller is not None:
                         wire_poller.interrupt()

@@ -19,20 +19,20 @@ if TYPE_CHECKING:
     from goalwire.execution.waiting import ContextLike
 
 
-_SEAT = 'seat'
+_TURN = 'turn'
 
 
 class SingleThreadedExecutor(Executor):
     """One thread at a time drives it. Others that spin it wait for what they want, or for their turn.
 
-    `_driver` has the driving thread's ident under the key _SEAT. A dict, since `setdefault` takes the seat in
+    `_driver` has the driving thread's ident under the key _TURN. A dict, since `setdefault` takes the turn in
     one step: wherever a signal's handler raises, nobody is left there who has gone.
     """
 
     def __init__(self, *, context: ContextLike | None = None) -> None:
         super().__init__(context=context)
         self._driver: dict[str, int] = {}
-        self._driver_parker = self._new_waiter()
+        self._driver_waiter = self._new_waiter()
         self._successors: list[Waiter] = []
 
     def spin(self) -> None:
@@ -47,7 +47,7 @@ class SingleThreadedExecutor(Executor):
 
     def thread_waits_alone(self) -> bool:
         """Whether the calling thread is the one that drives this."""
-        return self._driver.get(_SEAT) == get_ident()
+        return self._driver.get(_TURN) == get_ident()
 
     def _run(self, until: Future[Any] | None, deadline: int | None, *, once: bool) -> None:
         stop: StopCondition = NEVER
@@ -56,50 +56,50 @@ class SingleThreadedExecutor(Executor):
         if stop.completion_state and self._has_nothing_left(once=once):
             return
         driver, me = self._driver, get_ident()
-        if _SEAT in driver and driver[_SEAT] == me:
+        if _TURN in driver and driver[_TURN] == me:
             self._run_nested(stop, deadline, once=once)
             return
         try:
-            if driver.setdefault(_SEAT, me) == me or self._await_seat(stop, deadline):
-                self._drive(self._driver_parker, stop, deadline, once=once)
+            if driver.setdefault(_TURN, me) == me or self._await_turn(stop, deadline):
+                self._drive(self._driver_waiter, stop, deadline, once=once)
         finally:
-            # No call before the seat is free: Python runs signal handlers after calls.
-            if _SEAT in driver and driver[_SEAT] == me:
-                del driver[_SEAT]
+            # No call before the turn is free: Python runs signal handlers after calls.
+            if _TURN in driver and driver[_TURN] == me:
+                del driver[_TURN]
                 if not self._shutdown_signal.alive:
                     self._close_runners()
                 if self._successors:
                     self._call_successor()
 
-    def _await_seat(self, stop: StopCondition, deadline: int | None) -> bool:
-        """Wait for the seat of the thread that drives this; False where another one has it too long."""
+    def _await_turn(self, stop: StopCondition, deadline: int | None) -> bool:
+        """Wait for the turn of the thread that drives this; False where another one has it too long."""
         waiter = Waiter()
         with StopConditionScope(self._shutdown_signal, waiter, stop):
-            while not self._wait_for_seat(waiter, deadline):
+            while not self._wait_for_turn(waiter, deadline):
                 if self._is_shutdown or stop.completion_state or self._is_past(deadline):
                     return False
                 if not self._shutdown_signal.alive:
                     raise ExternalShutdownException
         return True
 
-    def _wait_for_seat(self, waiter: Waiter, deadline: int | None) -> bool:
+    def _wait_for_turn(self, waiter: Waiter, deadline: int | None) -> bool:
         self._successors.append(waiter)
         try:
-            if self._takes_seat():
+            if self._takes_turn():
                 return True
             if not self._is_shutdown:
                 self._clock.wait(waiter, deadline)
         finally:
             if waiter in self._successors:
                 self._successors.remove(waiter)
-        return self._takes_seat()
+        return self._takes_turn()
 
-    def _takes_seat(self) -> bool:
+    def _takes_turn(self) -> bool:
         me = get_ident()
-        return self._driver.setdefault(_SEAT, me) == me
+        return self._driver.setdefault(_TURN, me) == me
 
     def _call_successor(self) -> None:
-        """Let all that wait for the seat try: one gets it, the others wait on."""
+        """Let all that wait for the turn try: one gets it, the others wait on."""
         wake_all(self._successors)
 
     def _wake_workers(self) -> None:

@@ -1,4 +1,4 @@
-"""One thread's spin: what ends it, and what it lends meanwhile."""
+"""One thread's spin: what ends it, and the groups that it releases meanwhile."""
 
 from __future__ import annotations
 
@@ -76,18 +76,18 @@ def stop_condition_of(until: Any) -> StopCondition:
 
 
 class StopConditionScope:
-    """While it lasts, `waiter` is woken when `ending` comes or the shutdown begins."""
+    """While it lasts, `waiter` is woken when `stop` comes or the shutdown begins."""
 
-    __slots__ = ('_ending', '_shutdown_signal', '_waiter', '_watch')
+    __slots__ = ('_shutdown_signal', '_stop', '_waiter', '_watch')
 
     def __init__(self, shutdown_signal: ShutdownSignal, waiter: Waiter, stop: StopCondition) -> None:
         self._shutdown_signal = shutdown_signal
         self._waiter = waiter
-        self._ending = stop
+        self._stop = stop
         self._watch: ShutdownWatch | None = None
 
     def __enter__(self) -> None:
-        self._ending.add_waker(self._waiter.wake)
+        self._stop.add_waker(self._waiter.wake)
         self._watch = self._shutdown_signal.watch(self._waiter.wake)
 
     def __exit__(
@@ -95,11 +95,11 @@ class StopConditionScope:
     ) -> None:
         if self._watch is not None:
             self._watch.close()
-        self._ending.remove_waker(self._waiter.wake)
+        self._stop.remove_waker(self._waiter.wake)
 
 
 class ReleasedGroups:
-    """A callback that spins lends its exclusive group, as a monitor's wait() gives up its lock.
+    """A callback that spins releases its exclusive group, as a monitor's wait() gives up its lock.
 
     So the callback may wait for what only its own group can do. It goes on when the group is free again.
     """

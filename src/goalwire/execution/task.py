@@ -45,7 +45,7 @@ class Task(Future[T]):
         return self._executing
 
     def cancel(self) -> None:
-        """Give it up. What an executor runs as a coroutine is cancelled where it awaits."""
+        """Cancel it. What an executor runs as a coroutine is cancelled where it awaits."""
         super().cancel()
         if self._cancel_run is not None:
             self._cancel_run()
@@ -63,7 +63,7 @@ class Task(Future[T]):
         except StopIteration as end:
             self._finish(cast('T', end.value))
         except BaseException as error:
-            self._forget()
+            self._discard_handler()
             self.set_exception(error)
             if not isinstance(error, Exception):
                 raise
@@ -81,19 +81,19 @@ class Task(Future[T]):
         try:
             self._begin()
         except BaseException as error:
-            self._forget()
+            self._discard_handler()
             self._fail(error, fail)
         finally:
             self._executing = False
-        return None if self._coroutine is None else self._carry(self._coroutine, fail)
+        return None if self._coroutine is None else self._run_coroutine(self._coroutine, fail)
 
-    def abandon(self) -> None:
-        """Give up what has not run to its end; nothing where it has."""
+    def cancel_unfinished(self) -> None:
+        """Cancel it where it has not run to its end."""
         handler = self._handler[0]
         for coroutine in (self._coroutine, handler):
             if isinstance(coroutine, Coroutine):
                 coroutine.close()
-                self._forget()
+                self._discard_handler()
                 super().cancel()
 
     def _begin(self) -> None:
@@ -105,7 +105,7 @@ class Task(Future[T]):
         else:
             self._finish(value)
 
-    async def _carry(
+    async def _run_coroutine(
         self, coroutine: Coroutine[Any, Any, T], fail: Callable[[BaseException], None]
     ) -> T | None:
         import asyncio
@@ -122,7 +122,7 @@ class Task(Future[T]):
         except GeneratorExit:
             raise
         except BaseException as error:
-            self._forget()
+            self._discard_handler()
             self._fail(error, fail)
             return None
         finally:
@@ -144,11 +144,11 @@ class Task(Future[T]):
             awaited.add_waker(lambda: work_queue.post(_Step(self, work_queue)))
 
     def _finish(self, result: T) -> None:
-        self._forget()
+        self._discard_handler()
         self.set_result(result)
 
-    def _forget(self) -> None:
-        """Drop what the handler holds: a done task is kept for its result alone."""
+    def _discard_handler(self) -> None:
+        """Let go of what the handler holds: a done task is kept for its result alone."""
         self._coroutine = self._cancel_run = None
         self._handler = (_nothing, (), {})
 
@@ -178,7 +178,7 @@ class TaskSource(CallbackSource):
         return self.task.begin(self._fail)
 
     def settle(self) -> None:
-        self.task.abandon()
+        self.task.cancel_unfinished()
 
 
 class _Step(CallbackSource):

@@ -170,7 +170,7 @@ class Timer(CallbackSource):
     """Calls `callback` every `timer_period_ns` on `clock`.
 
     Periods that were missed are made up for by one call, and the phase is kept, as in rcl. It is
-    an alarm in its node's executor; on an overridden ROS clock the setter of the time posts it. That may be
+    an entry in its node's executor; on an overridden ROS clock the setter of the time posts it. That may be
     another thread than the one that calls: `_lock` keeps the two times together, over no foreign code.
     Where the machine's clock is set back to before the last call, the running period ends in its time all the
     same: `_steady_due` says when.
@@ -178,7 +178,6 @@ class Timer(CallbackSource):
 
     __slots__ = (
         '__dict__',  # programs keep things of their own there
-        '_alarm',
         '_callback',
         '_canceled',
         '_clock',
@@ -192,6 +191,7 @@ class Timer(CallbackSource):
         '_posted',
         '_steady_due',
         '_taken',
+        '_timer_entry',
         '_with_info',
         'watchers',
     )
@@ -230,7 +230,7 @@ class Timer(CallbackSource):
         self._steady_due = self._clock.source.now() + self._period
         self._canceled = not autostart
         self._destroyed = self._posted = self._taken = False
-        self._alarm = ClockTimerEntry(self.work_queue, clock, self._post)
+        self._timer_entry = ClockTimerEntry(self.work_queue, clock, self._post)
         if isinstance(clock, ROSClock):
             clock.watch_jumps(self)
         self._schedule()
@@ -289,7 +289,7 @@ class Timer(CallbackSource):
         """Switch it off, until `reset`."""
         self._check()
         self._canceled = True
-        self._alarm.drop()
+        self._timer_entry.cancel()
 
     def reset(self) -> None:
         """Start anew: the next call is one period from now."""
@@ -316,7 +316,7 @@ class Timer(CallbackSource):
     def destroy(self) -> None:
         """End it. Idempotent."""
         self._destroyed = self._canceled = True
-        self._alarm.drop()
+        self._timer_entry.cancel()
 
     def __enter__(self) -> Self:
         return self
@@ -447,9 +447,9 @@ class Timer(CallbackSource):
 
     def _schedule(self) -> None:
         if not self._canceled:
-            self._alarm.set(self._next_turn() if self._taken else self._next_call)
-            if self._destroyed:  # by another thread, which found nothing to drop
-                self._alarm.drop()
+            self._timer_entry.set(self._next_turn() if self._taken else self._next_call)
+            if self._destroyed:  # by another thread, which found nothing to cancel
+                self._timer_entry.cancel()
         for wake in self.watchers:
             wake()
 

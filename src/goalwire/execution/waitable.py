@@ -232,7 +232,7 @@ class Waitable(Generic[T]):
         self._futures.append(future)
 
     def remove_future(self, future: Future[Any]) -> None:
-        """Forget `future`; raises ValueError where it was not added."""
+        """Take `future` out; raises ValueError where it was not added."""
         self._futures.remove(future)
 
     def run_futures_in(self, work_queue: NodeWorkQueue) -> None:
@@ -315,13 +315,22 @@ class WaitablePoller(CallbackSource):
     What the waitable raises while it is asked comes out of spin, like what it raises while it runs.
     """
 
-    __slots__ = ('_alarms', '_asking', '_closed', '_error', '_found', '_missed', '_wait_set', 'waitable')
+    __slots__ = (
+        '_asking',
+        '_closed',
+        '_error',
+        '_found',
+        '_missed',
+        '_timer_entries',
+        '_wait_set',
+        'waitable',
+    )
 
     def __init__(self, work_queue: NodeWorkQueue, waitable: Waitable[Any]) -> None:
         super().__init__(work_queue, waitable.callback_group)
         self.waitable = waitable
         self._wait_set = WaitSet(self.wake)
-        self._alarms: dict[Timer, ClockTimerEntry] = {}
+        self._timer_entries: dict[Timer, ClockTimerEntry] = {}
         self._asking = allocate_lock()
         self._missed = self._found = self._closed = False
         self._error: BaseException | None = None
@@ -399,13 +408,13 @@ class WaitablePoller(CallbackSource):
     def _follow_timers(self) -> None:
         """Look again when a timer that is waited for becomes due. Of jumps of its clock it tells itself."""
         timers = self._wait_set.timers
-        for timer in self._alarms.keys() - set(timers):
-            self._alarms.pop(timer).drop()
+        for timer in self._timer_entries.keys() - set(timers):
+            self._timer_entries.pop(timer).cancel()
         for timer in timers:
-            alarm = self._alarms.get(timer)
-            if alarm is None:
-                alarm = self._alarms[timer] = ClockTimerEntry(self.work_queue, timer.clock, self.wake)
+            entry = self._timer_entries.get(timer)
+            if entry is None:
+                entry = self._timer_entries[timer] = ClockTimerEntry(self.work_queue, timer.clock, self.wake)
             if timer.is_canceled() or timer.is_ready():
-                alarm.drop()
-            elif alarm.time != timer.next_call_ns:
-                alarm.set(timer.next_call_ns)
+                entry.cancel()
+            elif entry.time != timer.next_call_ns:
+                entry.set(timer.next_call_ns)

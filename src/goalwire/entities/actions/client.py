@@ -37,7 +37,7 @@ from goalwire.errors import (
 )
 from goalwire.execution.callback_groups import CallbackGroup
 from goalwire.execution.event_queue import EventQueue, ResponseTicks
-from goalwire.execution.future import Future, abandon, block_on
+from goalwire.execution.future import Future, block_on, cancel_quietly
 from goalwire.logging import RcutilsLogger, get_logger
 from goalwire.rules.goals import effects as effect
 from goalwire.rules.goals import wire
@@ -434,7 +434,7 @@ class ActionClientCore(TimedCalls):
             if not block_on(future, None, self.node.context.shutdown_signal):
                 self._refuse_after_the_end()
         except BaseException:
-            abandon(future)
+            cancel_quietly(future)
             raise
         finally:
             self.blocking.pop(future, None)

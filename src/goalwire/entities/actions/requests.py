@@ -204,7 +204,7 @@ class GoalCall(PendingCall):
         """Listen no longer."""
         client = self.awaited_by
         if self.late is not None:
-            client.node.context.deadlines.drop(self.late)
+            client.node.context.deadlines.discard(self.late)
         client.late.pop(self, None)
         self.discard_request()
 

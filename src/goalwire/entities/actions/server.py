@@ -393,7 +393,7 @@ class ActionServerCore:
             return
         self.destroyed = True
         self.node.disown(self)
-        self._alarm.drop()
+        self._alarm.cancel()
         if self._lost_clients is not None:
             self._lost_clients.close()
         self._endpoints.take_result_requests()

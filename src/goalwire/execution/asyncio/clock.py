@@ -42,7 +42,7 @@ class AsyncClock(ROSClock):
         super().__init__(source=source, clock_type=clock_type)
         self._shutdown_signal = shutdown_signal or ShutdownSignal(source)
         self._closed = False
-        self._dozing: dict[AsyncWaiter, None] = {}
+        self._coroutines: dict[AsyncWaiter, None] = {}
 
     def now_ns(self) -> int:
         return super().now_ns() if self._clock_type is ClockType.ROS_TIME else Clock.now_ns(self)
@@ -66,14 +66,14 @@ class AsyncClock(ROSClock):
             return
         waiter = AsyncWaiter()
         watch = self._shutdown_signal.watch(waiter.wake)
-        self._dozing[waiter] = None
+        self._coroutines[waiter] = None
         try:
-            await self._doze_for(duration, waiter)
+            await self._sleep_for(duration, waiter)
         finally:
-            del self._dozing[waiter]
+            del self._coroutines[waiter]
             watch.close()
 
-    async def _doze_for(self, duration: int, waiter: AsyncWaiter) -> None:
+    async def _sleep_for(self, duration: int, waiter: AsyncWaiter) -> None:
         simulated, switches = self.overridden, self._switches
         now = self.now_ns if simulated else self.source.now
         target = now() + duration
@@ -91,5 +91,5 @@ class AsyncClock(ROSClock):
 
     def wake_sleepers(self) -> None:
         super().wake_sleepers()
-        for waiter in tuple(self._dozing):
+        for waiter in tuple(self._coroutines):
             waiter.wake()

@@ -44,13 +44,13 @@ class CoroutineRunner(CallbackSource):
     """
 
     __slots__ = (
-        '_alarm',
-        '_carried',
         '_closing',
         '_fail',
         '_missed',
         '_posted',
         '_starting',
+        '_tasks',
+        '_timer_entry',
         '_turn',
         'loop',
     )
@@ -66,10 +66,10 @@ class CoroutineRunner(CallbackSource):
         self._fail = fail
         self._posted = self._missed = self._closing = False
         self._turn = allocate_lock()
-        self._carried: dict[int, asyncio.Task[Any]] = {}
+        self._tasks: dict[int, asyncio.Task[Any]] = {}
         """By the id of their coroutines. asyncio itself holds its tasks weakly."""
         self._starting: deque[Start] = deque()
-        self._alarm = TimerEntry(self.wake)
+        self._timer_entry = TimerEntry(self.wake)
         self.loop = SteppedLoop(fd_selector, clock, self.wake)
 
     @property
@@ -80,7 +80,7 @@ class CoroutineRunner(CallbackSource):
     @property
     def load(self) -> int:
         """How many callbacks run here."""
-        return len(self._carried) + len(self._starting)
+        return len(self._tasks) + len(self._starting)
 
     def start(self, start: Start) -> None:
         """Make a task of a coroutine with the next step. Any thread."""
@@ -126,14 +126,14 @@ class CoroutineRunner(CallbackSource):
         if self._missed or self.loop.more or self._starting:
             self.wake()
         elif due is not None:
-            before = self._alarm.due  # another thread may ring it meanwhile
+            before = self._timer_entry.due  # another thread may call it meanwhile
             if before is None or due < before:
-                self.work_queue.set_alarm(self._alarm, due)
+                self.work_queue.set_timer_entry(self._timer_entry, due)
 
     def close(self) -> None:
         """Cancel what runs here and close the loop; a thread in mid-step does so when that is over."""
         self._closing = True
-        self.work_queue.drop_alarm(self._alarm)
+        self.work_queue.discard_timer_entry(self._timer_entry)
         if self._turn.acquire(blocking=False):
             try:
                 self._close_loop()
@@ -143,10 +143,10 @@ class CoroutineRunner(CallbackSource):
     def _begin(self) -> None:
         while self._starting:
             start = self._starting.popleft()
-            task = self.loop.create_task(self._carry(start), context=start.context)
-            self._carried[id(start.coroutine)] = task
+            task = self.loop.create_task(self._run_coroutine(start), context=start.context)
+            self._tasks[id(start.coroutine)] = task
 
-    async def _carry(self, start: Start) -> None:
+    async def _run_coroutine(self, start: Start) -> None:
         try:
             await start.coroutine
         except (asyncio.CancelledError, GeneratorExit):
@@ -154,7 +154,7 @@ class CoroutineRunner(CallbackSource):
         except BaseException as error:  # it comes out of spin
             self._fail(error)
         finally:
-            del self._carried[id(start.coroutine)]
+            del self._tasks[id(start.coroutine)]
             start.ended()
 
     def _close_loop(self) -> None:
@@ -162,7 +162,7 @@ class CoroutineRunner(CallbackSource):
         loop = self.loop
         if loop.is_closed():
             return
-        if self._carried or self._starting:
+        if self._tasks or self._starting:
             loop.step(self._begin)  # what never began could not clean up
         left = asyncio.all_tasks(loop)
         for task in left:
@@ -204,7 +204,7 @@ class RunnerPool:
         Once these are closed it is cancelled there, in a runner of its own. `ended` is called at its end.
         """
         with self._lock:
-            runner = self._make() if self._closed else self._lane_for(group)
+            runner = self._make() if self._closed else self._runner_for(group)
             runner.start(Start(coroutine, context, ended))
         if self._closed:
             runner.close()
@@ -219,16 +219,16 @@ class RunnerPool:
         for runner in runners:
             runner.close()
 
-    def _lane_for(self, group: CallbackGroup | None) -> CoroutineRunner:
+    def _runner_for(self, group: CallbackGroup | None) -> CoroutineRunner:
         if self._spread and group is not None and group.exclusive:
             runner = self._of_group.get(group)
             if runner is None:
                 runner = self._of_group[group] = self._make()
             if not runner.driven:
                 return runner
-        return self._idle_lane()
+        return self._idle_runner()
 
-    def _idle_lane(self) -> CoroutineRunner:
+    def _idle_runner(self) -> CoroutineRunner:
         """A shared runner that nobody drives right now: a nested spin cannot go on with the one it is in."""
         for runner in self._shared:
             if not runner.driven and (not self._spread or runner.load == 0):

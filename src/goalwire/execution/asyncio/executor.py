@@ -31,15 +31,15 @@ class CallbackTasks:
         return len(self._tasks)
 
     def add(self, task: asyncio.Task[Any], source: CallbackSource) -> None:
-        """Note that `task` runs a callback of `work`."""
+        """Note that `task` runs a callback of `source`."""
         self._tasks[task] = source
 
     def discard(self, task: asyncio.Task[Any]) -> None:
-        """Forget a task that has ended."""
+        """Take out a task that has ended."""
         self._tasks.pop(task, None)
 
     def cancel(self, source: CallbackSource) -> None:
-        """Cancel the callbacks of `work`, save one that calls this: it may go on to its end."""
+        """Cancel the callbacks of `source`, save one that calls this: it may go on to its end."""
         self._cancel([task for task, its_work in self._tasks.items() if its_work is source])
 
     def cancel_all(self) -> None:
@@ -73,7 +73,7 @@ class AsyncExecutor(Engine):
     ) -> None:
         """`ended` is called, on the loop's thread, when the shutdown begins."""
         super().__init__(shutdown_signal)
-        self._node_home = work_queue
+        self._node_work_queue = work_queue
         self._tasks = tasks
         self._runs = runs
         self._ended = ended
@@ -91,7 +91,7 @@ class AsyncExecutor(Engine):
         active_executors.executors.append(self)
         self._waker.open()
         self._shutdown_signal.add_external_sleeper(self)
-        self._node_home.attach(self._ready, self._timer_heap)
+        self._node_work_queue.attach(self._ready, self._timer_heap)
         self._listen()
 
     def close(self) -> None:
@@ -104,7 +104,7 @@ class AsyncExecutor(Engine):
         self._set_timer(None)
         active_executors.executors.remove(self)
         self._shutdown_signal.remove_external_sleeper(self)
-        self._node_home.detach()
+        self._node_work_queue.detach()
         self._close_runners()
         self._waker.close()
 
@@ -134,7 +134,7 @@ class AsyncExecutor(Engine):
         self._listen()
 
     def _run_what_is_there(self) -> None:
-        for _ in range(len(self._ready.items) + 1):  # one more for an alarm
+        for _ in range(len(self._ready.items) + 1):  # one more for an entry
             source = self._next()
             if source is None:
                 return
@@ -143,7 +143,7 @@ class AsyncExecutor(Engine):
                 return
 
     def _listen(self) -> None:
-        """Be asked when there is work, then look at the alarms: one that was set in between asks, too."""
+        """Be asked when there is work, then look at the entries: one that was set in between asks, too."""
         self._ready.listen(self._ask)
         due = self._timer_heap.earliest
         if due != self._timer_due:

@@ -192,10 +192,10 @@ class SteppedLoop(asyncio.SelectorEventLoop):
             if begin is not None:
                 begin()
             if self.whens:
-                self._forget_due()
+                self._discard_due()
             waker = self.goalwire_waker
             if waker.calls or not waker.asleep:
-                super().call_soon(waker.answer)
+                super().call_soon(waker.run_pending)
             self.more = False
             self.stop()  # before it runs: then it runs once through what is ready, and waits for nothing
             self.run_forever()
@@ -208,8 +208,8 @@ class SteppedLoop(asyncio.SelectorEventLoop):
             self.more = True
             self._stepped_selector.rearm()
 
-    def _forget_due(self) -> None:
-        """Drop the times that the coming step will serve: those before its beginning."""
+    def _discard_due(self) -> None:
+        """Discard the times that the coming step will serve: those before its beginning."""
         whens, now = self.whens, self.time()
         while whens and _is_due(whens[0], now):
             heappop(whens)

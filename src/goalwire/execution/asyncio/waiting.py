@@ -1,8 +1,8 @@
 """How any thread wakes a task of an asyncio loop: in one turn of the loop, and many with one system call.
 
 asyncio's own way (`call_soon_threadsafe(future.set_result, …)`) takes a handle, a write to a socket, two
-reads of it, and two turns of the loop. Here a task sleeps in a `Pause`, which goes on as soon as the loop
-hears of it, and a loop that runs a node listens to an eventfd: to another thread and back takes 11.5 us, not
+reads of it, and two turns of the loop. Here a task sleeps in a `DirectFuture`, and goes on as soon as the
+loop hears of it. A loop that runs a node listens to an eventfd: to another thread and back takes 11.5 us, not
 17 (and under uvloop as much as asyncio's own).
 """
 
@@ -44,13 +44,13 @@ _wakers: WeakKeyDictionary[asyncio.AbstractEventLoop, AsyncioLoopWaker] = WeakKe
 
 
 def waker_of(loop: asyncio.AbstractEventLoop) -> LoopWaker:
-    """The bridge to `loop`: a runner's own, else the one that all who come here share."""
+    """The waker of `loop`: a runner's own, else the one that all who come here share."""
     own: LoopWaker | None = getattr(loop, 'goalwire_waker', None)
     return shared_waker(loop) if own is None else own
 
 
 def shared_waker(loop: asyncio.AbstractEventLoop) -> AsyncioLoopWaker:
-    """The bridge to a loop that is none of ours."""
+    """The waker of a loop that is none of ours."""
     waker = _wakers.get(loop)
     if waker is None:
         waker = _wakers[loop] = AsyncioLoopWaker(loop)
@@ -69,8 +69,8 @@ def wait_on(loop: asyncio.AbstractEventLoop, future: Awaitable) -> Generator[obj
         future.remove_waker(wake)
 
 
-_RINGER_MS = 1000
-"""How long closing waits for a thread that is about to ring: microseconds."""
+_WAKER_MS = 1000
+"""How long closing waits for a thread that is about to write: microseconds."""
 
 
 class DirectFuture(asyncio.Future[None]):
@@ -111,23 +111,23 @@ class DirectFuture(asyncio.Future[None]):
 class LoopWaker:
     """Calls functions from any thread on the thread of one asyncio loop, many with one wake-up.
 
-    Who calls appends, then looks whether the loop sleeps, and rings where it does. The loop says that it
+    Who calls appends, then looks whether the loop sleeps, and wakes it where it does. The loop says that it
     sleeps, then looks for calls: one of them sees the other. `pop` gives the item of `asleep` to one thread:
-    that one rings, and the loop answers, even where it has found the call before it was rung.
+    that one wakes the loop, which runs what is pending, even where it has found the call before.
     """
 
-    __slots__ = ('__weakref__', '_next_ring', '_ring', 'asleep', 'calls')
+    __slots__ = ('__weakref__', '_next_wake', '_wake', 'asleep', 'calls')
 
     direct = DirectFuture
     """Here, since to import it where somebody waits takes longer than to make one."""
 
-    def __init__(self, ring: Callable[[], object]) -> None:
-        """`ring` gets `answer` called soon on the loop's thread; it may be called on any thread."""
-        self._ring = self._next_ring = ring
+    def __init__(self, wake: Callable[[], object]) -> None:
+        """`wake` gets `run_pending` called soon on the loop's thread; it may be called on any thread."""
+        self._wake = self._next_wake = wake
         self.calls: deque[Callable[[], object]] = deque()
-        """What `answer` is to call."""
+        """What `run_pending` is to call."""
         self.asleep: list[None] = [None]
-        """Not empty while who calls is to ring."""
+        """Not empty while who calls is to wake the loop."""
 
     def call(self, function: Callable[[], object]) -> None:
         """Call `function()` soon, on the loop's thread and outside of its tasks. Any thread.
@@ -139,15 +139,15 @@ class LoopWaker:
             try:
                 self.asleep.pop()
             except IndexError:
-                return  # another thread rings
-            self._ring()
+                return  # another thread wakes the loop
+            self._wake()
 
-    def answer(self) -> None:
+    def run_pending(self) -> None:
         """Do what was asked for until now; on the loop's thread.
 
         What the functions raise comes out (it ends the program), and the others have their turn later.
         """
-        self._ring = self._next_ring  # nobody is about to ring now
+        self._wake = self._next_wake  # nobody is about to wake the loop now
         self.asleep.append(None)
         calls = self.calls
         try:
@@ -170,7 +170,7 @@ class AsyncioLoopWaker(LoopWaker):
 
     def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
         super().__init__(self._ask_loop)
-        self._loop = ref(loop)  # who keeps bridges keeps them by loop, weakly
+        self._loop = ref(loop)  # wakers are kept by loop, weakly
         self._users = 0
         self._wake_fd = -1
 
@@ -183,13 +183,13 @@ class AsyncioLoopWaker(LoopWaker):
         with suppress(OSError, NotImplementedError):  # too many files are open, or the loop watches none
             wake_fd = os.eventfd(0, os.EFD_CLOEXEC | os.EFD_NONBLOCK)
             try:
-                loop.add_reader(wake_fd, self._rung)
+                loop.add_reader(wake_fd, self._on_wake_fd)
             except BaseException:
                 os.close(wake_fd)
                 raise
             self._wake_fd = wake_fd
             WAKE_FDS.add(wake_fd)
-            self._change_ring(partial(os.eventfd_write, wake_fd, 1))
+            self._change_wake(partial(os.eventfd_write, wake_fd, 1))
 
     def close(self) -> None:
         """Go back to `call_soon_threadsafe` with the last who has opened this. The loop's thread."""
@@ -200,24 +200,24 @@ class AsyncioLoopWaker(LoopWaker):
         self._wake_fd = -1
         loop.remove_reader(wake_fd)
         WAKE_FDS.discard(wake_fd)
-        rings_bell = self._ring != self._ask_loop
-        if self._change_ring(self._ask_loop) or not rings_bell:
+        writes = self._wake != self._ask_loop
+        if self._change_wake(self._ask_loop) or not writes:
             os.close(wake_fd)
             return
         hearing = select.poll()
         hearing.register(wake_fd, select.POLLIN)
-        if hearing.poll(_RINGER_MS):  # a thread has rung it, or is about to
+        if hearing.poll(_WAKER_MS):  # a thread has written, or is about to
             os.close(wake_fd)
-        loop.call_soon(self.answer)
+        loop.call_soon(self.run_pending)
 
-    def _change_ring(self, ring: Callable[[], object]) -> bool:
-        """Ring that way, at once (True) or, where somebody may be ringing now, from the next answer on."""
-        self._next_ring = ring
+    def _change_wake(self, wake: Callable[[], object]) -> bool:
+        """Wake the loop that way from now on (True) or, where somebody may be at it, from its next turn."""
+        self._next_wake = wake
         try:
             self.asleep.pop()
         except IndexError:
             return False
-        self._ring = ring
+        self._wake = wake
         self.asleep.append(None)
         if self.calls:
             self.call(_nothing)
@@ -227,14 +227,14 @@ class AsyncioLoopWaker(LoopWaker):
         loop = self._loop()
         with suppress(RuntimeError):
             if loop is not None:
-                loop.call_soon_threadsafe(self.answer)
+                loop.call_soon_threadsafe(self.run_pending)
                 return
         self.calls.clear()  # the loop is closed: nobody waits there any more
         self.asleep.append(None)
 
-    def _rung(self) -> None:
+    def _on_wake_fd(self) -> None:
         os.eventfd_read(self._wake_fd)
-        self.answer()
+        self.run_pending()
 
 
 _MS = 1_000_000
@@ -313,7 +313,7 @@ async def settle(future: Awaitable, shutdown_signal: ShutdownSignal, deadline: i
 def completion(future: Awaitable, waker: LoopWaker) -> DirectFuture:
     """Return what a coroutine awaits until `future`, which ends in any case, is no longer pending.
 
-    `bridge` leads to the running loop. Where the coroutine is cancelled, the future must be given up.
+    `waker` is the running loop's. Where the coroutine is cancelled, the future must be cancelled too.
     """
     direct = DirectFuture()
     future.add_waker(partial(waker.call, direct.resume))
