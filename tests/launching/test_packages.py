@@ -52,6 +52,37 @@ def test_a_package_of_a_source_folder(world: dict[str, str], tmp_path: Path) -> 
         assert f'[INFO] [launch.user]: from {folder}' in program.succeed()
 
 
+SETUP_FILES = {
+    'setup.py': "setup(entry_points={'console_scripts': ['greet = my_node.main:main']})\n",
+    'setup.cfg': '[options.entry_points]\nconsole_scripts =\n    greet = my_node.main:main\n',
+    'pyproject.toml': '[project]\nname = "my_node"\n[project.scripts]\ngreet = "my_node.main:main"\n',
+}
+
+
+@pytest.mark.skipif(sys.platform == 'win32', reason='a script with an interpreter line')
+@pytest.mark.parametrize('name', list(SETUP_FILES))
+@pytest.mark.parametrize('layout', ['', 'src'])
+def test_programs_of_a_source_folder(name: str, layout: str, world: dict[str, str], tmp_path: Path) -> None:
+    folder = tmp_path / 'ws' / 'my_node'
+    code = folder / layout / 'my_node'
+    code.mkdir(parents=True)
+    (folder / 'package.xml').write_text('<package><name>my_node</name></package>')
+    (folder / name).write_text(SETUP_FILES[name])
+    (code / '__init__.py').touch()
+    (code / 'main.py').write_text('import sys\ndef main():\n    print("hello", sys.argv)\n    return 3\n')
+    env = {**world, 'XDG_CACHE_HOME': str(tmp_path / 'cache')}
+    for _ in range(2):  # made, and found
+        with Program(executable(), 'run', 'my_node', 'greet', 'you', env=env, cwd=tmp_path / 'ws') as program:
+            assert program.wait() == 3
+            assert program.output == "hello ['greet', 'you']"
+    with Program(executable(), 'run', 'my_node', 'gret', env=env, cwd=tmp_path / 'ws') as program:
+        assert program.wait() == 3
+        assert 'did you mean greet?' in program.output
+    (folder / name).write_text('this is [ no such file\n')
+    with Program(executable(), 'pkg', 'executables', 'my_node', env=env, cwd=tmp_path / 'ws') as program:
+        assert program.succeed() == ''
+
+
 @pytest.mark.skipif(sys.platform == 'win32', reason='a script with an interpreter line')
 def test_run_becomes_the_program(world: dict[str, str], prefix: Path, ros2: CommandLine) -> None:
     talker = prefix / 'lib' / 'demo_robot' / 'talker'

@@ -2,7 +2,8 @@
 
 ament_index_python answers first, which is the real one where ROS 2 is sourced: installed workspaces, and
 packages that pip installed. A package of a workspace's source, found by its package.xml below the working
-directory, has its launch files and its configuration where it lies; its programs once it is installed.
+directory, has its launch files, its configuration and its Python programs where it lies; what C++ makes of it
+is there once it is installed.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from ament_index_python.packages import (
 
 from goalwire.errors import LaunchError, NoSuchPackageError
 from goalwire.idl.workspace import FOLDERS, IGNORE_MARKS, IGNORED, LEVELS, MANIFEST, package_name
+from goalwire.launching.source_programs import starters
 
 _sources: dict[str, dict[str, str]] = {}
 
@@ -56,7 +58,8 @@ def executables(package: str) -> list[str]:
     """The paths of a package's programs, sorted. Raises NoSuchPackageError."""
     folder = Path(prefix(package), 'lib', package)
     if not folder.is_dir():
-        return []
+        source = source_packages().get(package)
+        return [] if source is None else starters(package, source)
     return [str(file) for file in sorted(folder.rglob('*')) if file.is_file() and os.access(file, os.X_OK)]
 
 
@@ -73,7 +76,7 @@ def executable(package: str, name: str) -> str:
     elif known:
         hint = f'it has {", ".join(known[:12])}'
     elif package in source_packages() and prefix(package) == source_packages()[package]:
-        hint = 'it is found as source alone: install it (colcon build, or pip install for a Python package)'
+        hint = 'it is found as source alone: build it (colcon build) where that makes its programs'
     else:
         hint = 'it has no programs'
     folder = os.path.join(prefix(package), 'lib', package)

@@ -1,0 +1,124 @@
+"""Programs of Python packages that are not installed: what their setup files call console scripts.
+
+Each gets a small starter in the user's cache, which imports the function from the source folder and calls it,
+as the script that pip would install does. The folder of starters is named after what they are made of, so it
+is never stale, and several processes may fill it at once.
+"""
+
+from __future__ import annotations
+
+import ast
+import configparser
+import contextlib
+import os
+import re
+import sys
+import tempfile
+import tomllib
+from hashlib import sha256
+from pathlib import Path
+
+from goalwire.files import read_regular
+
+LARGEST = 2**20
+_ENTRY = re.compile(r'\s*([\w.-]+)\s*=\s*([\w.]+)\s*:\s*([\w.]+)\s*')
+_STARTER = """\
+#!{python}
+# Made by goalwire: {name} of the source folder below.
+import sys
+
+sys.path.insert(0, {folder!r})
+sys.argv[0] = {name!r}
+from {module} import {first}
+
+sys.exit({function}())
+"""
+
+
+def starters(package: str, folder: str) -> list[str]:
+    """The paths of starters for a source package's programs, sorted; none where it names none."""
+    texts = {name: _starter(name, target, folder) for name, target in console_scripts(folder).items()}
+    if not texts or os.name != 'posix':
+        return []
+    digest = sha256('\0'.join([folder, *texts.values()]).encode()).hexdigest()[:16]
+    try:
+        place = _cache() / f'{package}-{digest}'
+        place.mkdir(parents=True, exist_ok=True)
+        return [_write(place / name, text) for name, text in sorted(texts.items())]
+    except (OSError, RuntimeError):  # nowhere to write, or no home
+        return []
+
+
+def console_scripts(folder: str) -> dict[str, tuple[str, str]]:
+    """Module and function by program, of setup.py, setup.cfg and pyproject.toml where they can be read."""
+    found: dict[str, tuple[str, str]] = {}
+    for entry in (*_of_setup_py(folder), *_of_setup_cfg(folder), *_of_pyproject(folder)):
+        match = _ENTRY.fullmatch(entry)
+        if match:
+            found[match[1]] = match[2], match[3]
+    return found
+
+
+def _read(folder: str, name: str) -> str:
+    with contextlib.suppress(OSError, UnicodeError):
+        return read_regular(os.path.join(folder, name), LARGEST).decode()
+    return ''
+
+
+def _of_setup_py(folder: str) -> list[str]:
+    """The strings of a list under 'console_scripts'; the file is read, not run."""
+    with contextlib.suppress(SyntaxError, ValueError, RecursionError):
+        for node in ast.walk(ast.parse(_read(folder, 'setup.py'))):
+            if not isinstance(node, ast.Dict):
+                continue
+            for key, value in zip(node.keys, node.values, strict=True):
+                is_scripts = isinstance(key, ast.Constant) and key.value == 'console_scripts'
+                if is_scripts and isinstance(value, ast.List | ast.Tuple):
+                    items = [item.value for item in value.elts if isinstance(item, ast.Constant)]
+                    return [item for item in items if isinstance(item, str)]
+    return []
+
+
+def _of_setup_cfg(folder: str) -> list[str]:
+    parser = configparser.ConfigParser(interpolation=None)
+    with contextlib.suppress(configparser.Error):
+        parser.read_string(_read(folder, 'setup.cfg'))
+        return parser.get('options.entry_points', 'console_scripts', fallback='').splitlines()
+    return []
+
+
+def _of_pyproject(folder: str) -> list[str]:
+    with contextlib.suppress(tomllib.TOMLDecodeError, AttributeError):
+        scripts = tomllib.loads(_read(folder, 'pyproject.toml')).get('project', {}).get('scripts', {})
+        return [f'{name} = {target}' for name, target in scripts.items()]
+    return []
+
+
+def _starter(name: str, target: tuple[str, str], folder: str) -> str:
+    module, function = target
+    inner = os.path.join(folder, 'src')
+    top = module.partition('.')[0]
+    root = inner if os.path.isdir(os.path.join(inner, top)) else folder  # the src layout
+    return _STARTER.format(
+        python=sys.executable,
+        name=name,
+        folder=root,
+        module=module,
+        first=function.partition('.')[0],
+        function=function,
+    )
+
+
+def _write(place: Path, text: str) -> str:
+    if not place.exists():
+        descriptor, temporary = tempfile.mkstemp(dir=place.parent)
+        with os.fdopen(descriptor, 'w', encoding='utf-8') as file:
+            file.write(text)
+        Path(temporary).chmod(0o755)
+        Path(temporary).replace(place)  # another process may have been faster: it wrote the same
+    return str(place)
+
+
+def _cache() -> Path:
+    own = os.environ.get('XDG_CACHE_HOME', '')
+    return (Path(own) if Path(own).is_absolute() else Path.home() / '.cache') / 'goalwire' / 'sources'
