@@ -19,8 +19,8 @@ from helpers.isolation import free_port
 
 from benchmarks import stage
 from benchmarks.line import Figures
-from goalwire.transport.zenoh import closing, settings
-from goalwire.transport.zenoh.thread_state import keep_thread_state
+from goalwire.transport.zenoh import settings, threads
+from goalwire.transport.zenoh.threads import keep_thread_state
 
 AS_IT_COMES = {'ZENOH_RUNTIME': '()', 'GOALWIRE_PIN_THREADS': '0'}
 """Environment: Zenoh's own thread pools, a new Python thread state for every callback."""
@@ -36,7 +36,7 @@ CLOCK = struct.Struct('d')
 
 def open_session(*, listen: int = 0, connect: int = 0) -> zenoh.Session:
     """Open a session that returns once it is connected."""
-    closing.start()
+    threads.start()
     values = settings.session(connect)
     values['connect'] = {
         'endpoints': [f'tcp/127.0.0.1:{connect}'] if connect else [],

@@ -7,8 +7,7 @@ from helpers.markdown import DOCS, blocks
 from goalwire.rules.goals.table import TABLE, GoalStatus
 from goalwire.rules.qos import QoS
 from goalwire.transport.contract import Endpoint, EndpointKind, NodeName
-from goalwire.transport.zenoh.keyexpr import data_key
-from goalwire.transport.zenoh.tokens import encode_endpoint
+from goalwire.transport.zenoh.tokens import data_key, encode_endpoint
 
 EXPLANATION = DOCS / 'explanation'
 

@@ -32,7 +32,7 @@ from goalwire.rules.names.lexer import RuleSyntaxError
 from goalwire.rules.parameters.files import matches, parse_parameter_file
 from goalwire.rules.parameters.plain_yaml import typed_text
 from goalwire.transport.dds import description, discovery_state, service_header
-from goalwire.transport.zenoh import attachment, keyexpr, qos_text, tokens
+from goalwire.transport.zenoh import attachment, tokens
 from goalwire.transport.zenoh.protocol import key_expressions
 from goalwire.transport.zenoh.protocol.network import Sample as ZenohSample
 
@@ -139,16 +139,16 @@ def read_token(data: bytes) -> None:
 
 def read_qos(data: bytes) -> None:
     """What was read is written in the shortest form, which means the same."""
-    qos = qos_text.decode_qos(text_of(data))
+    qos = tokens.decode_qos(text_of(data))
     if 'UNKNOWN' in {qos.reliability.name, qos.durability.name, qos.history.name, qos.liveliness.name}:
         return  # no endpoint of ours has that
-    written = qos_text.encode_qos(qos)
-    assert qos_text.encode_qos(qos_text.decode_qos(written)) == written
+    written = tokens.encode_qos(qos)
+    assert tokens.encode_qos(tokens.decode_qos(written)) == written
 
 
 def read_type(data: bytes) -> None:
     """A type's name as tokens and DDS topics spell it."""
-    keyexpr.ros_type(text_of(data))
+    tokens.ros_type(text_of(data))
 
 
 def read_request(data: bytes) -> None:

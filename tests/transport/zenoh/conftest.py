@@ -13,7 +13,7 @@ from helpers.isolation import isolated_env
 from helpers.wire import BARE, Side
 
 from goalwire.transport.contract import SessionOptions
-from goalwire.transport.zenoh import TRANSPORT, closing
+from goalwire.transport.zenoh import TRANSPORT, threads
 
 OpenSide: TypeAlias = Callable[[str], Side]
 
@@ -53,7 +53,7 @@ def goalwire_side(open_side: OpenSide) -> Side:
 @pytest.fixture
 def peer(world: dict[str, str], goalwire_side: Side) -> Iterator[zenoh.Session]:
     """A zenoh session that knows nothing of goalwire, set up as rmw_zenoh's are."""
-    closing.start()
+    threads.start()
     settings = {
         'mode': 'peer',
         'connect': {'endpoints': [f'tcp/localhost:{world["GOALWIRE_ROUTER_PORT"]}']},

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from helpers.processes import Program
 
-from goalwire.transport.zenoh import closing
+from goalwire.transport.zenoh import threads
 
 PREAMBLE = """
     import os, sys, threading
@@ -222,8 +222,8 @@ def test_ctrl_c_at_any_moment_of_opening_ends_the_program(world: dict[str, str])
 
 def test_pinning_can_be_turned_off(world: dict[str, str]) -> None:
     body = """
-    from goalwire.transport.zenoh import thread_state
-    assert thread_state.keep_thread_state.__name__ == '_nothing'
+    from goalwire.transport.zenoh import threads
+    assert threads.keep_thread_state.__name__ == '_nothing'
     got = threading.Event()
     one, two = open_session(), open_session()
     one.node(NodeName('a')).subscription(endpoint(EndpointKind.SUBSCRIPTION, '/t'), lambda sample: got.set())
@@ -252,7 +252,7 @@ def test_the_parts_of_zenoh_that_are_silenced_are_still_called_that() -> None:
     assert library is not None
     assert library.origin is not None
     code = Path(library.origin).read_bytes()
-    assert [part for part in closing.NOISY if part.encode() not in code] == []
+    assert [part for part in threads.NOISY if part.encode() not in code] == []
 
 
 def test_a_session_may_live_on_another_thread_than_the_main_one(world: dict[str, str]) -> None:

@@ -21,9 +21,8 @@ from helpers.wire import SeenGraph, Side
 from goalwire.errors import TransportError
 from goalwire.logging import LogRecord
 from goalwire.transport.contract import EndpointKind, SessionOptions
-from goalwire.transport.zenoh import TRANSPORT, holder, rendezvous
-from goalwire.transport.zenoh.holder import Holder
-from goalwire.transport.zenoh.rendezvous import PORT_IS_TAKEN, RENDEZVOUS, EmbeddedRouter, is_taken
+from goalwire.transport.zenoh import TRANSPORT, rendezvous
+from goalwire.transport.zenoh.rendezvous import PORT_IS_TAKEN, RENDEZVOUS, EmbeddedRouter, Holder, is_taken
 
 from .conftest import OpenSide
 
@@ -277,19 +276,19 @@ def test_who_holds_the_port_and_is_no_router_is_named_and_costs_little(
 
 
 def test_a_holder_is_told_by_its_answer(port: int, world: dict[str, str]) -> None:
-    assert holder.look(port) is Holder.NOBODY
+    assert rendezvous.look(port) is Holder.NOBODY
     with socket.create_server(('127.0.0.1', port)):
-        assert holder.look(port, 0.1) is Holder.MUTE
-    assert holder.look(port) is Holder.NOBODY
+        assert rendezvous.look(port, 0.1) is Holder.MUTE
+    assert rendezvous.look(port) is Holder.NOBODY
 
 
 def test_a_router_is_told_by_its_answer(port: int, plain_router: zenoh.Session) -> None:
-    assert holder.look(port) is Holder.ZENOH
+    assert rendezvous.look(port) is Holder.ZENOH
 
 
 def test_a_rendezvous_answers_as_a_router(port: int, open_side: OpenSide) -> None:
     open_side('one')
-    assert holder.look(port) is Holder.ZENOH
+    assert rendezvous.look(port) is Holder.ZENOH
 
 
 ROUTER = """

@@ -21,7 +21,7 @@ from goalwire.logging import LogRecord
 from goalwire.records import replace
 from goalwire.rules.qos import DurabilityPolicy, HistoryPolicy, QoS, ReliabilityPolicy
 from goalwire.transport.contract import EndpointKind, PublisherPort
-from goalwire.transport.zenoh.turn import Turn, Turns, Waiting
+from goalwire.transport.zenoh.context import Turn, Turns, Waiting
 
 KEY = f'/chatter/std_msgs::msg::dds_::String_/{HASH}'
 THREADS, EACH = 4, 1000

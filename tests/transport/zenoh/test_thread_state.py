@@ -9,8 +9,8 @@ from types import FrameType
 from helpers.wire import Answers
 
 from goalwire.transport.contract import Request
-from goalwire.transport.zenoh import thread_state
-from goalwire.transport.zenoh.thread_state import keep_thread_state
+from goalwire.transport.zenoh import threads
+from goalwire.transport.zenoh.threads import keep_thread_state
 
 from .conftest import OpenSide
 
@@ -26,7 +26,7 @@ def test_only_the_first_call_on_a_thread_runs_python_code() -> None:
     sys.setprofile(note)
     keep_thread_state()
     sys.setprofile(None)
-    assert thread_state.__file__ not in entered
+    assert threads.__file__ not in entered
 
 
 def test_what_is_local_to_a_thread_of_zenohs_is_there_the_next_time(open_side: OpenSide) -> None:

@@ -81,9 +81,9 @@ TAKE_BACK = """
 import json, os
 import zenoh
 from zenoh import ext
-from goalwire.transport.zenoh import closing
+from goalwire.transport.zenoh import threads
 
-closing.start()
+threads.start()
 port = os.environ['GOALWIRE_ROUTER_PORT']
 
 def open_session(listen, connect):

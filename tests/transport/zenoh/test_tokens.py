@@ -1,4 +1,4 @@
-"""Liveliness tokens, against the grammar of rmw_zenoh."""
+"""Keys, QoS and liveliness tokens."""
 
 from __future__ import annotations
 
@@ -7,10 +7,182 @@ import xxhash
 from hypothesis import given
 from hypothesis import strategies as st
 
-from goalwire.errors import RemoteError, TransportError
-from goalwire.rules.qos import DurabilityPolicy, QoS, ReliabilityPolicy
+from goalwire.errors import LocalError, RemoteError, TransportError
+from goalwire.rules.qos import (
+    INFINITE_NS,
+    PARAMETERS,
+    ROSOUT,
+    SENSOR_DATA,
+    DurabilityPolicy,
+    HistoryPolicy,
+    LivelinessPolicy,
+    QoS,
+    ReliabilityPolicy,
+)
 from goalwire.transport.contract import Endpoint, EndpointKind, NodeName
-from goalwire.transport.zenoh.tokens import encode_endpoint, encode_node, gid_of, own_entity, parse
+from goalwire.transport.zenoh.tokens import (
+    data_key,
+    dds_type,
+    decode_qos,
+    encode_endpoint,
+    encode_node,
+    encode_qos,
+    gid_of,
+    graph_key,
+    own_entity,
+    parse,
+    ros_type,
+)
+
+STRING_HASH = 'RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18'
+ADD_HASH = 'RIHS01_e118de6bf5eeb66a2491b5bda11202e7b68f198d6f67922cf30364858239c81a'
+
+
+@pytest.mark.parametrize(
+    ('domain', 'name', 'type_name', 'type_hash', 'key'),
+    [
+        (
+            0,
+            '/chatter',
+            'std_msgs/msg/String',
+            STRING_HASH,
+            f'0/chatter/std_msgs::msg::dds_::String_/{STRING_HASH}',
+        ),
+        (
+            0,
+            '/robot1/chatter',
+            'std_msgs/msg/String',
+            STRING_HASH,
+            f'0/robot1/chatter/std_msgs::msg::dds_::String_/{STRING_HASH}',
+        ),
+        (
+            2,
+            '/add_two_ints',
+            'example_interfaces/srv/AddTwoInts',
+            ADD_HASH,
+            f'2/add_two_ints/example_interfaces::srv::dds_::AddTwoInts_/{ADD_HASH}',
+        ),
+        (
+            0,
+            '/fib/_action/send_goal',
+            'pkg/action/Fib_SendGoal',
+            'RIHS01_1',
+            '0/fib/_action/send_goal/pkg::action::dds_::Fib_SendGoal_/RIHS01_1',
+        ),
+    ],
+)
+def test_a_key_is_domain_name_type_and_hash(
+    domain: int, name: str, type_name: str, type_hash: str, key: str
+) -> None:
+    assert data_key(domain, name, type_name, type_hash) == key
+
+
+def test_one_slash_at_either_end_of_a_name_is_dropped() -> None:
+    assert data_key(0, '/a/b/', 'p/msg/T', 'h').startswith('0/a/b/p::msg')
+
+
+@pytest.mark.parametrize('name', ['//a', '/a//b', '/a*', '/a#', '/a?', '/$a', '/a b', ''])
+def test_a_name_that_zenoh_cannot_carry_is_refused_by_name(name: str) -> None:
+    with pytest.raises(TransportError, match='cannot travel over Zenoh') as caught:
+        data_key(0, name, 'p/msg/T', 'h')
+    assert repr(name) in str(caught.value)
+
+
+@pytest.mark.parametrize('type_name', ['std_msgs/msg/String', 'pkg/srv/Add', 'pkg/action/Fib_GetResult'])
+def test_a_type_survives_its_dds_spelling(type_name: str) -> None:
+    assert ros_type(dds_type(type_name)) == type_name
+
+
+@pytest.mark.parametrize('spelling', ['String', 'std_msgs::msg::String_', 'std_msgs::msg::dds_::String'])
+def test_a_spelling_that_is_not_dds_is_shown_as_it_is(spelling: str) -> None:
+    assert ros_type(spelling) == spelling
+
+
+def test_the_graph_of_a_domain_is_one_expression() -> None:
+    assert graph_key(7) == '@ros2_lv/7/**'
+
+
+DURATIONS = st.integers(1, INFINITE_NS)
+
+
+@pytest.mark.parametrize(
+    ('qos', 'text'),
+    [
+        (QoS(), '::,10:,:,:,,'),
+        (QoS(depth=42), '::,:,:,:,,'),
+        (QoS(depth=0), '::,:,:,:,,'),
+        (SENSOR_DATA, '2::,5:,:,:,,'),
+        (QoS(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL), ':1:,1:,:,:,,'),
+        (QoS(depth=0, history=HistoryPolicy.KEEP_ALL), '::2,:,:,:,,'),
+        (PARAMETERS, '::,1000:,:,:,,'),
+        (ROSOUT, ':1:,1000:,:10,0:,,'),
+        (QoS(depth=5, deadline_ns=1_500_000_000), '::,5:1,500000000:,:,,'),
+        (QoS(depth=5, liveliness=LivelinessPolicy.MANUAL_BY_TOPIC, lease_ns=2), '::,5:,:,:3,0,2'),
+        (QoS(depth=5, reliability=ReliabilityPolicy.BEST_AVAILABLE), '4::,5:,:,:,,'),
+    ],
+)
+def test_only_what_differs_from_rmws_defaults_is_written(qos: QoS, text: str) -> None:
+    assert encode_qos(qos) == text
+
+
+@pytest.mark.parametrize(
+    'qos',
+    [
+        QoS(reliability=ReliabilityPolicy.SYSTEM_DEFAULT),
+        QoS(durability=DurabilityPolicy.SYSTEM_DEFAULT),
+        QoS(history=HistoryPolicy.SYSTEM_DEFAULT),
+        QoS(deadline_ns=INFINITE_NS, lifespan_ns=INFINITE_NS, lease_ns=INFINITE_NS),
+        QoS(liveliness=LivelinessPolicy.AUTOMATIC),
+    ],
+)
+def test_a_system_default_is_written_like_the_default(qos: QoS) -> None:
+    assert encode_qos(qos) == encode_qos(QoS())
+
+
+@pytest.mark.parametrize(
+    'qos',
+    [
+        QoS(reliability=ReliabilityPolicy.UNKNOWN),
+        QoS(durability=DurabilityPolicy.UNKNOWN),
+        QoS(history=HistoryPolicy.UNKNOWN),
+        QoS(liveliness=LivelinessPolicy.UNKNOWN),
+    ],
+)
+def test_an_unknown_policy_cannot_be_declared(qos: QoS) -> None:
+    with pytest.raises(LocalError, match='UNKNOWN'):
+        encode_qos(qos)
+
+
+def test_half_of_an_infinite_duration_stays_empty() -> None:
+    """Seconds and nanoseconds are compared one by one."""
+    assert encode_qos(QoS(depth=42, deadline_ns=9_223_372_036_000_000_001)) == '::,:,1:,:,,'
+
+
+@given(
+    st.builds(
+        QoS,
+        depth=st.integers(1, 10_000),
+        history=st.sampled_from([HistoryPolicy.KEEP_LAST, HistoryPolicy.KEEP_ALL]),
+        reliability=st.sampled_from([ReliabilityPolicy.RELIABLE, ReliabilityPolicy.BEST_EFFORT]),
+        durability=st.sampled_from([DurabilityPolicy.VOLATILE, DurabilityPolicy.TRANSIENT_LOCAL]),
+        deadline_ns=DURATIONS,
+        lifespan_ns=DURATIONS,
+        liveliness=st.sampled_from([LivelinessPolicy.AUTOMATIC, LivelinessPolicy.MANUAL_BY_TOPIC]),
+        lease_ns=DURATIONS,
+    )
+)
+def test_what_is_written_is_read(qos: QoS) -> None:
+    assert decode_qos(encode_qos(qos)) == qos
+
+
+@pytest.mark.parametrize(
+    'text',
+    ['', '::', '::,:,:,:,', 'x::,:,:,:,,', '9::,:,:,:,,', '::,-1:,:,:,,', '::,:,,:,:,,', '::,²:,:,:,,'],
+)
+def test_text_that_breaks_the_grammar_is_the_peers_fault(text: str) -> None:
+    with pytest.raises(RemoteError):
+        decode_qos(text)
+
 
 ZID = 'f00dbabe0123456789abcdef01234567'
 HASH = f'RIHS01_{"a1" * 32}'

@@ -10,9 +10,8 @@ import zenoh
 
 from goalwire.errors import TransportError
 from goalwire.transport.reports import LOGGER
-from goalwire.transport.zenoh import environment, settings
-from goalwire.transport.zenoh.environment import Override, RendezvousChoice
-from goalwire.transport.zenoh.settings import Json
+from goalwire.transport.zenoh import settings
+from goalwire.transport.zenoh.settings import Json, Override, RendezvousChoice
 
 _OF_THE_SESSION = ('mode', 'id', 'connect', 'listen', 'scouting')
 """Overrides that place a session in the network; the rendezvous of the same process keeps its own place."""
@@ -34,9 +33,9 @@ class Plan(NamedTuple):
 
 def plan() -> Plan:
     """Read the environment; raises TransportError naming the variable or file and the reason."""
-    port = environment.router_port()
+    port = settings.router_port()
     session, accepted = _session_config(port)
-    choice = environment.rendezvous_choice()
+    choice = settings.rendezvous_choice()
     local = local_port(_value(session, 'connect/endpoints'), str(_value(session, 'mode')))
     if choice is RendezvousChoice.OFF or (choice is RendezvousChoice.AUTO and local is None):
         return Plan(session, None, port, local, gives_way=True)
@@ -48,9 +47,9 @@ def plan() -> Plan:
 def _session_config(port: int) -> tuple[zenoh.Config, list[Override]]:
     """Return the session's configuration and the overrides that zenoh took."""
     config = _from_file('ZENOH_SESSION_CONFIG_URI') or _from_settings(settings.session(port))
-    for name, size in environment.shared_memory().items():
+    for name, size in settings.shared_memory().items():
         config.insert_json5(f'transport/shared_memory/transport_optimization/{name}', str(size))
-    pairs, broken = environment.overrides()
+    pairs, broken = settings.overrides()
     for part in broken:
         _warn(part, 'it is not of the form key/path=value')
     return config, [pair for pair in pairs if _override(config, pair)]

@@ -2,34 +2,104 @@
 
 Its threads call back through `Callback(…, indirect=False)`; each callback pins its thread's state first. What
 it holds is counted, for a thread that calls into an interpreter on its way out aborts the process.
+
+Zenoh keeps about a kilobyte of each query until the query's time is over, even when it was answered at once
+(measured with 1.10.2), and a querier has one time for all its queries. So requests with a time go through
+queriers of their own, one for each power of two of seconds, declared at the first use. `session.get` takes
+any time, but costs 5 µs more.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 from threading import Event
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import zenoh
 from zenoh import ext
 from zenoh.handlers import Callback
 
 from goalwire.errors import TransportError
+from goalwire.rules.time import S_TO_NS
 from goalwire.transport.ordered_dispatcher import OrderedDispatcher
-from goalwire.transport.zenoh import closing, config, wire
-from goalwire.transport.zenoh.context import Declared, InFlight, undeclare
+from goalwire.transport.zenoh import config, threads, wire
 from goalwire.transport.zenoh.protocol.network import Payload, ReplyError
 from goalwire.transport.zenoh.protocol.primitives import SourceInfo, Timestamp, read_id
 from goalwire.transport.zenoh.protocol.queries import Answer, Query
-from goalwire.transport.zenoh.queriers import Queriers
-from goalwire.transport.zenoh.thread_state import keep_thread_state
+from goalwire.transport.zenoh.threads import keep_thread_state
+from goalwire.transport.zenoh.wire import Declared, taken_back, undeclare
+
+UNTIMED_S: float | None = None
+"""Of requests without a time; None: what the session's configuration says, ten minutes as under rmw_zenoh.
+Less would end slow calls: a request may be answered late, and must not be sent twice."""
+
+_MANNER: dict[str, Any] = {
+    'target': zenoh.QueryTarget.ALL_COMPLETE,
+    'consolidation': zenoh.ConsolidationMode.NONE,
+    'congestion_control': zenoh.CongestionControl.BLOCK,
+}
+
+
+class Queriers:
+    """The queriers of one key."""
+
+    def __init__(self, session: zenoh.Session, key: str) -> None:
+        """Declare the one for requests without a time."""
+        self._declare: Callable[..., zenoh.Querier] = partial(session.declare_querier, key, **_MANNER)
+        lasting = self._declare(timeout=UNTIMED_S)
+        self._declared = {0: lasting}
+        """By their time in s; 0 for requests without one."""
+        self.get: Callable[..., object] = lasting.get
+        """Send a request without a time."""
+
+    def get_within(self, timeout_ns: int) -> Callable[..., object]:
+        """Return what sends a request that zenoh gives up after `timeout_ns`, twice that (or 1 s) at most."""
+        seconds = 1 << (timeout_ns // S_TO_NS).bit_length()
+        querier = self._declared.get(seconds) or self._add(seconds)
+        return querier.get
+
+    def _add(self, seconds: int) -> zenoh.Querier:
+        new = self._declare(timeout=float(seconds))
+        kept = self._declared.setdefault(seconds, new)
+        if kept is not new:
+            undeclare(new)  # another thread was first
+        return kept
+
+    def undeclare(self) -> None:
+        """Take them off the wire; who wants to send later gets RuntimeError."""
+        self.get = self._declare = taken_back
+        while self._declared:
+            undeclare(self._declared.popitem()[1])
+
 
 CLOSING_S = 1.0
 """How long closing waits for callbacks under way; they only append to a queue."""
 ANSWER_S = 2.0
 """How long a peer that is there, but does not answer, can hold up the first look, and with it a program's
 start. What it answers later is not lost: its tokens come by the subscription."""
+
+
+class InFlight:
+    """The callbacks zenoh still holds: while one is held it may be running or be about to."""
+
+    def __init__(self) -> None:
+        self._held: set[object] = set()
+        self._nobody_left: Event | None = None
+        self.enter: Callable[[object], None] = self._held.add
+        """A callback of this owner was handed to zenoh."""
+
+    def leave(self, owner: object) -> None:
+        """Zenoh has let go of it; runs on any thread."""
+        self._held.discard(owner)
+        if self._nobody_left is not None and not self._held:
+            self._nobody_left.set()
+
+    def wait(self, timeout: float) -> bool:
+        """Wait until zenoh holds none; False if it still does after `timeout` seconds."""
+        self._nobody_left = Event()
+        return not self._held or self._nobody_left.wait(timeout)
 
 
 class EclipseMessage(NamedTuple):
@@ -240,7 +310,7 @@ class EclipseWire(wire.Wire):
 
     def __init__(self, settings: zenoh.Config) -> None:
         """Open it. Raises TransportError or ForkedError."""
-        closing.start()
+        threads.start()
         try:
             self._zenoh = zenoh.open(settings)
         except zenoh.ZError as error:

@@ -13,10 +13,9 @@ from goalwire.transport.contract import Endpoint, PublisherPort
 from goalwire.transport.endpoint import EndpointState, OpenPort
 from goalwire.transport.reports import LOGGER
 from goalwire.transport.zenoh.attachment import GID_SIZE, encode
-from goalwire.transport.zenoh.context import ZenohContext, taken_back
-from goalwire.transport.zenoh.qos_text import actual_depth
-from goalwire.transport.zenoh.turn import LARGE, Turn, Waiting
-from goalwire.transport.zenoh.wire import Publisher, Wire
+from goalwire.transport.zenoh.context import LARGE, Turn, Waiting, ZenohContext
+from goalwire.transport.zenoh.tokens import actual_depth
+from goalwire.transport.zenoh.wire import Publisher, Wire, taken_back
 
 LARGEST = 1 << 30
 """Bytes of a message that a Zenoh session receives, by default and in rmw_zenoh's settings."""

@@ -1,22 +1,198 @@
-"""One context's session: opened as the environment says, closed once, nothing left behind."""
+"""One context's session: opened as the environment says, closed once, nothing left behind; and its nodes.
+
+GOALWIRE_ZENOH says which session is opened: `eclipse` (the default), or `native` for one of goalwire's own. A
+configuration that asks for what ours does not do is opened with eclipse-zenoh all the same, and a line in the
+log says so.
+
+A node is a liveliness token and the endpoints declared through it, in the order that rmw_zenoh keeps: a
+publisher's token comes before the publisher, every other's after; on the way out the token goes first.
+"""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import partial
 from threading import Lock
+from typing import NamedTuple
 
 import zenoh
 
-from goalwire.transport.contract import GraphListener, NodeName, NodePort, Session, SessionOptions
-from goalwire.transport.endpoint import OpenSession, close_at_exit
+from goalwire.errors import RemoteError, TransportError
+from goalwire.transport.contract import (
+    ClientPort,
+    Endpoint,
+    GraphEntity,
+    GraphListener,
+    NodeName,
+    NodePort,
+    Port,
+    PublisherPort,
+    Request,
+    Sample,
+    Session,
+    SessionOptions,
+)
+from goalwire.transport.endpoint import EndpointState, OpenNode, OpenPort, OpenSession, close_at_exit
 from goalwire.transport.reports import LOGGER
-from goalwire.transport.zenoh import closing, config, discovery, environment, holder, opening, settings
-from goalwire.transport.zenoh.context import Declared, ZenohContext, undeclare
-from goalwire.transport.zenoh.holder import Holder
-from goalwire.transport.zenoh.node import ZenohNode
-from goalwire.transport.zenoh.rendezvous import RENDEZVOUS
-from goalwire.transport.zenoh.wire import Wire
+from goalwire.transport.zenoh import (
+    config,
+    publisher,
+    settings,
+    subscription,
+    threads,
+)
+from goalwire.transport.zenoh.context import ZenohContext
+from goalwire.transport.zenoh.rendezvous import RENDEZVOUS, Holder, look, name_of_holder
+from goalwire.transport.zenoh.services import ZenohClient, ZenohService
+from goalwire.transport.zenoh.tokens import (
+    data_key,
+    encode_endpoint,
+    encode_node,
+    gid_of,
+    graph_key,
+    own_entity,
+    parse,
+)
+from goalwire.transport.zenoh.wire import Declared, Wire, undeclare
+
+CHOICE = 'GOALWIRE_ZENOH'
+NATIVE, ECLIPSE = 'native', 'eclipse'
+DEFAULT_CHOICE = ECLIPSE
+
+
+def _open_wire(configuration: zenoh.Config) -> Wire:
+    """Open a session. Raises TransportError or ForkedError."""
+    chosen = os.environ.get(CHOICE) or DEFAULT_CHOICE
+    if chosen not in {NATIVE, ECLIPSE}:
+        raise TransportError(f"{CHOICE} is '{chosen}'; set it to {NATIVE} or {ECLIPSE}")
+    wire = _open_native(configuration) if chosen == NATIVE else None
+    if wire is None:
+        from goalwire.transport.zenoh.eclipse import EclipseWire
+
+        wire = EclipseWire(configuration)
+    return wire
+
+
+def _open_native(configuration: zenoh.Config) -> Wire | None:
+    """Open a session of ours; None where the configuration asks for what ours does not do."""
+    # Of the two kinds of session only the one that is opened is imported: either costs some 10 ms.
+    from goalwire.transport.zenoh.native.configuration import BeyondOursError, native_settings
+    from goalwire.transport.zenoh.native.wire import NativeWire
+
+    try:
+        settings = native_settings(json.loads(str(configuration)))
+    except BeyondOursError as error:
+        from goalwire.logging import get_logger
+
+        get_logger(LOGGER).info(f'eclipse-zenoh is used: the configuration asks for {error}')
+        return None
+    return NativeWire(settings)
+
+
+def _watch_tokens(context: ZenohContext, listener: GraphListener) -> Declared:
+    """Tell `listener` of every token; those there already come before this returns."""
+
+    def on_token(token: str, is_there: bool) -> None:
+        try:
+            entity = context.own.get(token) or parse(token)
+        except RemoteError as error:
+            context.rejects.add('token', error)
+            return
+        if is_there:
+            listener.appeared(entity)
+        else:
+            listener.vanished(entity)
+
+    return context.wire.watch_tokens(graph_key(context.domain_id), on_token, waits=True)
+
+
+class NewEndpoint(NamedTuple):
+    """One endpoint on its way onto the wire, and its names there."""
+
+    state: EndpointState
+    key: str
+    token: str
+    entity: GraphEntity
+
+
+class ZenohNode(OpenNode):
+    """A declared node and its endpoints."""
+
+    def __init__(self, context: ZenohContext, name: NodeName, state: EndpointState) -> None:
+        self._context = context
+        self._name = name
+        self._id = context.next_id()
+        token = encode_node(context.domain_id, context.id, self._id, name)
+        super().__init__(state, gid_of(token))
+        state.undo += [partial(undeclare, context.wire.declare_token(token)), self.ports.close]
+
+    def publisher(self, endpoint: Endpoint) -> PublisherPort:
+        """Declare a publisher."""
+        with self._opening(endpoint) as new:
+            hide = self._show(new)
+            new.state.undo.append(hide)
+            declared = publisher.declare(self._context.wire, new.key, endpoint)
+            port = publisher.ZenohPublisher(
+                self._context,
+                new.state,
+                new.entity.gid,
+                declared,
+                self._context.turns.of(new.key),
+                publisher.large(self._context.wire, new.key, endpoint),
+            )
+            new.state.undo[:] = [port.leave, partial(undeclare, declared), hide]
+            return self.ports.keep(port)
+
+    def subscription(self, endpoint: Endpoint, deliver: Callable[[Sample], None]) -> Port:
+        """Declare a subscription."""
+        with self._opening(endpoint) as new:
+            for subscriber in subscription.declare(self._context, new.state, new.key, endpoint, deliver):
+                new.state.undo.append(partial(undeclare, subscriber))
+            new.state.undo.append(self._show(new))
+            return self.ports.keep(OpenPort(new.state, new.entity.gid))
+
+    def service(self, endpoint: Endpoint, deliver: Callable[[Request], None]) -> Port:
+        """Declare a service server."""
+        with self._opening(endpoint) as new:
+            port = ZenohService(self._context, new.state, new.key, new.entity.gid, deliver)
+            new.state.undo += [port.cancel_all, partial(undeclare, port.declare())]
+            new.state.undo.append(self._show(new))
+            return self.ports.keep(port)
+
+    def client(self, endpoint: Endpoint) -> ClientPort:
+        """Declare a service client."""
+        with self._opening(endpoint) as new:
+            querier = self._context.wire.declare_querier(new.key)
+            port = ZenohClient(new.state, self._context, new.entity.gid, querier)
+            new.state.undo.append(port.leave)
+            new.state.undo.append(self._show(new))
+            return self.ports.keep(port)
+
+    @contextmanager
+    def _opening(self, endpoint: Endpoint) -> Iterator[NewEndpoint]:
+        """Name an endpoint; what was declared of it is undone where the block fails."""
+        context, node_id = self._context, self._id
+        title = f"{endpoint.kind.value} '{endpoint.name}'"
+        with self.ports.opening(title) as state, context.refusing(title):
+            key = data_key(context.domain_id, endpoint.name, endpoint.type_name, endpoint.type_hash)
+            token = encode_endpoint(
+                context.domain_id, context.id, node_id, context.next_id(), self._name, endpoint
+            )
+            yield NewEndpoint(state, key, token, own_entity(token, context.id, node_id, self._name, endpoint))
+
+    def _show(self, new: NewEndpoint) -> Callable[[], object]:
+        """Declare the token; return what takes it back."""
+        self._context.own[new.token] = new.entity
+        token = self._context.wire.declare_token(new.token)
+        return partial(self._hide, new.token, token)
+
+    def _hide(self, text: str, token: Declared) -> None:
+        undeclare(token)
+        self._context.own.pop(text, None)
+
 
 NO_ROUTER = (Holder.MUTE, Holder.STRANGER)
 """What holds a port for nothing."""
@@ -30,13 +206,13 @@ TAKE_OVER_S = 1.0
 
 def open_session(options: SessionOptions) -> Session:
     """Offer the rendezvous, where it is wanted, and connect. Raises TransportError or ForkedError."""
-    closing.start()
+    threads.start()
     plan = config.plan()
     if plan.rendezvous is not None:
         RENDEZVOUS.offer(plan.port, plan.rendezvous)
     try:
         found = _greet_holder(plan)
-        wire = opening.open_wire(plan.session)
+        wire = _open_wire(plan.session)
     except BaseException:
         _stop_offering(plan)
         raise
@@ -58,14 +234,14 @@ def _greet_holder(plan: config.Plan) -> Holder:
         return Holder.NOBODY
     if RENDEZVOUS.holds(plan.local):
         return Holder.ZENOH
-    found = holder.look(plan.local)
+    found = look(plan.local)
     if found not in NO_ROUTER:
         return found
     plan.session.insert_json5('transport/unicast/open_timeout', str(GREETING_MS))
     from goalwire.logging import get_logger  # needed only when something is broken
 
     get_logger(LOGGER).warning(
-        f'port {plan.local} is held by {holder.name_of_holder(plan.local)}, which {found.value}: other '
+        f'port {plan.local} is held by {name_of_holder(plan.local)}, which {found.value}: other '
         f'processes are not found; end it, or set GOALWIRE_ROUTER_PORT to a free port for all programs'
     )
     return found
@@ -91,7 +267,7 @@ def _look_for_router(wire: Wire, plan: config.Plan, found: Holder) -> None:
 
     One that has answered, or that this process is about to offer, has a moment more to greet the session.
     """
-    seconds = environment.router_check_seconds()
+    seconds = settings.router_check_seconds()
     if seconds is None or wire.wait_for_router(0):
         return
     offers = plan.rendezvous is not None and not RENDEZVOUS.is_left(plan.port)
@@ -141,7 +317,7 @@ class ZenohSession(OpenSession):
     def watch_graph(self, listener: GraphListener) -> None:
         """Tell `listener` of every token of the domain."""
         self.state.check()
-        watcher = discovery.watch(self._context, listener)
+        watcher = _watch_tokens(self._context, listener)
         with self._lock:
             self.watchers.append(watcher)
 

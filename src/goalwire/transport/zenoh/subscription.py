@@ -1,19 +1,193 @@
-"""Subscriptions: what arrives becomes a Sample and is delivered where it was read (zenoh-wire A.5, A.9)."""
+"""Subscriptions: what arrives becomes a Sample and is delivered where it was read (zenoh-wire A.5, A.9).
+
+Those with history ask every publisher for what it keeps, then follow it. On the wire that is what zenoh's
+advanced subscriber does: publishers with history show a token `<key>/@adv/pub/<session>/<entity>/_` and
+answer queries there (`_max=<depth>`, `_sn=<first>..<last>`); reliable ones number their messages and may send
+heartbeats on the same key. Others say 'uhlc' for the entity.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from threading import Lock
+from typing import NamedTuple
 
 from goalwire.errors import RemoteError
 from goalwire.transport.contract import Endpoint, Sample
 from goalwire.transport.endpoint import EndpointState
-from goalwire.transport.zenoh.context import Declared, ZenohContext
-from goalwire.transport.zenoh.history import HistorySubscriber
-from goalwire.transport.zenoh.keyexpr import CPU_BUFFERS
-from goalwire.transport.zenoh.qos_text import actual_depth
-from goalwire.transport.zenoh.samples import sample_of
-from goalwire.transport.zenoh.tokens import uses_cpu_channel
-from goalwire.transport.zenoh.wire import Message, OnMessage
+from goalwire.transport.ordered_dispatcher import OrderedDispatcher
+from goalwire.transport.zenoh.attachment import sample_of
+from goalwire.transport.zenoh.context import ZenohContext
+from goalwire.transport.zenoh.protocol.network import ReplyError
+from goalwire.transport.zenoh.protocol.primitives import show_id
+from goalwire.transport.zenoh.stream import StreamState
+from goalwire.transport.zenoh.tokens import CPU_BUFFERS, actual_depth, uses_cpu_channel
+from goalwire.transport.zenoh.wire import Declared, Message, OnMessage, undeclare
+
+UNNUMBERED = 'uhlc'
+"""The entity chunk of publishers whose messages have no number of the wire."""
+
+KEPT_STREAMS = 1000
+"""How many publishers are remembered; beyond, those that have gone are forgotten, the oldest first."""
+
+_NUMBER_SIZE = 4
+Read = Callable[[Message], Sample | None]
+
+
+class _Came(NamedTuple):
+    """Where a message came from: the publisher's address, None where it has none, and its number."""
+
+    address: str | None
+    number: int
+    is_first: bool
+
+
+def _came(raw: Message, sample: Sample) -> _Came:
+    info = raw.source_info
+    if info is not None:
+        return _Came(f'{show_id(info.zid)}/{info.entity}', info.number, info.number == 0)
+    stamp = raw.timestamp
+    address = None if stamp is None else f'{show_id(stamp.zid)}/{UNNUMBERED}'
+    return _Came(address, sample.sequence, sample.sequence == 1)
+
+
+class HistorySubscriber:
+    """One declared subscription; `read` drops what breaks the rules."""
+
+    def __init__(
+        self, context: ZenohContext, key: str, depth: int, read: Read, deliver: Callable[[Sample], None]
+    ) -> None:
+        self._context = context
+        self._key = key
+        self._depth = depth
+        self._read = read
+        self._deliver = deliver
+        self._recovers = False
+        self._takes_own = True
+        self._lock = Lock()  # over the streams, never over calls of zenoh or of `deliver`
+        self._streams: dict[str, StreamState[Sample]] = {}
+        self._dispatcher: OrderedDispatcher[Sample] = OrderedDispatcher(self._tell)
+        self._declared: list[Declared] = []
+        self._is_open = True
+
+    def declare(self, *, recovers: bool, takes_own: bool) -> None:
+        """Follow the publishers; where it `recovers`, what is missing is asked for again.
+
+        `takes_own` for those of this session too.
+        """
+        self._recovers, self._takes_own = recovers, takes_own
+        try:
+            self._declare_all()
+        except BaseException:
+            self.undeclare()
+            raise
+
+    def _declare_all(self) -> None:
+        wire, of_publishers = self._context.wire, f'{self._key}/@adv/pub/**'
+        live = wire.declare_subscriber(self._key, self._on_live, takes_own=self._takes_own)
+        self._declared.append(live)
+        self._declared.append(wire.watch_tokens(of_publishers, self._on_token, waits=False))
+        if self._recovers:
+            beat = wire.declare_subscriber(of_publishers, self._on_heartbeat, takes_own=self._takes_own)
+            self._declared.append(beat)
+        self._declared.append(wire.declare_token(f'{self._key}/@adv/sub/{live.address}/_'))
+
+    def undeclare(self) -> None:
+        """Take everything off the wire."""
+        self._is_open = False
+        while self._declared:
+            undeclare(self._declared.pop())
+
+    def _tell(self, sample: Sample) -> None:
+        if self._is_open:
+            self._deliver(sample)
+
+    def _stream(self, address: str) -> StreamState[Sample]:
+        """Return the stream of an address, a new one where it was not known; under the lock."""
+        stream = self._streams.get(address)
+        if stream is None:
+            if len(self._streams) >= KEPT_STREAMS:
+                self._forget_one()
+            numbered = not address.endswith(f'/{UNNUMBERED}')
+            stream = StreamState(
+                self._dispatcher.post, self._depth, numbered=numbered, recovers=self._recovers
+            )
+            self._streams[address] = stream
+        return stream
+
+    def _forget_one(self) -> None:
+        for address, stream in self._streams.items():
+            if not (stream.is_alive or stream.is_asking):
+                del self._streams[address]
+                return
+
+    def _on_live(self, raw: Message) -> None:
+        sample = self._read(raw)
+        if sample is None:
+            return
+        address, number, is_first = _came(raw, sample)
+        if address is None:
+            self._tell(sample)
+            return
+        with self._lock:
+            stream = self._stream(address)
+            question = stream.live(sample.gid, number, sample, is_first=is_first)
+        self._dispatcher.drain()
+        self._ask(address, stream, question)
+
+    def _on_token(self, token: str, is_there: bool) -> None:
+        address = self._address(token)
+        with self._lock:
+            stream = self._stream(address)
+            stream.is_alive = is_there
+            question = stream.ask() if stream.is_alive else None
+        self._ask(address, stream, question)
+
+    def _on_heartbeat(self, raw: Message) -> None:
+        payload = raw.payload
+        if payload is None or len(payload) != _NUMBER_SIZE:
+            return
+        address = self._address(raw.key)
+        with self._lock:
+            stream = self._stream(address)
+            question = stream.heartbeat(int.from_bytes(payload, 'little'))
+        self._ask(address, stream, question)
+
+    def _address(self, key: str) -> str:
+        """Return the two chunks of '<key>/@adv/pub/<session>/<entity>/…'."""
+        chunks = key.removeprefix(f'{self._key}/@adv/pub/').split('/')
+        return '/'.join(chunks[:2])
+
+    def _ask(self, address: str, stream: StreamState[Sample], question: str | None) -> None:
+        """Put a question to the publishers of an address; their answers may come before this returns."""
+        if question is None:
+            return
+
+        def on_answer(reply: Message | ReplyError) -> None:
+            if isinstance(reply, ReplyError):
+                return
+            sample = self._read(reply)
+            if sample is not None:
+                number = _came(reply, sample).number
+                with self._lock:
+                    stream.answer(sample.gid, number, sample)
+                self._dispatcher.drain()
+
+        def on_end() -> None:
+            with self._lock:
+                stream.end()
+            self._dispatcher.drain()
+
+        try:
+            self._context.wire.ask_all(
+                f'{self._key}/@adv/pub/{address}/**',
+                question,
+                on_answer,
+                on_end,
+                asks_own=self._takes_own,
+            )
+        except self._context.errors:  # the session is closing
+            on_end()
 
 
 def declare(

@@ -1,23 +1,169 @@
-"""Liveliness tokens: how nodes and endpoints show themselves, and what their gids are made of.
+"""Keys and liveliness tokens: where data travels, how nodes and endpoints show themselves, and their gids.
 
+    data      <domain>/<name>/<dds type>/<hash>, one formula for topics and services
     node      @ros2_lv/<domain>/<session>/<node id>/<node id>/NN/<enclave>/<namespace>/<name>
     endpoint  @ros2_lv/<domain>/<session>/<node id>/<id>/<MP|MS|SS|SC>/<enclave>/<namespace>/<name>
               /<topic or service>/<dds type>/<hash>/<qos>[/<backends>]
+    qos       <reliability>:<durability>:<history>,<depth>:<deadline s>,<ns>:<lifespan s>,<ns>
+              :<liveliness>,<lease s>,<ns>, every policy that is not rmw_zenoh's default, in decimal
 
-Slashes within a chunk are written as '%'. Source: rmw_zenoh_cpp src/detail/liveliness_utils.cpp.
+Slashes within a chunk are written as '%'. The spelling of types is that of ROS 2 over DDS. Source:
+rmw_zenoh_cpp docs/design.md, src/detail/liveliness_utils.cpp, src/detail/qos.cpp.
 """
 
 from __future__ import annotations
 
+import re
+from enum import IntEnum
 from functools import lru_cache
+from typing import TypeVar
 
 from xxhash import xxh3_128_intdigest
 
-from goalwire.errors import RemoteError, TransportError
+from goalwire.errors import LocalError, RemoteError, TransportError
+from goalwire.rules.qos import (
+    INFINITE_NS,
+    DurabilityPolicy,
+    HistoryPolicy,
+    LivelinessPolicy,
+    QoS,
+    ReliabilityPolicy,
+)
 from goalwire.transport.contract import Endpoint, EndpointKind, GraphEntity, NodeName
 from goalwire.transport.reports import check_names
-from goalwire.transport.zenoh.keyexpr import GRAPH_SPACE, dds_type, ros_type
-from goalwire.transport.zenoh.qos_text import decimal, decode_qos, encode_qos
+
+GRAPH_SPACE = '@ros2_lv'
+"""First chunk of every liveliness token; `@` keeps it out of the reach of `**` elsewhere."""
+CPU_BUFFERS = '_buf_cpu'
+"""Last chunk of the side channel that lyrical and later use for types with buffers (zenoh-wire A.9)."""
+
+_FORBIDDEN = re.compile(r'//|[*#?$ ]')
+
+
+@lru_cache(maxsize=256)
+def dds_type(type_name: str) -> str:
+    """Return 'std_msgs::msg::dds_::String_' for 'std_msgs/msg/String'."""
+    *namespace, name = type_name.split('/')
+    return '::'.join([*namespace, 'dds_', f'{name}_'])
+
+
+@lru_cache(maxsize=256)
+def ros_type(dds_name: str) -> str:
+    """Return 'std_msgs/msg/String' for its DDS spelling; anything else comes back as it is."""
+    namespace, found, name = dds_name.rpartition('::dds_::')
+    if not found or not name.endswith('_'):
+        return dds_name
+    return f'{namespace.replace("::", "/")}/{name[:-1]}'
+
+
+def data_key(domain_id: int, name: str, type_name: str, type_hash: str) -> str:
+    """Return the key that publishers and subscriptions, or clients and servers, share.
+
+    Raises TransportError for a name that Zenoh cannot carry.
+    """
+    path = name.removeprefix('/').removesuffix('/')
+    key = f'{domain_id}/{path}/{dds_type(type_name)}/{type_hash}'
+    if _FORBIDDEN.search(key):
+        raise TransportError(
+            f"'{name}' of type '{type_name}' (hash '{type_hash}') cannot travel over Zenoh: "
+            f"empty parts and '*', '#', '?', '$' and blanks are not allowed; choose another name"
+        )
+    return key
+
+
+def graph_key(domain_id: int) -> str:
+    """Return the expression that matches every liveliness token of a domain."""
+    return f'{GRAPH_SPACE}/{domain_id}/**'
+
+
+DEFAULT_DEPTH = 42
+"""The depth a user gets who asks for 0."""
+
+_DIGITS = 20
+"""As many as the greatest number of 64 bits has."""
+
+_SECOND = 1_000_000_000
+_INFINITE = divmod(INFINITE_NS, _SECOND)
+
+P = TypeVar('P', bound=IntEnum)
+
+
+def actual_depth(qos: QoS) -> int:
+    """Return how many messages are kept."""
+    return qos.depth or DEFAULT_DEPTH
+
+
+@lru_cache(maxsize=256)  # a node's standing services alone ask for the same seven times
+def encode_qos(qos: QoS) -> str:
+    """Return a token's QoS chunk; raises LocalError for a policy that is UNKNOWN."""
+    for name in ('reliability', 'durability', 'history', 'liveliness'):
+        if getattr(qos, name).name == 'UNKNOWN':
+            raise LocalError(f'QoS: {name} is UNKNOWN, which no endpoint can have; choose a policy')
+    depth = actual_depth(qos)
+    return ':'.join(
+        (
+            _policy(qos.reliability, ReliabilityPolicy.RELIABLE),
+            _policy(qos.durability, DurabilityPolicy.VOLATILE),
+            f'{_policy(qos.history, HistoryPolicy.KEEP_LAST)},{"" if depth == DEFAULT_DEPTH else depth}',
+            _duration(qos.deadline_ns),
+            _duration(qos.lifespan_ns),
+            f'{_policy(qos.liveliness, LivelinessPolicy.AUTOMATIC)},{_duration(qos.lease_ns)}',
+        )
+    )
+
+
+def decimal(text: str) -> int:
+    """Read a number of a token; raises ValueError where it is none, or longer than any that rmw writes."""
+    if not (text.isascii() and text.isdigit() and len(text) <= _DIGITS):
+        raise ValueError(f"'{text}' is not a decimal number of at most {_DIGITS} digits")
+    return int(text)
+
+
+def _policy(value: IntEnum, default: IntEnum) -> str:
+    is_default = value in (default, 0)  # 0 is SYSTEM_DEFAULT everywhere
+    return '' if is_default else str(value.value)
+
+
+def _duration(nanoseconds: int) -> str:
+    """Seconds and nanoseconds, each empty where it equals its half of infinity; 0 means infinity."""
+    halves = divmod(nanoseconds or INFINITE_NS, _SECOND)
+    return ','.join('' if half == whole else str(half) for half, whole in zip(halves, _INFINITE, strict=True))
+
+
+@lru_cache(maxsize=256)
+def decode_qos(text: str) -> QoS:
+    """Read a token's QoS chunk; raises RemoteError where it does not follow the grammar."""
+    try:
+        reliability, durability, history, deadline, lifespan, liveliness = text.split(':')
+        history_kind, depth = history.split(',')
+        liveliness_kind, lease = liveliness.split(',', 1)
+        return QoS(
+            depth=_number(depth, DEFAULT_DEPTH),
+            history=_member(HistoryPolicy, history_kind, HistoryPolicy.KEEP_LAST),
+            reliability=_member(ReliabilityPolicy, reliability, ReliabilityPolicy.RELIABLE),
+            durability=_member(DurabilityPolicy, durability, DurabilityPolicy.VOLATILE),
+            deadline_ns=_nanoseconds(deadline),
+            lifespan_ns=_nanoseconds(lifespan),
+            liveliness=_member(LivelinessPolicy, liveliness_kind, LivelinessPolicy.AUTOMATIC),
+            lease_ns=_nanoseconds(lease),
+        )
+    except ValueError as error:
+        raise RemoteError(f"QoS '{text}' of a liveliness token: {error}") from None
+
+
+def _number(text: str, default: int) -> int:
+    return decimal(text) if text else default
+
+
+def _member(kind: type[P], text: str, default: P) -> P:
+    return kind(_number(text, default.value))
+
+
+def _nanoseconds(text: str) -> int:
+    halves = zip(text.split(','), _INFINITE, strict=True)
+    seconds, nanoseconds = (_number(half, whole) for half, whole in halves)
+    return min(seconds * _SECOND + nanoseconds, INFINITE_NS)
+
 
 _CODES = {
     EndpointKind.NODE: 'NN',

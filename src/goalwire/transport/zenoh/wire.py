@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from typing import Protocol, TypeAlias
+from contextlib import suppress
+from typing import Never, Protocol, TypeAlias
 
 from goalwire.transport.contract import WirePoller
 from goalwire.transport.zenoh.protocol.network import Payload, ReplyError
@@ -51,6 +52,21 @@ class Declared(Protocol):
 
     def undeclare(self) -> object:
         """Take it off the wire. Idempotent."""
+
+
+def undeclare(declared: Declared) -> None:
+    """Take something off the wire, or leave that to the thread that is using it.
+
+    Zenoh's Python objects refuse while another thread is inside one of their methods, and undeclare
+    themselves when the last reference goes: so the caller drops its own afterwards.
+    """
+    with suppress(RuntimeError):  # "Already borrowed"
+        declared.undeclare()
+
+
+def taken_back(*_: object, **__: object) -> Never:
+    """Stand in for a method of something undeclared; its owner turns this into ClosedError."""
+    raise RuntimeError('undeclared')
 
 
 class Subscriber(Declared, Protocol):

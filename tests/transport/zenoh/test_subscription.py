@@ -1,4 +1,4 @@
-"""History as it crosses the wire, against a plain zenoh publisher that answers when the test wants it to."""
+"""Subscriptions with history."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from zenoh import ext
 
 from goalwire.rules.qos import DurabilityPolicy, QoS, ReliabilityPolicy
 from goalwire.transport.contract import EndpointKind, Sample
-from goalwire.transport.zenoh import history
+from goalwire.transport.zenoh import subscription
 
 T = TypeVar('T')
 LASTING = QoS(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -224,7 +224,7 @@ def test_a_subscription_that_ignores_its_own_session_gets_no_history_from_there(
 def test_publishers_that_have_gone_are_forgotten_at_last(
     open_side: Callable[[str], Side], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(history, 'KEPT_STREAMS', 3)
+    monkeypatch.setattr(subscription, 'KEPT_STREAMS', 3)
     ours = open_side('ours')
     samples: Collector[Sample] = Collector()
     ours.subscription('/map', samples, LASTING)

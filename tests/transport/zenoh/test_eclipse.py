@@ -1,4 +1,4 @@
-"""Requests and the times that zenoh holds them for."""
+"""Which queriers a client asks with."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import zenoh
 from helpers.collector import Collector
 
 from goalwire.rules.time import S_TO_NS
-from goalwire.transport.zenoh.queriers import Queriers
+from goalwire.transport.zenoh.eclipse import Queriers
 
 KEY = '0/lamp/std_srvs::srv::dds_::Trigger_/RIHS01_' + 'a1' * 32
 

@@ -1,11 +1,11 @@
-"""Environment variables: rmw_zenoh's and goalwire's."""
+"""What the environment asks of a session."""
 
 from __future__ import annotations
 
 import pytest
 
 from goalwire.errors import TransportError
-from goalwire.transport.zenoh.environment import (
+from goalwire.transport.zenoh.settings import (
     Override,
     RendezvousChoice,
     overrides,
