@@ -70,18 +70,18 @@ def _port() -> Check | None:
     """Say who answers where Zenoh's routers are met; None on another wire."""
     if registry.selected_identifier() != 'rmw_zenoh_cpp':
         return None
-    from goalwire.transport.zenoh import environment, holder
-    from goalwire.transport.zenoh.holder import Holder
+    from goalwire.transport.zenoh.rendezvous import Holder, look, name_of_holder
+    from goalwire.transport.zenoh.settings import router_port
 
-    port = environment.router_port()
-    found = holder.look(port)
+    port = router_port()
+    found = look(port)
     name = f'port {port}'
     if found is Holder.ZENOH:
         return Check(name, True, 'a Zenoh router answers')
     if found is Holder.NOBODY:
         return Check(name, True, 'free: the first program will offer the rendezvous')
-    advice = f'end {holder.name_of_holder(port)}, or set GOALWIRE_ROUTER_PORT to a free port for all programs'
-    return Check(name, False, f'{holder.name_of_holder(port)} {found.value}', advice)
+    advice = f'end {name_of_holder(port)}, or set GOALWIRE_ROUTER_PORT to a free port for all programs'
+    return Check(name, False, f'{name_of_holder(port)} {found.value}', advice)
 
 
 def _peers(arguments: Namespace) -> Check:
