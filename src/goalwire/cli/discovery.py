@@ -21,12 +21,14 @@ if TYPE_CHECKING:
     from goalwire.graph.graph import Graph
     from goalwire.transport.contract import Session
 
-SPIN_TIME_S = 0.5
+SPIN_TIME_S = 1.0
 """How long discovery may take on a wire that does not know its end; `--spin-time` says otherwise."""
-FIRST_S = 0.15
-"""How long the first answer may take there."""
-QUIET_S = 0.06
-"""After this long without a change the graph counts as complete there."""
+FIRST_S = 0.12
+"""How long a look lasts there at least: others answer within some ms, or later where the machine is busy."""
+NOBODY_S = 0.5
+"""How long the first answer may take: an empty graph is rare, and told later."""
+QUIET_S = 0.05
+"""After this long without a change, and with nothing outstanding, the graph counts as complete there."""
 
 
 def add_graph_arguments(parser: argparse.ArgumentParser) -> None:
@@ -38,7 +40,7 @@ def add_graph_arguments(parser: argparse.ArgumentParser) -> None:
         '--spin-time',
         type=float,
         metavar='SPIN_TIME',
-        help=f'Seconds that discovery may take on DDS (default: {SPIN_TIME_S}); on Zenoh its end is known',
+        help=f'Seconds for discovery on DDS (default: {SPIN_TIME_S:.0f}); on Zenoh its end is known',
     )
     parser.add_argument(
         '-s',
@@ -67,7 +69,8 @@ def discovered(
         with _Changes(graph) as changes:
             session.watch_graph(graph)
             if not session.discovers_at_once:
-                changes.settle(SPIN_TIME_S if spin_time is None else spin_time, found)
+                limit = SPIN_TIME_S if spin_time is None else spin_time
+                changes.settle(limit, found, session.has_heard_all)
             if found is not None and wait > 0:
                 changes.wait_for(found, wait)
         yield graph
@@ -108,16 +111,25 @@ class _Changes:
             self._at = monotonic()
             self._changed.notify_all()
 
-    def settle(self, limit: float, found: Callable[[Graph], bool] | None) -> None:
-        """Wait until nothing has come for a while, `limit` s at most, or what is looked for has come."""
+    def settle(
+        self, limit: float, found: Callable[[Graph], bool] | None, has_heard_all: Callable[[], bool]
+    ) -> None:
+        """Wait until nothing has come for a while and nothing is outstanding, or what is looked for has come.
+
+        `limit` s at most.
+        """
         start = monotonic()
         with self._changed:
             while not (found is not None and found(self._graph)):
-                quiet_from = start + FIRST_S if self._at is None else max(self._at + QUIET_S, start + FIRST_S)
-                left = min(start + limit, quiet_from) - monotonic()
-                if left <= 0:
+                if self._at is None:
+                    quiet_from = start + NOBODY_S
+                else:
+                    quiet_from = max(self._at + QUIET_S, start + FIRST_S)
+                now, end = monotonic(), start + limit
+                if now >= end or (now >= quiet_from and has_heard_all()):
                     return
-                self._changed.wait(left)
+                # What is outstanding may come without a change of the graph: then look again in a moment.
+                self._changed.wait(min(end, quiet_from if now < quiet_from else now + QUIET_S) - now)
 
     def wait_for(self, found: Callable[[Graph], bool], limit: float) -> None:
         """Wait until it has come, `limit` s at most."""

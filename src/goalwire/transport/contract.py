@@ -307,6 +307,10 @@ class Session(ABC):
         The session's own nodes and endpoints are part of the graph.
         """
 
+    def has_heard_all(self) -> bool:
+        """Whether everybody who was met so far has told all; True, as here, where nobody says so."""
+        return True
+
     @abstractmethod
     def silence(self) -> None:
         """Have publishers and clients send nothing more: they raise ClosedError. Servers go on answering.

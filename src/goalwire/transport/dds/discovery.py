@@ -254,6 +254,10 @@ class Discovery:
         """Listen no more."""
         self.waitset_thread.close()
 
+    def has_heard_all(self) -> bool:
+        """Whether all participants that were met have told their nodes and endpoints. Any thread."""
+        return self._state_of_discovery.is_complete()
+
     def _look(self) -> None:
         """Take what is new. Participants are taken last and told first: so each endpoint's is known."""
         infos = self._infos()

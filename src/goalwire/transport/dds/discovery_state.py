@@ -173,11 +173,15 @@ class _Participant:
     guid: bytes
     enclave: str
     speaks_ros: bool = False
+    has_told: bool = False
+    """Whether it has told its nodes."""
     nodes: list[_Node] = field(default_factory=list)
     owners: dict[bytes, _Node] = field(default_factory=dict)
     shown: dict[bytes, GraphEntity] = field(default_factory=dict)
     found: dict[bytes, Found] = field(default_factory=dict)
     """Every endpoint that there is, shown or not."""
+    seen: set[bytes] = field(default_factory=set)
+    """Every endpoint that was told of, those that the graph does not show included."""
     next_id: Iterator[int] = field(default_factory=count)
 
 
@@ -214,6 +218,8 @@ class DiscoveryState:
     def endpoint_came(self, found: Found) -> list[Change]:
         """An endpoint is there."""
         participant = self._participants.get(found.participant)
+        if participant is not None:
+            participant.seen.add(found.gid)
         if (
             participant is None
             or found.gid in participant.found
@@ -235,6 +241,7 @@ class DiscoveryState:
         if participant is None:
             return []
         participant.found.pop(gid, None)
+        participant.seen.discard(gid)
         entity = participant.shown.pop(gid, None)
         return changes if entity is None else [*changes, (False, entity)]
 
@@ -243,7 +250,7 @@ class DiscoveryState:
         participant = self._participants.get(info.gid)
         if participant is None:
             return []
-        participant.speaks_ros = True
+        participant.speaks_ros = participant.has_told = True
         earlier = participant.nodes
         participant.nodes = list(_identified(participant, info.nodes))
         participant.owners = {gid: node for node in participant.nodes for gid in node.gids}
@@ -255,6 +262,17 @@ class DiscoveryState:
             (True, node.entity) for node in participant.nodes if node.entity.node_id not in known
         ]
         return newcomers + changes
+
+    def is_complete(self) -> bool:
+        """Whether each participant has told its nodes, and whatever those claim has been seen. Any thread."""
+        for participant in list(self._participants.values()):
+            if not participant.seen:
+                return False
+            if participant.speaks_ros and not participant.owners.keys() <= participant.seen:
+                return False
+            if participant.speaks_ros and not participant.has_told:
+                return False
+        return not self.unclaimed
 
     def show_unclaimed(self, gids: Iterable[bytes]) -> list[Change]:
         """Show those of these endpoints that wait for a node to claim them as nobody's."""

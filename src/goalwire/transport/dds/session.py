@@ -121,6 +121,7 @@ class DdsSession(OpenSession):
 
     enforces_qos = True
     compares_definitions = False
+    discovers_at_once = False
 
     def __init__(self, context: DdsContext) -> None:
         super().__init__(context.domain_id, context.guard)
@@ -139,6 +140,10 @@ class DdsSession(OpenSession):
         """Tell `listener` of everything in the domain."""
         self.state.check()
         self._context.notifier.watch(listener)
+
+    def has_heard_all(self) -> bool:
+        """Whether all participants that were met have told their nodes and endpoints."""
+        return self._context.discovery.has_heard_all()
 
     def statistics(self) -> dict[str, int]:
         """Return how many requests, replies and announcements broke the rules and were ignored."""

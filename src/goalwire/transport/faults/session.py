@@ -174,6 +174,10 @@ class FaultySession(Session):
             self._nodes += (node,)
         return node
 
+    def has_heard_all(self) -> bool:
+        """Whether everybody who was met has told all."""
+        return self.inner.has_heard_all()
+
     def watch_graph(self, listener: GraphListener) -> None:
         """Tell `listener` of what can be seen in spite of the faults."""
         self.faults.call('session.watch_graph')
