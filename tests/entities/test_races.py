@@ -29,7 +29,7 @@ from goalwire.execution.monotonic import STEADY
 from goalwire.rules.goals import wire
 from goalwire.rules.goals.table import GoalStatus
 from goalwire.rules.qos import SERVICES_DEFAULT
-from goalwire.transport.contract import ClientPort, Endpoint, NodePort, Request, Sample
+from goalwire.transport.contract import ClientPort, Endpoint, EndpointKind, NodePort, Request, Sample
 
 TRIGGER, FIBONACCI = service_support(Trigger), action_support(Fibonacci)
 
@@ -99,6 +99,24 @@ def test_an_action_server_that_cannot_be_declared_whole_leaves_nothing(
     with pytest.raises(TransportError):
         action_server(node)
     assert (node.graph.topic_names_and_types(), node.graph.service_names_and_types()) == before
+
+
+def test_an_action_client_that_cannot_be_declared_whole_leaves_nothing(
+    node: NodeCore, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    declare = type(node.port).subscription
+
+    def refuse_statuses(port: NodePort, endpoint: Endpoint, deliver: Any) -> Any:
+        if 'status' in endpoint.name:
+            raise TransportError('the wire refuses')
+        return declare(port, endpoint, deliver)
+
+    monkeypatch.setattr(type(node.port), 'subscription', refuse_statuses)
+    with pytest.raises(TransportError):
+        action_client(node)
+    names = [f'/fib/_action/{name}' for name in ('send_goal', 'get_result', 'cancel_goal')]
+    assert [node.graph.count(EndpointKind.CLIENT, name) for name in names] == [0, 0, 0]
+    assert node.graph.count(EndpointKind.SUBSCRIPTION, '/fib/_action/feedback') == 0
 
 
 def test_an_effect_that_fails_holds_up_no_other(

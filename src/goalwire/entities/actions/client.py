@@ -8,7 +8,7 @@ statuses go through the executor, in the client's group.
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from functools import partial
 from math import inf
 from threading import Lock
@@ -102,24 +102,35 @@ class ActionClientCore(TimedCalls):
         self._encode_goal = codec.encoder(self.goal_type)
         self._wait_queue: ServerWaitQueue | None = None
         self.arrivals = ResponseTicks(node.work_queue, self)
-        self._names = names = node.resolve_action(name)
-        self.goal_requests = ActionRequests(self, 'goal', names.send_goal, support.send_goal, qos.goal)
-        self.result_requests = ActionRequests(
-            self, 'result', names.get_result, support.get_result, qos.result
-        )
-        self.cancel_requests = ActionRequests(
-            self, 'cancel request', names.cancel_goal, support.cancel_goal, qos.cancel
-        )
+        self._names = node.resolve_action(name)
         self._statuses: EventQueue[Sample] = EventQueue(
             node.work_queue, group, self._on_status, depth=_STATUS_LIMIT
         )
+        with ExitStack() as undo:
+            self._open(undo, support, qos)
+            undo.pop_all()
+        node.own(self)
+
+    def _open(self, undo: ExitStack, support: ActionSupport, qos: ActionQoS) -> None:
+        """Declare everything; where one declaration fails, `undo` takes those before it back."""
+        names = self._names
+        self.goal_requests = ActionRequests(self, 'goal', names.send_goal, support.send_goal, qos.goal)
+        undo.callback(self.goal_requests.close)
+        self.result_requests = ActionRequests(
+            self, 'result', names.get_result, support.get_result, qos.result
+        )
+        undo.callback(self.result_requests.close)
+        self.cancel_requests = ActionRequests(
+            self, 'cancel request', names.cancel_goal, support.cancel_goal, qos.cancel
+        )
+        undo.callback(self.cancel_requests.close)
         self._feedback_port = self._subscription(
             names.feedback, support.feedback, qos.feedback, self._deliver_feedback
         )
+        undo.callback(self._feedback_port.close)
         self._status_port = self._subscription(
             names.status, support.status, qos.status, self._statuses.deliver
         )
-        node.own(self)
 
     def _subscription(
         self, name: str, support: MessageSupport, qos: QoS, deliver: Callable[[Sample], None]
