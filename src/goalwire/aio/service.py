@@ -6,9 +6,9 @@ from collections.abc import Awaitable, Callable
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from goalwire.aio.entity import Entity
-from goalwire.entities.callbacks import check_callback
 from goalwire.entities.service import ServiceCore
 from goalwire.execution.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
+from goalwire.execution.callbacks import check_callback
 from goalwire.logging import get_logger
 
 if TYPE_CHECKING:

@@ -6,12 +6,12 @@ from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Generic, TypedDict, TypeVar
 
-from goalwire.entities.callbacks import accepts, what_was_given
 from goalwire.entities.endpoint import describe_endpoint
 from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import message_support
 from goalwire.errors import InvalidHandle, RemoteError
 from goalwire.execution.callback_groups import CallbackGroup, ReentrantCallbackGroup
+from goalwire.execution.callbacks import accepts, what_was_given
 from goalwire.execution.event_queue import EventQueue
 from goalwire.execution.future import Future, block_on
 from goalwire.execution.monotonic import deadline_after

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import sys
 from threading import Lock
-from types import FunctionType, MethodType
 from typing import TYPE_CHECKING, Self
 
 from goalwire.errors import InvalidHandle, ROSInterruptException
+from goalwire.execution.callbacks import function_of, signature_of
 from goalwire.execution.clock import ClockChange, ClockTimerEntry, ROSClock
 from goalwire.execution.handle import entity_of, handle_of
 from goalwire.execution.ready_queue import CallbackSource, NodeWorkQueue
@@ -17,7 +16,6 @@ from goalwire.rules.time import S_TO_NS, ClockType, Time
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
-    from inspect import Signature
     from types import TracebackType
 
     from goalwire.execution.callback_groups import CallbackGroup
@@ -67,7 +65,7 @@ def taking_info(callback: object) -> Callable[[TimerInfo], object] | None:
     from inspect import Parameter  # 5 ms, for few callbacks
 
     try:
-        parameters = _signature(callback).parameters.values()
+        parameters = signature_of(callback).parameters.values()
     except (TypeError, ValueError):  # a builtin that does not tell
         return None
     for parameter in parameters:
@@ -81,26 +79,13 @@ def taking_info(callback: object) -> Callable[[TimerInfo], object] | None:
     return callback if required else None
 
 
-def _takes_nothing(callback: Callable[..., object]) -> bool:
+def _takes_nothing(callback: object) -> bool:
     """The quick look at the usual case."""
-    if isinstance(callback, MethodType):
-        function, given = callback.__func__, 1
-    else:
-        function, given = callback, 0
-    if not isinstance(function, FunctionType):
+    function, given = function_of(callback)
+    if function is None:
         return False
     code = function.__code__
     return code.co_argcount <= given and not code.co_kwonlyargcount
-
-
-def _signature(callback: Callable[..., object]) -> Signature:
-    from inspect import signature
-
-    if sys.version_info >= (3, 14):  # annotations that were imported for type checkers only have no value
-        from annotationlib import Format
-
-        return signature(callback, annotation_format=Format.STRING)
-    return signature(callback)
 
 
 def _is_timer_info(annotation: object) -> bool:

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 from goalwire.aio.entity import Entity, message_of
 from goalwire.entities.actions.server import ActionServerCore
 from goalwire.entities.actions.server_goal import ActionCallbacks, CancelResponse, Failure, GoalResponse
-from goalwire.entities.callbacks import check_callback
 from goalwire.errors import GoalAborted
 from goalwire.execution.callback_groups import ReentrantCallbackGroup
+from goalwire.execution.callbacks import check_callback
 
 if TYPE_CHECKING:
     from goalwire.entities.actions.server_goal import ServerGoalHandle

@@ -20,7 +20,6 @@ from goalwire.entities.actions.endpoints import ActionQoS
 from goalwire.entities.actions.requests import LATE_S, ActionRequests, CancelCall, GoalCall, ResultCall
 from goalwire.entities.actions.types import goal_id_bytes
 from goalwire.entities.call_context import CallContext, TimedCalls
-from goalwire.entities.callbacks import check_callback
 from goalwire.entities.endpoint import describe_endpoint
 from goalwire.entities.graph_waiting import ServerWaitQueue, tell_near_misses, wait_for_graph
 from goalwire.entities.node import NodeCore
@@ -36,6 +35,7 @@ from goalwire.errors import (
     peer_text,
 )
 from goalwire.execution.callback_groups import CallbackGroup
+from goalwire.execution.callbacks import check_callback
 from goalwire.execution.event_queue import EventQueue, ResponseTicks
 from goalwire.execution.future import Future, block_on, cancel_quietly
 from goalwire.logging import RcutilsLogger, get_logger

@@ -7,10 +7,10 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar, overload
 from weakref import ReferenceType, ref
 
-from goalwire.entities.callbacks import check_callback, what_was_given
 from goalwire.entities.type_support import ServiceSupport, ServiceType, service_support
 from goalwire.errors import NodeNameNonExistentError
 from goalwire.execution.callback_groups import checked_group
+from goalwire.execution.callbacks import check_callback, what_was_given
 from rclpy._reexports import reexport
 from rclpy.callback_groups import CallbackGroup, MutuallyExclusiveCallbackGroup
 from rclpy.client import Client

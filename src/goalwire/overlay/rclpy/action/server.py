@@ -13,10 +13,10 @@ from goalwire.entities.actions.server_goal import (
     ServerGoalHandle,
 )
 from goalwire.entities.actions.types import ActionType, FeedbackT, GoalT, ResultT
-from goalwire.entities.callbacks import check_callback, what_was_given
 from goalwire.entities.type_support import action_support
 from goalwire.errors import RCLError
 from goalwire.execution.callback_groups import checked_group
+from goalwire.execution.callbacks import check_callback, what_was_given
 from goalwire.execution.waitable import EventQueueWaitable
 from goalwire.rules.goals.policy import UNLIMITED, GoalPolicy, OnClientLost
 from goalwire.rules.goals.server import GoalServer

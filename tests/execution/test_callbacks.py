@@ -5,10 +5,12 @@ from __future__ import annotations
 import functools
 import inspect
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
-from goalwire.entities.callbacks import _plain_arguments, accepts
+from goalwire.execution import callbacks
+from goalwire.execution.callbacks import _plain_arguments, accepts
 
 
 class Robot:
@@ -79,3 +81,13 @@ def test_a_callback_takes_what_inspect_says_it_does(callback: Callable[..., obje
 @pytest.mark.parametrize('callback', [decorated, lambda message, info: None, Robot().one, Robot.of_class])
 def test_functions_and_methods_are_judged_without_inspect(callback: Callable[..., object]) -> None:
     assert _plain_arguments(callback) is not None
+
+
+def test_what_a_callback_takes_is_found_out_in_one_file_alone() -> None:
+    folder = Path(callbacks.__file__).parents[1]
+    readers = {
+        file.relative_to(folder).as_posix()
+        for file in folder.rglob('*.py')
+        if 'inspect import signature' in file.read_text(encoding='utf-8')
+    }
+    assert readers == {'execution/callbacks.py'}

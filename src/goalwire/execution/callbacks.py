@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from sys import maxsize
+import sys
 from types import CoroutineType, FunctionType, MethodType
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from inspect import Signature
 
 _VARIADIC = 0x04
 """inspect.CO_VARARGS: the function has *args."""
@@ -40,10 +41,8 @@ def accepts(callback: Callable[..., object], count: int) -> bool:
     arguments = _plain_arguments(callback)
     if arguments is not None:
         return count in arguments
-    from inspect import signature
-
     try:
-        signature(callback).bind(*range(count))
+        signature_of(callback).bind(*range(count))
     except TypeError:
         return False
     except ValueError:  # a builtin that does not tell
@@ -51,18 +50,34 @@ def accepts(callback: Callable[..., object], count: int) -> bool:
     return True
 
 
-def _plain_arguments(callback: object) -> range | None:
-    """Return how many positional arguments a function or method takes; None where only inspect can tell.
+def function_of(callback: object) -> tuple[FunctionType | None, int]:
+    """Return the function behind a function or a method, and how many arguments it has been given already.
 
-    Most callbacks are one or the other, and to import inspect takes 5 ms.
+    Most callbacks are one or the other, and to import inspect takes 5 ms. None for anything else.
     """
-    bound = isinstance(callback, MethodType)
-    function = callback.__func__ if isinstance(callback, MethodType) else callback
-    if not isinstance(function, FunctionType) or function.__dict__:  # a decorator may have left a signature
+    function, given = (callback.__func__, 1) if isinstance(callback, MethodType) else (callback, 0)
+    return (function if isinstance(function, FunctionType) else None), given
+
+
+def signature_of(callback: Callable[..., object]) -> Signature:
+    """Return the signature. Raises TypeError or ValueError for what does not tell."""
+    from inspect import signature
+
+    if sys.version_info >= (3, 14):  # annotations that were imported for type checkers only have no value
+        from annotationlib import Format
+
+        return signature(callback, annotation_format=Format.STRING)
+    return signature(callback)
+
+
+def _plain_arguments(callback: object) -> range | None:
+    """Return how many positional arguments a function or method takes; None where only inspect can tell."""
+    function, bound = function_of(callback)
+    if function is None or function.__dict__:  # a decorator may have left a signature
         return None
     code = function.__code__
     most = code.co_argcount - bound
     if code.co_kwonlyargcount or most < 0:
         return None
     least = max(most - len(function.__defaults__ or ()), 0)
-    return range(least, maxsize if code.co_flags & _VARIADIC else most + 1)
+    return range(least, sys.maxsize if code.co_flags & _VARIADIC else most + 1)
