@@ -24,7 +24,7 @@ def test_a_program_that_guards_its_spin_ends_with_code_0(
     running = start(program)
     running.expect('ready')
     running.send_signal(number)
-    output = running.succeed(timeout=5.0)
+    output = running.succeed()
     assert output == 'ready\nstopped'
 
 
@@ -35,7 +35,7 @@ def test_a_program_that_guards_nothing_ends_as_under_rclpy_but_quietly(
     running = start('bare_spin')
     running.expect('ready')
     running.send_signal(number)
-    assert running.wait(timeout=5.0) == code
+    assert running.wait() == code
     assert running.output == 'ready'
 
 

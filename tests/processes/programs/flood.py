@@ -18,8 +18,8 @@ publisher = node.create_publisher(
     String, 'flood', 10, event_callbacks=PublisherEventCallbacks(matched=on_matched)
 )
 message = String(data='x' * 100)
-print('ready')
 try:
+    print('ready')
     while rclpy.ok():
         rclpy.spin_once(node, timeout_sec=0.0 if there[0] else None)
         for _ in range(AT_ONCE if there[0] else 0):

@@ -44,8 +44,8 @@ def main() -> None:
     name, failing = [*sys.argv[1:], ''][:2]
     rclpy.init(args=[])
     node = Managed(name, failing)
-    print('ready')
     try:
+        print('ready')
         rclpy.spin(node)
     except (KeyboardInterrupt, ExternalShutdownException):
         node.destroy_node()

@@ -35,8 +35,8 @@ def main(service: str, how: str) -> None:
     node.create_service(Trigger, service, wait if how == 'awaits' else sleep)
     executor: Executor = MultiThreadedExecutor(4) if how == 'threads' else SingleThreadedExecutor()
     executor.add_node(node)
-    print('ready')
     try:
+        print('ready')
         executor.spin()
     except KeyboardInterrupt:
         if how == 'bare':
