@@ -8,18 +8,17 @@ import pickle
 import re
 from collections.abc import Iterator
 from importlib import import_module
-from pathlib import Path
 from pkgutil import walk_packages
 
 import tf2_ros
-from helpers.markdown import DOCS, ROOT, rows
+from helpers.markdown import DOCS, rows
 
 import goalwire
 from goalwire import errors
 from goalwire.errors import GoalwireError, NotImplementedException, TransformException, TypeException
 from goalwire.rules.arguments import parse_arguments
+from tools.house import Module, modules
 
-SOURCE = ROOT / 'src' / 'goalwire'
 VARIABLE = re.compile(r'(AMENT|CYCLONEDDS|GOALWIRE|RCUTILS|RMW|ROS|ZENOH)_[A-Z_]+')
 NO_VARIABLES = {'AMENT_IGNORE', 'AMENT_PREFIX_PATH_ENV_VAR', 'RCUTILS_LOG_SEVERITY'}
 INTERNAL = {
@@ -38,14 +37,14 @@ TREE = {
 }
 
 
-def _strings(file: Path) -> Iterator[str]:
-    for node in ast.walk(ast.parse(file.read_text(encoding='utf-8'))):
+def _strings(module: Module) -> Iterator[str]:
+    for node in ast.walk(module.tree):
         if isinstance(node, ast.Constant) and isinstance(node.value, str):
             yield node.value
 
 
 def test_every_environment_variable_of_the_code_is_on_its_page_and_no_other() -> None:
-    in_code = {text for file in SOURCE.rglob('*.py') for text in _strings(file) if VARIABLE.fullmatch(text)}
+    in_code = {text for module in modules() for text in _strings(module) if VARIABLE.fullmatch(text)}
     in_code -= NO_VARIABLES
     page = DOCS / 'reference' / 'environment-variables.md'
     in_rows = re.findall(r'^\| `([A-Z_]+)` \|', page.read_text(encoding='utf-8'), re.MULTILINE)
@@ -76,10 +75,10 @@ def test_the_table_of_errors_is_the_tree_of_the_code() -> None:
 
 def test_every_public_error_is_defined_in_one_module() -> None:
     elsewhere = {
-        f'{file.relative_to(SOURCE)}: {node.name}'
-        for file in SOURCE.rglob('*.py')
-        for node in ast.walk(ast.parse(file.read_text(encoding='utf-8')))
-        if isinstance(node, ast.ClassDef) and node.name not in INTERNAL and file.name != 'errors.py'
+        f'{module.name}: {node.name}'
+        for module in modules()
+        for node in ast.walk(module.tree)
+        if isinstance(node, ast.ClassDef) and node.name not in INTERNAL and module.path.name != 'errors.py'
         if {base.id for base in node.bases if isinstance(base, ast.Name)} & set(TREE)
     }
     assert not elsewhere
@@ -104,7 +103,7 @@ def test_every_ros_argument_of_the_page_is_understood() -> None:
 
 def test_every_ros_argument_of_the_code_is_on_the_page() -> None:
     text = (DOCS / 'reference' / 'command-lines.md').read_text(encoding='utf-8')
-    strings = set(_strings(SOURCE / 'rules' / 'arguments.py'))
+    strings = {text for module in modules() if module.name == 'rules.arguments' for text in _strings(module)}
     valued = {flag for flag in strings if re.fullmatch(r'--?[a-z][a-z-]*', flag)} - {'--ros-args'}
     assert len(valued) > 8
     for flag in valued | {f'--{verb}-stdout-logs' for verb in ('enable', 'disable')}:
