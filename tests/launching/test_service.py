@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import os
+import re
 import threading
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -161,6 +162,37 @@ def test_cached_output_and_the_names_of_processes(capfd: pytest.CaptureFixture[s
     assert '] two' in shown
     assert 'one' not in shown
     assert 'heard' in shown
+
+
+def test_a_line_without_end_fills_no_memory(capfd: pytest.CaptureFixture[str]) -> None:
+    run(
+        ExecuteProcess(
+            cmd=['sh', '-c', 'head -c 200000 /dev/zero | tr "\\0" x'], output='screen', name='long'
+        )
+    )
+    lines = [line for line in capfd.readouterr().out.splitlines() if 'xx' in line]
+    assert len(lines) > 1
+    assert sum(line.count('x') for line in lines) == 200000
+
+
+def test_ctrl_c_while_a_process_waits_to_be_respawned() -> None:
+    process = ExecuteProcess(cmd=['true'], respawn=True, respawn_delay=1000.0)
+    stop = RegisterEventHandler(OnProcessExit(on_exit=lambda event, context: end(context)))
+    code, _ = run(process, stop)
+    assert (code, process.return_code) == (0, 0)
+
+
+def test_names_and_prefixes(capfd: pytest.CaptureFixture[str]) -> None:
+    run(
+        ExecuteProcess(cmd=['/bin/echo four | cat'], shell=True, output='screen'),
+        SetLaunchConfiguration('launch-prefix', 'env'),
+        SetLaunchConfiguration('launch-prefix-filter', 'ec'),
+        ExecuteProcess(cmd=['echo', 'one'], output='screen'),
+        ExecuteProcess(cmd=['printf', 'two'], output='screen'),
+        ExecuteProcess(cmd=['printf', 'three'], prefix='env', output='screen'),
+    )
+    shown = re.sub(r'-\d+\]', ']', capfd.readouterr().out)
+    assert {'[env] one', '[printf] two', '[env] three', '[echo] four'} <= set(shown.splitlines())
 
 
 def test_scopes_end_with_their_group() -> None:

@@ -607,7 +607,7 @@ class TimerAction(Action):
         )
         context.register_event_handler(handler)
         self._start(context, self.seconds(context))
-        if self._cancel_on_shutdown is True or perform_text_of(context, self._cancel_on_shutdown):
+        if _flag(context, self._cancel_on_shutdown):
             context.register_event_handler(
                 EventHandler(
                     matcher=lambda event: isinstance(event, ShutdownEvent),
@@ -644,7 +644,7 @@ class TimerAction(Action):
         return self._done
 
 
-def perform_text_of(context: LaunchContext, some: bool | SomeSubstitutions) -> bool:
+def _flag(context: LaunchContext, some: bool | SomeSubstitutions) -> bool:
     """A flag that may be given as a text. Raises SubstitutionFailure for a text that is no boolean."""
     if isinstance(some, bool):
         return some

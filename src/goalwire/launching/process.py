@@ -48,6 +48,8 @@ from goalwire.launching.values import (
 )
 
 _numbers = count(1)
+LONGEST_LINE = 2**16
+"""Bytes without an end of line that are held back; more are told as a line."""
 Variables = Mapping[Any, SomeSubstitutions]
 
 
@@ -71,6 +73,7 @@ class Executable:
         self.prefix = normalize_to_list_of_substitutions(
             LaunchConfiguration('launch-prefix', default='') if prefix is None else prefix
         )
+        self._has_own_prefix = prefix is not None
         self.name = None if name is None else normalize_to_list_of_substitutions(name)
         self.cwd = None if cwd is None else normalize_to_list_of_substitutions(cwd)
         self.env = None if env is None else dict(env)
@@ -83,12 +86,15 @@ class Executable:
     def prepare(self, context: LaunchContext, action: ExecuteLocal | None = None) -> None:
         """Find out command, name, folder and environment."""
         cmd = action.command(context) if action is not None else self.command(context)
-        name = os.path.basename(cmd[0]) if self.name is None else perform_substitutions(context, self.name)
+        wanted = '' if self._has_own_prefix else context.launch_configurations.get('launch-prefix-filter', '')
+        if re.match(str(wanted), os.path.basename(cmd[0])):
+            cmd = shlex.split(perform_substitutions(context, self.prefix)) + cmd
+        if self.name is not None:
+            name = perform_substitutions(context, self.name)
+        else:  # a shell's command line is one text: its first word is the program
+            is_line = action is not None and action.shell
+            name = os.path.basename(cmd[0].split(maxsplit=1)[0] if is_line and cmd[0].strip() else cmd[0])
         self.final_name = f'{name}-{next(_numbers)}'
-        wanted = context.launch_configurations.get('launch-prefix-filter')
-        prefix = shlex.split(perform_substitutions(context, self.prefix))
-        if wanted is None or re.match(str(wanted), os.path.basename(cmd[0])):
-            cmd = prefix + cmd
         self.final_cmd = cmd
         self.final_cwd = None if self.cwd is None else perform_substitutions(context, self.cwd)
         env = dict(context.environment) if self.env is None else _performed(context, self.env)
@@ -121,6 +127,8 @@ class _Lines:
         *lines, self._rest = (self._rest + data).split(b'\n')
         for line in lines:
             self._tell(line.rstrip(b'\r').decode(errors='replace'))
+        if len(self._rest) > LONGEST_LINE:  # a process that never ends its line fills no memory
+            self.flush()
 
     def flush(self) -> None:
         """Tell what has no end of line."""
@@ -257,9 +265,9 @@ class ExecuteLocal(Action):
         if not isinstance(respawn, bool):
             respawn = truth(context, respawn)
         handlers: list[EventHandler] = [
-            _on(ShutdownProcess, self._on_shutdown_process),
-            _on(SignalProcess, self._on_signal_process),
-            _on(Shutdown, self._on_shutdown),
+            _Answers(ShutdownProcess, self._on_shutdown_process),
+            _Answers(SignalProcess, self._on_signal_process),
+            _Answers(Shutdown, self._on_shutdown),
         ]
         if self._on_exit is not None:
             handlers.append(OnProcessExit(target_action=self, on_exit=self._on_exit))
@@ -421,7 +429,7 @@ def _seconds(context: LaunchContext, text: list[Substitution]) -> float:
         return 5.0
 
 
-class _on(EventHandler):  # noqa: N801 - reads as a word where it is used
+class _Answers(EventHandler):
     """Calls a method for the events of a class."""
 
     def __init__(self, event_class: type[Any], method: Callable[[Any, LaunchContext], None]) -> None:

@@ -57,7 +57,7 @@ __all__ = [
 ]
 
 
-class _Described(Substitution):
+class CompoundSubstitution(Substitution):
     """A substitution made of texts; `names` are its arguments in $(…), of which `least` must be there."""
 
     names: ClassVar[tuple[str, ...]] = ()
@@ -82,7 +82,7 @@ class _Described(Substitution):
 
 
 @expose_substitution('var')
-class LaunchConfiguration(_Described):
+class LaunchConfiguration(CompoundSubstitution):
     """The value of a launch argument or configuration."""
 
     names = ('variable_name', 'default')
@@ -120,7 +120,7 @@ class LaunchConfiguration(_Described):
 
 
 @expose_substitution('env', 'optenv')
-class EnvironmentVariable(_Described):
+class EnvironmentVariable(CompoundSubstitution):
     """The value of an environment variable."""
 
     names = ('name', 'default_value')
@@ -154,7 +154,7 @@ class EnvironmentVariable(_Described):
 
 
 @expose_substitution('eval')
-class PythonExpression(_Described):
+class PythonExpression(CompoundSubstitution):
     """The value of a Python expression as a text; what it may hold: expressions.py."""
 
     names = ('expression', 'python_modules')
@@ -177,7 +177,7 @@ class PythonExpression(_Described):
 
 
 @expose_substitution('command')
-class Command(_Described):
+class Command(CompoundSubstitution):
     """What a program prints; it runs when the text is needed, without a shell.
 
     `on_stderr` says what becomes of a program that prints to its standard error: 'fail', 'ignore', 'warn', or
@@ -231,7 +231,7 @@ class Command(_Described):
 
 
 @expose_substitution('find-exec')
-class FindExecutable(_Described):
+class FindExecutable(CompoundSubstitution):
     """The path of a program on PATH."""
 
     names = ('name',)
@@ -322,7 +322,7 @@ class LocalSubstitution(Substitution):
 
 
 @expose_substitution('anon')
-class AnonName(_Described):
+class AnonName(CompoundSubstitution):
     """A name with something unique behind it, the same for the same name in one launch."""
 
     names = ('name',)
@@ -344,7 +344,7 @@ class AnonName(_Described):
 
 
 @expose_substitution('file-content')
-class FileContent(_Described):
+class FileContent(CompoundSubstitution):
     """What a text file holds."""
 
     names = ('path',)
@@ -361,7 +361,7 @@ class FileContent(_Described):
             raise SubstitutionFailure(f'cannot read {shown(path)}: {error}') from error
 
 
-class PathSubstitution(_Described):
+class PathSubstitution(CompoundSubstitution):
     """A path; `/` puts more behind it."""
 
     def __init__(self, path: SomeSubstitutions) -> None:
@@ -374,7 +374,7 @@ class PathSubstitution(_Described):
         return self._text(context, 0)
 
 
-class PathJoinSubstitution(_Described):
+class PathJoinSubstitution(CompoundSubstitution):
     """Parts of a path, joined by the system's separator; a part may be a list, which is one text."""
 
     def __init__(self, substitutions: Iterable[SomeSubstitutions]) -> None:
@@ -396,7 +396,7 @@ class PathJoinSubstitution(_Described):
 
 
 @expose_substitution('string-join')
-class StringJoinSubstitution(_Described):
+class StringJoinSubstitution(CompoundSubstitution):
     """Texts with a delimiter between them."""
 
     def __init__(self, substitutions: Iterable[SomeSubstitutions], delimiter: SomeSubstitutions = '') -> None:
@@ -418,7 +418,7 @@ def _word(value: bool) -> str:
     return 'true' if value else 'false'
 
 
-class BooleanSubstitution(_Described):
+class BooleanSubstitution(CompoundSubstitution):
     """true or false, of a text that says either."""
 
     names = ('value',)
@@ -442,7 +442,7 @@ class NotSubstitution(BooleanSubstitution):
         return _word(not truth(context, self._parts[0]))
 
 
-class _LeftRight(_Described):
+class _LeftRight(CompoundSubstitution):
     names = ('left', 'right')
     combine: ClassVar[Callable[[bool, bool], bool]]
 
@@ -475,7 +475,7 @@ class OrSubstitution(_LeftRight):
 
 
 @expose_substitution('any')
-class AnySubstitution(_Described):
+class AnySubstitution(CompoundSubstitution):
     """Whether one of several says true."""
 
     @classmethod
@@ -535,7 +535,7 @@ def _same(left: str, right: str) -> bool:
 
 
 @expose_substitution('if')
-class IfElseSubstitution(_Described):
+class IfElseSubstitution(CompoundSubstitution):
     """One text or the other."""
 
     names = ('condition', 'if_value', 'else_value')

@@ -8,10 +8,10 @@ from goalwire.errors import SubstitutionFailure
 from goalwire.launching import packages
 from goalwire.launching.exposure import expose_substitution
 from goalwire.launching.model import LaunchContext, SomeSubstitutions, Substitution
-from goalwire.launching.substitutions import PathJoinSubstitution, _Described
+from goalwire.launching.substitutions import CompoundSubstitution, PathJoinSubstitution
 
 
-class FindPackage(_Described):
+class FindPackage(CompoundSubstitution):
     """Something about a package."""
 
     names = ('package',)
@@ -50,7 +50,7 @@ class FindPackageShare(FindPackage):
 
 
 @expose_substitution('exec-in-pkg', 'exec-in-package')
-class ExecutableInPackage(_Described):
+class ExecutableInPackage(CompoundSubstitution):
     """The path of a package's program."""
 
     names = ('executable', 'package')
@@ -71,7 +71,7 @@ class ExecutableInPackage(_Described):
 
 
 @expose_substitution('param')
-class Parameter(_Described):
+class Parameter(CompoundSubstitution):
     """The value of a parameter that SetParameter has set in this scope."""
 
     names = ('name', 'default')
