@@ -95,6 +95,8 @@ class Future(Generic[T]):
     Wakers are the library's, short, and run on the completing thread. Done callbacks are the user's: they go
     through the executor that the future belongs to, in the order they were added; a future that belongs to
     none calls them at once.
+
+    `completion_state` is 0 while it is pending, then says how it ended: a spin that waits for it looks there.
     """
 
     __slots__ = (
