@@ -5,8 +5,9 @@ reply repeats both in its packet's inline QoS, which Cyclone DDS leaves there. S
 library makes a sample of a packet is replaced for replies: what a Fast DDS server sends becomes what one on
 Cyclone would have sent, and all else stays as it is.
 
-Source: rmw_fastrtps_shared_cpp src/rmw_request.cpp, rmw_response.cpp; DDS-RTPS 2.5, 9.4.5 and 9.6.
-The layouts are private to Cyclone DDS 11.0 (ddsi_sertype.h, ddsi_serdata.h, ddsi_radmin.h).
+Source: rmw_fastrtps_shared_cpp src/rmw_request.cpp, rmw_response.cpp; DDS-RTPS 2.5, 9.4.5 and 9.6. The
+layouts are private to Cyclone DDS 11.0 (ddsi_sertype.h, ddsi_serdata.h, ddsi_radmin.h). A library of another
+version is refused, and so is one whose samples do not have the operations that are about to be replaced.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import re
 from collections.abc import Callable
 from ctypes import (
     CFUNCTYPE,
+    Array,
     addressof,
     byref,
     c_int32,
@@ -29,6 +31,7 @@ from functools import partial
 from pathlib import PurePath
 from struct import Struct
 from threading import Lock
+from typing import NamedTuple
 
 from goalwire.errors import TransportError
 from goalwire.transport.dds.abi import GUID_SIZE, PACKET_START, SERIALIZED_DATA, Library, PacketPiece
@@ -37,11 +40,14 @@ from goalwire.transport.dds.library import INSTALLING
 from goalwire.transport.dds.service_header import Header, wrap
 from goalwire.transport.dds.wire import OutPiece, Reader, Writer, check
 
-_FITTING = re.compile(r'\b11\.0\.\d')
-_WORD = sizeof(c_void_p)
+_KNOWN_VERSION = re.compile(r'\b11\.0\.\d')
+_OPERATIONS_AT = sizeof(c_void_p)
+"""Where a sample type keeps its samples' operations (struct ddsi_sertype); a sample has their address at
+0."""
 _OPERATIONS = 17
 _FROM_PACKET = 2
 """Which of a sample type's operations makes a sample of a packet (struct ddsi_serdata_ops)."""
+_EMPTY_MESSAGE = b'\0\1\0\0\0\0\0\0'
 _FromPacket = CFUNCTYPE(c_void_p, c_void_p, c_int32, c_void_p, c_size_t)
 _Table = c_void_p * _OPERATIONS
 
@@ -114,12 +120,19 @@ class Calls:
             self._sequences.pop(self._numbers.pop(sequence, 0), None)
 
 
+class Replaced(NamedTuple):
+    """A table of operations of ours, and the function in it that is not the library's."""
+
+    table: Array[c_void_p]
+    translating: object
+
+
 class Translation:
     """Makes Cyclone's replies of those of Fast DDS, on the library's receiving thread."""
 
     def __init__(self, library: Library) -> None:
         """Raises TransportError for a library whose layouts are not known."""
-        if not _FITTING.search(PurePath(library.path).name) or library.dds_get_entity_sertype is None:
+        if not _KNOWN_VERSION.search(PurePath(library.path).name) or library.dds_get_entity_sertype is None:
             raise TransportError(
                 f"{FAST_DDS_SERVICES}=1 needs Cyclone DDS 11.0, which '{library.path}' does not say it is: "
                 f'{INSTALLING}, or unset {FAST_DDS_SERVICES}'
@@ -128,35 +141,60 @@ class Translation:
         self._sample_type_of = library.dds_get_entity_sertype
         self._lock = Lock()
         self._clients: dict[bytes, Calls] = {}
-        self._tables: dict[int, int] = {}
-        self._kept: list[object] = []
-        """What the library calls and reads: it must live as long as the process."""
+        self._tables: dict[int, Replaced] = {}
+        """By the address of the library's operations, and by that of ours, so that those are replaced once.
+
+        The library calls and reads them: they live as long as the process.
+        """
 
     def add(self, writer: Writer, reader: Reader) -> Calls:
-        """Have the replies translated that a client's reader gets."""
-        calls = self._clients[writer.guid] = Calls(writer)
-        sample_type = c_void_p()
-        check(self._library, self._sample_type_of(reader.handle, byref(sample_type)), reader.topic)
-        operations = c_void_p.from_address((sample_type.value or 0) + _WORD)
+        """Have the replies translated that a client's reader gets.
+
+        Raises TransportError where the library's operations are not where they are looked for.
+        """
+        found = c_void_p()
+        check(self._library, self._sample_type_of(reader.handle, byref(found)), reader.topic)
+        sample_type = found.value or 0
+        operations = c_void_p.from_address(sample_type + _OPERATIONS_AT)
         with self._lock:
-            if operations.value not in self._tables.values():
-                operations.value = self._replaced(operations.value or 0)
+            if operations.value != self._operations_of_a_sample(sample_type):
+                raise TransportError(
+                    f"{FAST_DDS_SERVICES}=1: '{self._library.path}' is laid out differently from Cyclone DDS "
+                    f'11.0: {INSTALLING}, or unset {FAST_DDS_SERVICES}'
+                )
+            operations.value = addressof(self._replaced(operations.value or 0).table)
+        calls = self._clients[writer.guid] = Calls(writer)
         return calls
 
     def remove(self, writer: Writer) -> None:
         """A client is going."""
         self._clients.pop(writer.guid, None)
 
-    def _replaced(self, operations: int) -> int:
-        """Return the address of a table of operations that translates; one for each of the library's."""
-        if operations not in self._tables:
+    def _operations_of_a_sample(self, sample_type: int) -> int | None:
+        """Return which operations a new sample of the type has."""
+        piece = OutPiece(_EMPTY_MESSAGE, len(_EMPTY_MESSAGE))
+        sample = self._library.ddsi_serdata_from_ser_iov(
+            sample_type, SERIALIZED_DATA, 1, byref(piece), len(_EMPTY_MESSAGE)
+        )
+        if not sample:
+            return None
+        try:
+            return c_void_p.from_address(sample).value
+        finally:
+            self._library.ddsi_serdata_unref(sample)
+
+    def _replaced(self, operations: int) -> Replaced:
+        """Return a table of operations that translates; one for each of the library's."""
+        replaced = self._tables.get(operations)
+        if replaced is None:
             table = _Table.from_buffer_copy(_Table.from_address(operations))
             original = _FromPacket(table[_FROM_PACKET] or 0)
             translating = _FromPacket(partial(self._from_packet, original))
             table[_FROM_PACKET] = cast(translating, c_void_p).value
-            self._kept += [table, translating]
-            self._tables[operations] = addressof(table)
-        return self._tables[operations]
+            replaced = self._tables[operations] = self._tables[addressof(table)] = Replaced(
+                table, translating
+            )
+        return replaced
 
     def _from_packet(
         self, original: Callable[..., int], sample_type: int, kind: int, packet: int, size: int
