@@ -120,7 +120,7 @@ def futures(client: ClientCore, calls: int) -> Counter[str]:
 
 def coroutines(client: ClientCore, calls: int) -> Counter[str]:
     """The asyncio front: as many tasks as there are calls in flight."""
-    from goalwire.aio.client import Client
+    from goalwire.aio.services import Client
 
     outcomes: Counter[str] = Counter()
     front: Client[Any, Any] = object.__new__(Client)

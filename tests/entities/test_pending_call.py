@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Iterator
 from dataclasses import replace
+from time import time_ns
 from typing import Any
 
 import pytest
@@ -18,9 +19,10 @@ from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import service_support
 from goalwire.errors import DeadlineError, NoServerError, ServerFailedError, ServerLostError
 from goalwire.execution.monotonic import STEADY
+from goalwire.execution.timer_heap import TimerEntry
 from goalwire.rules.qos import SERVICES_DEFAULT
 from goalwire.rules.retries import CallAttempt, Retry
-from goalwire.transport.contract import Endpoint, EndpointKind, Port, Request
+from goalwire.transport.contract import Endpoint, EndpointKind, Port, Request, Sample
 
 SUPPORT = service_support(Trigger)
 QUICK = Retry(first_delay=0.001, budget=100.0)
@@ -93,6 +95,25 @@ def test_an_attempt_may_have_a_time_of_its_own(node: NodeCore, client: ClientCor
     assert result_of(client.begin(Trigger.Request(), PATIENCE)).success
     first, _ = server.requests.items
     first.reply(SUPPORT.encode_response(Trigger.Response()))  # too late: nobody hears it
+    server.close()
+
+
+def test_a_reply_to_an_earlier_attempt_leaves_nothing_of_a_later_one(
+    node: NodeCore, client: ClientCore
+) -> None:
+    server = Server(node, 'lose', 'hang')
+    call = client.begin(Trigger.Request(), PATIENCE)
+    first, _ = server.requests.expect(2)
+    sent = threading.Event()
+    node.context.sends.soon(TimerEntry(sent.set))  # on the thread that has sent the second
+    assert sent.wait(PATIENCE)
+    assert list(client.pending) == [2]
+    reply = SUPPORT.encode_response(Trigger.Response(success=True))
+    now = time_ns()
+    call.on_reply(
+        Sample(reply, first.sample.sequence, now, now, first.sample.gid)
+    )  # it was being handed over
+    assert result_of(call).success
     server.close()
 
 

@@ -2,13 +2,11 @@
 
 from goalwire.aio.action.client import ActionClient, CancelAnswer, Run
 from goalwire.aio.action.server import ActionServer, Goal
-from goalwire.aio.client import Client
 from goalwire.aio.node import Node
 from goalwire.aio.parameters import Parameters
-from goalwire.aio.publisher import Publisher
-from goalwire.aio.service import Service
-from goalwire.aio.subscription import Subscription
+from goalwire.aio.services import Client, Service
 from goalwire.aio.timer import Timer
+from goalwire.aio.topics import Publisher, Subscription
 
 __all__ = [
     'ActionClient',

@@ -10,12 +10,10 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
 
 from goalwire.aio.action.client import ActionClient
 from goalwire.aio.action.server import ActionServer, Goal
-from goalwire.aio.client import Client
 from goalwire.aio.parameters import Parameters, ParameterStore
-from goalwire.aio.publisher import Publisher
-from goalwire.aio.service import LoggedService, Service
-from goalwire.aio.subscription import Subscription
+from goalwire.aio.services import Client, LoggedService, Service
 from goalwire.aio.timer import Timer
+from goalwire.aio.topics import Publisher, Subscription
 from goalwire.entities.builtin_services import start_builtin_services
 from goalwire.entities.context import Context, domain_from_environment
 from goalwire.entities.node import NodeCore
@@ -63,7 +61,7 @@ class SharedContexts:
         self._users: dict[Context, int] = {}
 
     def take(self, domain: int | None) -> Context:
-        """Return the context of a domain (ROS_DOMAIN_ID's where None); `release` it after use. Any thread.
+        """Return the context of a domain (ROS_DOMAIN_ID's where None); `close` it after use. Any thread.
 
         It reads the program's ROS arguments, and leaves signals alone. Raises RCLError for bad arguments.
         """
@@ -83,7 +81,7 @@ class SharedContexts:
         """How many contexts are open."""
         return len(self._users)
 
-    def release(self, context: Context) -> None:
+    def close(self, context: Context) -> None:
         """One node less needs it. Any thread; it may take as long as the wire takes to close."""
         with self._lock:
             self._users[context] -= 1
@@ -158,7 +156,7 @@ class Node:
         context = self._given
         if context is None:
             context = CONTEXTS.take(self._domain)
-            self._resources.callback(CONTEXTS.release, context)
+            self._resources.callback(CONTEXTS.close, context)
         core = NodeCore(context, self._name, self._namespace, cli_args=self._arguments)
         self._resources.callback(core.destroy)
         core.call_timeout = self._call_timeout

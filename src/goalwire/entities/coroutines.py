@@ -18,7 +18,7 @@ class Answering(Coroutine[Any, Any, None]):
     `async def` around it would not even have begun, and could not clean up.
     """
 
-    __slots__ = ('_answer', '_callback', '_failed', '_given_up', '_request')
+    __slots__ = ('_answer', '_callback', '_failed', '_on_cancel', '_request')
 
     def __init__(
         self,
@@ -26,14 +26,14 @@ class Answering(Coroutine[Any, Any, None]):
         request: Request,
         answer: Callable[[object, Request], None],
         failed: Callable[[Exception], None] | None = None,
-        given_up: Callable[[], object] = bool,
+        on_cancel: Callable[[], object] = bool,
     ) -> None:
-        """Without `failed` errors go on, to who steps this. `given_up` is called where the request is."""
+        """Without `failed` errors go on, to who steps this. `on_cancel` is called where the request is."""
         self._callback = callback
         self._request = request
         self._answer = answer
         self._failed = failed
-        self._given_up = given_up
+        self._on_cancel = on_cancel
 
     def send(self, value: Any) -> Any:
         """Go on, as coroutines do."""
@@ -48,10 +48,10 @@ class Answering(Coroutine[Any, Any, None]):
         try:
             self._callback.close()
         finally:
-            self._give_up(reasons.STOPPED)
+            self._cancel(reasons.STOPPED)
 
-    def _give_up(self, reason: str) -> None:
-        self._given_up()
+    def _cancel(self, reason: str) -> None:
+        self._on_cancel()
         self._request.cancel(reason)
 
     def __await__(self) -> Self:
@@ -71,7 +71,7 @@ class Answering(Coroutine[Any, Any, None]):
                 response = end.value
             self._answer(response, self._request)
         except BaseException as error:
-            self._give_up(reasons.failed(error))
+            self._cancel(reasons.failed(error))
             if self._failed is None or not isinstance(error, Exception):
                 raise
             self._failed(error)

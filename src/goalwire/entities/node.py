@@ -155,11 +155,11 @@ class NodeCore:
     def destroy(self) -> None:
         """Destroy what the node owns, newest first, then the node, whatever any of it raises. Idempotent."""
         with ExitStack() as ends:
-            ends.callback(self._leave)
+            ends.callback(self._close_port)
             for entity in self.owned():
                 ends.callback(entity.destroy)
 
-    def _leave(self) -> None:
+    def _close_port(self) -> None:
         self._owned.clear()
         port, self._port = self._port, None
         if port is not None:

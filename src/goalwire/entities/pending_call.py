@@ -269,7 +269,7 @@ class PendingCall(Future[Any]):
         if attempts is not None:
             if is_answered and attempts.take_back():
                 attempts.answered()
-            attempts.drop_alarms()
+            attempts.discard_alarms()
 
     # -- the deadline --------------------------------------------------------------------------------------
 
@@ -307,7 +307,7 @@ class PendingCall(Future[Any]):
         if early is not None:
             self._attempt_failed(early)
         if self.end_lock.locked():
-            attempts.drop_alarms()  # it has ended meanwhile
+            attempts.discard_alarms()  # it has ended meanwhile
 
     def out_of_patience(self) -> None:
         """An attempt has had its time."""
@@ -333,7 +333,7 @@ class PendingCall(Future[Any]):
             return
         context.context.sends.set(attempts.again, context.now() + delay)
         if self.end_lock.locked():
-            attempts.drop_alarms()
+            attempts.discard_alarms()
 
 
 class _Attempts:
@@ -406,7 +406,7 @@ class _Attempts:
         self._counted.answered()
         self._tell(None, self._context.now(), None)
 
-    def drop_alarms(self) -> None:
+    def discard_alarms(self) -> None:
         """The call is over: send nothing again, and end no attempt."""
         deadlines, sends = self._context.context.deadlines, self._context.context.sends
         for thread, alarm in ((deadlines, self.patience), (sends, self.again)):

@@ -115,13 +115,13 @@ class EndpointEvents:
         try:
             self._start(event)
         except BaseException:
-            self.forget(reader)
+            self.discard(reader)
             raise
         if reader.events:
             reader.notify()  # it has happened already
         return reader
 
-    def forget(self, reader: EventReader) -> None:
+    def discard(self, reader: EventReader) -> None:
         """Tell a reader no more."""
         with self.lock:
             self._readers = tuple(each for each in self._readers if each is not reader)
@@ -281,7 +281,7 @@ class EventReader(CallbackSource):
     def close(self) -> None:
         """Call back no more. Idempotent."""
         self.closed = True
-        self._source.forget(self)
+        self._source.discard(self)
 
 
 class TopicEndpoint(Protocol):

@@ -81,7 +81,7 @@ class Rosout:
                 'over the existing publisher.'
             )
 
-    def leave(self, outlet: _Outlet) -> None:
+    def discard(self, outlet: _Outlet) -> None:
         """Forget a node; the next of its logger's name takes over."""
         name = outlet.name
         with self._lock:
@@ -142,7 +142,7 @@ class _Outlet:
     def destroy(self) -> None:
         """Undeclare. Idempotent."""
         self._node.disown(self)
-        self._hub.leave(self)
+        self._hub.discard(self)
         port, self._port = self._port, None
         if port is not None:
             port.close()

@@ -15,7 +15,7 @@ from example_interfaces.action import Fibonacci
 from std_srvs.srv import Trigger
 
 import goalwire
-from goalwire.aio.client import Client
+from goalwire.aio.services import Client
 from goalwire.errors import GoalwireError
 
 

@@ -1,22 +1,29 @@
-"""Calls a service."""
+"""Calls services, and answers requests."""
 
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Awaitable, Callable
 from math import inf
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from goalwire.aio.entity import Entity, message_of
 from goalwire.entities.call_context import CallContext
 from goalwire.entities.client import ClientCore
+from goalwire.entities.service import ServiceCore
 from goalwire.execution.asyncio.waiting import completion, waker_of
+from goalwire.execution.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
+from goalwire.execution.callbacks import check_callback
+from goalwire.logging import get_logger
 
 if TYPE_CHECKING:
     from goalwire.entities.node import NodeCore
     from goalwire.entities.type_support import ServiceSupport
+    from goalwire.execution.asyncio.executor import CallbackTasks
     from goalwire.rules.qos import QoS
     from goalwire.rules.retries import Retry
-    from goalwire.rules.statistics import ClientStatistics
+    from goalwire.rules.statistics import ClientStatistics, ServiceStatistics
+
 
 RequestT = TypeVar('RequestT')
 ResponseT = TypeVar('ResponseT')
@@ -79,3 +86,64 @@ class Client(Entity, Generic[RequestT, ResponseT]):
     def close(self) -> None:
         """Call no more; calls that wait raise InvalidHandle. Idempotent."""
         self._core.destroy()
+
+
+class LoggedService(ServiceCore):
+    """A service whose callback may fail: that is logged, its client learns of it, the node goes on."""
+
+    def __init__(
+        self,
+        node: NodeCore,
+        support: ServiceSupport,
+        name: str,
+        callback: Callable[..., object],
+        qos: QoS,
+        *,
+        concurrent: bool,
+    ) -> None:
+        """`callback(request, response)` returns the response, or a coroutine that does."""
+        self.failed = self._log
+        group = ReentrantCallbackGroup() if concurrent else MutuallyExclusiveCallbackGroup()
+        super().__init__(node, support, name, callback, qos, group)
+
+    def _log(self, error: Exception) -> None:
+        if self.destroyed:
+            return  # an answer that came too late
+        from goalwire.logging.tracebacks import traceback_text
+
+        get_logger(self.node.logger_name).error(
+            f"Service '{self.full_name}': its handler failed\n{traceback_text(error)}"
+        )
+
+
+class Service(Entity, Generic[RequestT, ResponseT]):
+    """Made by Node.service."""
+
+    def __init__(
+        self,
+        node: NodeCore,
+        support: ServiceSupport,
+        name: str,
+        handler: Callable[[RequestT], ResponseT | Awaitable[ResponseT]],
+        qos: QoS,
+        runs: CallbackTasks,
+        *,
+        concurrent: bool,
+    ) -> None:
+        check_callback(handler, ('request',), f"the handler of the service '{name}'")
+
+        def answer(request: Any, _response: object) -> object:
+            return handler(request)
+
+        self._core = LoggedService(node, support, name, answer, qos, concurrent=concurrent)
+        self._runs = runs
+        self.name = self._core.full_name
+
+    def statistics(self) -> ServiceStatistics:
+        """Count what was asked, and what came of it."""
+        return self._core.statistics()
+
+    def close(self) -> None:
+        """Answer no more; handlers that run are cancelled, and their clients learn of it. Idempotent."""
+        self._core.destroy()
+        self._runs.cancel(self._core.event_queue)
