@@ -101,3 +101,21 @@ def test_run_becomes_the_program(world: dict[str, str], prefix: Path, ros2: Comm
     ]
     assert ros2.fails('run', 'demo_robot', 'bsae', code=3).endswith('did you mean base?')
     assert 'did you mean demo_robot?' in ros2.fails('run', 'demo_robt', 'base', code=3)
+
+
+COMPLETIONS = {
+    'launch demo_r': ['demo_robot'],
+    'launch demo_robot nav': ['navigation.launch.xml', 'navigation.launch.yaml'],
+    'launch demo_robot navigation.launch.xml ': ['planner:=', 'speed:='],
+    'launch demo_robot bringup.launch.py ': [],
+    'run demo_r': ['demo_robot'],
+    'run demo_robot st': ['state_publisher', 'stubborn'],
+    'pkg prefix demo_r': ['demo_robot'],
+    'pkg xml demo_robot ': [],
+    'launch nothing_there x': [],
+}
+
+
+@pytest.mark.parametrize('words', list(COMPLETIONS))
+def test_the_shell_completes_packages_files_and_arguments(words: str, ros2: CommandLine) -> None:
+    assert ros2.ok('_complete', *words.split(' ')).split() == COMPLETIONS[words]

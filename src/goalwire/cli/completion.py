@@ -105,6 +105,10 @@ def _live(noun: str, what: str, given: Sequence[str]) -> list[str]:
             noun, ('msg', 'srv', 'action')
         )
         return _interfaces(kinds)
+    if noun in {'launch', 'pkg', 'run'}:
+        from goalwire.launching.commands import completions
+
+        return completions(noun, given)
     if what == 'package_name':
         from rosidl_runtime_py import get_interface_packages
 

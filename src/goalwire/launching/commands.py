@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 from pathlib import Path
 
-from goalwire.errors import BadLaunchArgumentError, NoLaunchFileError
+from goalwire.errors import BadLaunchArgumentError, LaunchError, NoLaunchFileError
 from goalwire.files import shown
 from goalwire.launching import packages
-from goalwire.launching.introspection import LaunchIntrospector, print_arguments
+from goalwire.launching.introspection import LaunchIntrospector, declared_arguments, print_arguments
 from goalwire.launching.model import LaunchDescription
 from goalwire.launching.service import LaunchService
 from goalwire.launching.sources import (
@@ -104,3 +104,26 @@ def show_arguments(path: str) -> str:
 def show_description(path: str) -> str:
     """The text of `ros2 launch --print`."""
     return LaunchIntrospector().format_launch_description(get_launch_description_from_any_launch_file(path))
+
+
+def completions(command: str, given: Sequence[str]) -> list[str]:
+    """What may come next: packages, then launch files or executables, then arguments of XML and YAML files.
+
+    A Python launch file is not run for this, so its arguments are not known.
+    """
+    try:
+        if not given:
+            return packages.names()
+        if command == 'run' and len(given) == 1:
+            return [os.path.basename(path) for path in packages.executables(given[0])]
+        if command != 'launch':
+            return []
+        if len(given) == 1 and not Path(given[0]).is_file():
+            return sorted({os.path.basename(path) for path in launch_files(packages.share(given[0]))})
+        path, _ = find_launch_file(list(given))
+        if path.endswith('.py'):
+            return []
+        description = get_launch_description_from_any_launch_file(path)
+        return [f'{argument.name}:=' for argument, _ in declared_arguments(description)]
+    except LaunchError:
+        return []
