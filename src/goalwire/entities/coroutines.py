@@ -122,4 +122,4 @@ class Enclosing(Coroutine[Any, Any, None]):
         return self
 
     def __next__(self) -> Any:
-        return self.send(None)
+        return self._outer.send(None)

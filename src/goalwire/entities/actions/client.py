@@ -191,7 +191,8 @@ class ActionClientCore(TimedCalls):
         """
         if not isinstance(goal, self.goal_type):
             raise TypeError(f'Expected {self.goal_type}, got {type(goal)}')
-        self._check_alive()
+        if self.destroyed:
+            raise InvalidHandle
         self._make_room()
         payload = wire.wrap(goal_id, self._encode_goal(goal))
         with self._lock:
@@ -312,7 +313,8 @@ class ActionClientCore(TimedCalls):
 
     def get_result(self, goal_id: GoalId, call_context: CallContext | None = None) -> Future[Any]:
         """Ask for a goal's result; the future gives the action's GetResult response."""
-        self._check_alive()
+        if self.destroyed:
+            raise InvalidHandle
         if call_context is None and self.default_timeout is not None:
             # A goal may run for ever: where calls have a time, its result has none, but typed errors.
             call_context = CallContext(self.node.context, 'action', self.full_name, inf)
@@ -390,7 +392,8 @@ class ActionClientCore(TimedCalls):
         self, goal_id: GoalId, stamp_ns: int = 0, call_context: CallContext | None = None
     ) -> Future[Any]:
         """Ask for cancellation; the future gives an action_msgs/srv/CancelGoal response."""
-        self._check_alive()
+        if self.destroyed:
+            raise InvalidHandle
         call = CancelCall(self.node.work_queue)
         payload = wire.encode_cancel_request(goal_id, stamp_ns)
         decode = self.support.cancel_goal.decode_response
@@ -441,8 +444,7 @@ class ActionClientCore(TimedCalls):
         future = ask()
         self.blocking[future] = None
         try:
-            self._check_alive()
-            if not block_on(future, None, self.node.context.shutdown_signal):
+            if self.destroyed or not block_on(future, None, self.node.context.shutdown_signal):
                 self._refuse_after_the_end()
         except BaseException:
             cancel_quietly(future)
@@ -515,11 +517,9 @@ class ActionClientCore(TimedCalls):
     # -- the end -------------------------------------------------------------------------------------------
 
     def _refuse_after_the_end(self) -> NoReturn:
-        raise ShutDownError(f"action '{self.full_name}'")
-
-    def _check_alive(self) -> None:
         if self.destroyed:
             raise InvalidHandle
+        raise ShutDownError(f"action '{self.full_name}'")
 
     def destroy(self) -> None:
         """Undeclare; futures that are pending stay so, as in ROS 2, but for those with a time. Idempotent."""
