@@ -1,0 +1,130 @@
+"""Commands on a terminal: a bar, a live table, colours, and Ctrl-C as the keyboard sends it."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from select import select
+from time import monotonic
+
+import pytest
+from helpers.command_line import Begin, CommandLine, executable, with_bytecode
+
+if sys.platform == 'win32':
+    pytest.skip('terminals of POSIX', allow_module_level=True)
+
+import pty
+
+PATIENCE_S = 30.0
+CTRL_C = b'\x03'
+
+
+class Screen:
+    """A command on a pseudo-terminal of its own, and what it has written there."""
+
+    def __init__(self, process: subprocess.Popen[bytes], master: int) -> None:
+        self.process = process
+        self._master = master
+        self.text = ''
+
+    def expect(self, pattern: str) -> re.Match[str]:
+        """Read until a pattern is found."""
+        end = monotonic() + PATIENCE_S
+        while (found := re.search(pattern, self.text)) is None:
+            left = end - monotonic()
+            assert left > 0, f'no {pattern!r} in {self.text!r}'
+            if select([self._master], [], [], left)[0]:
+                self._read(pattern)
+        return found
+
+    def _read(self, pattern: str) -> None:
+        try:
+            self.text += os.read(self._master, 65536).decode(errors='replace')
+        except OSError:  # the other end is closed
+            assert re.search(pattern, self.text), f'ended without {pattern!r}: {self.text!r}'
+
+    def press(self, keys: bytes) -> None:
+        """Type something."""
+        os.write(self._master, keys)
+
+    def wait(self) -> int:
+        """Wait for the command's end."""
+        return self.process.wait(PATIENCE_S)
+
+
+@contextmanager
+def screen(env: Mapping[str, str], *arguments: str, **variables: str) -> Iterator[Screen]:
+    """Run a command on a terminal of 24 lines and 80 columns."""
+    master, slave = pty.openpty()
+    try:
+        process = subprocess.Popen(
+            [executable(), *arguments],
+            env={**with_bytecode(env), 'TERM': 'xterm', 'LINES': '24', 'COLUMNS': '80', **variables},
+            stdin=slave,
+            stdout=slave,
+            stderr=slave,
+            start_new_session=True,
+            preexec_fn=_own_terminal,  # noqa: PLW1509 - one system call between fork and exec
+        )
+        os.close(slave)
+        try:
+            yield Screen(process, master)
+        finally:
+            process.kill()
+            process.wait()
+    finally:
+        os.close(master)
+
+
+def _own_terminal() -> None:
+    """Make the terminal the session's own, so that ^C becomes SIGINT."""
+    import fcntl
+    import termios
+
+    fcntl.ioctl(0, termios.TIOCSCTTY, 0)
+
+
+def test_a_goal_draws_its_bar_and_ctrl_c_cancels_it(ros2: CommandLine, world: dict[str, str]) -> None:
+    goal = ['action', 'send_goal', 'lab/fibonacci', 'order=1005', '--progress', 'sequence/10']
+    with screen(world, *goal) as shown:
+        shown.expect('█{9}░{21}  30 %')
+        shown.press(CTRL_C)
+        shown.expect('Canceling goal...\r\n')
+        shown.expect('Goal finished with status: CANCELED\r\n')
+        shown.expect('Goal canceled.\r\n')
+        assert shown.wait() == 9
+    assert 'Traceback' not in shown.text
+
+
+def test_watch_is_a_table_that_is_drawn_anew(ros2: CommandLine, world: dict[str, str], begin: Begin) -> None:
+    with screen(world, 'action', 'watch', 'lab/fibonacci', '--progress', 'sequence/10') as shown:
+        shown.expect('/lab/fibonacci: 0 active')
+        goal = begin('action', 'send_goal', 'lab/fibonacci', 'order=1005')
+        goal_id = goal.expect('Goal accepted with ID: ([0-9a-f]{32})')[1]
+        shown.expect(f'\x1b\\[36m{goal_id[:8]}  EXECUTING')
+        shown.expect('█{9}░{21}  30 %')
+        ros2.ok('action', 'cancel', 'lab/fibonacci', goal_id)
+        shown.expect(f'\x1b\\[33m{goal_id[:8]}  CANCELED')
+        shown.press(CTRL_C)
+        assert shown.wait() == 130
+
+
+def test_colours_are_turned_off_by_no_color(world: dict[str, str]) -> None:
+    with screen(world, 'doctor', '--no-self-test', '-rf') as shown:
+        shown.expect('\x1b\\[32mall is well\x1b\\[0m')
+    with screen(world, 'doctor', '--no-self-test', '-rf', NO_COLOR='1') as shown:
+        shown.expect('(?<!m)all is well\r\n')
+    with screen(world, 'doctor', '--no-self-test', '-rf', TERM='dumb') as shown:
+        shown.expect('(?<!m)all is well\r\n')
+
+
+def test_what_a_peer_sends_does_not_steer_the_terminal(ros2: CommandLine, world: dict[str, str]) -> None:
+    with screen(world, 'topic', 'echo', '/lab/state', '--once', '--field', 'data') as shown:
+        shown.expect('ready ')
+        assert shown.wait() == 0
+        shown.expect('---')
+    assert '\x1b' not in shown.text
