@@ -20,6 +20,7 @@ NOUNS = {
     'node': ('goalwire.cli.node', 'Various node related sub-commands'),
     'param': ('goalwire.cli.param', 'Various param related sub-commands'),
     'pkg': ('goalwire.cli.pkg', 'Various package related sub-commands'),
+    'router': ('goalwire.cli.router', 'Run a Zenoh router for a site'),
     'run': ('goalwire.cli.run', 'Run a package specific executable'),
     'service': ('goalwire.cli.service', 'Various service related sub-commands'),
     'topic': ('goalwire.cli.topic', 'Various topic related sub-commands'),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import zenoh
@@ -67,6 +68,26 @@ def _rendezvous_config(port: int, overrides: list[Override]) -> zenoh.Config:
             _override(config, pair)
     if _value(config, 'id') is None:
         config.insert_json5('id', json.dumps(settings.rendezvous_id()))
+    return config
+
+
+def router_config(port: int, listen: Sequence[str], connect: Sequence[str]) -> zenoh.Config:
+    """Return the settings of a router for a site, which listens on `port` of every address where not said.
+
+    Raises TransportError.
+    """
+    config = _from_file('ZENOH_ROUTER_CONFIG_URI') or _from_settings(settings.rendezvous(port))
+    try:
+        if listen or not os.environ.get('ZENOH_ROUTER_CONFIG_URI'):
+            config.insert_json5('listen/endpoints', json.dumps(list(listen) or [f'tcp/[::]:{port}']))
+        if connect:
+            config.insert_json5('connect/endpoints', json.dumps(list(connect)))
+    except zenoh.ZError as error:
+        raise TransportError(
+            f'the router cannot be set up: {reason(error)}; write addresses like tcp/192.168.0.7:7447'
+        ) from None
+    for pair in settings.overrides()[0]:
+        _override(config, pair)
     return config
 
 

@@ -1,0 +1,36 @@
+"""A router of its own, for a site: what the rendezvous is for one machine, for all that reach it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+
+import zenoh
+
+from goalwire.errors import TransportError
+from goalwire.transport.zenoh import config
+from goalwire.transport.zenoh.rendezvous import PORT_IS_TAKEN, name_of_holder
+
+
+@contextmanager
+def router(port: int, listen: Sequence[str], connect: Sequence[str]) -> Iterator[str]:
+    """Run a router in the block; yields its id. Raises TransportError.
+
+    It listens at `listen`, on `port` of every address where that is empty, and connects to `connect`, other
+    routers. ZENOH_ROUTER_CONFIG_URI and ZENOH_CONFIG_OVERRIDE count, as for rmw_zenoh's router.
+    """
+    settings = config.router_config(port, listen, connect)
+    try:
+        opened = zenoh.open(settings)
+    except zenoh.ZError as error:
+        if PORT_IS_TAKEN in str(error):
+            raise TransportError(
+                f'port {port} is held by {name_of_holder(port)}; end it first, or give another --port'
+            ) from None
+        raise TransportError(
+            f'the router cannot be opened: {config.reason(error)}; see --listen and --connect'
+        ) from None
+    try:
+        yield str(opened.info.zid())
+    finally:
+        opened.close()  # type: ignore[no-untyped-call]
