@@ -105,7 +105,9 @@ def test_ctrl_c_cancels_the_goal_and_waits_for_its_end(ros2: CommandLine, begin:
     assert goal.wait() == 9
     assert goal.output.splitlines()[-1] == 'Goal canceled.'
     assert 'Goal finished with status: CANCELED' in goal.output
-    ended = json.loads(ros2.ok('action', 'goals', 'lab/fibonacci', '--all', '--json').splitlines()[-1])
+    ended = json.loads(
+        ros2.ok('action', 'goals', 'lab/fibonacci', '--all', '--json', '--timeout', '20').splitlines()[-1]
+    )
     assert (ended['goal_id'], ended['status']) == (goal_id, 'CANCELED')
 
 
@@ -135,10 +137,13 @@ def test_goals_are_listed_and_cancelled(ros2: CommandLine, begin: Begin) -> None
         begin('action', 'send_goal', 'lab/fibonacci', f'order={order}') for order in (1005, 1006)
     )
     ids = [each.expect(f'Goal accepted with ID: ({ID})')[1] for each in (first, second)]
-    listed = ros2.ok('action', 'goals', 'lab/fibonacci').splitlines()
+    listed = ros2.ok('action', 'goals', 'lab/fibonacci', '--timeout', '20').splitlines()
     for goal_id in ids:
         assert any(re.match(f'{goal_id}  EXECUTING  accepted at ', line) for line in listed)
-    assert ros2.ok('action', 'cancel', 'lab/fibonacci', ids[0][:12]) == f'Canceling goal {ids[0]}\n'
+    assert (
+        ros2.ok('action', 'cancel', 'lab/fibonacci', ids[0][:12], '--timeout', '20')
+        == f'Canceling goal {ids[0]}\n'
+    )
     assert first.wait() == 9
     assert f'Canceling goal {ids[1]}' in ros2.ok('action', 'cancel', 'lab/fibonacci', '--before', '0s')
     assert second.wait() == 9

@@ -56,7 +56,8 @@ def discovered(
 ) -> Iterator[Graph]:
     """Yield the graph of the domain: complete, or as soon as `found(graph)` says that it suffices.
 
-    Where it is not there, `wait` s more are given to it. Raises TransportError, CommandError.
+    Where it is not there, `wait` s more are given to it, half a second at least. Raises TransportError,
+    CommandError.
     """
     from goalwire.graph.graph import Graph
 
@@ -71,8 +72,10 @@ def discovered(
             if not session.discovers_at_once:
                 limit = SPIN_TIME_S if spin_time is None else spin_time
                 changes.settle(limit, found, session.has_heard_all)
-            if found is not None and wait > 0:
-                changes.wait_for(found, wait)
+            elif not graph.nodes():
+                changes.wait_for(lambda graph: bool(graph.nodes()), NOBODY_S)
+            if found is not None:  # what is not there is told after a second look: the others may be busy
+                changes.wait_for(found, max(wait, NOBODY_S))
         yield graph
     finally:
         session.close()

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 STATUSES = ('UNKNOWN', 'ACCEPTED', 'EXECUTING', 'CANCELING', 'SUCCEEDED', 'CANCELED', 'ABORTED')
 """By the number in action_msgs/msg/GoalStatus."""
 ACTIVE = frozenset({'ACCEPTED', 'EXECUTING', 'CANCELING'})
-LOOK_S = 1.0
+LOOK_S = 2.0
 """How long a server's status may take to come; one that has had no goal sends none."""
 _CODES = {
     1: (Outcome.REFUSED, 'the server rejects the request'),
@@ -152,7 +152,7 @@ def cancel(arguments: Namespace, output: Output) -> Outcome:
 
         request = CancelGoal.Request()
         if arguments.goal_id:
-            goal_id = await _full_id(node, name, arguments.goal_id)
+            goal_id = await _full_id(node, name, arguments.goal_id, arguments.timeout)
             request.goal_info.goal_id.uuid = list(bytes.fromhex(goal_id))
         request.goal_info.stamp.sec = int(before)
         request.goal_info.stamp.nanosec = int(before % 1 * 1e9)
@@ -171,7 +171,7 @@ def cancel(arguments: Namespace, output: Output) -> Outcome:
     return live(ask)
 
 
-async def _full_id(node: goalwire.Node, name: str, given: str) -> str:
+async def _full_id(node: goalwire.Node, name: str, given: str, patience: float) -> str:
     """Return the id that begins so; raises CommandError where there is none, or more than one."""
     text = given.replace('-', '').lower()
     if not text or text.strip('0123456789abcdef') or len(text) > 32:
@@ -180,7 +180,9 @@ async def _full_id(node: goalwire.Node, name: str, given: str) -> str:
         )
     if len(text) == 32:
         return text
-    return only_id(text, name, (goal.goal_id for goal in await known_goals(node, name) if goal.is_active))
+    return only_id(
+        text, name, (goal.goal_id for goal in await known_goals(node, name, patience) if goal.is_active)
+    )
 
 
 def only_id(text: str, name: str, ids: Iterable[str]) -> str:
