@@ -29,6 +29,7 @@ from std_srvs.srv import Trigger
 from goalwire.entities.client import ClientCore
 from goalwire.entities.context import Context
 from goalwire.entities.node import NodeCore
+from goalwire.entities.pending_call import PendingCall
 from goalwire.entities.type_support import service_support
 from goalwire.rules.qos import SERVICES_DEFAULT
 from goalwire.transport.contract import Endpoint, EndpointKind
@@ -48,12 +49,10 @@ def resident_kib() -> int:
     return pages * os.sysconf('SC_PAGESIZE') // 1024
 
 
-def held(client: ClientCore) -> int:
-    """What the tables of a client, its transport and its context hold for calls."""
-    port: Any = client._port  # noqa: SLF001
-    tables: list[Any] = [client.pending, client.timed]
-    tables += [getattr(port, name, ()) for name in ('_calls', 'waiting')]
-    return sum(len(table) for table in tables)
+def held() -> int:
+    """How many calls any table still holds: those of the client, of its transport, of its context."""
+    gc.collect()
+    return sum(isinstance(each, PendingCall) for each in gc.get_objects())
 
 
 class Level:
@@ -123,10 +122,8 @@ def coroutines(client: ClientCore, calls: int) -> Counter[str]:
     from goalwire.aio.services import Client
 
     outcomes: Counter[str] = Counter()
-    front: Client[Any, Any] = object.__new__(Client)
-    front._core, front.name = client, client.full_name  # noqa: SLF001
 
-    async def work() -> None:
+    async def work(front: Client[Any, Any]) -> None:
         for _ in range(calls // IN_FLIGHT):
             try:
                 await front.call(timeout=TIMEOUT_S)
@@ -134,9 +131,11 @@ def coroutines(client: ClientCore, calls: int) -> Counter[str]:
                 outcomes[type(error).__name__] += 1
 
     async def crowd() -> None:
+        front: Client[Any, Any] = Client(client.node, SUPPORT, NAME, SERVICES_DEFAULT, None, None)
         async with asyncio.TaskGroup() as group:
             for _ in range(IN_FLIGHT):
-                group.create_task(work())
+                group.create_task(work(front))
+        front.close()
 
     asyncio.run(crowd())
     return outcomes
@@ -162,7 +161,7 @@ def report(title: str, client: ClientCore, front: Any, calls: int) -> None:
     outcomes = front(client, calls // 2)
     rate = calls // 2 / (time.perf_counter() - begun)
     errors = ', '.join(f'{count} {kind}' for kind, count in outcomes.items())
-    print(f'{title} {rate:7.0f}/s  {held(client)} held, {Level().since(before)}; {errors}', flush=True)
+    print(f'{title} {rate:7.0f}/s  {held()} held, {Level().since(before)}; {errors}', flush=True)
 
 
 def main() -> None:

@@ -45,7 +45,7 @@ class End:
         with endpoint_qos(library, QoS(history=HistoryPolicy.KEEP_ALL), b'') as qos:
             self.writer = Writer(participant, writes, _TYPE, qos)
             self.reader = Reader(participant, reads, _TYPE, qos)
-        self._type = self.writer._serdata_type  # noqa: SLF001 - the library's own handle
+        self._type = self.writer.serdata_type
         self._waitset = library.dds_create_waitset(participant.handle)
         library.dds_waitset_attach(self._waitset, self.reader.condition, 1)
         self._samples, self._infos = (c_void_p * _AT_ONCE)(), (SampleInfo * _AT_ONCE)()

@@ -11,6 +11,8 @@ import queue
 import selectors
 import threading
 import time
+from _thread import allocate_lock
+from queue import _PySimpleQueue as PureQueue  # type: ignore[attr-defined] # made of a lock that is stood in for
 from typing import TYPE_CHECKING, Any, SupportsIndex, TypeAlias, cast
 from weakref import WeakKeyDictionary
 
@@ -25,7 +27,7 @@ if TYPE_CHECKING:
 
 Ready: TypeAlias = list[tuple[selectors.SelectorKey, int]]
 
-REAL_LOCK = threading._allocate_lock  # type: ignore[attr-defined]  # noqa: SLF001
+REAL_LOCK = allocate_lock
 _real_sleep = time.sleep
 _real_start = threading.Thread.start
 _real_join = threading.Thread.join
@@ -250,8 +252,7 @@ def _names() -> dict[int, object]:
         for real in [getattr(time, name)]
     }
     locks = {id(real): Lock for real in (REAL_LOCK, threading.Lock)}
-    pure_queue = queue._PySimpleQueue  # type: ignore[attr-defined]  # noqa: SLF001 - made of a lock
-    return {**clocks, **locks, id(_real_sleep): sleep, id(queue.SimpleQueue): pure_queue}
+    return {**clocks, **locks, id(_real_sleep): sleep, id(queue.SimpleQueue): PureQueue}
 
 
 NAMES = _names()

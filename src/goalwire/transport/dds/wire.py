@@ -158,7 +158,7 @@ class Writer:
         try:
             self.handle = library.dds_create_writer(participant.handle, declared, qos, None)
             check(library, self.handle, f"writer of '{topic}'")
-            self._serdata_type = _serdata_type(participant, self.handle, topic, type_name)
+            self.serdata_type = _serdata_type(participant, self.handle, topic, type_name)
             self._make, self._send = library.ddsi_serdata_from_ser_iov, library.dds_writecdr
         finally:
             library.dds_delete(declared)
@@ -180,7 +180,7 @@ class Writer:
             scratch = _here.scratch
             piece = scratch.out
             piece.base, piece.size = payload, size
-            made = self._make(self._serdata_type, SERIALIZED_DATA, 1, scratch.out_address, size)
+            made = self._make(self.serdata_type, SERIALIZED_DATA, 1, scratch.out_address, size)
         else:
             made = self._large(payload, size)
         if not made:
@@ -195,7 +195,7 @@ class Writer:
         padding = -size & 3
         pieces = (OutPiece * 2)(OutPiece(payload, size), OutPiece(_PADDING, padding))
         make, count = self._make if size < LARGE else self.library.from_large, 2 if padding else 1
-        return make(self._serdata_type, SERIALIZED_DATA, count, addressof(pieces), size + padding)
+        return make(self.serdata_type, SERIALIZED_DATA, count, addressof(pieces), size + padding)
 
     def delete(self) -> None:
         """Take it off the wire."""
