@@ -38,6 +38,6 @@ def write_unpadded(writer: Writer, payload: bytes) -> bool:
     """Write these bytes and no others; False where the library itself refuses them."""
     library, piece = writer.library, OutPiece(payload, len(payload))
     made = library.ddsi_serdata_from_ser_iov(
-        writer._serdata_type, SERIALIZED_DATA, 1, byref(piece), len(payload)
+        writer.serdata_type, SERIALIZED_DATA, 1, byref(piece), len(payload)
     )
     return bool(made) and library.dds_writecdr(writer.handle, made) == 0
