@@ -113,16 +113,21 @@ def test_a_coroutine_callback_leaves_no_descriptor_to_be_watched(
 
 
 @pytest.mark.skipif(sys.platform == 'win32', reason='asyncio takes no signals there')
-def test_a_loop_that_is_to_hear_of_signals_watches_its_own_pipe() -> None:
+@pytest.mark.parametrize('queued', [0, 5000])
+def test_a_loop_that_is_to_hear_of_signals_watches_its_own_pipe(queued: int) -> None:
     wakes, fd_selector = list[None](), FdSelector(lambda: None)
     loop = SteppedLoop(fd_selector, STEADY, lambda: wakes.append(None))
     assert fd_selector.watched == 0
+    for _ in range(queued):
+        loop.call_soon_threadsafe(bool)
     came = list[str]()
     loop.add_signal_handler(signal.SIGUSR1, came.append, 'SIGUSR1')
     try:
         assert fd_selector.watched == 1
         os.kill(os.getpid(), signal.SIGUSR1)
+        deadline = STEADY.now() + int(PATIENCE * 1e9)
         while not came:
+            assert STEADY.now() < deadline, 'the signal is lost'
             assert fd_selector.wait(PATIENCE, bool), 'another thread waits there'
             assert wakes
             loop.step()

@@ -14,6 +14,7 @@ from __future__ import annotations
 import asyncio
 import os
 import selectors
+from contextlib import suppress
 from heapq import heappop, heappush
 from threading import get_ident
 from typing import TYPE_CHECKING, Any
@@ -66,10 +67,17 @@ class SteppedSelector(selectors.BaseSelector):
         return key
 
     def watch_own_pipe(self) -> None:
-        """Watch what the loop has registered while it was made: signals are written there."""
+        """Watch what the loop has registered while it was made: signals are written there.
+
+        It is emptied first. Whoever queues a callback writes there, too, and in a full pipe there is no room
+        for a signal.
+        """
         while self._unwatched:
             fd = self._unwatched.pop()
             if fd in self._keys:
+                with suppress(OSError):  # it is empty
+                    while os.read(fd, 4096):
+                        pass
                 self._fd_selector.arm(fd, self._keys[fd].events, self._report)
 
     def unregister(self, fileobj: Any) -> selectors.SelectorKey:
