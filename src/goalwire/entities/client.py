@@ -15,8 +15,8 @@ from goalwire.entities.pending_call import (
     REASONS_LIMIT,
     PendingCall,
     RequestClient,
-    Retries,
 )
+from goalwire.entities.retrying import Retries
 from goalwire.entities.service_introspection import Introspected, IntrospectedCall
 from goalwire.entities.type_support import ServiceSupport
 from goalwire.errors import (

@@ -12,30 +12,23 @@ again.
 What ends a call comes on several threads: the reply, the wire's word that none can come, the deadline, the
 end of the context, the caller. Whoever takes `end_lock` first has it, and completes the future.
 
-An action makes a subclass of PendingCall for a goal, whose reply is more than a value. It overrides
-`on_reply` (`take_reply` says whether this is the first), `on_end`, `fail` and `discard`, which begin with
-`end()`; or `discard_request`, to keep listening for a while. It starts one with
-
-    call = GoalCall(node.work_queue)
-    goal_client.start(call, decode, payload, CallContext(context, 'action', name, timeout))
-
-`PendingCall` itself is what cancels a goal, with `waits = False`: who cancels has had a server.
+What an action adds is in goalwire.entities.actions.requests. A subclass of PendingCall whose reply is more
+than a value overrides `on_reply` (`take_reply` says whether this is the first), `on_end`, `fail` and
+`discard`, which begin with `end()`; or `discard_request`, to keep listening for a while. One with `waits =
+False` is sent at once: who cancels a goal has had a server.
 """
 
 from __future__ import annotations
 
 from _thread import allocate_lock
-from random import random
-from threading import Lock
 from typing import TYPE_CHECKING, Any
 
 from goalwire.entities.graph_waiting import ServerWaitQueue
+from goalwire.entities.retrying import CallAttempts, Retries, do_nothing
 from goalwire.errors import CallError, ClosedError, DeadlineError, InvalidHandle, ShutDownError
-from goalwire.execution.event_queue import EventQueue, ResponseTicks
+from goalwire.execution.event_queue import ResponseTicks
 from goalwire.execution.future import FINISHED, PENDING, Future
-from goalwire.execution.monotonic import timeout_ns
 from goalwire.execution.timer_heap import TimerEntry
-from goalwire.logging import get_logger
 from goalwire.rules import reasons
 from goalwire.rules.latencies import Latencies
 
@@ -46,7 +39,6 @@ if TYPE_CHECKING:
     from goalwire.entities.call_context import CallContext
     from goalwire.entities.node import NodeCore
     from goalwire.entities.service_introspection import IntrospectedCall
-    from goalwire.rules.retries import Attempts, CallAttempt, Retry
     from goalwire.transport.contract import ClientPort, Endpoint, Sample
 
 PENDING_LIMIT = 10_000
@@ -58,9 +50,6 @@ MARGIN_S = 1.0
 
 REASONS_LIMIT = 10
 """Different reasons for missing answers that one client logs: servers choose their words."""
-
-RECORDS_LIMIT = 1000
-"""Records of attempts that may wait for the hook of a Retry; the oldest is dropped."""
 
 NO_REASON = 'there is none, or it went away'
 
@@ -78,10 +67,6 @@ def end_with(future: Future[Any], error: Exception) -> None:
     future.set_exception(error)
     if isinstance(error, ClosedError):
         future.exception()
-
-
-def _nothing() -> None:
-    """What an alarm rings for whose call has ended."""
 
 
 class PendingCall(Future[Any]):
@@ -114,7 +99,7 @@ class PendingCall(Future[Any]):
     introspected: IntrospectedCall | None = None
     """Where the steps of this call are told; None where nobody wants to know."""
     _alarm: TimerEntry | None = None
-    _attempts: _Attempts | None = None
+    _attempts: CallAttempts | None = None
 
     # -- sending -------------------------------------------------------------------------------------------
 
@@ -126,7 +111,7 @@ class PendingCall(Future[Any]):
         client, context, deadline = self.awaited_by, call_context.context, call_context.deadline
         self.call_context, self.encoded = call_context, payload
         if client.retries is not None:
-            self._attempts = _Attempts(client.retries, self, call_context)
+            self._attempts = CallAttempts(client.retries, call_context, self.out_of_patience, self.resume)
         client.timed[self] = None  # then look: who ends the context looks here after that
         if deadline is None and not client.watches_end:
             client.watch_end()
@@ -262,7 +247,7 @@ class PendingCall(Future[Any]):
         alarm, attempts = self._alarm, self._attempts
         if alarm is not None:
             context.context.deadlines.discard(alarm)
-            alarm.call = _nothing  # no circle is left for the garbage collector
+            alarm.call = do_nothing  # no circle is left for the garbage collector
         queue = client.wait_queue
         if queue is not None and self in queue.waiting:
             queue.discard(self)
@@ -300,7 +285,7 @@ class PendingCall(Future[Any]):
 
     # -- sending again -------------------------------------------------------------------------------------
 
-    def _send_attempt(self, attempts: _Attempts, client: RequestClient) -> None:
+    def _send_attempt(self, attempts: CallAttempts, client: RequestClient) -> None:
         attempts.begin()
         client.send(self.encoded, self)
         early = attempts.sent()
@@ -334,137 +319,6 @@ class PendingCall(Future[Any]):
         context.context.sends.set(attempts.again, context.now() + delay)
         if self.end_lock.locked():
             attempts.discard_alarms()
-
-
-class _Attempts:
-    """The attempts of one call whose client sends requests again."""
-
-    __slots__ = (
-        '_context',
-        '_counted',
-        '_early',
-        '_is_out',
-        '_is_sending',
-        '_lock',
-        'again',
-        'patience',
-        'retries',
-    )
-
-    def __init__(self, retries: Retries, call: PendingCall, context: CallContext) -> None:
-        self.retries = retries
-        self._context = context
-        self._counted = retries.count()
-        self._lock = Lock()
-        self._is_out = False
-        """True while an attempt waits for its answer."""
-        self._is_sending = False
-        self._early: Exception | None = None
-        """How an attempt has failed while it was being sent."""
-        self.patience = TimerEntry(call.out_of_patience)
-        self.again = TimerEntry(call.resume)
-
-    def begin(self) -> None:
-        """The request goes out, again or for the first time."""
-        context, timeout = self._context, self.retries.policy.timeout
-        now = context.now()
-        self._counted.begin(now)
-        context.attempts = self._counted.number
-        self._is_out = self._is_sending = True
-        if timeout is not None:
-            context.context.deadlines.set(self.patience, now + timeout_ns(timeout))
-
-    def sent(self) -> Exception | None:
-        """The request has its number: return how the attempt has failed meanwhile, if it has."""
-        with self._lock:
-            self._is_sending, early = False, self._early
-            self._early = None
-        return early
-
-    def is_early(self, error: Exception) -> bool:
-        """Keep the failure of an attempt that is being sent: it cannot be taken back without its number."""
-        with self._lock:
-            if self._is_sending:
-                self._early = error
-            return self._is_sending
-
-    def take_back(self) -> bool:
-        """True for the one who ends the attempt that is out."""
-        with self._lock:
-            was_out, self._is_out = self._is_out, False
-        return was_out
-
-    def failed(self, error: CallError, *, is_last: bool = False) -> int | None:
-        """Return the ns until the next attempt; None where there is none, as where the call's time is up."""
-        now = self._context.now()
-        delay = self._counted.failed(error, now, now if is_last else self._context.deadline)
-        self._tell(error, now, delay)
-        return delay
-
-    def answered(self) -> None:
-        """The attempt was answered."""
-        self._counted.answered()
-        self._tell(None, self._context.now(), None)
-
-    def discard_alarms(self) -> None:
-        """The call is over: send nothing again, and end no attempt."""
-        deadlines, sends = self._context.context.deadlines, self._context.context.sends
-        for thread, alarm in ((deadlines, self.patience), (sends, self.again)):
-            thread.discard(alarm)
-            alarm.call = _nothing
-
-    def _tell(self, error: CallError | None, now: int, delay: int | None) -> None:
-        from goalwire.rules.retries import CallAttempt
-
-        context, counted = self._context, self._counted
-        began = (counted.began - context.begun) / 1e9
-        lasted = (now - counted.began) / 1e9
-        retry_in = None if delay is None else delay / 1e9
-        self.retries.tell(
-            CallAttempt(context.name, context.peers, counted.number, began, lasted, error, retry_in)
-        )
-
-
-class Retries:
-    """What the calls of one client share: the policy, its budget, the hook."""
-
-    def __init__(self, policy: Retry, node: NodeCore) -> None:
-        """Raises TypeError for what is no policy."""
-        from goalwire.rules.retries import Retry, RetryBudget
-
-        if not isinstance(policy, Retry):
-            raise TypeError(f'retry is a goalwire.Retry(…) or None, not {policy!r}')
-        self.policy = policy
-        self._node = node
-        self._budget = RetryBudget(policy)
-        hook = policy.on_attempt
-        self._records: EventQueue[CallAttempt] | None = None
-        if hook is not None:
-            self._records = EventQueue(
-                node.work_queue, None, lambda record: self._call(hook, record), depth=RECORDS_LIMIT
-            )
-
-    def count(self) -> Attempts:
-        """Begin to count the attempts of one call."""
-        from goalwire.rules.retries import Attempts
-
-        return Attempts(self.policy, self._budget, random)
-
-    def tell(self, record: CallAttempt) -> None:
-        """Let the hook hear of it. Any thread."""
-        if self._records is not None:
-            self._records.deliver(record)
-
-    def _call(self, hook: Callable[[CallAttempt], object], record: CallAttempt) -> None:
-        try:
-            hook(record)
-        except Exception as error:
-            get_logger(self._node.logger_name).error(f"Service '{record.name}': on_attempt failed: {error!r}")
-
-    def close(self) -> None:
-        """Tell no more."""
-        if self._records is not None:
-            self._records.close()
 
 
 class RequestClient:

@@ -1,0 +1,164 @@
+"""Sends requests again: what goalwire.rules.retries decides, performed for the calls of one client."""
+
+from __future__ import annotations
+
+from random import random
+from threading import Lock
+from typing import TYPE_CHECKING
+
+from goalwire.errors import CallError
+from goalwire.execution.event_queue import EventQueue
+from goalwire.execution.monotonic import timeout_ns
+from goalwire.execution.timer_heap import TimerEntry
+from goalwire.logging import get_logger
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from goalwire.entities.call_context import CallContext
+    from goalwire.entities.node import NodeCore
+    from goalwire.rules.retries import Attempts, CallAttempt, Retry
+
+RECORDS_LIMIT = 1000
+"""Records of attempts that may wait for the hook of a Retry; the oldest is dropped."""
+
+
+def do_nothing() -> None:
+    """What an alarm rings for whose call has ended."""
+
+
+class Retries:
+    """What the calls of one client share: the policy, its budget, the hook."""
+
+    def __init__(self, policy: Retry, node: NodeCore) -> None:
+        """Raises TypeError for what is no policy."""
+        from goalwire.rules.retries import Retry, RetryBudget
+
+        if not isinstance(policy, Retry):
+            raise TypeError(f'retry is a goalwire.Retry(…) or None, not {policy!r}')
+        self.policy = policy
+        self._node = node
+        self._budget = RetryBudget(policy)
+        hook = policy.on_attempt
+        self._records: EventQueue[CallAttempt] | None = None
+        if hook is not None:
+            self._records = EventQueue(
+                node.work_queue, None, lambda record: self._call(hook, record), depth=RECORDS_LIMIT
+            )
+
+    def count(self) -> Attempts:
+        """Begin to count the attempts of one call."""
+        from goalwire.rules.retries import Attempts
+
+        return Attempts(self.policy, self._budget, random)
+
+    def tell(self, record: CallAttempt) -> None:
+        """Let the hook hear of it. Any thread."""
+        if self._records is not None:
+            self._records.deliver(record)
+
+    def _call(self, hook: Callable[[CallAttempt], object], record: CallAttempt) -> None:
+        try:
+            hook(record)
+        except Exception as error:
+            get_logger(self._node.logger_name).error(f"Service '{record.name}': on_attempt failed: {error!r}")
+
+    def close(self) -> None:
+        """Tell no more."""
+        if self._records is not None:
+            self._records.close()
+
+
+class CallAttempts:
+    """The attempts of one call whose client sends requests again."""
+
+    __slots__ = (
+        '_context',
+        '_counted',
+        '_early',
+        '_is_out',
+        '_is_sending',
+        '_lock',
+        'again',
+        'patience',
+        'retries',
+    )
+
+    def __init__(
+        self,
+        retries: Retries,
+        context: CallContext,
+        out_of_patience: Callable[[], None],
+        send_again: Callable[[], None],
+    ) -> None:
+        self.retries = retries
+        self._context = context
+        self._counted = retries.count()
+        self._lock = Lock()
+        self._is_out = False
+        """True while an attempt waits for its answer."""
+        self._is_sending = False
+        self._early: Exception | None = None
+        """How an attempt has failed while it was being sent."""
+        self.patience = TimerEntry(out_of_patience)
+        self.again = TimerEntry(send_again)
+
+    def begin(self) -> None:
+        """The request goes out, again or for the first time."""
+        context, timeout = self._context, self.retries.policy.timeout
+        now = context.now()
+        self._counted.begin(now)
+        context.attempts = self._counted.number
+        self._is_out = self._is_sending = True
+        if timeout is not None:
+            context.context.deadlines.set(self.patience, now + timeout_ns(timeout))
+
+    def sent(self) -> Exception | None:
+        """The request has its number: return how the attempt has failed meanwhile, if it has."""
+        with self._lock:
+            self._is_sending, early = False, self._early
+            self._early = None
+        return early
+
+    def is_early(self, error: Exception) -> bool:
+        """Keep the failure of an attempt that is being sent: it cannot be taken back without its number."""
+        with self._lock:
+            if self._is_sending:
+                self._early = error
+            return self._is_sending
+
+    def take_back(self) -> bool:
+        """True for the one who ends the attempt that is out."""
+        with self._lock:
+            was_out, self._is_out = self._is_out, False
+        return was_out
+
+    def failed(self, error: CallError, *, is_last: bool = False) -> int | None:
+        """Return the ns until the next attempt; None where there is none, as where the call's time is up."""
+        now = self._context.now()
+        delay = self._counted.failed(error, now, now if is_last else self._context.deadline)
+        self._tell(error, now, delay)
+        return delay
+
+    def answered(self) -> None:
+        """The attempt was answered."""
+        self._counted.answered()
+        self._tell(None, self._context.now(), None)
+
+    def discard_alarms(self) -> None:
+        """The call is over: send nothing again, and end no attempt."""
+        deadlines, sends = self._context.context.deadlines, self._context.context.sends
+        for thread, alarm in ((deadlines, self.patience), (sends, self.again)):
+            thread.discard(alarm)
+            alarm.call = do_nothing
+
+    def _tell(self, error: CallError | None, now: int, delay: int | None) -> None:
+        from goalwire.rules.retries import CallAttempt
+
+        context, counted = self._context, self._counted
+        began = (counted.began - context.begun) / 1e9
+        lasted = (now - counted.began) / 1e9
+        retry_in = None if delay is None else delay / 1e9
+        self.retries.tell(
+            CallAttempt(context.name, context.peers, counted.number, began, lasted, error, retry_in)
+        )
