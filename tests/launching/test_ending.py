@@ -148,6 +148,37 @@ def test_ctrl_c_in_a_terminal(world: dict[str, str], launch: Launch) -> None:
     assert not any(process.runs for process in twins)
 
 
+@pytest.mark.parametrize('closed', ['>&-', '2>&-', '>&- 2>&-'])
+def test_closed_streams_stop_nothing(closed: str, world: dict[str, str], launch: Launch) -> None:
+    with launch('fleet.launch.py', 'count:=0') as other:
+        other.ended()
+        command = f'exec {executable()} launch demo_robot twins.launch.xml {closed}'
+        launched = subprocess.Popen(['sh', '-c', command], env=world)
+        twins = [Process(**process) for process in _told(other, 2)]
+        launched.send_signal(signal.SIGINT)
+        assert launched.wait(PATIENCE) == 0
+        assert not any(process.runs for process in twins)
+
+
+def test_a_full_disk_stops_nothing(world: dict[str, str], launch: Launch) -> None:
+    with launch('fleet.launch.py', 'count:=0') as other, Path('/dev/full').open('w') as full:
+        other.ended()
+        launched = subprocess.Popen(
+            [executable(), 'launch', 'demo_robot', 'twins.launch.xml'],
+            env=world,
+            stdout=full,
+            stderr=subprocess.PIPE,
+        )
+        twins = [Process(**process) for process in _told(other, 2)]
+        assert all(process.runs for process in twins)
+        launched.send_signal(signal.SIGINT)
+        assert launched.wait(PATIENCE) == 0
+        assert launched.stderr is not None
+        assert b'Traceback' not in launched.stderr.read()
+        launched.stderr.close()
+        assert not any(process.runs for process in twins)
+
+
 def test_log_files_hold_what_the_screen_does_not_show(
     launch: Launch, ros2: CommandLine, world: dict[str, str]
 ) -> None:

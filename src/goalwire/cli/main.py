@@ -20,6 +20,7 @@ FULL_TRACEBACKS = 'GOALWIRE_FULL_TRACEBACKS'
 
 def main() -> int:
     """Run the program's command line; the exit code of the process."""
+    _open_closed_streams()
     program = os.path.splitext(os.path.basename(sys.argv[0]))[0]
     if program not in {'ros2', 'goalwire'}:
         program = 'goalwire'  # python -m goalwire.cli
@@ -28,6 +29,13 @@ def main() -> int:
 
         hand_over(sys.argv)
     return run_command(program, sys.argv[1:])
+
+
+def _open_closed_streams() -> None:
+    """Give a command that is started without standard output or error, as by `>&-`, a place to write to."""
+    for name in ('stdout', 'stderr'):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, 'w', encoding='utf-8'))  # noqa: SIM115 - for the whole process
 
 
 def run_command(program: str, arguments: Sequence[str]) -> int:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import datetime as dt
+import errno
 import logging
 import os
 import socket
@@ -23,6 +24,8 @@ _SCREEN = '[{levelname}] [{name}]: {message}'
 _SCREEN_WITH_TIME = '{created:.7f} [{levelname}] [{name}]: {message}'
 _FILE = '{created:.7f} [{levelname}] [{name}]: {message}'
 _LINE_ON_SCREEN, _LINE_IN_FILE = '{message}', '{created:.7f} {message}'
+_GONE = frozenset({errno.EPIPE, errno.EIO, errno.EBADF, errno.ENXIO})
+"""What writing to standard output ends with when its reader, or the terminal, has gone."""
 OUTPUTS: dict[str, dict[str, set[str]]] = {
     'screen': {'both': {'screen'}},
     'log': {'both': {'log'}, 'stderr': {'screen'}},
@@ -55,14 +58,16 @@ class _Screen(_Formatted):
         self._closed = False
 
     def emit(self, record: logging.LogRecord) -> None:
-        if self._closed:
+        if self._closed or sys.stdout is None:
             return
         text = self.format(record) + '\n'
         try:
             encoding = getattr(sys.stdout, 'encoding', None) or 'utf-8'
             sys.stdout.write(text.encode(encoding, 'replace').decode(encoding))
             sys.stdout.flush()
-        except (OSError, ValueError):  # the reader has gone, or the terminal
+        except (OSError, ValueError) as error:
+            if isinstance(error, OSError) and error.errno not in _GONE:
+                return  # a full disk, or a pipe that is full for the moment, stops no robot
             self._closed = True
             with contextlib.suppress(OSError, ValueError):
                 os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # so that nothing complains at exit
