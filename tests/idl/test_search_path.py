@@ -27,9 +27,9 @@ def empty_surroundings(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Itera
     monkeypatch.chdir(here)
     monkeypatch.delenv(search_path.INTERFACE_PATH, raising=False)
     monkeypatch.delenv(search_path.PREFIX_PATH, raising=False)
-    search_path.forget()
+    search_path.discard()
     yield
-    search_path.forget()
+    search_path.discard()
 
 
 def found_in(package: str) -> Path:

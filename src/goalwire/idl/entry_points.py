@@ -64,7 +64,8 @@ def folder_of(value: str, *, regular: bool = False) -> str | None:
     return os.path.abspath(path[0]) if path else None
 
 
-def forget() -> None:
+def discard() -> None:
+    """Read them anew from now on."""
     _cache.clear()
 
 

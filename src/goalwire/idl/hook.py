@@ -63,7 +63,7 @@ class InterfaceFinder:
     def invalidate_caches(self) -> None:
         """Part of importlib.invalidate_caches(): search for packages afresh."""
         if search_path := sys.modules.get('goalwire.idl.search_path'):
-            search_path.forget()
+            search_path.discard()
 
     def _module_spec(self, fullname: str, target: 'ModuleType | None') -> 'ModuleSpec | None':
         """A regular module or package (the overlay's where there is no other), else a namespace folder."""

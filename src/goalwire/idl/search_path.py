@@ -2,7 +2,7 @@
 
 1. GOALWIRE_INTERFACE_PATH   folders, separated as in PATH: each a package, or a folder of packages
 2. AMENT_PREFIX_PATH         <prefix>/share/<package>/
-3. entry points              group goalwire.interfaces, see registered.py
+3. entry points              group goalwire.interfaces, see entry_points.py
 4. the Python package        msg/, srv/, action/ in the Python package of that name, or beside it
 5. the working directory     package.xml at most four levels down, see workspace.py
 6. the program's folder      the same, below the folder of the script that runs
@@ -136,11 +136,11 @@ def _name_for(folder: str, package: str) -> str:
     return name if workspace.is_package_name(name) else package
 
 
-def forget() -> None:
-    """Search afresh from now on (importlib.invalidate_caches() does this)."""
+def discard() -> None:
+    """Discard what was found: search afresh from now on (importlib.invalidate_caches() does this)."""
     _found.clear()
     _workspaces.clear()
-    entry_points.forget()
+    entry_points.discard()
 
 
 def _search(package: str) -> InterfacePackage | None:

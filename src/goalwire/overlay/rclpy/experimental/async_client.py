@@ -6,7 +6,7 @@ from typing import cast
 
 from goalwire.entities.client import AwaitedCalls
 from rclpy.client import BaseClient, RequestT, ResponseT
-from rclpy.impl.adopted import Adopted
+from rclpy.impl.endpoint import Adopted
 
 
 class AsyncClient(Adopted, BaseClient[RequestT, ResponseT]):

@@ -290,14 +290,14 @@ class AsyncNode(BaseNode):
         """List an entity among the node's own, and return what is to be done when it is destroyed."""
         owned.append(entity)
 
-        def forget() -> None:
+        def discard() -> None:
             self.handle.disown(entity)
             with suppress(ValueError):
                 owned.remove(entity)
             if work is not None:
                 self._ros_runs.cancel(work)
 
-        return forget
+        return discard
 
     def _ros_make_clock(self) -> AsyncClock:
         shutdown_signal = self.context.shutdown_signal

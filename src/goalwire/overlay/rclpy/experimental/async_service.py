@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from goalwire.transport.contract import Request
-from rclpy.impl.adopted import Adopted
+from rclpy.impl.endpoint import Adopted
 from rclpy.service import RequestT, ResponseT, Service
 
 

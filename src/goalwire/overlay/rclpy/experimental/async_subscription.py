@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from goalwire.entities.subscription import MsgT
-from rclpy.impl.adopted import Adopted
+from rclpy.impl.endpoint import Adopted
 from rclpy.subscription import Subscription
 
 

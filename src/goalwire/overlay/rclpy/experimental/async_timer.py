@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rclpy.impl.adopted import Adopted
+from rclpy.impl.endpoint import Adopted
 from rclpy.timer import Timer
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
@@ -102,3 +102,18 @@ class ServiceEndpoint(Endpoint):
         Raises TypeError for what is no state, InvalidHandle once destroyed.
         """
         self.introspect(clock, service_event_qos_profile.to_core(), introspection_state)
+
+
+class Adopted:
+    """An entity of an AsyncNode, to be mixed in first.
+
+    The node learns of its destruction, and cancels its callbacks.
+    """
+
+    on_destroy: Callable[[], object] | None = None
+
+    def destroy(self) -> None:
+        """End it, and cancel the callbacks that run, save one that calls this. Idempotent."""
+        super().destroy()  # type: ignore[misc]  # the entity's
+        if self.on_destroy is not None:
+            self.on_destroy()
