@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from helpers.markdown import DOCS, blocks
+import ast
+import re
+from pathlib import Path
+
+from helpers.markdown import DOCS, ROOT, blocks
 
 from goalwire.rules.goals.table import TABLE, GoalStatus
 from goalwire.rules.qos import QoS
@@ -31,3 +35,22 @@ def test_the_key_and_the_token_of_the_page_are_those_of_the_code() -> None:
     endpoint = Endpoint(EndpointKind.PUBLISHER, '/chatter', type_name, 'RIHS01_…', QoS(depth=10))
     token = encode_endpoint(0, '<session>', 0, 2, NodeName('talker'), endpoint)
     assert shown_token == token
+
+
+def test_the_walks_lead_past_what_there_is() -> None:
+    text = (EXPLANATION / 'architecture.md').read_text(encoding='utf-8')
+    walks = text[text.index('## Five walks') : text.index('## Decisions')]
+    assert walks.count('\n### ') == 5
+    steps = re.findall(r'`([\w/]+\.py)`,\s+`([\w.]+)`', walks)
+    assert len(steps) > 25
+    assert len(steps) == len(re.findall(r'`[\w/]+\.py`', walks))
+    for file, name in steps:
+        assert name in _defined(ROOT / 'src' / 'goalwire' / file), f'{file} has no {name}'
+
+
+def _defined(file: Path) -> set[str]:
+    """The functions and classes of a file, and the methods of its classes."""
+    kinds = ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef
+    top = [node for node in ast.parse(file.read_text(encoding='utf-8')).body if isinstance(node, kinds)]
+    inner = {f'{node.name}.{part.name}' for node in top for part in node.body if isinstance(part, kinds)}
+    return {node.name for node in top} | inner
