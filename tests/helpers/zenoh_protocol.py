@@ -77,7 +77,7 @@ class Session(SessionProtocol):
             when_told=self.to_meet.append,
             when_changed=self._note_change,
             when_sooner=self._note_sooner,
-            drop_link=lambda link, _why, reason: link.close(reason),
+            close_link=lambda link, _why, reason: link.close(reason),
         )
 
     def _note_change(self) -> None:

@@ -227,7 +227,7 @@ class FaultyClient(FaultyPort, ClientPort):
 
 
 _KEPT = 10_000
-"""How many requests without an answer are remembered; the oldest is then given up."""
+"""How many requests without an answer are remembered; the oldest is then cancelled."""
 
 
 class FaultyService(ReceivingPort):

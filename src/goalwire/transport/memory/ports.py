@@ -116,7 +116,7 @@ class MemoryPublisher(OpenPort, PublisherPort):
 
 
 def _to_nobody(_: object) -> None:
-    """Stand in for the functions of a caller that has given up."""
+    """Stand in for the functions of a caller that has cancelled its request."""
 
 
 class MemoryCall:

@@ -69,16 +69,16 @@ class Turn:
             self._changed.wait_for(lambda: not self.is_busy)
 
     def finish(self, owner: object, timeout: float) -> list[int]:
-        """Wait until an owner's messages have gone; return the sizes of those that are given up by then."""
+        """Wait until an owner's messages have gone; return the sizes of those that are cancelled then."""
         if not self.is_busy:
             return []
         end = monotonic() + timeout
         with self.lock:
             self._changed.wait_for(lambda: not self._has(owner), max(end - monotonic(), 0))
-            given_up = [each for each in self._waiting if each.owner is owner]
-            for each in given_up:
+            cancelled = [each for each in self._waiting if each.owner is owner]
+            for each in cancelled:
                 self._waiting.remove(each)
-            return [each.size for each in given_up]
+            return [each.size for each in cancelled]
 
     def _has(self, owner: object) -> bool:
         sending = self._sending
@@ -102,7 +102,7 @@ class Turn:
 
 
 class Turns:
-    """The turns of a session, by key; each is forgotten with the last publisher that holds it."""
+    """The turns of a session, by key; each goes with the last publisher that holds it."""
 
     def __init__(self) -> None:
         self._lock = Lock()

@@ -28,7 +28,7 @@ UNNUMBERED = 'uhlc'
 """The entity chunk of publishers whose messages have no number of the wire."""
 
 KEPT_STREAMS = 1000
-"""How many publishers are remembered; beyond, those that have gone are forgotten, the oldest first."""
+"""How many publishers are remembered; beyond, those that have gone are discarded, the oldest first."""
 
 _NUMBER_SIZE = 4
 Read = Callable[[Message], Sample | None]
@@ -107,7 +107,7 @@ class HistorySubscriber:
         stream = self._streams.get(address)
         if stream is None:
             if len(self._streams) >= KEPT_STREAMS:
-                self._forget_one()
+                self._discard_one()
             numbered = not address.endswith(f'/{UNNUMBERED}')
             stream = StreamState(
                 self._dispatcher.post, self._depth, numbered=numbered, recovers=self._recovers
@@ -115,7 +115,7 @@ class HistorySubscriber:
             self._streams[address] = stream
         return stream
 
-    def _forget_one(self) -> None:
+    def _discard_one(self) -> None:
         for address, stream in self._streams.items():
             if not (stream.is_alive or stream.is_asking):
                 del self._streams[address]

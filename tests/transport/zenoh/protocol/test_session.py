@@ -343,8 +343,8 @@ def test_a_query_that_is_forgotten_calls_nobody() -> None:
     cable.carry()
     asked = Asked(Querier(one, 'q', target=Target.ALL))
     cable.carry()
-    one.forget(asked.number)
-    one.forget(asked.number)
+    one.cancel(asked.number)
+    one.cancel(asked.number)
     for query in held:
         query.answer('q', b'late')
     cable.carry()

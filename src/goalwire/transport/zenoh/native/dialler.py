@@ -131,7 +131,7 @@ class Dial:
         return True
 
     def _took_too_long(self) -> None:
-        self._give_up_socket()
+        self._close_socket()
         self.error = f'no answer within {CONNECT_S:g} s'
         self._next()
 
@@ -142,23 +142,23 @@ class Dial:
         code = sock.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR)
         if code or _is_own_end(sock):
             self.error = os.strerror(code or errno.ECONNREFUSED)
-            self._give_up_socket()
+            self._close_socket()
             self._next()
             return
-        self._let_go(sock)
+        self._discard_socket(sock)
         self.is_connected = True
         self._when_connected(self, sock)
 
-    def _let_go(self, sock: socket.socket) -> None:
+    def _discard_socket(self, sock: socket.socket) -> None:
         self._socket = None
         if self._timer is not None:
             self._timer.cancel()
         self._poller.unregister(sock.fileno())
 
-    def _give_up_socket(self) -> None:
+    def _close_socket(self) -> None:
         sock = self._socket
         if sock is not None:
-            self._let_go(sock)
+            self._discard_socket(sock)
             sock.close()
 
     def _pause_after_round(self) -> None:
@@ -193,7 +193,7 @@ class Dial:
     def close(self) -> None:
         """Try no more."""
         self.is_over = True
-        self._give_up_socket()
+        self._close_socket()
         if self._timer is not None:
             self._timer.cancel()
 

@@ -126,7 +126,7 @@ class _Protocol(SessionProtocol):
             when_told=session.meet,
             when_changed=session.wake_all,
             when_sooner=session.expire_sooner,
-            drop_link=session.drop_link,
+            close_link=session.close_link,
         )
 
     def link_is_up(self, link: Link) -> None:
@@ -310,7 +310,7 @@ class NativeSession:
         for watch in list(self._watches):
             watch.on_link(link, self._address_of(link))
 
-    def drop_link(self, link: Link, why: str, reason: int) -> None:
+    def close_link(self, link: Link, why: str, reason: int) -> None:
         """Close a link soon."""
         self._poller.call(lambda: self._links[link].end(why, reason) if link in self._links else None)
 
@@ -440,13 +440,13 @@ class NativeSession:
             while link.is_open and link.queue.size > QUEUE_LIMIT:
                 left = deadline - monotonic()
                 if left <= 0:
-                    self._poller.call(partial(self._give_up, socket_link))
+                    self._poller.call(partial(self._close_full, socket_link))
                     return
                 self.wire_poller.wait(sleeper, int(left * 1e9))
         finally:
             socket_link.waiting.discard(sleeper)
 
-    def _give_up(self, socket_link: SocketLink) -> None:
+    def _close_full(self, socket_link: SocketLink) -> None:
         socket_link.end(f'nothing was taken for {ROOM_S:g} s', UNRESPONSIVE, is_fault=True)
 
     # ---- the end

@@ -126,7 +126,7 @@ class _Querier(wire.Querier):
     def __init__(self, protocol: SessionProtocol, key: str) -> None:
         self._querier = Querier(protocol, key, target=Target.ALL_COMPLETE)
         self._ask = self._querier.ask
-        self._forget = protocol.forget
+        self._cancel = protocol.cancel
         self._is_open = True
 
     def ask(
@@ -146,7 +146,7 @@ class _Querier(wire.Querier):
     def cancel(self, asked: object) -> None:
         """Forget a query."""
         assert isinstance(asked, int)
-        self._forget(asked)
+        self._cancel(asked)
 
     def undeclare(self) -> None:
         """Ask no more."""

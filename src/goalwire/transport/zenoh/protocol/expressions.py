@@ -36,7 +36,7 @@ class Expressions:
             self._numbers[key] = number
             self.keys[number] = key
 
-    def release(self, key: str, links: tuple[Link, ...]) -> None:
+    def discard(self, key: str, links: tuple[Link, ...]) -> None:
         """Undo a `use`; with the last one the number is taken back on all links that know it."""
         uses = self._uses.pop(key) - 1
         if uses:

@@ -136,7 +136,7 @@ class Publication:
         with session.lock:
             if self._is_open:
                 self._is_open = False
-                session.expressions.release(self._key, session.links)
+                session.expressions.discard(self._key, session.links)
 
 
 def _name(session: SessionProtocol, link: Link, key: str) -> WireKey:
@@ -193,7 +193,7 @@ class Querier:
         on_end: Callable[[], None],
         timeout_s: float,
     ) -> int:
-        """Send a query; return its number for `SessionProtocol.forget`. Both may be called before."""
+        """Send a query; return its number for `SessionProtocol.cancel`. Both may be called before."""
         session = self._session
         if self._version != session.version:
             self._aim()
@@ -305,4 +305,4 @@ class Querier:
         with session.lock:
             if self._is_open:
                 self._is_open = False
-                session.expressions.release(self._key, session.links)
+                session.expressions.discard(self._key, session.links)

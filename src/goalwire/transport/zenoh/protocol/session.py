@@ -100,10 +100,10 @@ class SessionProtocol:
         when_told: Callable[[Node], None] = lambda _: None,
         when_changed: Callable[[], None] = lambda: None,
         when_sooner: Callable[[], None] = lambda: None,
-        drop_link: Callable[[Link, str, int], None] = lambda *_: None,
+        close_link: Callable[[Link, str, int], None] = lambda *_: None,
     ) -> None:
         """`clock` tells s for timeouts. `when_told` gets nodes to connect to, `when_changed` is called when a
-        link has come, gone or told all, `when_sooner` when `next_timeout` is nearer than it was, `drop_link`
+        link has come, gone or told all, `when_sooner` when `next_timeout` is nearer than it was, `close_link`
         with a link that a better one replaces, and that is to be closed soon. None of them may block."""
         self.identity = identity
         self.zid = identity.zid
@@ -131,7 +131,7 @@ class SessionProtocol:
         self._when_told = when_told
         self._when_changed = when_changed
         self._when_sooner = when_sooner
-        self._drop_link = drop_link
+        self._close_link = close_link
         self._tokens: dict[int, str] = {}
         self._answerers: dict[tuple[Link, int, bytes, int], Answerers] = {}
         self._last_time = 0
@@ -222,11 +222,11 @@ class SessionProtocol:
                 self.liveliness.vanished(token)
             elif found := self.subscribers.pop(number):
                 self._take_back(Kind.SUBSCRIBER, number)
-                self.expressions.release(found[0], self.links)
+                self.expressions.discard(found[0], self.links)
                 self._forget_routes()
             elif taken := self.queryables.pop(number):
                 self._take_back(Kind.QUERYABLE, number)
-                self.expressions.release(taken[0], self.links)
+                self.expressions.discard(taken[0], self.links)
                 self._forget_routes()
             else:
                 self.liveliness.unwatch(number)
@@ -318,7 +318,7 @@ class SessionProtocol:
                 if connector <= before:
                     raise ZenohProtocolError('there is a link to this session already', MAX_LINKS)
                 self.links = tuple(each for each in self.links if each is not other)
-                self._drop_link(other, 'another link to this session replaces it', MAX_LINKS)
+                self._close_link(other, 'another link to this session replaces it', MAX_LINKS)
 
     def _tell_all(self, link: Link, out: list[bytes]) -> None:
         for number, key, _ in self.subscribers.all():
@@ -481,8 +481,8 @@ class SessionProtocol:
             self._when_sooner()
         return request
 
-    def forget(self, request: int) -> None:
-        """Let go of a query: neither of its functions is called any more. An ended one is no error."""
+    def cancel(self, request: int) -> None:
+        """Cancel a query: neither of its functions is called any more. An ended one is no error."""
         query = self.pending.pop(request, None)
         if query is not None:
             query.left.clear()
