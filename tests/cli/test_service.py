@@ -111,6 +111,14 @@ def test_what_is_wrong_is_said_in_one_line_with_a_code_of_its_own(ros2: CommandL
     assert 'a: ' in ros2.fails('service', 'call', '/lab/add', f'a={2**70}', code=4)
 
 
+def test_another_type_than_the_servers_is_told_at_once(ros2: CommandLine) -> None:
+    told = ros2.fails('service', 'call', '/lab/add', 'std_srvs/srv/Trigger', '--timeout', '20', code=4)
+    assert told == (
+        "ros2: '/lab/add' has the type example_interfaces/srv/AddTwoInts, not std_srvs/srv/Trigger; "
+        'leave the type out'
+    )
+
+
 def test_a_call_that_takes_too_long_ends_with_its_code(ros2: CommandLine) -> None:
     assert "service '/lab/slow'" in ros2.fails('service', 'call', '/lab/slow', '--timeout', '0.3', code=5)
 

@@ -109,6 +109,8 @@ def test_pub_waits_publishes_and_leaves(ros2: CommandLine, workshop: Program) ->
     nobody = ['/nobody', 'std_msgs/String', 'data=x']
     told = ros2.fails('topic', 'pub', '-1', '--max-wait-time-secs', '0.3', *nobody, code=5)
     assert 'Expected 1 subscribers but only got 0 subscribers' in told
+    told = ros2.fails('topic', 'pub', '-1', 'lab/orders', 'std_msgs/msg/Header', 'stamp: now', code=4)
+    assert "'/lab/orders' has the type std_msgs/msg/String, not std_msgs/msg/Header" in told
     assert "there is no topic '/nobody'" in ros2.fails('topic', 'pub', '/nobody', 'data=x', code=3)
 
 

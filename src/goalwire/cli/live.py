@@ -12,12 +12,15 @@ from time import monotonic
 from typing import TypeAlias
 
 import goalwire
-from goalwire.cli.outcome import Outcome
+from goalwire.cli.outcome import CommandError, Outcome
+from goalwire.logging import get_logger
+from goalwire.transport.contract import EndpointKind
 
 NODE_NAME_PREFIX = '_ros2cli'
 """Nodes of the tools are hidden ones, as ROS 2's are."""
 _AT_ONCE = 3
 """So many Ctrl-C end the process as it stands."""
+_WARN, _ERROR = 30, 40
 _SAME_S = 0.2
 """What comes within this time counts as one: a shell's `timeout` and supervisors signal child and group."""
 
@@ -66,3 +69,24 @@ def _watch_signals(signals: list[int]) -> None:
         loop = asyncio.get_running_loop()
         for number in (signal.SIGINT, signal.SIGTERM):
             loop.add_signal_handler(number, on_signal, number)
+
+
+def types_there(node: goalwire.Node, kind: EndpointKind, name: str) -> list[str]:
+    """Return the types of the endpoints of a name, as far as the node knows by now."""
+    return sorted({entity.type_name for entity in node.context.graph.entities(kind, name)})
+
+
+def tell_types_ourselves() -> None:
+    """Keep the library from warning of types that do not match: the command says it, in its one line."""
+    get_logger('goalwire').set_level(_ERROR)
+    get_logger('goalwire.transport').set_level(_WARN)
+
+
+def refuse_other_type(name: str, type_name: str, types: list[str]) -> None:
+    """Raise CommandError where a name is there, with other types only."""
+    if types and type_name not in types:
+        raise CommandError(
+            Outcome.BAD_VALUE,
+            f"'{name}' has the type {', '.join(types)}, not {type_name}",
+            'leave the type out',
+        )

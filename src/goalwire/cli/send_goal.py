@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import goalwire
 from goalwire.cli import lookup, progress, values
-from goalwire.cli.live import live
+from goalwire.cli.live import live, refuse_other_type, tell_types_ourselves, types_there
 from goalwire.cli.messages import as_dict
 from goalwire.cli.outcome import CommandError, Outcome
 from goalwire.cli.output import tell
-from goalwire.cli.service_call import PATIENCE_S, positive
+from goalwire.cli.service_call import LOOK_S, PATIENCE_S, positive
+from goalwire.graph.names import SEND_GOAL, shown
+from goalwire.transport.contract import EndpointKind
 
 if TYPE_CHECKING:
     from goalwire.cli.output import Output
@@ -55,6 +57,7 @@ class _Goal:
         type_name, words = lookup.split_type(arguments.words, 'action')
         if type_name is None:
             self._name, type_name = type_in_graph(arguments)
+        self._type_name = type_name
         self._cls = lookup.interface(type_name)
         self._progress = progress.Progress(arguments.progress) if arguments.progress else None
         if arguments.goal_file:
@@ -65,9 +68,15 @@ class _Goal:
 
     async def perform(self, node: goalwire.Node) -> Outcome:
         """Send it and follow it to its end."""
+        tell_types_ourselves()
         client = node.action(self._cls, self._name)
         self._say('Waiting for an action server to become available...')
-        await client.wait_for_server(timeout=self._arguments.timeout or PATIENCE_S)
+        try:
+            await client.wait_for_server(timeout=LOOK_S)
+        except goalwire.NoServerError:
+            types = types_there(node, EndpointKind.SERVICE, self._name + SEND_GOAL)
+            refuse_other_type(self._name, self._type_name, [shown(each) for each in types])
+            await client.wait_for_server(timeout=self._arguments.timeout or PATIENCE_S)
         self._say(f'Sending goal:\n     {_yaml(self._goal)}')
         try:
             # Leaving the block is not to wait: what Ctrl-C asks for is done, and shown, by `_cancel`.

@@ -10,14 +10,17 @@ from typing import TYPE_CHECKING, Any
 
 import goalwire
 from goalwire.cli import lookup, values
-from goalwire.cli.live import live
+from goalwire.cli.live import live, refuse_other_type, tell_types_ourselves, types_there
 from goalwire.cli.messages import as_dict
 from goalwire.cli.outcome import Outcome
 from goalwire.cli.output import tell
+from goalwire.transport.contract import EndpointKind
 
 if TYPE_CHECKING:
     from goalwire.cli.output import Output
 
+LOOK_S = 0.3
+"""How long a server may take before it is said that it is waited for."""
 PATIENCE_S = 5.0
 """How long a service may take to appear where no `--timeout` says it."""
 _BAR = 40
@@ -94,11 +97,13 @@ class _Call:
 
     async def _client(self, node: goalwire.Node) -> goalwire.Client[Any, Any]:
         """Return a client whose server is there."""
+        tell_types_ourselves()
         retry = goalwire.Retry(attempts=self.arguments.retry) if self.arguments.retry > 1 else None
         client = node.client(self.cls, self.name, timeout=self.arguments.timeout, retry=retry)
         try:
-            await client.wait_for_server(timeout=0.2)
+            await client.wait_for_server(timeout=LOOK_S)
         except goalwire.NoServerError:
+            refuse_other_type(self.name, self.type_name, types_there(node, EndpointKind.SERVICE, self.name))
             tell('waiting for service to become available...')
             await client.wait_for_server(timeout=self.arguments.timeout or PATIENCE_S)
         return client

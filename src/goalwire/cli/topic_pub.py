@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Any
 import goalwire
 from goalwire.cli import lookup, values
 from goalwire.cli.discovery import add_graph_arguments
-from goalwire.cli.live import live
+from goalwire.cli.live import live, refuse_other_type, tell_types_ourselves, types_there
 from goalwire.cli.messages import as_dict, length
 from goalwire.cli.outcome import CommandError, Outcome
 from goalwire.cli.qos import add_qos_arguments, chosen_qos
-from goalwire.cli.service_call import positive
+from goalwire.cli.service_call import LOOK_S, positive
+from goalwire.transport.contract import EndpointKind
 
 if TYPE_CHECKING:
     from goalwire.cli.output import Output
@@ -80,6 +81,7 @@ class _Publication:
         if type_name is None:
             _, types, _ = one_topic(arguments)
             type_name = lookup.only_type(types, 'topic', self._name, arguments.prog)
+        self._type_name = type_name
         self._cls = lookup.interface(type_name)
         self._message: Any = self._cls()
         given = values.read_values(words, self._cls, stdin=arguments.stdin)
@@ -90,9 +92,11 @@ class _Publication:
 
     async def perform(self, node: goalwire.Node) -> None:
         arguments, output = self._arguments, self._output
+        if self._wanted:
+            tell_types_ourselves()
         publisher = node.publisher(self._cls, self._name, qos=chosen_qos(arguments, goalwire.QoS()))
         if self._wanted:
-            await self._wait(publisher)
+            await self._wait(publisher, node)
         if not output.json:
             output.block('publisher: beginning loop')
         number, start = 0, monotonic()
@@ -113,11 +117,20 @@ class _Publication:
         else:
             self._output.block(f'publishing #{number}: {self._message!r}\n')
 
-    async def _wait(self, publisher: goalwire.Publisher[Any]) -> None:
+    async def _wait_a_moment(self, publisher: goalwire.Publisher[Any], node: goalwire.Node) -> None:
+        """Give discovery its moment; raises CommandError where all that come take another type."""
+        try:
+            await publisher.wait_for_subscribers(self._wanted, timeout=LOOK_S)
+        except goalwire.DeadlineError:
+            there = types_there(node, EndpointKind.SUBSCRIPTION, self._name)
+            refuse_other_type(self._name, self._type_name, there)
+
+    async def _wait(self, publisher: goalwire.Publisher[Any], node: goalwire.Node) -> None:
         limit = self._arguments.max_wait_time_secs
         if publisher.subscribers() < self._wanted and not self._output.json:
             self._output.block(f'Waiting for at least {self._wanted} matching subscription(s)...')
         try:
+            await self._wait_a_moment(publisher, node)
             await publisher.wait_for_subscribers(self._wanted, timeout=limit)
         except goalwire.DeadlineError:
             raise CommandError(
