@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import time
 
+from helpers.patience import PATIENCE
+
 from goalwire.entities.actions.client import ActionClientCore
 from goalwire.entities.client import ClientCore
 from goalwire.entities.node import NodeCore
 from goalwire.transport.contract import ClientPort
 
-_PATIENCE_S = 2.0
 _TABLES = ('_calls', 'waiting')
 """What the wires' clients call theirs."""
 
@@ -19,7 +20,7 @@ def left_pending(node: NodeCore) -> dict[str, int]:
 
     A wire's own end of a call may follow its answer by some milliseconds, and nothing tells of that.
     """
-    deadline = time.monotonic() + _PATIENCE_S
+    deadline = time.monotonic() + PATIENCE
     while (found := pending(node)) and time.monotonic() < deadline:
         time.sleep(0.005)
     return found
