@@ -11,6 +11,7 @@ from goalwire.errors import LaunchError, SubstitutionFailure
 from goalwire.launching.events import RunningProcessEvent, TimerEvent
 from goalwire.launching.events import Shutdown as ShutdownEvent
 from goalwire.launching.exposure import expose_action
+from goalwire.launching.frontend import Entity, Parser
 from goalwire.launching.model import (
     Action,
     Event,
@@ -58,7 +59,7 @@ class DeclareLaunchArgument(Action):
         self.conditionally_included = False
 
     @classmethod
-    def parse(cls, entity: Any, parser: Any) -> tuple[type[Action], dict[str, Any]]:
+    def parse(cls, entity: Entity, parser: Parser) -> tuple[type[Action], dict[str, Any]]:
         _, arguments = super().parse(entity, parser)
         arguments['name'] = parser.escape_characters(entity.get_attr('name'))
         default = entity.get_attr('default', optional=True)
@@ -118,7 +119,7 @@ class SetLaunchConfiguration(Action):
         self.value = normalize_to_list_of_substitutions(value)
 
     @classmethod
-    def parse(cls, entity: Any, parser: Any) -> tuple[type[Action], dict[str, Any]]:
+    def parse(cls, entity: Entity, parser: Parser) -> tuple[type[Action], dict[str, Any]]:
         _, arguments = super().parse(entity, parser)
         arguments['name'] = parser.parse_substitution(entity.get_attr('name'))
         arguments['value'] = parser.parse_substitution(entity.get_attr('value'))
@@ -141,7 +142,7 @@ class UnsetLaunchConfiguration(Action):
         self.name = normalize_to_list_of_substitutions(name)
 
     @classmethod
-    def parse(cls, entity: Any, parser: Any) -> tuple[type[Action], dict[str, Any]]:
+    def parse(cls, entity: Entity, parser: Parser) -> tuple[type[Action], dict[str, Any]]:
         _, arguments = super().parse(entity, parser)
         arguments['name'] = parser.parse_substitution(entity.get_attr('name'))
         return cls, arguments
@@ -161,7 +162,7 @@ class ResetLaunchConfigurations(Action):
         self._kept = dict(launch_configurations or {})
 
     @classmethod
-    def parse(cls, entity: Any, parser: Any) -> tuple[type[Action], dict[str, Any]]:
+    def parse(cls, entity: Entity, parser: Parser) -> tuple[type[Action], dict[str, Any]]:
         _, arguments = super().parse(entity, parser)
         arguments['launch_configurations'] = _kept_configurations(entity, parser)
         return cls, arguments
@@ -173,7 +174,7 @@ class ResetLaunchConfigurations(Action):
         context.launch_configurations = kept
 
 
-def _kept_configurations(entity: Any, parser: Any) -> dict[Any, Any]:
+def _kept_configurations(entity: Entity, parser: Parser) -> dict[Any, Any]:
     kept = {}
     for item in entity.get_entities('keep'):
         name = tuple(parser.parse_substitution(item.get_attr('name')))
@@ -232,7 +233,7 @@ class SetEnvironmentVariable(Action):
         self.value = normalize_to_list_of_substitutions(value)
 
     @classmethod
-    def parse(cls, entity: Any, parser: Any) -> tuple[type[Action], dict[str, Any]]:
+    def parse(cls, entity: Entity, parser: Parser) -> tuple[type[Action], dict[str, Any]]:
         _, arguments = super().parse(entity, parser)
         arguments['name'] = parser.parse_substitution(entity.get_attr('name'))
         arguments['value'] = parser.parse_substitution(entity.get_attr('value'))
@@ -255,7 +256,7 @@ class UnsetEnvironmentVariable(Action):
         self.name = normalize_to_list_of_substitutions(name)
 
     @classmethod
-    def parse(cls, entity: Any, parser: Any) -> tuple[type[Action], dict[str, Any]]:
+    def parse(cls, entity: Entity, parser: Parser) -> tuple[type[Action], dict[str, Any]]:
         _, arguments = super().parse(entity, parser)
         arguments['name'] = parser.parse_substitution(entity.get_attr('name'))
         return cls, arguments
@@ -285,7 +286,7 @@ class AppendEnvironmentVariable(Action):
         self._separator = normalize_to_list_of_substitutions(separator)
 
     @classmethod
-    def parse(cls, entity: Any, parser: Any) -> tuple[type[Action], dict[str, Any]]:
+    def parse(cls, entity: Entity, parser: Parser) -> tuple[type[Action], dict[str, Any]]:
         _, arguments = super().parse(entity, parser)
         arguments['name'] = parser.parse_substitution(entity.get_attr('name'))
         arguments['value'] = parser.parse_substitution(entity.get_attr('value'))
@@ -328,7 +329,7 @@ class GroupAction(Action):
         self._configurations = dict(launch_configurations or {})
 
     @classmethod
-    def parse(cls, entity: Any, parser: Any) -> tuple[type[Action], dict[str, Any]]:
+    def parse(cls, entity: Entity, parser: Parser) -> tuple[type[Action], dict[str, Any]]:
         _, arguments = super().parse(entity, parser)
         for name in ('scoped', 'forwarding'):
             value = entity.get_attr(name, data_type=bool, optional=True, can_be_str=False)
@@ -395,7 +396,7 @@ class Log(LogInfo):
     """Prints a line of the launch's own with a level."""
 
     @classmethod
-    def parse(cls, entity: Any, parser: Any) -> tuple[type[Action], dict[str, Any]]:
+    def parse(cls, entity: Entity, parser: Parser) -> tuple[type[Action], dict[str, Any]]:
         _, arguments = super().parse(entity, parser)
         arguments['msg'] = parser.parse_substitution(entity.get_attr('message'))
         level = entity.get_attr('level', optional=True)
@@ -429,7 +430,7 @@ class Shutdown(EmitEvent):
         self._reason = normalize_to_list_of_substitutions(reason)
 
     @classmethod
-    def parse(cls, entity: Any, parser: Any) -> tuple[type[Action], dict[str, Any]]:
+    def parse(cls, entity: Entity, parser: Parser) -> tuple[type[Action], dict[str, Any]]:
         _, arguments = super().parse(entity, parser)
         reason = entity.get_attr('reason', optional=True)
         if reason is not None:
@@ -561,7 +562,7 @@ class TimerAction(Action):
         self._locals: dict[str, Any] = {}
 
     @classmethod
-    def parse(cls, entity: Any, parser: Any) -> tuple[type[Action], dict[str, Any]]:
+    def parse(cls, entity: Entity, parser: Parser) -> tuple[type[Action], dict[str, Any]]:
         _, arguments = super().parse(entity, parser)
         period = entity.get_attr('period', data_type=float)
         arguments['period'] = parser.parse_if_substitutions(period)

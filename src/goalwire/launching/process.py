@@ -26,6 +26,7 @@ from goalwire.launching.events import (
     SignalProcess,
 )
 from goalwire.launching.exposure import expose_action
+from goalwire.launching.frontend import Entity, Parser
 from goalwire.launching.model import (
     Action,
     Event,
@@ -463,7 +464,7 @@ class ExecuteProcess(ExecuteLocal):
 
     @classmethod
     def parse(
-        cls, entity: Any, parser: Any, ignore: Iterable[str] = ()
+        cls, entity: Entity, parser: Parser, ignore: Iterable[str] = ()
     ) -> tuple[type[Action], dict[str, Any]]:
         _, arguments = super().parse(entity, parser)
         ignored = set(ignore)
@@ -535,7 +536,7 @@ class ExecuteProcess(ExecuteLocal):
         return f'{type(self).__name__}({" ".join(describe_text(part) for part in self.cmd)})'
 
 
-def parse_command_line(cmd: str, parser: Any) -> list[list[Substitution]]:
+def parse_command_line(cmd: str, parser: Parser) -> list[list[Substitution]]:
     """Split a command line as a shell would, with the substitutions in it left whole."""
     words: list[list[Substitution]] = []
     word: list[Substitution] | None = None

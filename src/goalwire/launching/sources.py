@@ -24,6 +24,7 @@ from goalwire.launching.actions import (
 )
 from goalwire.launching.errors import Location, located, remember_launch_file
 from goalwire.launching.exposure import expose_action
+from goalwire.launching.frontend import Entity, Parser, XMLParser, YAMLParser
 from goalwire.launching.model import (
     Action,
     LaunchContext,
@@ -86,11 +87,9 @@ def get_launch_description_from_python_launch_file(launch_file_path: str) -> Lau
 
 
 def get_launch_description_from_frontend_launch_file(
-    launch_file_path: str, *, parser: Any = None
+    launch_file_path: str, *, parser: type[Parser] | None = None
 ) -> LaunchDescription:
     """The description that an XML or YAML file holds, by its ending."""
-    from goalwire.launching.frontend import Parser
-
     _readable(launch_file_path)
     chosen = parser or Parser
     root, chosen_parser = chosen.load(launch_file_path)
@@ -99,13 +98,11 @@ def get_launch_description_from_frontend_launch_file(
 
 
 def get_launch_description_from_any_launch_file(
-    launch_file_path: str, *, parser: Any = None
+    launch_file_path: str, *, parser: type[Parser] | None = None
 ) -> LaunchDescription:
     """The description that a launch file of any kind holds. Raises LaunchError, with file and line."""
     if launch_file_path.endswith(PYTHON_ENDINGS):
         return get_launch_description_from_python_launch_file(launch_file_path)
-    from goalwire.launching.frontend import Parser
-
     if not Parser.is_filename_valid(launch_file_path):
         endings = ', '.join(
             ['.py', *sorted(f'.{ending}' for ending in Parser.get_file_extensions_from_parsers())]
@@ -194,7 +191,7 @@ class PythonLaunchDescriptionSource(LaunchDescriptionSource):
 class FrontendLaunchDescriptionSource(LaunchDescriptionSource):
     """An XML or YAML launch file."""
 
-    def __init__(self, launch_file_path: SomeSubstitutions, *, parser: Any = None) -> None:
+    def __init__(self, launch_file_path: SomeSubstitutions, *, parser: type[Parser] | None = None) -> None:
         super().__init__(None, launch_file_path, 'interpreted frontend launch file')
         self._parser = parser
 
@@ -206,8 +203,6 @@ class XMLLaunchDescriptionSource(FrontendLaunchDescriptionSource):
     """An XML launch file."""
 
     def __init__(self, launch_file_path: SomeSubstitutions) -> None:
-        from goalwire.launching.frontend import XMLParser
-
         super().__init__(launch_file_path, parser=XMLParser)
 
 
@@ -215,8 +210,6 @@ class YAMLLaunchDescriptionSource(FrontendLaunchDescriptionSource):
     """A YAML launch file."""
 
     def __init__(self, launch_file_path: SomeSubstitutions) -> None:
-        from goalwire.launching.frontend import YAMLParser
-
         super().__init__(launch_file_path, parser=YAMLParser)
 
 
@@ -251,7 +244,7 @@ class IncludeLaunchDescription(Action):
         self._arguments = [(name, value) for name, value in launch_arguments or ()]
 
     @classmethod
-    def parse(cls, entity: Any, parser: Any) -> tuple[type[Action], dict[str, Any]]:
+    def parse(cls, entity: Entity, parser: Parser) -> tuple[type[Action], dict[str, Any]]:
         _, arguments = super().parse(entity, parser)
         arguments['launch_description_source'] = parser.parse_substitution(entity.get_attr('file'))
         given = [*entity.get_entities('arg'), *entity.get_entities('let')]

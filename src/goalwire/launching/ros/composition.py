@@ -10,6 +10,7 @@ from typing import Any, NoReturn
 
 from goalwire.errors import LaunchError
 from goalwire.launching.exposure import expose_action
+from goalwire.launching.frontend import Entity, Parser
 from goalwire.launching.model import Action, LaunchContext, SomeSubstitutions
 from goalwire.launching.values import describe_text, normalize_to_list_of_substitutions
 
@@ -57,13 +58,13 @@ class _Refused(Action):
         raise LaunchError(f'{self.describe()}: {_ADVICE}')
 
     @classmethod
-    def _read_all(cls, entity: Any, parser: Any) -> dict[str, Any]:
+    def _read_all(cls, entity: Entity, parser: Parser) -> dict[str, Any]:
         _, arguments = Action.parse(entity, parser)
         _consume(entity)
         return arguments
 
 
-def _consume(entity: Any) -> None:
+def _consume(entity: Entity) -> None:
     """Read a tag whole: what is in it is judged by who carries it out."""
     for name in list(entity.attribute_names()):
         entity.get_attr(name, data_type=None, optional=True)
@@ -87,7 +88,7 @@ class ComposableNodeContainer(_Refused):
         self.composable_node_descriptions = list(composable_node_descriptions or ())
 
     @classmethod
-    def parse(cls, entity: Any, parser: Any) -> tuple[type[Action], dict[str, Any]]:
+    def parse(cls, entity: Entity, parser: Parser) -> tuple[type[Action], dict[str, Any]]:
         name = entity.get_attr('name', optional=True) or ''
         return cls, cls._read_all(entity, parser) | {'name': parser.parse_substitution(name)}
 
@@ -108,6 +109,6 @@ class LoadComposableNodes(_Refused):
         self.composable_node_descriptions = list(composable_node_descriptions)
 
     @classmethod
-    def parse(cls, entity: Any, parser: Any) -> tuple[type[Action], dict[str, Any]]:
+    def parse(cls, entity: Entity, parser: Parser) -> tuple[type[Action], dict[str, Any]]:
         target = entity.get_attr('target', optional=True) or ''
         return cls, cls._read_all(entity, parser) | {'target_container': parser.parse_substitution(target)}

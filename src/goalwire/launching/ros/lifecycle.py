@@ -17,6 +17,7 @@ from goalwire.launching.actions import EmitEvent, OpaqueFunction, RegisterEventH
 from goalwire.launching.errors import sentence
 from goalwire.launching.events import Shutdown
 from goalwire.launching.exposure import expose_action
+from goalwire.launching.frontend import Entity, Parser
 from goalwire.launching.model import (
     Action,
     Event,
@@ -242,7 +243,7 @@ class LifecycleNode(Node):
 
     @classmethod
     def parse(
-        cls, entity: Any, parser: Any, ignore: Iterable[str] = ()
+        cls, entity: Entity, parser: Parser, ignore: Iterable[str] = ()
     ) -> tuple[type[Action], dict[str, Any]]:
         _, arguments = super().parse(entity, parser, ignore)
         for needed in ('name', 'namespace'):
@@ -331,7 +332,7 @@ class LifecycleTransition(Action):
             raise LaunchError('LifecycleTransition needs names of nodes and transitions')
 
     @classmethod
-    def parse(cls, entity: Any, parser: Any) -> tuple[type[Action], dict[str, Any]]:
+    def parse(cls, entity: Entity, parser: Parser) -> tuple[type[Action], dict[str, Any]]:
         _, arguments = super().parse(entity, parser)
         names, ids = entity.get_attr('lifecycle_node_names'), entity.get_attr('transition_ids')
         arguments['lifecycle_node_names'] = [parser.parse_substitution(name) for name in names.split()]

@@ -8,6 +8,7 @@ from typing import Any, TypeAlias
 
 from goalwire.errors import LaunchError
 from goalwire.launching.exposure import expose_action
+from goalwire.launching.frontend import Entity, Parser
 from goalwire.launching.model import Action, LaunchContext, SomeSubstitutions
 from goalwire.launching.output import get_logger
 from goalwire.launching.process import ExecuteProcess, parse_command_line
@@ -74,7 +75,7 @@ class Node(ExecuteProcess):
 
     @classmethod
     def parse(
-        cls, entity: Any, parser: Any, ignore: Iterable[str] = ()
+        cls, entity: Entity, parser: Parser, ignore: Iterable[str] = ()
     ) -> tuple[type[Action], dict[str, Any]]:
         _, arguments = super().parse(entity, parser, ignore=[*ignore, 'cmd', 'name'])
         texts = {'exec': 'executable', 'pkg': 'package', 'name': 'name', 'namespace': 'namespace'}

@@ -17,6 +17,7 @@ import yaml
 
 from goalwire.errors import LaunchError, SubstitutionFailure
 from goalwire.files import shown
+from goalwire.launching.frontend import Entity, Parser
 from goalwire.launching.model import LaunchContext, SomeSubstitutions, Substitution
 from goalwire.launching.notation import parse_substitution
 from goalwire.launching.values import (
@@ -212,7 +213,7 @@ def as_file(node: str, parameters: Mapping[str, Any]) -> str:
     return yaml.safe_dump({node: {'ros__parameters': dict(parameters)}}, default_flow_style=False)
 
 
-def parse_parameters(entities: Sequence[Any], parser: Any) -> list[Any]:
+def parse_parameters(entities: Sequence[Entity], parser: Parser) -> list[Any]:
     """The <param> tags of a node."""
     found: list[Any] = []
     for entity in entities:
@@ -231,7 +232,7 @@ def parse_parameters(entities: Sequence[Any], parser: Any) -> list[Any]:
     return found
 
 
-def _named(entity: Any, parser: Any) -> tuple[tuple[Substitution, ...], Any]:
+def _named(entity: Entity, parser: Parser) -> tuple[tuple[Substitution, ...], Any]:
     name = tuple(parser.parse_substitution(entity.get_attr('name')))
     kind = entity.get_attr('type', optional=True)
     data_type = None if kind is None else _data_type(kind)

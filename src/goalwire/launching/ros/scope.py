@@ -8,6 +8,7 @@ from typing import Any
 from goalwire.errors import LaunchError
 from goalwire.launching.actions import TimerAction
 from goalwire.launching.exposure import expose_action
+from goalwire.launching.frontend import Entity, Parser
 from goalwire.launching.model import Action, LaunchContext, SomeSubstitutions, Substitution
 from goalwire.launching.ros.node import joined_namespace
 from goalwire.launching.ros.parameters import ParameterFile, evaluate_dictionary
@@ -29,7 +30,7 @@ class PushROSNamespace(Action):
         self._namespace = normalize_to_list_of_substitutions(namespace)
 
     @classmethod
-    def parse(cls, entity: Any, parser: Any) -> tuple[type[Action], dict[str, Any]]:
+    def parse(cls, entity: Entity, parser: Parser) -> tuple[type[Action], dict[str, Any]]:
         _, arguments = super().parse(entity, parser)
         arguments['namespace'] = parser.parse_substitution(entity.get_attr('namespace'))
         return cls, arguments
@@ -64,7 +65,7 @@ class SetParameter(Action):
         self._value = value
 
     @classmethod
-    def parse(cls, entity: Any, parser: Any) -> tuple[type[Action], dict[str, Any]]:
+    def parse(cls, entity: Entity, parser: Parser) -> tuple[type[Action], dict[str, Any]]:
         _, arguments = super().parse(entity, parser)
         arguments['name'] = parser.parse_substitution(entity.get_attr('name'))
         arguments['value'] = parser.parse_substitution(entity.get_attr('value'))
@@ -101,7 +102,7 @@ class SetParametersFromFile(Action):
         self._file = ParameterFile(filename)
 
     @classmethod
-    def parse(cls, entity: Any, parser: Any) -> tuple[type[Action], dict[str, Any]]:
+    def parse(cls, entity: Entity, parser: Parser) -> tuple[type[Action], dict[str, Any]]:
         _, arguments = super().parse(entity, parser)
         arguments['filename'] = parser.parse_substitution(entity.get_attr('filename'))
         return cls, arguments
@@ -122,7 +123,7 @@ class SetUseSimTime(SetParameter):
         super().__init__('use_sim_time', value, **options)
 
     @classmethod
-    def parse(cls, entity: Any, parser: Any) -> tuple[type[Action], dict[str, Any]]:
+    def parse(cls, entity: Entity, parser: Parser) -> tuple[type[Action], dict[str, Any]]:
         _, arguments = Action.parse(entity, parser)
         arguments['value'] = parser.parse_substitution(entity.get_attr('value'))
         return cls, arguments
@@ -138,7 +139,7 @@ class SetRemap(Action):
         self._dst = normalize_to_list_of_substitutions(dst)
 
     @classmethod
-    def parse(cls, entity: Any, parser: Any) -> tuple[type[Action], dict[str, Any]]:
+    def parse(cls, entity: Entity, parser: Parser) -> tuple[type[Action], dict[str, Any]]:
         _, arguments = super().parse(entity, parser)
         arguments['src'] = parser.parse_substitution(entity.get_attr('from'))
         arguments['dst'] = parser.parse_substitution(entity.get_attr('to'))
