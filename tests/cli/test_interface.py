@@ -88,6 +88,13 @@ def test_proto_is_yaml_in_quotes(ros2: CommandLine) -> None:
     assert ros2.ok('interface', 'proto', 'std_srvs/srv/SetBool', '--no-quotes') == 'data: false\n\n'
 
 
+def test_stubs_are_written(ros2: CommandLine, tmp_path: Path) -> None:
+    out = ros2.ok('interface', 'stubs', str(tmp_path / 'typings'), 'shop_interfaces')
+    assert out.endswith(f'files in {tmp_path / "typings"}, for: shop_interfaces\n')
+    assert 'class Outer' in (tmp_path / 'typings' / 'shop_interfaces' / 'msg' / '__init__.pyi').read_text()
+    assert 'nowhere' in ros2.fails('interface', 'stubs', str(tmp_path), 'nowhere', code=3)
+
+
 def test_what_is_not_there_is_told_with_what_is_near(ros2: CommandLine) -> None:
     assert "did you mean 'std_srvs'" in ros2.fails('interface', 'package', 'std_srv', code=3)
     assert 'did you mean' in ros2.fails('interface', 'show', 'std_srvs/srv/SetBol', code=3)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from argparse import ArgumentParser, Namespace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from goalwire.cli import lookup
@@ -212,6 +213,38 @@ def _proto(arguments: Namespace, output: Output) -> None:
     output.block(text if arguments.no_quotes else f'"{text}"')
 
 
+def _stubs_arguments(parser: ArgumentParser) -> None:
+    parser.add_argument('folder', metavar='DIR', help='Where to write, such as typings')
+    parser.add_argument(
+        'packages', nargs='*', metavar='PACKAGE', help='All that goalwire does not ship where left out'
+    )
+    parser.add_argument(
+        '--stub-packages', action='store_true', help='Name the folders PACKAGE-stubs (PEP 561)'
+    )
+
+
+def _stubs(arguments: Namespace, output: Output) -> None:
+    from goalwire.errors import InterfaceError
+    from goalwire.idl.stubs import own_packages, write_stubs
+
+    packages = arguments.packages or own_packages()
+    suffix = '-stubs' if arguments.stub_packages else ''
+    try:
+        written = write_stubs(Path(arguments.folder), packages, suffix=suffix)
+    except InterfaceError as error:
+        raise CommandError(Outcome.NOT_FOUND, str(error), 'see: ros2 interface packages') from None
+    except OSError as error:
+        raise CommandError(
+            Outcome.FAILED, f"cannot write to '{arguments.folder}': {error.strerror}", 'name another folder'
+        ) from None
+    if output.json:
+        output.data({'packages': list(packages), 'files': sorted(map(str, written))})
+        return
+    output.line(
+        f'{len(written)} files in {arguments.folder}, for: {", ".join(packages) or "no package (none found)"}'
+    )
+
+
 NOUN = Noun(
     'interface',
     'Show information about ROS interfaces',
@@ -226,5 +259,6 @@ NOUN = Noun(
         Verb('packages', 'Output a list of packages that provide interfaces', _packages, _kind_arguments),
         Verb('proto', 'Output an interface prototype', _proto, _proto_arguments),
         Verb('show', 'Output the interface definition', _show, _show_arguments),
+        Verb('stubs', 'Write type stubs for interface packages', _stubs, _stubs_arguments),
     ),
 )

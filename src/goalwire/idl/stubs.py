@@ -242,7 +242,7 @@ def main(arguments: list[str]) -> int:
         '--stub-packages', action='store_true', help='name the folders PACKAGE-stubs (PEP 561)'
     )
     options = parser.parse_intermixed_args(arguments)
-    packages = options.packages or [name for name in search_path.package_names() if not _is_shipped(name)]
+    packages = options.packages or own_packages()
     try:
         written = write_stubs(options.folder, packages, suffix='-stubs' if options.stub_packages else '')
     except InterfaceError as error:
@@ -252,6 +252,11 @@ def main(arguments: list[str]) -> int:
         f'{len(written)} files in {options.folder}, for: {", ".join(packages) or "no package (none found)"}'
     )
     return 0
+
+
+def own_packages() -> list[str]:
+    """Return the packages that are found and that goalwire does not ship, which have stubs already."""
+    return [name for name in search_path.package_names() if not _is_shipped(name)]
 
 
 def _is_shipped(package: str) -> bool:
