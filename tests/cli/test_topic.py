@@ -5,9 +5,10 @@ from __future__ import annotations
 import json
 import re
 import signal
+import subprocess
 
 import pytest
-from helpers.command_line import Begin, CommandLine
+from helpers.command_line import Begin, CommandLine, executable, with_bytecode
 from helpers.processes import Program
 from std_msgs.msg import Int32MultiArray, MultiArrayDimension, MultiArrayLayout
 
@@ -98,6 +99,22 @@ def test_hz_bw_and_delay_tell_what_comes(begin: Begin, sensor: Program) -> None:
     for each in running:
         each.send_signal(signal.SIGINT)
     assert [each.wait() for each in running] == [130] * 3
+
+
+@pytest.mark.parametrize('command', [['echo', '/point'], ['hz', '/point'], ['bw', '/point']], ids=' '.join)
+def test_whoever_reads_may_leave(world: dict[str, str], sensor: Program, command: list[str]) -> None:
+    with subprocess.Popen(
+        [executable(), 'topic', *command],
+        env=with_bytecode(world),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as running:
+        assert running.stdout is not None
+        assert running.stderr is not None
+        assert running.stdout.readline()
+        running.stdout.close()
+        assert (running.wait(30), running.stderr.read()) == (141, '')
 
 
 def test_pub_waits_publishes_and_leaves(ros2: CommandLine, workshop: Program) -> None:

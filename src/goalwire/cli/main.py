@@ -52,7 +52,7 @@ def run_command(program: str, arguments: Sequence[str]) -> int:
     except KeyboardInterrupt:
         outcome = Outcome.INTERRUPTED
     except Exception as error:
-        outcome = _report(program, error)
+        outcome = _close_stdout() if _is_closed_pipe(error) else _report(program, error)
     return int(outcome)
 
 
@@ -183,6 +183,13 @@ def _report(program: str, error: Exception) -> Outcome:
     except BrokenPipeError:
         _close_stdout()
     return outcome
+
+
+def _is_closed_pipe(error: Exception) -> bool:
+    """Return whether a task found that nobody reads any more."""
+    while isinstance(error, ExceptionGroup):
+        error = error.exceptions[0]
+    return isinstance(error, BrokenPipeError)
 
 
 def _close_stdout() -> Outcome:
