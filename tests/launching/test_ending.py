@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import pty
 import signal
 import subprocess
 import time
@@ -121,6 +120,8 @@ def test_a_closed_pipe_ends_it_without_a_complaint(world: dict[str, str], launch
 
 def test_ctrl_c_in_a_terminal(world: dict[str, str], launch: Launch) -> None:
     """The terminal sends SIGINT to the launch alone: its processes are in groups of their own."""
+    import pty
+
     with launch('fleet.launch.py', 'count:=0') as other:
         other.ended()
         master, slave = pty.openpty()
