@@ -60,7 +60,6 @@ HAS_PARAMETERS = 0x40
 DEFAULT_QOS = 0x05
 """Data, may be dropped, waits to be sent together with others: what a message without QoS has."""
 BLOCK = 0x08
-DATA_BLOCK = DEFAULT_QOS | BLOCK
 
 LARGE = 65536
 """Bytes from which a payload is shown within its message, not copied out of it."""
