@@ -40,6 +40,16 @@ def test_what_is_published_while_the_history_comes_waits_for_its_end() -> None:
     assert listener.came == [1, 2, 3, 4, 5]
 
 
+@pytest.mark.parametrize('numbered', [True, False])
+def test_what_came_live_is_not_lost_where_the_history_has_room_for_the_last_alone(numbered: bool) -> None:
+    listener = Listener(numbered=numbered)
+    listener.stream.ask()
+    listener.live(4, 5, 7)
+    listener.live(3, gid=B)
+    listener.answer(6)
+    assert listener.came in ([4, 5, 6, 3, 7], [4, 5, 6, 7, 3])
+
+
 def test_a_publisher_heard_before_its_token_is_asked_for_its_history() -> None:
     listener = Listener()
     assert listener.live(7) == ['_max=10']

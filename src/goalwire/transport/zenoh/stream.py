@@ -89,10 +89,25 @@ class StreamState(Generic[T]):
         return None
 
     def answer(self, gid: bytes, number: int, item: T) -> None:
-        """Take a message that came as an answer."""
+        """Take a message that came as an answer.
+
+        A publisher that keeps few messages may have dropped for this one what came live and waits here.
+        """
         if is_newer(number, self._seen.get(gid)):
+            if self._held:
+                self._take_held_before(gid, number)
             self._seen[gid] = self._answered[gid] = number
             self._emit(item)
+
+    def _take_held_before(self, gid: bytes, number: int) -> None:
+        """Emit the live messages of a publisher that came before its answer `number`."""
+        before: list[tuple[int, bytes, T]] = []
+        rest: list[tuple[int, bytes, T]] = []
+        for each in self._held:
+            (before if each[1] == gid and is_newer(number, each[0]) else rest).append(each)
+        self._held = rest
+        for held, _, item in sorted(before, key=lambda each: (each[0] - number) & _MASK):
+            self._take(gid, held, item)
 
     def end(self) -> None:
         """All answers to the question have come: what waited is due, whatever is still missing."""
