@@ -62,6 +62,11 @@ def test_private_attributes_are_read_by_their_own_class() -> None:
     assert [file for file in sorted(files) if silenced_privates(file.read_text(encoding='utf-8'))] == []
 
 
+def test_a_silenced_private_is_found_among_others() -> None:
+    assert silenced_privates('a._b  # noqa: PLC0415, SLF001 - why\n') == 1
+    assert silenced_privates('a._b  # noqa: PLC0415 - SLF is silent here\n') == 0
+
+
 def test_a_circle_over_types_alone_is_found() -> None:
     house = [
         _module('a.py', 'if TYPE_CHECKING:\n    from goalwire.b import B\n'),
