@@ -11,6 +11,7 @@ from contextlib import suppress
 import pytest
 import rclpy
 from helpers.collector import Collector
+from helpers.patience import PATIENCE
 from helpers.spinning import Spinner, wait_until
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
@@ -20,6 +21,7 @@ from std_srvs.srv import SetBool, Trigger
 
 from goalwire.entities.type_support import ServiceSupport, service_support
 from goalwire.errors import CallError, DecodeError, EncodeError
+from goalwire.execution.monotonic import STEADY
 from goalwire.rules.qos import SERVICES_DEFAULT
 from goalwire.transport.contract import Endpoint, EndpointKind, Port
 
@@ -133,7 +135,7 @@ def test_replies_that_are_none(node: Node, held: Held, way: str) -> None:
                 client.call(Trigger.Request())
             return
         future = client.call_async(Trigger.Request())
-        assert future.wait()
+        assert future.wait(STEADY.now() + int(PATIENCE * 1e9))
         if way == 'exception':
             assert isinstance(future.exception(), DecodeError)
         else:

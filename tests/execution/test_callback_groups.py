@@ -25,7 +25,7 @@ class Overlaps:
 
     def __init__(self, stay: float = 0.05) -> None:
         self._stay = stay
-        self._both = threading.Barrier(2)
+        self._both = threading.Barrier(2, timeout=PATIENCE)
         self.met = False
         self.ran = threading.Semaphore(0)
 

@@ -146,7 +146,7 @@ def test_events_of_one_reentrant_inbox_run_beside_each_other(
     multi: MultiThreadedExecutor, node: SmallNode
 ) -> None:
     multi.add_node(node)
-    together = threading.Barrier(2)
+    together = threading.Barrier(2, timeout=PATIENCE)
     met = threading.Event()
 
     def take(_: int) -> None:

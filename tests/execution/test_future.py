@@ -465,7 +465,7 @@ def test_a_callback_added_while_another_thread_completes_is_called_exactly_once(
     for _ in range(1000):
         future: Future[int] = Future()
         called: list[int] = []
-        both = threading.Barrier(2)
+        both = threading.Barrier(2, timeout=PATIENCE)
 
         def complete(future: Future[int] = future, both: threading.Barrier = both) -> None:
             both.wait()

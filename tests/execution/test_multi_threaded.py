@@ -221,7 +221,7 @@ def test_a_settled_future_ends_the_spin_quietly_after_the_contexts_end(
 
 
 def test_of_workers_that_ask_at_once_no_more_are_let_go_than_there_are_too_many() -> None:
-    asking = threading.Barrier(5)
+    asking = threading.Barrier(5, timeout=PATIENCE)
     answers: Collector[bool] = Collector()
     asked, over = threading.Event(), threading.Event()
 
@@ -249,7 +249,7 @@ def test_a_thread_lent_and_given_back_leaves_one_that_works_on(context: SmallCon
     class Slow(MultiThreadedExecutor):
         """Its workers leave together where they can."""
 
-        both = threading.Barrier(2)
+        both = threading.Barrier(2, timeout=PATIENCE)
 
         def _pass_on(self) -> None:
             try:

@@ -287,7 +287,7 @@ def test_a_timer_made_or_reset_while_the_executor_sleeps_is_heard_of(
 
 def test_a_slow_reentrant_timer_overlaps_itself(multi: MultiThreadedExecutor, node: SmallNode) -> None:
     multi.add_node(node)
-    together = threading.Barrier(2)
+    together = threading.Barrier(2, timeout=PATIENCE)
     met = threading.Event()
 
     def tick() -> None:

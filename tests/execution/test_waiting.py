@@ -18,14 +18,14 @@ from goalwire.execution.waiting import ShutdownSignal, Waiter, WeakListeners, Wi
 def test_a_wake_that_comes_first_ends_the_next_wait_at_once() -> None:
     waiter = Waiter()
     waiter.wake()
-    assert waiter.wait()
+    assert waiter.wait(int(PATIENCE * 1e9))
 
 
 def test_several_wakes_count_as_one() -> None:
     waiter = Waiter()
     waiter.wake()
     waiter.wake()
-    assert waiter.wait(0)
+    assert waiter.wait(int(PATIENCE * 1e9))
     assert not waiter.wait(0)
 
 
@@ -116,7 +116,7 @@ def test_nobody_is_missed_who_begins_to_watch_while_it_ends() -> None:
     for _ in range(500):
         shutdown_signal = ShutdownSignal()
         told = threading.Semaphore(0)
-        both = threading.Barrier(2)
+        both = threading.Barrier(2, timeout=PATIENCE)
 
         def end(shutdown_signal: ShutdownSignal = shutdown_signal, both: threading.Barrier = both) -> None:
             both.wait()

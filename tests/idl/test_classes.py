@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 import pytest
 from helpers.names import fresh_package
+from helpers.patience import PATIENCE
 from helpers.vectors import constants, descriptions
 
 from goalwire.cdr import codec
@@ -463,7 +464,7 @@ def test_a_message_that_contains_itself_is_refused_with_the_whole_circle() -> No
 def test_many_threads_get_the_same_class() -> None:
     package = fresh_package()
     register_definitions(package, {'msg/Foo': 'Bar[] bars', 'msg/Bar': 'int32 x'})
-    start = threading.Barrier(8)
+    start = threading.Barrier(8, timeout=PATIENCE)
     found: list[type] = []
 
     def build() -> None:

@@ -8,6 +8,7 @@ import textwrap
 import threading
 
 import pytest
+from helpers.patience import PATIENCE
 
 from goalwire.logging import LoggingSeverity, LogRecord, get_logger
 from goalwire.logging.console import Console
@@ -143,7 +144,7 @@ def test_a_message_of_several_lines_is_printed_as_it_is(capsys: pytest.CaptureFi
 
 def test_lines_of_many_threads_stay_whole(capfd: pytest.CaptureFixture[str]) -> None:
     logger = get_logger('a')
-    barrier = threading.Barrier(8)
+    barrier = threading.Barrier(8, timeout=PATIENCE)
 
     def say(letter: str) -> None:
         barrier.wait()

@@ -6,6 +6,7 @@ import time
 from pathlib import Path
 
 import pytest
+from helpers.patience import PATIENCE
 
 from goalwire.logging import LoggingSeverity as Severity
 from goalwire.logging import LogRecord, RcutilsLogger, get_logger
@@ -167,7 +168,7 @@ def test_one_source_line_logs_in_one_way(
 
 def test_once_holds_among_threads(records: list[LogRecord]) -> None:
     logger = get_logger('a')
-    barrier = threading.Barrier(8)
+    barrier = threading.Barrier(8, timeout=PATIENCE)
 
     def say() -> None:
         barrier.wait()

@@ -183,7 +183,7 @@ def test_a_server_may_end_a_cancelled_goal_otherwise(
 def test_a_cancellation_racing_completion_ends_in_one_state_on_both_sides(
     make_node: MakeNode, spin: Spin
 ) -> None:
-    start, ended = threading.Barrier(2), Collector[str]()
+    start, ended = threading.Barrier(2, timeout=PATIENCE), Collector[str]()
 
     def execute(handle: Handle) -> Fibonacci.Result:
         start.wait(PATIENCE)

@@ -315,7 +315,7 @@ def test_a_second_goal_waits_under_the_single_threaded_executor(make_node: MakeN
 def test_blocking_goals_run_beside_each_other_under_the_multi_threaded_executor(
     make_node: MakeNode, spin: Spin
 ) -> None:
-    together = threading.Barrier(3)
+    together = threading.Barrier(3, timeout=PATIENCE)
 
     def execute(handle: Handle) -> Fibonacci.Result:
         together.wait(PATIENCE)

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 from example_interfaces.srv import AddTwoInts
 from helpers.collector import Collector
+from helpers.patience import PATIENCE
 from helpers.spinning import MakeNode, Spin, result_of, wait_until
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.client import Client
@@ -270,7 +271,7 @@ def test_a_callback_may_call_another_service_and_wait(make_node: MakeNode, spin:
 
 def test_ten_callbacks_wait_for_services_beside_each_other(make_node: MakeNode, spin: Spin) -> None:
     node, group, others = make_node(), ReentrantCallbackGroup(), ReentrantCallbackGroup()
-    together = threading.Barrier(10)
+    together = threading.Barrier(10, timeout=PATIENCE)
     node.create_service(AddTwoInts, 'add', add, callback_group=others)
     inner = node.create_client(AddTwoInts, 'add')
 

@@ -33,7 +33,7 @@ LASTING = QoS(
 
 def publish_at_once(ports: Sequence[PublisherPort]) -> None:
     """Publish EACH messages on each port, a thread a port, all at the same time."""
-    start = threading.Barrier(len(ports))
+    start = threading.Barrier(len(ports), timeout=PATIENCE)
 
     def run(port: PublisherPort) -> None:
         start.wait(PATIENCE)
