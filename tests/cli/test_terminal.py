@@ -13,6 +13,9 @@ from time import monotonic
 
 import pytest
 from helpers.command_line import Begin, CommandLine, executable, with_bytecode
+from helpers.processes import Program
+
+from goalwire.cli.topic_plot import curve_text
 
 if sys.platform == 'win32':
     pytest.skip('terminals of POSIX', allow_module_level=True)
@@ -111,6 +114,30 @@ def test_watch_is_a_table_that_is_drawn_anew(ros2: CommandLine, world: dict[str,
         shown.expect(f'\x1b\\[33m{goal_id[:8]}  CANCELED')
         shown.press(CTRL_C)
         assert shown.wait() == 130
+
+
+def test_plot_draws_fields_and_needs_a_terminal(
+    ros2: CommandLine, world: dict[str, str], sensor: Program
+) -> None:
+    with screen(world, 'topic', 'plot', '/point.point.x', '/point.point.y', '--seconds', '2') as shown:
+        shown.expect(r'/point\.point\.x: \d+')
+        shown.expect('│ *[▁▂▃▄▅▆▇█]')
+        shown.expect(r'/point\.point\.y: 0')
+        shown.press(CTRL_C)
+        assert shown.wait() == 130
+    assert 'this is none; use: ros2 topic echo' in ros2.fails('topic', 'plot', '/point.point.x', code=10)
+    with screen(world, 'topic', 'plot', '/point.nothing') as shown:
+        shown.expect("there is no 'nothing'; its fields are: header, point")
+        assert shown.wait() == 4
+
+
+def test_a_curve_rises_from_its_lowest_to_its_highest() -> None:
+    points = [(0.0, 1.0), (5.0, 2.0), (9.9, 3.0)]
+    lines = curve_text(points, 0.0, 10.0, columns=22, rows=2)
+    assert lines[0].startswith('          3│')
+    assert lines[1].startswith('          1│▁')
+    assert lines[0].endswith('█')
+    assert curve_text([], 0.0, 1.0, columns=22, rows=2) == ['           │'] * 2
 
 
 def test_colours_are_turned_off_by_no_color(world: dict[str, str]) -> None:

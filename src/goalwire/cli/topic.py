@@ -178,6 +178,7 @@ NOUN = Noun(
         Verb('hz', 'Print the average receiving rate to screen', *_lazy('hz')),
         Verb('info', 'Print information about a topic', _info, _info_arguments),
         Verb('list', 'Output a list of available topics', _list, _list_arguments),
+        Verb('plot', 'Draw fields of messages in the terminal', *_lazy('plot'), has_json=False),
         Verb('pub', 'Publish a message to a topic', *_lazy('pub')),
         Verb('type', "Print a topic's type", _type, _name_argument),
     ),

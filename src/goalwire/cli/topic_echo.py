@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import asyncio
-import re
 from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING, Any
 
 import goalwire
 from goalwire.cli.discovery import add_graph_arguments
 from goalwire.cli.expressions import Expression
+from goalwire.cli.fields import field_path, field_value
 from goalwire.cli.live import live
 from goalwire.cli.messages import add_style_arguments, as_dict, as_text
 from goalwire.cli.outcome import CommandError, Outcome
@@ -19,8 +19,6 @@ from goalwire.cli.topic_reading import source
 
 if TYPE_CHECKING:
     from goalwire.cli.output import Output
-
-_STEP = re.compile(r'\.?([A-Za-z]\w*)|\[(-?\d+)\]')
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -58,14 +56,14 @@ class _Printer:
         self._arguments = arguments
         self._output = output
         self._filter = Expression(arguments.filter) if arguments.filter else None
-        self._path = _path(arguments.field) if arguments.field else []
+        self._path = field_path(arguments.field) if arguments.field else []
 
     def show(self, message: Any, info: Any) -> bool:
         """Print a message; False where the filter does not want it."""
         arguments, output = self._arguments, self._output
         if self._filter is not None and not self._filter(message):
             return False
-        value = _value(message, self._path, arguments.field)
+        value = field_value(message, self._path, arguments.field)
         about: dict[str, int | None] = dict(info)
         if output.json:
             told = value.hex() if arguments.raw else as_dict(value)
@@ -82,36 +80,6 @@ class _Printer:
             output.block(''.join(lines) + '---')
         output.block((f'{value!r}\n' if arguments.raw else as_text(value, arguments)) + '---')
         return True
-
-
-def _path(text: str) -> list[str | int]:
-    """Return the steps of 'a.b[0].c'; raises CommandError."""
-    steps: list[str | int] = []
-    at = 0
-    while at < len(text):
-        match = _STEP.match(text, at)
-        if match is None:
-            raise CommandError(
-                Outcome.BAD_VALUE, f"--field '{text}' is no field", "write it like 'pose.position.x'"
-            )
-        steps.append(match[1] or int(match[2]))
-        at = match.end()
-    return steps
-
-
-def _value(message: Any, path: list[str | int], text: str | None) -> Any:
-    value = message
-    for step in path:
-        known: dict[str, str] = getattr(value, 'get_fields_and_field_types', dict)()
-        try:
-            value = value[step] if isinstance(step, int) else getattr(value, step if step in known else '')
-        except (AttributeError, IndexError, TypeError):
-            raise CommandError(
-                Outcome.BAD_VALUE,
-                f"--field '{text}': there is no '{step}'",
-                f'its fields are: {", ".join(known)}' if known else 'name another one',
-            ) from None
-    return value
 
 
 def run(arguments: Namespace, output: Output) -> Outcome:
