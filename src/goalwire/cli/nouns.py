@@ -17,6 +17,7 @@ NOUNS = {
     'interface': ('goalwire.cli.interface', 'Show information about ROS interfaces'),
     'launch': ('goalwire.cli.launch', 'Run a launch file'),
     'lifecycle': ('goalwire.cli.lifecycle', 'Various lifecycle related sub-commands'),
+    'new': ('goalwire.cli.new', 'Make a package: a Python project that colcon builds as well'),
     'node': ('goalwire.cli.node', 'Various node related sub-commands'),
     'param': ('goalwire.cli.param', 'Various param related sub-commands'),
     'pkg': ('goalwire.cli.pkg', 'Various package related sub-commands'),
