@@ -27,6 +27,8 @@ FIRST_S = 0.12
 """How long a look lasts there at least: others answer within some ms, or later where the machine is busy."""
 NOBODY_S = 0.5
 """How long the first answer may take: an empty graph is rare, and told later."""
+MISSING_S = 1.5
+"""How much longer what is asked for by its name may take there, before it is called missing."""
 QUIET_S = 0.05
 """After this long without a change, and with nothing outstanding, the graph counts as complete there."""
 
@@ -56,7 +58,7 @@ def discovered(
 ) -> Iterator[Graph]:
     """Yield the graph of the domain: complete, or as soon as `found(graph)` says that it suffices.
 
-    Where it is not there, `wait` s more are given to it, half a second at least. Raises TransportError,
+    Where it is not there, `wait` s more are given to it, and half a second at least. Raises TransportError,
     CommandError.
     """
     from goalwire.graph.graph import Graph
@@ -75,7 +77,7 @@ def discovered(
             elif not graph.nodes():
                 changes.wait_for(lambda graph: bool(graph.nodes()), NOBODY_S)
             if found is not None:  # what is not there is told after a second look: the others may be busy
-                changes.wait_for(found, max(wait, NOBODY_S))
+                changes.wait_for(found, max(wait, NOBODY_S if session.discovers_at_once else MISSING_S))
         yield graph
     finally:
         session.close()
