@@ -33,6 +33,20 @@ def test_messages_come_in_order(play: Play) -> None:
     play(scenario)
 
 
+def test_a_raw_subscription_gives_the_bytes(play: Play) -> None:
+    async def scenario() -> None:
+        async with goalwire.Node('talker') as talker, goalwire.Node('listener') as listener:
+            texts = listener.subscription(String, 'text', raw=True)
+            publisher = talker.publisher(String, 'text')
+            await publisher.wait_for_subscribers(timeout=5.0)
+            publisher.publish(data='abc')
+            payload = await anext(texts)
+            assert payload[:4] == b'\x00\x01\x00\x00'
+            assert payload[8:12] == b'abc\x00'
+
+    play(scenario)
+
+
 def test_a_slow_reader_gets_the_latest_and_a_count_of_what_was_dropped(play: Play) -> None:
     async def scenario() -> None:
         async with goalwire.Node('node') as node:
