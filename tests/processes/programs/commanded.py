@@ -24,10 +24,10 @@ class Robot(Node):
 
     def take(self, kind: str, number: int) -> None:
         if number < 0:
-            print(f'LATE {kind} {number}')
+            print(f'LATE {kind} {number}\n', end='')
         elif kind not in self._kinds:
             self._kinds.add(kind)
-            print(f'moving {kind}')
+            print(f'moving {kind}\n', end='')  # in one piece: several threads are here at once
 
     def step(self, request: AddTwoInts.Request, response: AddTwoInts.Response) -> AddTwoInts.Response:
         self.take('call', request.a)

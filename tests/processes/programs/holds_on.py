@@ -13,7 +13,7 @@ from std_srvs.srv import Trigger
 
 
 def hold(*_: object) -> NoReturn:
-    print('began', flush=True)
+    print('began\n', end='', flush=True)  # in one piece: several threads are here at once
     threading.Event().wait()
     raise AssertionError('nobody sets it')
 
