@@ -1,4 +1,4 @@
-"""The command line: `humanoid up`, `humanoid demo`, and each program by its own name."""
+"""The command line: `humanoid up`, `demo`, `status` and its like, and each program by its own name."""
 
 from __future__ import annotations
 
@@ -28,11 +28,15 @@ def main(args: Sequence[str] | None = None) -> int:
         if arguments and arguments[0] in PROGRAMS:
             program = importlib.import_module(PROGRAMS[arguments[0]])
             return int(program.main(arguments[1:]))
-        command = _parser().parse_args(arguments).command
-        if command == 'demo':
+        options, ros_args = _options(arguments)
+        if options.command == 'demo':
             from humanoid.demo import demo
 
             return demo()
+        if options.command != 'up':
+            from humanoid.operate import operate
+
+            return operate(options, ros_args)
         from humanoid.up import up
 
         return up()
@@ -59,11 +63,32 @@ def _advice(module: str) -> str:
     return f'humanoid: the package {package} is not found. {advice}'
 
 
+def _options(arguments: list[str]) -> tuple[argparse.Namespace, list[str]]:
+    """Return a command with its options, and ROS 2's arguments, which `--ros-args` begins."""
+    at = arguments.index('--ros-args') if '--ros-args' in arguments else len(arguments)
+    parser = _parser()
+    options = parser.parse_args(arguments[:at])
+    if options.command in {'up', 'demo'} and arguments[at:]:
+        parser.error(f'{options.command} takes no --ros-args; the programs that it starts do')
+    return options, arguments[at:]
+
+
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog='humanoid', description='A humanoid robot in services and actions.')
     commands = parser.add_subparsers(dest='command', required=True, metavar='COMMAND')
     commands.add_parser('up', help='start every server as its own process, until Ctrl-C')
     commands.add_parser('demo', help='start the servers, run the mission, sum it up')
+    commands.add_parser('status', help='the joints, the base and the battery of the robot that is up')
+    commands.add_parser('wave', help='have it wave its right hand')
+    move = commands.add_parser('move', help='send its base to X Y, in m')
+    move.add_argument('x', type=float)
+    move.add_argument('y', type=float)
+    move.add_argument('--timeout', type=float, default=60.0, help='s that the way may take (60)')
+    arm = commands.add_parser('arm', help='move JOINT to POSITION, in rad')
+    arm.add_argument('joint')
+    arm.add_argument('position', type=float)
+    arm.add_argument('--duration', type=float, help='s that it takes; without, as fast as is unhurried')
+    commands.add_parser('watch', help='a line a second: where it is and what moves, until Ctrl-C')
     for name in PROGRAMS:
         commands.add_parser(name, help='one program in this process', add_help=False)
     return parser

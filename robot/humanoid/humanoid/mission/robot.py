@@ -23,8 +23,8 @@ ANSWER_WITHIN = 2.0  # s for a service call
 class Robot:
     """A node with the clients of all the robot's services and actions, spinning until the block is left."""
 
-    def __init__(self) -> None:
-        self.node = Node('mission')
+    def __init__(self, name: str = 'mission') -> None:
+        self.node = Node(name)
         self._joints = self.node.create_client(GetJointState, 'get_joint_state')
         self._battery = self.node.create_client(GetBatteryStatus, 'get_battery_status')
         self._base = ActionClient(self.node, MoveToPosition, 'move_to_position')

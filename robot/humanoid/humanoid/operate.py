@@ -1,0 +1,211 @@
+"""What a person does with the robot from the command line: look, wave, send the base or a joint somewhere."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import signal
+import sys
+import time
+from collections import deque
+from collections.abc import Callable, Mapping
+from difflib import get_close_matches
+from queue import Empty, SimpleQueue
+from types import FrameType
+from typing import NoReturn
+
+import rclpy
+from nav_msgs.msg import Odometry
+from rclpy.signals import SignalHandlerOptions
+from sensor_msgs.msg import JointState
+
+from humanoid.mission.calls import GoalRun
+from humanoid.mission.retry import NoAnswer
+from humanoid.mission.robot import ANSWER_WITHIN, Robot
+from humanoid.model import JOINT_BY_NAME, JOINTS, MOVING_SPEED
+from humanoid.text import brief
+
+QUICKEST = 0.4  # s for one movement of the arm
+UNHURRIED = 1.25  # of the time that a joint needs at its greatest velocity
+WAVES = 3
+WATCH_EVERY = 1.0  # s
+GOAL_OVERHEAD = 5.0  # s beyond what a goal itself may take
+ARRIVED, FAILED, STOPPED = 0, 1, 130
+
+
+class Impossible(Exception):
+    """What is asked for cannot be done; the text says why, and what can."""
+
+
+def operate(options: argparse.Namespace, ros_args: list[str]) -> int:
+    """Carry out one of COMMANDS; its exit code. Ctrl-C cancels the goal under way and waits for its end."""
+    # Ctrl-C must reach this program before it reaches ROS: goals in motion are cancelled first.
+    rclpy.init(args=ros_args, signal_handler_options=SignalHandlerOptions.NO)
+    signal.signal(signal.SIGTERM, _interrupt)
+    try:
+        with Robot(f'operator_{os.getpid()}') as robot:  # there may be several
+            return COMMANDS[options.command](robot, options)
+    except KeyboardInterrupt:
+        print('stopped')
+        return STOPPED
+    except Impossible as refusal:
+        return _complain(options.command, str(refusal))
+    except NoAnswer as silence:
+        return _complain(options.command, f'{silence}; is the robot up? start it with: humanoid up')
+    finally:
+        rclpy.try_shutdown()
+
+
+def _interrupt(_number: int, _frame: FrameType | None) -> NoReturn:
+    raise KeyboardInterrupt
+
+
+def _complain(command: str, problem: str) -> int:
+    print(f'humanoid {command}: {problem}', file=sys.stderr)
+    return FAILED
+
+
+def status(robot: Robot, _options: argparse.Namespace) -> int:
+    """Show the joints, the base and the battery."""
+    for joint in JOINTS:
+        state = robot.joint(joint.name)
+        motion = 'moving' if state.is_moving else 'still'
+        figures = f'{state.position:7.3f} rad {state.velocity:7.3f} rad/s {state.effort:7.2f} N·m'
+        print(f'{joint.name:20} {figures}  {motion}')
+    print(_base(_odometry(robot)))
+    answer = robot.battery()
+    minutes = answer.time_remaining.sec // 60
+    battery = answer.battery
+    print(
+        f'battery {battery.percentage:.0%}, {battery.voltage:.1f} V, {battery.current:.1f} A, '
+        f'empty in {minutes // 60} h {minutes % 60:02} min'
+    )
+    return ARRIVED
+
+
+def _odometry(robot: Robot) -> Odometry:
+    """Return where the base is. Raises NoAnswer."""
+    came: SimpleQueue[Odometry] = SimpleQueue()
+    subscription = robot.node.create_subscription(Odometry, 'odom', came.put, 1)
+    try:
+        return came.get(timeout=ANSWER_WITHIN)
+    except Empty:
+        raise NoAnswer(f'odom: no message within {ANSWER_WITHIN:.1f} s') from None
+    finally:
+        robot.node.destroy_subscription(subscription)
+
+
+def _base(odometry: Odometry) -> str:
+    where, speed = odometry.pose.pose.position, odometry.twist.twist.linear
+    return f'base at ({where.x:.2f}, {where.y:.2f}) m, {(speed.x**2 + speed.y**2) ** 0.5:.2f} m/s'
+
+
+def move(robot: Robot, options: argparse.Namespace) -> int:
+    """Send the base to (x, y) on the floor of `odom`."""
+    began = time.monotonic()
+    allowed = options.timeout
+    with robot.drive(options.x, options.y, allowed=allowed, timeout=allowed + GOAL_OVERHEAD) as goal:
+        if not goal.accepted:
+            raise Impossible('the goal was refused: numbers must be finite, the time positive')
+        for feedback in goal.feedback():
+            _progress(f'{feedback.distance_remaining:.2f} m to go')
+    _progress('')
+    here = goal.result.final_pose.pose.position
+    return _ended(goal, f'at ({here.x:.2f}, {here.y:.2f}) m after {time.monotonic() - began:.1f} s')
+
+
+def arm(robot: Robot, options: argparse.Namespace) -> int:
+    """Move one joint to an angle in rad."""
+    spec = JOINT_BY_NAME.get(options.joint)
+    if spec is None:
+        near = get_close_matches(options.joint, JOINT_BY_NAME, 1)
+        advice = f"did you mean '{near[0]}'?" if near else f'there are {", ".join(JOINT_BY_NAME)}'
+        raise Impossible(f"there is no joint '{brief(options.joint)}'; {advice}")
+    goal = _reach(robot, {options.joint: options.position}, options.duration)
+    return _ended(goal, f'{options.joint} at {goal.result.final_positions[0]:.3f} rad')
+
+
+def wave(robot: Robot, _options: argparse.Namespace) -> int:
+    """Raise the right arm, wave, and take it down again."""
+    raised = {'right_arm_shoulder': -2.4, 'right_arm_elbow': 0.4}
+    movements = [raised]
+    for _ in range(WAVES):
+        movements += [{'right_arm_elbow': 1.2}, {'right_arm_elbow': 0.4}]
+    movements.append({name: JOINT_BY_NAME[name].home for name in raised})
+    for movement in movements:
+        goal = _reach(robot, movement)
+        if goal.status != 'SUCCEEDED':
+            return _ended(goal, 'waving')
+    print('waved')
+    return ARRIVED
+
+
+def _reach(robot: Robot, angles: Mapping[str, float], duration: float | None = None) -> GoalRun:
+    """Move joints and wait until they are there, in `duration` s or as fast as is unhurried."""
+    if duration is None:
+        ways = [
+            abs(angle - robot.joint(name).position) / JOINT_BY_NAME[name].max_velocity
+            for name, angle in angles.items()
+        ]
+        duration = max(QUICKEST, UNHURRIED * max(ways))
+    with robot.reach(angles, duration=duration, timeout=duration + GOAL_OVERHEAD) as goal:
+        if not goal.accepted:
+            limits = ', '.join(
+                f'{name} goes from {JOINT_BY_NAME[name].lower} to {JOINT_BY_NAME[name].upper} rad, '
+                f'{JOINT_BY_NAME[name].max_velocity} rad/s at most'
+                for name in angles
+            )
+            raise Impossible(f'the goal was refused; {limits}')
+        for feedback in goal.feedback():
+            _progress(f'{feedback.fraction_done:.0%}')
+    _progress('')
+    return goal
+
+
+def _progress(text: str) -> None:
+    """Show how far it is, on a terminal alone; '' clears the line."""
+    if sys.stdout.isatty():
+        print(f'\r\033[K{text}', end='', flush=True)
+
+
+def _ended(goal: GoalRun, where: str) -> int:
+    if goal.status == 'SUCCEEDED':
+        print(where)
+        return ARRIVED
+    print(f'{goal.status.lower()}: {brief(goal.result.message)}; {where}', file=sys.stderr)
+    return FAILED
+
+
+def watch(robot: Robot, _options: argparse.Namespace) -> NoReturn:
+    """Print a line a second: the base, and the joints that move. Raises NoAnswer where the robot has gone."""
+    ticks: SimpleQueue[None] = SimpleQueue()
+    states: deque[JointState] = deque(maxlen=1)
+    bases: deque[Odometry] = deque(maxlen=1)
+    robot.node.create_subscription(JointState, 'joint_states', states.append, 1)
+    robot.node.create_subscription(Odometry, 'odom', bases.append, 1)
+    robot.node.create_timer(WATCH_EVERY, lambda: ticks.put(None))
+    silent = 0.0
+    while True:
+        ticks.get()
+        if not (states and bases):
+            silent += WATCH_EVERY
+            if silent > ANSWER_WITHIN:
+                raise NoAnswer(f'joint_states, odom: no message within {silent:.1f} s')
+            continue
+        silent = 0.0
+        state, base = states.pop(), bases.pop()
+        moving = [
+            f'{name} {position:.2f} rad'
+            for name, position, velocity in zip(state.name, state.position, state.velocity, strict=True)
+            if abs(velocity) > MOVING_SPEED
+        ]
+        print(f'{_base(base)}; {", ".join(moving) or "joints still"}', flush=True)
+
+
+COMMANDS: dict[str, Callable[[Robot, argparse.Namespace], int]] = {
+    'status': status,
+    'wave': wave,
+    'move': move,
+    'arm': arm,
+    'watch': watch,
+}

@@ -1,0 +1,97 @@
+"""humanoid status, wave, move, arm and watch: what a person types beside a robot that is up."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from collections.abc import Iterator
+
+import pytest
+from helpers.processes import Program
+from helpers.robot import humanoid, robot_env
+
+pytestmark = pytest.mark.skipif(sys.platform == 'win32', reason='signals of POSIX')
+
+
+@pytest.fixture(scope='module')
+def env() -> dict[str, str]:
+    """A world of its own."""
+    return robot_env()
+
+
+@pytest.fixture(scope='module')
+def up(env: dict[str, str]) -> Iterator[Program]:
+    """A humanoid that is up."""
+    with humanoid('up', env=env) as program:
+        for _ in range(4):
+            program.expect('(Service|Server) ready')
+        yield program
+
+
+def said(env: dict[str, str], *arguments: str, code: int = 0) -> str:
+    """What a command prints; it ends with `code`."""
+    with humanoid(*arguments, env=env) as program:
+        assert program.wait() == code, program.output
+    assert 'Traceback' not in program.output
+    return program.output
+
+
+@pytest.mark.usefixtures('up')
+def test_status_shows_joints_base_and_battery(env: dict[str, str]) -> None:
+    lines = said(env, 'status').splitlines()
+    assert lines[0].split()[:3] == ['left_arm_shoulder', '0.500', 'rad']
+    assert [line.split()[0] for line in lines[-2:]] == ['base', 'battery']
+
+
+@pytest.mark.usefixtures('up')
+def test_an_arm_goes_where_it_is_sent_and_status_shows_it(env: dict[str, str]) -> None:
+    assert said(env, 'arm', 'left_arm_elbow', '0.6') == 'left_arm_elbow at 0.600 rad'
+    assert 'left_arm_elbow         0.600 rad' in said(env, 'status')
+
+
+@pytest.mark.usefixtures('up')
+def test_it_waves(env: dict[str, str]) -> None:
+    assert said(env, 'wave') == 'waved'
+
+
+@pytest.mark.usefixtures('up')
+def test_it_moves_and_is_watched_on_its_way(env: dict[str, str]) -> None:
+    with humanoid('watch', env=env) as watch:
+        watch.expect(r'base at \(.*\) m, 0\.00 m/s; joints still')
+        assert said(env, 'move', '1.0', '-0.5').startswith('at (1.00, -0.50) m after ')
+        watch.expect(r'base at \(1\.00, -0\.50\) m, 0\.00 m/s')
+        watch.send_signal(signal.SIGINT)
+        assert watch.wait() == 130
+    assert watch.output.splitlines()[-1] == 'stopped'
+
+
+@pytest.mark.usefixtures('up')
+def test_ctrl_c_stops_the_robot(env: dict[str, str]) -> None:
+    with humanoid('watch', env=env) as watch, humanoid('move', '50', '0', env=env) as move:
+        watch.expect(r'm, 0\.[1-9]\d* m/s')
+        move.send_signal(signal.SIGINT)
+        assert move.wait() == 130
+        assert move.output.splitlines()[-1] == 'stopped'
+        watch.expect(r'm, 0\.00 m/s')
+        watch.send_signal(signal.SIGINT)
+        assert watch.wait() == 130
+
+
+@pytest.mark.usefixtures('up')
+@pytest.mark.parametrize(
+    ('arguments', 'complaint'),
+    [
+        (('arm', 'left_arm_elbo', '1'), "there is no joint 'left_arm_elbo'; did you mean 'left_arm_elbow'?"),
+        (('arm', 'left_arm_elbow', '9'), 'the goal was refused; left_arm_elbow goes from 0.0 to 2.4 rad'),
+        (('move', 'nan', '0'), 'the goal was refused: numbers must be finite'),
+    ],
+)
+def test_what_cannot_be_done_is_said_with_what_can(
+    env: dict[str, str], arguments: tuple[str, ...], complaint: str
+) -> None:
+    assert complaint in said(env, *arguments, code=1)
+
+
+def test_without_a_robot_it_says_how_to_start_one() -> None:
+    output = said(robot_env(), 'wave', code=1)
+    assert 'get_joint_state: no server within 2.0 s; is the robot up? start it with: humanoid up' in output
