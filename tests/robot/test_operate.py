@@ -95,3 +95,19 @@ def test_what_cannot_be_done_is_said_with_what_can(
 def test_without_a_robot_it_says_how_to_start_one() -> None:
     output = said(robot_env(), 'wave', code=1)
     assert 'get_joint_state: no server within 2.0 s; is the robot up? start it with: humanoid up' in output
+
+
+def test_arguments_of_ros_2_that_cannot_be_read_are_told_in_one_line(env: dict[str, str]) -> None:
+    output = said(env, 'status', '--ros-args', '-r', 'bad::=:', code=1)
+    assert "humanoid status: failed to initialize rcl: Couldn't parse remap rule: '-r bad::=:'" in output
+    assert len(output.splitlines()) == 1
+
+
+@pytest.mark.usefixtures('up')
+def test_a_second_ctrl_c_leaves_at_once(env: dict[str, str]) -> None:
+    with humanoid('watch', env=env) as watch, humanoid('move', '50', '0', env=env) as move:
+        watch.expect(r'm, 0\.[1-9]\d* m/s')
+        move.send_signal(signal.SIGINT)
+        move.send_signal(signal.SIGINT)
+        assert move.wait() == 130
+    assert 'Traceback' not in move.output

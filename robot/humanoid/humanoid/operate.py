@@ -40,7 +40,10 @@ class Impossible(Exception):
 def operate(options: argparse.Namespace, ros_args: list[str]) -> int:
     """Carry out one of COMMANDS; its exit code. Ctrl-C cancels the goal under way and waits for its end."""
     # Ctrl-C must reach this program before it reaches ROS: goals in motion are cancelled first.
-    rclpy.init(args=ros_args, signal_handler_options=SignalHandlerOptions.NO)
+    try:
+        rclpy.init(args=ros_args, signal_handler_options=SignalHandlerOptions.NO)
+    except RuntimeError as error:  # ROS 2's arguments say what cannot be
+        return _complain(options.command, brief(str(error)))
     signal.signal(signal.SIGTERM, _interrupt)
     try:
         with Robot(f'operator_{os.getpid()}') as robot:  # there may be several
