@@ -284,16 +284,16 @@ def _thread_excepthook(arguments: threading.ExceptHookArgs) -> None:
     if isinstance(error, ExternalShutdownException):
         return  # the program ends: so does what spins in its threads
     name = threading.current_thread().name if arguments.thread is None else arguments.thread.name
-    if sys.stderr is not None:
-        print(f'Exception in thread {name}:', file=sys.stderr)  # noqa: T201 - as Python does
-    _print(arguments.exc_type, error)
+    _print(arguments.exc_type, error, f'Exception in thread {name}:\n')
 
 
-def _print(kind: type[BaseException], error: BaseException) -> None:
+def _print(kind: type[BaseException], error: BaseException, title: str = '') -> None:
+    """Print in one piece: other threads log meanwhile."""
     if sys.stderr is None:
         return
     try:
-        print(traceback_text(error), file=sys.stderr, flush=True)  # noqa: T201
+        sys.stderr.write(f'{title}{traceback_text(error)}\n')
+        sys.stderr.flush()
     except UnicodeEncodeError:
         sys.__excepthook__(kind, error, error.__traceback__)
 
