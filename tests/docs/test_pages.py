@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from helpers.markdown import PAGES, anchors, blocks, links, name_of
+from helpers.markdown import DOCS, PAGES, anchors, blocks, links, name_of
 from helpers.terminals import play
 
 
@@ -43,3 +43,9 @@ def test_every_page_is_reached_from_the_index() -> None:
     reached = {(index.parent / link.partition('#')[0]).resolve() for link in links(index)}
     missing = [name_of(page) for page in PAGES if page.parent.name != 'adr' and page not in {index, *reached}]
     assert missing == [name_of(PAGES[0])]  # the README leads to the index, not the other way round
+
+
+def test_every_decision_is_reached_from_the_architecture() -> None:
+    page = DOCS / 'explanation' / 'architecture.md'
+    listed = {(page.parent / link.partition('#')[0]).resolve() for link in links(page)}
+    assert [each.name for each in sorted((DOCS / 'adr').glob('*.md')) if each not in listed] == []

@@ -29,7 +29,7 @@ from goalwire.idl.grammar import parse_action, parse_message, parse_service
 from goalwire.rules.arguments import ArgumentError, UnknownArguments, parse_arguments
 from goalwire.rules.goals import decode_status_array, wire
 from goalwire.rules.names.lexer import RuleSyntaxError
-from goalwire.rules.parameters.files import matches, parse_parameter_file
+from goalwire.rules.parameters.file_syntax import matches, parse_parameter_file
 from goalwire.rules.parameters.plain_yaml import typed_text
 from goalwire.transport.dds import description, discovery_state, service_header
 from goalwire.transport.zenoh import attachment, tokens

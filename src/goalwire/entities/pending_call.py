@@ -337,7 +337,7 @@ class RequestClient:
         self.watches_end = False
         """Whether the calls in `timed` hear of the context's end: those without an alarm need that."""
         self.events = 0
-        """How many responses have come; see wait_set.Waited."""
+        """How many responses have come; see waitable.Waited."""
         self.watchers: Sequence[Callable[[], None]] = ()
         self.sent = 0
         """How many requests were handed to the wire."""

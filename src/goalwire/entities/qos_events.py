@@ -252,7 +252,7 @@ class EventReader(CallbackSource):
 
     @property
     def events(self) -> int:
-        """1 where there is something to take, else 0; see wait_set.Waited."""
+        """1 where there is something to take, else 0; see waitable.Waited."""
         return int(not self.closed and self._source.status(self.event) is not self._seen)
 
     def notify(self) -> None:

@@ -84,7 +84,7 @@ class EventQueue(CallbackSource, Generic[E]):
 
     @property
     def events(self) -> int:
-        """How many events wait; see wait_set.Waited."""
+        """How many events wait; see waitable.Waited."""
         return len(self._events)
 
     def deliver(self, event: E) -> None:

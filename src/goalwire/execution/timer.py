@@ -324,7 +324,7 @@ class Timer(CallbackSource):
 
     @property
     def events(self) -> int:
-        """1 when a call is due, else 0; see wait_set.Waited."""
+        """1 when a call is due, else 0; see waitable.Waited."""
         return int(self.is_ready())
 
     def call_timer(self) -> None:

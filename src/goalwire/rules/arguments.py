@@ -16,7 +16,7 @@ from goalwire.rules.names.validation import InvalidName, validate_enclave
 
 if TYPE_CHECKING:
     from goalwire.rules.parameters import ParameterValue
-    from goalwire.rules.parameters.files import NodeValues
+    from goalwire.rules.parameters.file_syntax import NodeValues
 
 
 _LONGEST_SHOWN = 500  # characters of an argument that an error shows
@@ -92,7 +92,7 @@ class Arguments:
                 nodes.setdefault(pattern, {}).update(values)
         if not nodes:
             return {}
-        from goalwire.rules.parameters.files import matches
+        from goalwire.rules.parameters.file_syntax import matches
 
         found: dict[str, ParameterValue] = {}
         for pattern, values in nodes.items():
@@ -121,7 +121,7 @@ def parse_arguments(arguments: Sequence[str]) -> Arguments:
 
 def parse_parameter_rule(text: str) -> ParameterOverride:
     """Read `[node:]name:=value`; raises RuleSyntaxError with ROS 2's text."""
-    from goalwire.rules.parameter_values import parse_parameter_value
+    from goalwire.rules.parameters.value_syntax import parse_parameter_value
 
     lexer = Lexer(text)
     node = node_prefix(lexer)

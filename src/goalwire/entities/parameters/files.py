@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from rcl_interfaces.msg import Parameter as ParameterMessage
     from rcl_interfaces.msg import ParameterValue as ParameterValueMessage
 
-    from goalwire.rules.parameters.files import NodeValues
+    from goalwire.rules.parameters.file_syntax import NodeValues
 
 
 def with_files_read(arguments: Arguments) -> Arguments:
@@ -36,7 +36,7 @@ def with_files_read(arguments: Arguments) -> Arguments:
 
 
 def _read(path: str) -> NodeValues:
-    from goalwire.rules.parameters.files import parse_parameter_file
+    from goalwire.rules.parameters.file_syntax import parse_parameter_file
 
     try:
         empty = path == os.devnull  # a usual way to say: no file

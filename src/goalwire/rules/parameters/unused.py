@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from goalwire.files import shown
 from goalwire.rules.arguments import ParameterFile, ParameterOverride
-from goalwire.rules.parameters.files import matches
+from goalwire.rules.parameters.file_syntax import matches
 
 if TYPE_CHECKING:
     from goalwire.rules.arguments import Arguments

@@ -1,4 +1,6 @@
-"""The messages of a link itself: INIT, OPEN, CLOSE, KEEP_ALIVE, and the heads of FRAME and FRAGMENT.
+"""The messages of a link itself, as bytes: INIT and OPEN set it up, CLOSE ends it, KEEP_ALIVE keeps it.
+
+FRAME and FRAGMENT have only their numbers here; link.py takes them apart.
 
 A link carries batches: two bytes of length, low byte first, then that many bytes. A batch holds one or more
 of these messages. A FRAME's network messages go on until the batch ends, or until a byte comes whose five low

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from goalwire.rules.names import RuleSyntaxError
-from goalwire.rules.parameters.files import matches, parse_parameter_file
+from goalwire.rules.parameters.file_syntax import matches, parse_parameter_file
 
 
 def below(node: str, parameters: str = 'a: 1') -> bytes:

@@ -7,7 +7,7 @@ import sys
 import pytest
 
 from goalwire.rules.names import RuleSyntaxError
-from goalwire.rules.parameter_values import parse_parameter_value
+from goalwire.rules.parameters.value_syntax import parse_parameter_value
 
 
 @pytest.mark.parametrize(

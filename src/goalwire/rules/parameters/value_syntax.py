@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     import yaml
 
-    from goalwire.rules.parameters import ParameterValue
+    from goalwire.rules.parameters.parameter import ParameterValue
 
     Scalar = bool | int | float | str
 

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, NoReturn, TypeAlias
 
 from goalwire.rules.names.lexer import RuleSyntaxError
 from goalwire.rules.names.validation import InvalidName, validate_namespace, validate_node_name
-from goalwire.rules.parameter_values import line_of, plain_value, sequence_value
+from goalwire.rules.parameters.value_syntax import line_of, plain_value, sequence_value
 
 if TYPE_CHECKING:
     import yaml
