@@ -9,7 +9,7 @@ EXTRA := $(if $(filter rmw_cyclonedds_cpp,$(RMW)),[dds])
 
 # Two at once share one set-up: the second waits for the first, where there is flock.
 LOCKED := $(if $(shell command -v flock 2>/dev/null),flock Makefile)
-ROBOT := $(wildcard $(addprefix robot/,humanoid/setup.py humanoid/humanoid/*.py humanoid/humanoid/*/*.py humanoid_interfaces/*/*))
+ROBOT := $(wildcard $(addprefix robot/,humanoid/setup.py humanoid/humanoid/*.py humanoid/humanoid/*/*.py humanoid_interfaces/*/* humanoid_description/*/*))
 
 demo:
 	@$(LOCKED) $(MAKE) --no-print-directory set-up

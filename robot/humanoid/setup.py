@@ -1,7 +1,8 @@
 """The humanoid as an ament_python package: `colcon build` and plain pip both install it.
 
-The definitions of its interfaces come along, so that goalwire finds them from any folder. Their home is the
-package humanoid_interfaces beside this one; an sdist of this one holds a copy.
+The definitions of its interfaces come along, so that goalwire finds them from any folder; so does the body's
+description. Their homes are the packages humanoid_interfaces and humanoid_description beside this one; an
+sdist of this one holds copies.
 """
 
 from pathlib import Path
@@ -11,17 +12,23 @@ from setuptools.command.sdist import sdist
 
 package_name = 'humanoid'
 definitions = 'humanoid_definitions'  # a Python package of definition files alone
-beside = Path('../humanoid_interfaces')
+description = (
+    'humanoid_description'  # the same of the body; installed as a ROS package too, for package:// names
+)
+homes = {definitions: Path('../humanoid_interfaces'), description: Path('../humanoid_description')}
+beside = {name: home for name, home in homes.items() if home.is_dir()}
+body = beside.get(description, Path(description))
 
 
-class SdistWithDefinitions(sdist):
-    """An sdist in which the definitions are a folder of their own: it has no package beside it."""
+class SdistWithCopies(sdist):
+    """An sdist in which the packages beside this one are folders of its own: it has nothing beside it."""
 
     def make_release_tree(self, base_dir: str, files: list[str]) -> None:
         super().make_release_tree(base_dir, [file for file in files if not file.startswith('..')])
         for file in files:
             if file.startswith('..'):
-                copy = Path(base_dir, definitions, Path(file).relative_to(beside))
+                name = next(name for name, home in homes.items() if Path(file).is_relative_to(home))
+                copy = Path(base_dir, name, Path(file).relative_to(homes[name]))
                 copy.parent.mkdir(parents=True, exist_ok=True)
                 self.copy_file(file, str(copy))
 
@@ -29,12 +36,20 @@ class SdistWithDefinitions(sdist):
 setup(
     name=package_name,
     version='0.1.0',
-    packages=[*find_packages(include=[package_name, f'{package_name}.*']), definitions],
-    package_dir={definitions: str(beside)} if beside.is_dir() else {},
-    package_data={definitions: ['package.xml', 'srv/*.srv', 'action/*.action']},
-    cmdclass={'sdist': SdistWithDefinitions},
+    packages=[*find_packages(include=[package_name, f'{package_name}.*']), definitions, description],
+    package_dir={name: str(home) for name, home in beside.items()},
+    package_data={
+        definitions: ['package.xml', 'srv/*.srv', 'action/*.action'],
+        description: ['package.xml', 'urdf/*.urdf'],
+    },
+    cmdclass={'sdist': SdistWithCopies},
     data_files=[
-        ('share/ament_index/resource_index/packages', [f'resource/{package_name}']),
+        (
+            'share/ament_index/resource_index/packages',
+            [f'resource/{package_name}', f'resource/{description}'],
+        ),
+        (f'share/{description}', [str(body / 'package.xml')]),
+        (f'share/{description}/urdf', [str(body / 'urdf' / 'humanoid.urdf')]),
         (f'share/{package_name}', ['package.xml']),
         (f'share/{package_name}/launch', ['launch/humanoid.launch.py']),
     ],

@@ -29,6 +29,7 @@ DEFINITIONS = {
     'srv/GetBatteryStatus.srv',
     'srv/GetJointState.srv',
 }
+DESCRIPTION = {'package.xml', 'urdf/humanoid.urdf'}
 MAKES = """
 import subprocess, sys
 raise SystemExit(subprocess.run(sys.argv[1:], check=False).returncode)
@@ -104,18 +105,28 @@ def test_the_definitions_come_with_the_package_and_with_its_sdist(
     sources: Path, site: Path, tmp_path: Path
 ) -> None:
     assert definitions(site / 'humanoid_definitions') == DEFINITIONS
+    assert definitions(site / 'humanoid_description') == DESCRIPTION
     with _needs_pypi():
         _run('build', '--sdist', '--outdir', str(tmp_path), './humanoid', cwd=sources)
         [sdist] = tmp_path.glob('*.tar.gz')
         _run('pip', 'install', '-q', '--no-deps', '--target', 'from_sdist', str(sdist), cwd=tmp_path)
     assert definitions(tmp_path / 'from_sdist' / 'humanoid_definitions') == DEFINITIONS
+    assert definitions(tmp_path / 'from_sdist' / 'humanoid_description') == DESCRIPTION
+    assert definitions(tmp_path / 'from_sdist' / 'share' / 'humanoid_description') == DESCRIPTION
     names = {path.name for path in sources.iterdir()}
-    assert names == {'humanoid', 'humanoid_interfaces', 'ruff.toml'}, 'the sdist left something behind'
+    packages = {'humanoid', 'humanoid_description', 'humanoid_interfaces'}
+    assert names == {*packages, 'ruff.toml'}, 'the sdist left something behind'
 
 
 def test_every_definition_is_installed() -> None:
     home = ROOT / 'robot' / 'humanoid_interfaces'
     assert definitions(home) - {'CMakeLists.txt'} == DEFINITIONS
+
+
+def test_the_description_is_found_from_any_folder(env: dict[str, str], site: Path, elsewhere: Path) -> None:
+    program = 'from humanoid.description import urdf_path; print(urdf_path())'
+    with Program(program, env=env, cwd=elsewhere) as asked:
+        assert asked.succeed().strip() == str(site / 'humanoid_description' / 'urdf' / 'humanoid.urdf')
 
 
 def test_the_demo_runs_from_any_folder_in_80_columns(env: dict[str, str], elsewhere: Path) -> None:

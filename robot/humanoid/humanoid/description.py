@@ -1,0 +1,35 @@
+"""Where the description of the body is: the URDF of the package humanoid_description."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+PACKAGE = 'humanoid_description'
+FILE = Path('urdf', 'humanoid.urdf')
+
+
+def urdf_path() -> Path:
+    """The file beside these programs: of the workspace, or of what pip installed; else of ROS 2's index.
+
+    Raises FileNotFoundError.
+    """
+    programs = Path(__file__).resolve().parents[1]
+    for beside in (programs.parent, programs):
+        if (path := beside / PACKAGE / FILE).is_file():
+            return path
+    from ament_index_python.packages import PackageNotFoundError, get_package_share_directory
+
+    try:
+        path = Path(get_package_share_directory(PACKAGE)) / FILE
+    except PackageNotFoundError:
+        path = FILE
+    if path.is_file():
+        return path
+    raise FileNotFoundError(
+        f'the package {PACKAGE} is not found: run `pip install ./robot/humanoid`, which brings it along'
+    )
+
+
+def urdf_text() -> str:
+    """The description itself. Raises FileNotFoundError."""
+    return urdf_path().read_text(encoding='utf-8')
