@@ -1,4 +1,4 @@
-"""What everything that a node makes has in common: a name, and an end."""
+"""The base of all entities of the asyncio API: a name, `close`, and messages made from keyword arguments."""
 
 from __future__ import annotations
 

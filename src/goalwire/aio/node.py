@@ -1,4 +1,4 @@
-"""A node for programs that are made of `async def`: it lives from the beginning to the end of its block."""
+"""A node of the asyncio API: it lives as long as its `async with` block."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A node's own parameters: a mapping of names to values, which others may read and set over services."""
+"""A node's own parameters as a mapping of names to values. Other nodes read and set them over services."""
 
 from __future__ import annotations
 

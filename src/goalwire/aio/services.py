@@ -1,4 +1,4 @@
-"""Calls services, and answers requests."""
+"""Service clients and servers of the asyncio API."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Ticks at a rhythm."""
+"""Timers of the asyncio API: `async for` gets a tick at each period."""
 
 from __future__ import annotations
 

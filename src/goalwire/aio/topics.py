@@ -1,4 +1,4 @@
-"""Publishes messages, and receives them."""
+"""Publishers and subscriptions of the asyncio API."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Messages to bytes and back: XCDR1, written in little endian, read in both.
 
-An encoder or decoder is generated when a class first needs one, and kept. Any class with rosidl's surface
-will do.
+An encoder or decoder is generated when a class first needs one, and kept. It works for any class with
+rosidl's attributes.
 """
 
 from __future__ import annotations

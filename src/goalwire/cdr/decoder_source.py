@@ -1,8 +1,9 @@
-"""The source of a decoder: one function per message class, one more per class inside its sequences.
+"""Generates a decoder's source: one function per message class, one more per class inside its sequences.
 
-Values are read run by run into variables; the message objects are made last, without their constructors. A
-length is held against the bytes that are left before anything is made for it. What follows a message is
-ignored, as in ROS 2: `rmw_serialize` reports an estimated size, so relays and bags carry some bytes more.
+Values are read run by run into variables; a run is a row of fields of fixed size. The message objects are
+made last, without their constructors. A length is compared with the bytes that are left before anything is
+allocated for it. Bytes after a message are ignored, as in ROS 2: `rmw_serialize` reports an estimated size,
+so relays and bags carry some bytes more.
 """
 
 from __future__ import annotations

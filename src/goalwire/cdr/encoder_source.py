@@ -1,8 +1,8 @@
-"""The source of an encoder: one function per message class, one more per class inside its sequences.
+"""Generates an encoder's source: one function per message class, one more per class inside its sequences.
 
-Nested messages are flattened. Fields of fixed size, with at most one string among them, form a run: one
-call of one precompiled struct. Types and ranges are checked in passing; what fails is explained by
-cdr/explain.py.
+Nested messages are flattened. Fields of fixed size, with at most one string among them, form a run: one call
+of one precompiled struct. Types and ranges are checked in passing. When something fails, cdr/explain.py finds
+out which field it was.
 """
 
 from __future__ import annotations

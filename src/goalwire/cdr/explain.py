@@ -1,4 +1,4 @@
-"""Which field was it? A slow second look at what was refused, to name field, value and offset."""
+"""Explains a failure of the codec: a slow second pass that finds the field, its value and its offset."""
 
 from __future__ import annotations
 

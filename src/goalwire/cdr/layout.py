@@ -1,7 +1,7 @@
-"""How messages lie on the wire in XCDR1: sizes, alignments, and runs of fields of fixed size.
+"""The layout of messages in XCDR1: sizes, alignments, and runs of fields of fixed size.
 
 A value of size s starts at a multiple of s, counted from the end of the 4-byte header. Offsets here count
-from the header's first byte, so that the start of a run is known by `offset & 7` alone.
+from the header's first byte. So `offset & 7` alone gives the alignment of a run's start.
 """
 
 from __future__ import annotations

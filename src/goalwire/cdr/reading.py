@@ -1,7 +1,7 @@
-"""What generated decoders call.
+"""Functions that generated decoders call.
 
 All of these raise ValueError or IndexError for bytes that cannot be right, before they allocate anything for
-them; cdr/explain.py finds out which field it was.
+them. Then cdr/explain.py finds out which field it was.
 """
 
 from __future__ import annotations

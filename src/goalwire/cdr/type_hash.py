@@ -1,7 +1,7 @@
 """RIHS01: the hash of a type's description, which ROS 2 puts on the wire (REP 2011).
 
-The description of a type and of all types in it is written as JSON, names and types of fields only, without
-defaults and constants; its SHA-256 is the hash. Numbers of types: type_description_interfaces/msg/FieldType.
+The description of a type and of all types in it is written as JSON: names and types of fields only, without
+defaults and constants. Its SHA-256 is the hash. Numbers of types: type_description_interfaces/msg/FieldType.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""What generated encoders call: tables of packers, and values that need more than a struct.
+"""Functions and tables that generated encoders call, for values that need more than a struct.
 
-All of these raise TypeError or ValueError for a value that does not fit; cdr/explain.py finds out which
-it was.
+All of these raise TypeError or ValueError for a value that does not fit. Then cdr/explain.py finds out which
+field it was.
 """
 
 from __future__ import annotations

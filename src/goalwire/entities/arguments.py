@@ -1,4 +1,4 @@
-"""The ROS arguments of a process or a node, with rclpy's exceptions."""
+"""Parses the ROS arguments of a process or a node, and raises rclpy's exceptions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The services that every node has beside its program's own: about parameters, loggers and types."""
+"""The services that every node offers by itself: for parameters, loggers and type descriptions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is known of one call or goal, by whoever waits for it: its name, its servers, since and until when."""
+"""The context of one call or goal: its name, its servers, its deadline, and the errors that tell them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A service client: what calls of a service are asked with, and how one waits for them."""
+"""A service client: sends requests, waits for responses and for servers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Coroutines that step others, and clean up also where they were never begun."""
+"""Coroutines that run another one and clean up after it, even if it never started."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Servers of this very process: whether a call that blocks here could ever be answered by them."""
+"""Finds calls that can never be answered: the server is in this process and needs the thread that waits."""
 
 from __future__ import annotations
 

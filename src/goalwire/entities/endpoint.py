@@ -1,4 +1,4 @@
-"""What an entity declares on the wire. What its user left open in the QoS is settled by who is there."""
+"""Describes an entity as an endpoint for the wire, and settles the policies that its QoS left open."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Waiting for the graph to look as wanted: threads, coroutines, requests. Its changes wake, nothing polls."""
+"""Threads, coroutines and requests wait here for a state of the graph. Changes wake them; nothing polls."""
 
 from __future__ import annotations
 

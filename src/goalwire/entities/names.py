@@ -1,4 +1,4 @@
-"""The name rules of ROS 2 (goalwire.rules.names), with rclpy's exceptions."""
+"""Expands and checks names by the rules of ROS 2 (goalwire.rules.names), with rclpy's exceptions."""
 
 from __future__ import annotations
 

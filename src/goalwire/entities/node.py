@@ -1,4 +1,4 @@
-"""A node as both fronts share it: its names, its place in the graph, the home of its work, what it owns."""
+"""A node, as both APIs share it: its names, its port on the wire, its work queue, and its entities."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a node can ask about the graph: who is there, on which topics and services, with which QoS."""
+"""A node's queries of the graph: nodes, topics, services and endpoints, with their QoS."""
 
 from __future__ import annotations
 

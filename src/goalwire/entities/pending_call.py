@@ -1,21 +1,22 @@
-"""A request that is on its way: how it is sent, answered, ended in time, sent again, or cancelled.
+"""A pending call: one request, and how it is answered, times out, is sent again or is cancelled.
 
-A `RequestClient` is one client of one service on the wire; a `PendingCall` is one request of it, and the
+A `RequestClient` is one client of one service on the wire. A `PendingCall` is one request of it, and the
 future of its response. A service client is a RequestClient. An action client has three: for goals, for
-cancelling and for results. Both fronts use them.
+cancelling and for results. Both APIs use them.
 
-A call without a `CallContext` is ROS 2's: it is sent at once, and its future stays pending where nobody
-answers. A call with one waits for a server and ends for certain: with its response or with a typed error, at
+A call without a `CallContext` behaves as in ROS 2: it is sent at once, and its future stays pending if nobody
+answers. A call with one first waits for a server and always ends: with its response or with a typed error, at
 its deadline, when its server goes, or when the client or the context ends. With a `Retry` policy it is sent
 again.
 
-What ends a call comes on several threads: the reply, the wire's word that none can come, the deadline, the
-end of the context, the caller. Whoever takes `end_lock` first has it, and completes the future.
+Several threads may end a call: the one that brings the reply, the one on which the wire says that no reply
+can come, the deadline's, the caller's, the one that ends the context. The first to take `end_lock` ends it
+and completes the future.
 
-What an action adds is in goalwire.entities.actions.requests. A subclass of PendingCall whose reply is more
-than a value overrides `on_reply` (`take_reply` says whether this is the first), `on_end`, `fail` and
-`discard`, which begin with `end()`; or `discard_request`, to keep listening for a while. One with `waits =
-False` is sent at once: who cancels a goal has had a server.
+What an action adds is in goalwire.entities.actions.requests. A subclass whose reply is more than a value
+overrides `on_reply` (`take_reply` says whether it is the first reply), `on_end`, `fail` and `discard`, which
+begin with `end()`. One that goes on listening for a while overrides `discard_request`. A subclass with
+`waits = False` does not wait for a server: whoever cancels a goal has had one.
 """
 
 from __future__ import annotations

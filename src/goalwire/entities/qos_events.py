@@ -1,8 +1,8 @@
 """The events of a publisher or subscription: where they come from, and how they reach a callback.
 
-What a wire tells itself is taken from its port (`Port.watch_event`). Otherwise the graph tells who matches
-and who cannot, and the messages' numbers tell what was lost. What neither can tell is refused, as rmw_zenoh
-refuses deadlines and liveliness: a callback that never comes would be worse.
+If the wire itself reports a kind of event, it comes from the endpoint's port (`Port.watch_event`). Else the
+graph tells which endpoints match and which cannot, and the numbers of messages tell how many were lost. Other
+kinds are refused, as rmw_zenoh refuses deadlines and liveliness: a callback that never comes would be worse.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The receiving end of a service: queues requests, rejects what cannot be decoded, hands on the rest."""
+"""The receiving end of a service: queues requests, decodes them, and rejects those that it cannot decode."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sends requests again: what goalwire.rules.retries decides, performed for the calls of one client."""
+"""Sends requests again as goalwire.rules.retries decides, for the calls of one client."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""/rosout: what nodes log, for whoever listens (rcl's logging_rosout).
+"""/rosout: publishes what nodes log (rcl's logging_rosout).
 
-A record goes out through the node whose logger has its name, or from whose logger its own descends. Nodes of
-equal logger name share one publisher, which passes on to the next of them when its node goes. It never waits
-for room on the wire: log lines come from any thread, those of the transport too.
+A record goes out through the node whose logger has its name, or an ancestor of its name. Nodes with the same
+logger name share one publisher, and when its node goes the next of them takes it over. The publisher never
+waits for room on the wire: log lines come from any thread, also from those of the transport.
 """
 
 from __future__ import annotations

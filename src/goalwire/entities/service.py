@@ -1,4 +1,4 @@
-"""A service server: calls back with each request and answers it once."""
+"""A service server: calls its callback with each request, and sends the answer once."""
 
 from __future__ import annotations
 

@@ -1,6 +1,7 @@
-"""The types that every node offers or publishes, by name: their classes are made when the first one is used.
+"""The message and service types that every node needs. Their classes are made at the first use.
 
-A node's parameter services alone need forty classes, 100 ms to make, which most programs never touch.
+A node's parameter services alone need forty classes. They take 100 ms to make, and most programs never use
+them.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A subscription: queues what arrives, decodes on the executor's thread, calls back."""
+"""A subscription: queues messages as they arrive, decodes them on the executor's thread, calls back."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 MsgT = TypeVar('MsgT')
 
 _DEFAULT_DEPTH = 42
-"""What rmw_zenoh takes for a depth of 0 (zenoh-wire A.2)."""
+"""What rmw_zenoh takes for a depth of 0."""
 
 
 class MessageInfo(TypedDict):

@@ -1,4 +1,4 @@
-"""Simulated time: what is published on /clock sets the ROS clocks of a node, while `use_sim_time` is true."""
+"""Simulated time: while `use_sim_time` is true, messages on /clock set the ROS clocks of a node."""
 
 from __future__ import annotations
 

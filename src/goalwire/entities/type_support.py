@@ -1,4 +1,4 @@
-"""What an entity needs to know of a message, service or action class: its name, hash and codec.
+"""Facts about a message, service or action class that entities need: its name, hash and codec.
 
 The texts of the refusals are rclpy's (rclpy.type_support).
 """

@@ -1,4 +1,4 @@
-"""Whether what a program hands over as a callback can be called as it will be: found where it is given."""
+"""Checks what arguments a callback takes when it is given, not when it is first called."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Clocks: system, steady and ROS time (rclpy.clock), their jumps, and entries that go by them."""
+"""Clocks: system, steady and ROS time (rclpy.clock), their jumps, and timer entries that follow a clock."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the running callback holds: its callback groups and its executor."""
+"""What the running callback has: the exclusive groups that it holds, and the executor that runs it."""
 
 from __future__ import annotations
 

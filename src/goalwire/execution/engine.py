@@ -1,4 +1,4 @@
-"""How an executor runs one piece of ready work, and what it keeps for that: the queue, timers, runners."""
+"""The common part of all executors: takes one piece of ready work and runs it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sources of callbacks: the queue behind a subscription or service, and the guard condition."""
+"""Two sources of callbacks: the event queue of a subscription, service or client, and the guard condition."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What both executors share: nodes, tasks, and the ways to spin (rclpy.executors)."""
+"""The common part of both rclpy executors: nodes, tasks, and the ways to spin (rclpy.executors)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""File descriptors: which are ready, for the asyncio loops of an executor."""
+"""Watches the file descriptors of an executor's asyncio loops, in one selector."""
 
 from __future__ import annotations
 

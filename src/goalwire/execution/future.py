@@ -1,4 +1,4 @@
-"""Future: a result to come, as rclpy.task.Future, completed on any thread."""
+"""Future: a result that comes later, as rclpy.task.Future. Any thread may complete it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What programs hold of rclpy's C++ objects: `with node.get_clock().handle, subscription.handle: …`."""
+"""Handles, as programs of rclpy use them: `with node.get_clock().handle, subscription.handle: …`."""
 
 from __future__ import annotations
 

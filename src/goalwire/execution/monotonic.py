@@ -1,4 +1,4 @@
-"""The one place where the execution core reads the machine's time and sleeps."""
+"""The machine's clock. Only here does the execution core read the time and sleep."""
 
 from __future__ import annotations
 

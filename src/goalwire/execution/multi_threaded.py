@@ -1,4 +1,4 @@
-"""MultiThreadedExecutor: callbacks run on threads of its own, beside each other where their groups allow."""
+"""MultiThreadedExecutor: callbacks run on its own threads, in parallel where their groups allow it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What an executor runs: sources of callbacks, the queue of the ready ones, the address of a node."""
+"""The ready queue of an executor, the callback sources that are in it, and the work queue of a node."""
 
 from __future__ import annotations
 

@@ -1,19 +1,17 @@
-"""SIGINT and SIGTERM end the contexts (rclpy.signals), and how a program ends that catches nothing.
+"""SIGINT and SIGTERM end the contexts (rclpy.signals), and uncaught exceptions end the program readably.
 
 The handlers take no lock: they may interrupt the main thread anywhere. They end the registered shutdown
-signals, which wakes every thread that waits under them, and then do what was installed before them: for
-SIGINT that is Python's own handler, which raises KeyboardInterrupt.
+signals, which wakes every thread that waits under them. Then they call the handler that was installed before:
+for SIGINT that is Python's own, which raises KeyboardInterrupt.
 
-A listener thread ends the shutdown signals too, and first. Python runs handlers in the main thread, between
-two steps of Python code. A signal that comes after the last step before a call of the system's,
-`time.sleep(20)` in a callback or a lock's wait, is seen when that call is over; so is one that the system
-gives to another thread. Another signal ends such a call: SIGURG, which means nothing to most programs, is
-sent to the main thread while it has not run the handler.
+A listener thread ends the shutdown signals too, and earlier. Python runs handlers only in the main thread and
+only between two steps of Python code. So a handler does not run while the main thread is in a call of the
+system, like `time.sleep(20)` in a callback or the wait for a lock. The listener then interrupts that call: it
+sends SIGURG, which means nothing to most programs, to the main thread until the handler has run.
 
-What nobody catches is printed with the program's own frames, and Ctrl-C in a wait of ours ends the program
-quietly. The hooks for that are installed by `init`, and only where they are still Python's own: those of test
-runners, debuggers and notebooks stay. The exit status is Python's in every case: that of Ctrl-C, and 1 after
-an exception.
+An uncaught exception is printed with the program's own frames. Ctrl-C in a wait of ours ends the program
+quietly. `init` installs the hooks for that, but only in place of Python's own: those of test runners,
+debuggers and notebooks stay. The exit status is always Python's: that of Ctrl-C, and 1 after an exception.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""One thread's spin: what ends it, and the groups that it releases meanwhile."""
+"""One thread's spin: the conditions that end it, and the callback groups that it releases meanwhile."""
 
 from __future__ import annotations
 

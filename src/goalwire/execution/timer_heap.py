@@ -1,4 +1,4 @@
-"""Who is called when: the due times of timers and asyncio loops, and a thread for what nobody spins."""
+"""The due times of timers and asyncio loops, and a thread that calls those which no executor runs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Waitables: what a program adds to an executor as a source of callbacks of its own (rclpy.waitable)."""
+"""Waitables: callback sources that a program writes itself and adds to a node (rclpy.waitable)."""
 
 from __future__ import annotations
 

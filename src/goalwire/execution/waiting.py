@@ -1,11 +1,11 @@
-"""The wake-up kit: how a thread sleeps until somebody wakes it, and the signal that wakes all of them.
+"""How threads sleep and are woken, and the shutdown signal, which wakes all of them.
 
-Everything that waits here follows one rule, and so no wake-up is lost although no lock is held:
+Every wait here follows one rule. So no wake-up is lost although no lock is held:
 
-- who waits first shows itself (puts its `wake` on a list), then looks whether what it waits for is there;
-- who brings it first puts it there, then looks who waits.
+- the sleeper first puts its `wake` on a list, then looks whether what it waits for is there;
+- the waking thread first puts the thing there, then looks at the list.
 
-One of the two sees the other. What that leans on is in docs/explanation/memory-model.md.
+So at least one of the two sees the other. docs/explanation/memory-model.md says what this relies on.
 """
 
 from __future__ import annotations

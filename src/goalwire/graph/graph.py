@@ -1,8 +1,8 @@
-"""The world as discovery shows it: nodes, endpoints, and who is told when they change.
+"""The discovered graph: its nodes and endpoints, and the watchers of its changes.
 
-Rules of ROS 2 followed here: rmw_zenoh's graph cache. A node is told apart by its session and number, so two
-nodes of one name are two entries. An endpoint of an unknown node makes that node known; a node that goes
-takes its endpoints along; the departure of an unknown thing means nothing (the wire promises no order).
+It follows the rules of rmw_zenoh's graph cache. A node is identified by its session and number, so two nodes
+of one name are two entries. An endpoint of an unknown node makes that node known. A node that goes takes its
+endpoints along. The departure of an unknown thing is ignored, since the wire promises no order.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What keeps two peers apart, or confuses them, although the wire says nothing."""
+"""Finds nodes and endpoints of one name that do not go together, although no wire reports it."""
 
 from __future__ import annotations
 

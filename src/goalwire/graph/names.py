@@ -1,4 +1,4 @@
-"""What a name in the graph tells by its form alone."""
+"""Names in the graph: which are hidden, and which belong to an action."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Why nobody serves a name, as far as the graph tells: another type, or another name."""
+"""Explains why nobody serves a name: the graph has it with another type, or has a similar name."""
 
 from __future__ import annotations
 

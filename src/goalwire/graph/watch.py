@@ -1,7 +1,7 @@
-"""Telling interested parties of changes in the graph, with no lock held.
+"""Tells listeners of changes in the graph, with no lock held.
 
-`Watchers` tells everybody of any change. `CounterpartWatchers` tells an endpoint who comes and goes on the
-other side of its topic: changes are noted under the lock of the graph, which decides their order, and told
+`Watchers` tells everybody of any change. `CounterpartWatchers` tells an endpoint which ones come and go on
+the other side of its topic. Changes are noted under the graph's lock, which decides their order, and told
 without it.
 """
 

@@ -1,4 +1,4 @@
-"""The checks of rosidl's setters, made only where ROS_PYTHON_CHECK_FIELDS=1 or check_fields=True asks.
+"""The type checks of rosidl's setters, made only if ROS_PYTHON_CHECK_FIELDS=1 or check_fields=True is set.
 
 The texts of the AssertionErrors are rosidl_generator_py's, since programs and their tests match on them.
 """

@@ -1,4 +1,4 @@
-"""Makes the classes: of a message from generated source, of a service or action around its parts."""
+"""Makes classes: that of a message from generated source, that of a service or action from its parts."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Python classes for messages, services and actions, as rosidl generates them: built on first use, once.
+"""Python classes for messages, services and actions, as rosidl generates them: built once, at the first use.
 
-Two threads may build the same class at the same time; the first to finish wins and both get its class, so
-no lock is needed while nested packages are imported.
+Two threads may build the same class at the same time. The first to finish wins and both get its class, so no
+lock is needed while nested packages are imported.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The types that ROS 2 derives from a .srv or .action: what the user wrote, wrapped for the wire."""
+"""The types that ROS 2 derives from a .srv or .action, such as the SendGoal service of an action."""
 
 from __future__ import annotations
 

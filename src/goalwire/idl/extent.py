@@ -1,4 +1,4 @@
-"""How much a message holds: what a definition's few lines can multiply to is refused before it is made."""
+"""The size of a message: its depth, fields and values. A definition with too many is refused."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The text of .msg, .srv and .action files becomes model objects.
+"""Parses .msg, .srv and .action files into model objects.
 
 One line holds one field (`type name [default]`) or one constant (`type NAME=value`); `#` starts a comment;
 a line `---` separates the parts of a service or an action. Rules: ROS 2's "Interface definition" page and

@@ -1,17 +1,18 @@
 """The import hook: serves interface packages from their definition files, and orders the overlay.
 
-goalwire.pth loads this module at every interpreter start, so it imports nothing but what Python has
-loaded by then. The finder stands just before the path finder and asks it (and those behind) first:
+goalwire.pth loads this module at every interpreter start, so it imports nothing but what Python has loaded by
+then. The finder stands just before Python's path finder, asks that one (and those behind it) first, and then
+decides:
 
-- A regular package or module always wins; a folder without __init__.py (which Python would take for a
-  namespace package) does not: ./humanoid_interfaces/ may be a source folder.
-- Whatever lies in goalwire/overlay/ (rclpy and its companions) comes last, wherever the overlay stands
-  in sys.path, unless GOALWIRE_FIRST=1, which `python -m goalwire.run` sets.
-- A Python package may have interfaces of its own name: it is Python's, but for msg, srv and action.
+- A regular package or module always wins. A folder without __init__.py, which Python would take for a
+  namespace package, does not: ./humanoid_interfaces/ may be a source folder.
+- What lies in goalwire/overlay/ (rclpy and its companions) comes last, wherever the overlay stands in
+  sys.path; with GOALWIRE_FIRST=1, which `python -m goalwire.run` sets, it comes first.
+- A Python package may have interfaces of its own name: then only its msg, srv and action come from here.
 - Beside a real rclpy the hook serves nothing: that ROS 2 has its own packages.
 
-Every program passes here, pip too, and what lies below its folder may be anything. So whatever goes wrong
-while packages are looked for is warned about, and the name counts as not found.
+Every Python program loads this, pip too, and the folders that it searches may hold anything. So a failure
+while packages are looked for becomes a warning, and the name counts as not found.
 """
 
 import os

@@ -1,4 +1,4 @@
-"""Literal values in a definition: the text of a default or a constant becomes a Python value.
+"""Parses literal values in a definition: the text of a default or a constant becomes a Python value.
 
 Each function raises ValueError with a sentence that says what is wrong; the grammar adds file and line.
 """

@@ -1,4 +1,4 @@
-"""What an interface definition says, as plain data: no I/O, no classes, no wire format."""
+"""The model of an interface definition, as plain data: no I/O, no classes, no wire format."""
 
 from __future__ import annotations
 

@@ -1,10 +1,10 @@
-"""The modules that the import hook serves for one interface package:
+"""The modules that the import hook makes for one interface package:
 
     std_msgs               a package without contents of its own
     std_msgs.msg           String, Header, … each built when first asked for (PEP 562)
     std_msgs.msg._string   String and Metaclass_String, where rosidl has them and pickle looks for them
 
-Types are read one by one, so a malformed file fails only where its type is imported.
+Each type is read when it is asked for, so a malformed file fails only where its type is imported.
 """
 
 import os

@@ -1,4 +1,4 @@
-"""Every interface definition by its full name, parsed once: from files or registered text."""
+"""All interface definitions by their full names. Each is parsed once, from a file or from registered text."""
 
 from __future__ import annotations
 

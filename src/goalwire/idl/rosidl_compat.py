@@ -1,4 +1,4 @@
-"""Names and definitions by class, and classes by name: goalwire's own classes, and those of a real rosidl."""
+"""Finds the name and definition of a class, and the class of a name; also for classes of a real rosidl."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the generated message classes call: conversions of field values, repr and equality.
+"""Functions that the generated message classes call: conversion of field values, repr and equality.
 
 array.array holds primitive sequences and numpy primitive arrays, as in rosidl. numpy is imported when the
 first value needs it.

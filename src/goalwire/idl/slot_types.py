@@ -1,4 +1,4 @@
-"""rosidl's two descriptions of a field's type: get_fields_and_field_types' text, SLOT_TYPES' object."""
+"""rosidl's two descriptions of a field's type: get_fields_and_field_types (text) and SLOT_TYPES (objects)."""
 
 from __future__ import annotations
 

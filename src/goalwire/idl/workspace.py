@@ -1,8 +1,8 @@
 """Finds interface packages in a source tree, as colcon does: by their package.xml.
 
 The walk goes level by level, at most LEVELS down and through at most FOLDERS folders and ENTRIES names, so
-that an import from a home directory stays cheap. What lies there may be anything: a file that cannot be read
-is remarked, and never stops an import. Used by the import hook: nothing heavy is imported here.
+that an import from a home directory stays cheap. The folders may hold anything: a file that cannot be read is
+noted for error messages, and never stops an import. Used by the import hook: nothing heavy is imported here.
 """
 
 import os

@@ -1,4 +1,4 @@
-"""Sets logging up: from the environment at the first record, from the command line by `configure`."""
+"""Configures logging: from the environment at the first record, from the command line by `configure`."""
 
 from __future__ import annotations
 

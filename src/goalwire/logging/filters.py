@@ -1,6 +1,7 @@
 """Filters that a log call may ask for: `throttle_duration_sec`, `skip_first`, `once`.
 
-Each keeps its state in its call site's context, a dictionary that also remembers what the call asked for.
+Each filter keeps its state in the context of its call site: a dictionary that also holds what the call asked
+for.
 """
 
 from __future__ import annotations

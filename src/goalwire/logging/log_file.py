@@ -1,8 +1,9 @@
 """The log file of a process, `<directory>/<program>_<pid>_<ms>.log` as rcl_logging_spdlog names it.
 
-It is always a new file: whatever has that name already, a link that somebody laid there too, is passed by.
+It is always a new file: if there is one of that name, or a link that somebody put there, the next name is
+taken.
 
-Each line is one write to a file opened for appending: so lines stay whole whichever threads log, and none is
+Each line is one write to a file opened for appending. So lines stay whole whichever threads log, and none is
 lost however the process ends. ROS 2 keeps up to 5 s of lines below ERROR in memory.
 """
 

@@ -1,7 +1,7 @@
 """The logger that programs hold.
 
-A call below the logger's level returns before anything else is looked at. The others are known by their
-call site: it owns the filters' state and, as in ROS 2, must always be used in the same way.
+A call below the logger's level returns before anything else happens. The other calls are known by their call
+site. It owns the state of the filters and, as in ROS 2, must always be used in the same way.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A log message: its severity, the call that made it, the record of both, and the line that a console shows.
+"""A log record: its severity, its text, the call that made it, and how it becomes a line on the console.
 
 Severities have the numbers of rcl_interfaces/msg/Log; the line's format is RCUTILS_CONSOLE_OUTPUT_FORMAT
 (rcutils/logging.h).

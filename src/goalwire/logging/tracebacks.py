@@ -1,8 +1,8 @@
-"""An exception as logs and terminals show it: the program's own frames, without the library's.
+"""Formats exceptions for logs and terminals: with the program's own frames, without the library's.
 
-Frames of files inside the goalwire package are left out where others remain. How many were left out is
-said, and `GOALWIRE_FULL_TRACEBACKS=1` shows all. Texts of exceptions may quote what a peer sent, so their
-control characters are spelt out, and a second line of one is indented: it cannot pass for a line of the log.
+Frames of files inside the goalwire package are left out if others remain. The text says how many, and
+`GOALWIRE_FULL_TRACEBACKS=1` shows all. Texts of exceptions may quote what a peer sent. So their control
+characters are escaped, and their second and later lines are indented: none can pass for a line of the log.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What stands between `--ros-args` and `--` on a command line (rcl/arguments.h)."""
+"""Parses ROS arguments: what stands between `--ros-args` and `--` on a command line (rcl/arguments.h)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The domain that a process is in."""
+"""The default domain: ROS_DOMAIN_ID, read from the environment."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How long things took, in buckets of powers of two: adding one costs an increment."""
+"""A histogram of durations: buckets of powers of two, so that adding a duration is one increment."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""QoS policies and the frozen profile that every floor below the fronts passes on.
+"""QoS policies, and the frozen profile that all layers below the APIs use.
 
 Numbers are those of rmw/types.h (rmw_qos_*_policy_e); durations are nanoseconds.
 """

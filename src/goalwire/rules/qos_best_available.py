@@ -1,7 +1,8 @@
-"""BEST_AVAILABLE, made concrete for one endpoint by those it will talk to (rmw_dds_common, qos.cpp).
+"""Turns BEST_AVAILABLE into concrete policies, by the endpoints that are there (rmw_dds_common, qos.cpp).
 
-A subscription asks for the most that every publisher there offers; a publisher offers the most there is.
-Unlike rmw_dds_common's, a subscription that finds no publisher asks for no more than an ordinary one offers.
+A subscription asks for the most that every publisher offers; a publisher offers the most there is. One rule
+differs from rmw_dds_common: a subscription that finds no publisher asks only for what an ordinary publisher
+offers.
 """
 
 from __future__ import annotations

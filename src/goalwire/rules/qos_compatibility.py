@@ -1,7 +1,7 @@
 """Whether a subscription can receive from a publisher (rmw_dds_common, qos_profile_check_compatible).
 
-The wire of rmw_zenoh delivers all the same; the answer says what would happen under DDS. The texts are
-ROS 2's own, "durabilty" included.
+On the wire of rmw_zenoh messages arrive in any case. There the answer says what would happen on DDS. The
+texts are ROS 2's own, "durabilty" included.
 """
 
 from __future__ import annotations

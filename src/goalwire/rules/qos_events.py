@@ -1,8 +1,8 @@
-"""What a publisher or subscription can tell beside messages: kinds of events and their status records.
+"""QoS events of publishers and subscriptions: their kinds, and their status records.
 
 Names and numbers are those of rcl/event.h (rcl_publisher_event_type_t, rcl_subscription_event_type_t), the
-records those of rmw/events_statuses. A source of events keeps totals; what changed since somebody last looked
-is the difference of two records, `changes_between`, so that any number of readers share one source.
+records those of rmw/events_statuses. A source of events only keeps totals. A reader computes what is new as
+the difference of two records (`changes_between`), so any number of readers share one source.
 """
 
 from __future__ import annotations

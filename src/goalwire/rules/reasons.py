@@ -1,6 +1,7 @@
-"""Why a server leaves a request without an answer: the text that it sends, and what that means to the client.
+"""Why a server leaves a request unanswered: the text that it sends, and the error that the client raises.
 
-The text travels where both ends are goalwire: in an error reply on Zenoh. ROS 2's own clients ignore it.
+The text travels where both ends are goalwire: in an error reply on Zenoh, in a refusal on DDS.
+ROS 2's own clients ignore it.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""When a request is sent again: decisions made of counts and times, after gRPC's proposal A6."""
+"""Retry policies: whether and when a failed request is sent again. The rules follow gRPC's proposal A6."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Instants and spans of time, in whole nanoseconds, as rclpy's Time and Duration behave.
+"""Instants and durations in whole nanoseconds, with the behaviour of rclpy's Time and Duration.
 
 A Time belongs to a kind of clock and is never negative; a Duration is signed. Both fit an int64, the storage
-of rcl, and say so when they would not. They are mutable in no way, yet unhashable, as in ROS 2.
+of rcl, and raise an error where they would not. They cannot be changed, yet are unhashable, as in ROS 2.
 """
 
 from __future__ import annotations

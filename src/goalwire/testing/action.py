@@ -1,4 +1,4 @@
-"""An action that does what the test says, and remembers its goals."""
+"""A scripted action server: does what the test says, and remembers its goals."""
 
 from __future__ import annotations
 

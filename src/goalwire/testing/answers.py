@@ -1,4 +1,4 @@
-"""What a scripted service answers, call by call."""
+"""The answers of a scripted service, one for each call."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Calling what is tested, from a test that is no coroutine."""
+"""Calls a service or an action from a test that is no coroutine."""
 
 from __future__ import annotations
 

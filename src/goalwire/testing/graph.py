@@ -1,4 +1,4 @@
-"""A graph of the test's own, with everything a node under test talks to."""
+"""The graph of a test: isolated, with scripted servers and recorders for the node under test to talk to."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a test has seen, in order, and waiting for more of it."""
+"""A record of what a test has seen, in order; the test can wait for more."""
 
 from __future__ import annotations
 

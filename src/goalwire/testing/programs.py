@@ -1,4 +1,4 @@
-"""A program's main function, run in a thread of the test."""
+"""Runs a program's main function in a thread of the test."""
 
 from __future__ import annotations
 

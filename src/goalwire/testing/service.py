@@ -1,4 +1,4 @@
-"""A service that does what the test says, and remembers what it was asked."""
+"""A scripted service: answers as the test says, and remembers its requests."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A node, and the thread that runs its callbacks, as a process of its own would."""
+"""A node under test, and a thread that spins it as a process of its own would."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is said on a topic, and saying something there."""
+"""Recorders and publishers of topics, for tests."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""An environment in which a test meets nobody but itself, whatever else runs on the machine."""
+"""Isolates a test: whatever else runs on the machine, its programs meet only each other."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is known of one link of the tree: where a frame was in its parent, over time or for ever.
+"""The history of one link of the tree: where a frame was in its parent, over time or for ever.
 
 Times are in ns; LATEST, 0, asks for the newest.
 """

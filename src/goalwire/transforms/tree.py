@@ -1,6 +1,6 @@
-"""The tree of frames: who is whose parent, and how one frame lies in another at a time.
+"""The tree of frames: each frame's parent, and the transform between two frames at a time.
 
-Any thread may ask and tell.
+Every method may be called on any thread.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
-"""What a transport does: it moves bytes between endpoints and shows who else is there.
+"""The contract of a transport: it moves bytes between endpoints and shows which others are there.
 
-A transport knows no message classes, no callbacks of users and no executors. Whatever it delivers, it
-delivers on a thread of its own, or, inside one session, on the publisher's or caller's thread. So a
-`deliver` function must be short: it appends to a queue and wakes whoever waits, nothing else.
-No method here is called with a lock held that a `deliver` function could want.
+A transport knows no message classes, no callbacks of users and no executors. It delivers on a thread of its
+own or, inside one session, on the publisher's or caller's thread. So a `deliver` function must be short: it
+appends to a queue, wakes a sleeper, and does nothing else. No method here is called with a lock held that a
+`deliver` function could want.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ class Endpoint:
     type_hash: str
     qos: QoS
     has_buffers: bool = False
-    """True where the type holds an unbounded sequence of primitives (zenoh-wire A.9)."""
+    """True where the type holds an unbounded sequence of primitives."""
     ignore_local: bool = False
     """True for a subscription that wants nothing from its own session."""
     waits_for_room: bool | None = None

@@ -1,13 +1,13 @@
-"""The life of everything that is declared on a wire, the same on all: sessions, nodes and endpoints.
+"""The life of sessions, nodes and endpoints, the same on all wires: open, then closed once.
 
-An `EndpointState` is open until it is closed, once. What was done on the wire for it is in `undo`, and is
-undone then, the last step first; so it is too where opening fails halfway. `Children` are what was declared
-through it, and close with it: a session's nodes, a node's endpoints. A `ForkGuard` says that all of it is
-dead, since this process is a forked child of the one that opened it, or that the context has ended. `Shared`
-holds what several sessions use, as long as one does.
+An `EndpointState` keeps the steps that take it off the wire in `undo`. They run when it is closed, the last
+one first; also where opening fails halfway. `Children` are what was declared through it and closes with it: a
+session's nodes, a node's endpoints. A `ForkGuard` says that none of it may be used any more: because this
+process is a forked child of the one that opened it, or because the context has ended. `Shared` holds what
+several sessions use, as long as one of them does.
 
-A fork copies a session's memory but not the threads and links behind it. Whatever was opened before is dead
-in the child and says so; what the child opens itself works.
+A fork copies a session's memory but not its threads and links. Whatever was opened before the fork raises
+ForkedError in the child; what the child opens itself works.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Deliveries in order, by many threads, with no lock that anybody waits for."""
+"""Delivers items in order, from many threads, and no thread waits for another."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which transports there are, and which one RMW_IMPLEMENTATION asks for."""
+"""The transports that there are; RMW_IMPLEMENTATION chooses one."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""What went wrong on a wire: counted by kind and place; logged at first, then at powers of ten.
+"""Counts and logs what goes wrong on a wire: each kind at each place at first, then at powers of ten.
 
-What arrived and broke the rules is rejected and counted. A receiver that raises is reported, and takes nobody
-else down: neither the sender nor the transport's thread.
+A message that breaks the rules is rejected and counted. A receiver that raises is reported; the sender and
+the transport's thread go on.
 """
 
 from __future__ import annotations

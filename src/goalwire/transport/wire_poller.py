@@ -1,9 +1,9 @@
-"""Who waits for a session's messages: one of its idle threads, else a thread of the session's own.
+"""Decides which thread waits for a session's messages: an idle thread of the program, or the session's own.
 
-The pattern is Leader/Followers. An idle thread takes the lead where that is free, waits in the waitset and
-delivers what comes. When there is work for it, it leaves: another idle thread is woken to lead, if there is
-one; else the session's own thread steps in, but only after a while, since who has left is mostly soon back.
-So a message wakes one thread, the one that wants it.
+The pattern is Leader/Followers. An idle thread takes the lead if nobody has it, waits in the waitset and
+delivers what comes. It leaves when there is work for it, and wakes another idle thread to lead. If there is
+none, the session's own thread takes over, after a short while: the thread that has left usually comes back
+soon. So a message wakes only the thread that wants it.
 """
 
 from __future__ import annotations

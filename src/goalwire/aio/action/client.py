@@ -1,4 +1,4 @@
-"""Sends goals, and follows each from the beginning to the end of a block."""
+"""An action client of the asyncio API: sends goals; `async with` follows each from its sending to its end."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A goal that was sent: its feedback, its result, its end, and the watch for a server that is stuck."""
+"""A goal that was sent: its feedback, its result, cancelling it, and the check for a stuck server."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Serves goals: each is a coroutine, which cancelling cancels."""
+"""An action server of the asyncio API: each goal runs as a coroutine; cancelling the goal cancels that."""
 
 from __future__ import annotations
 

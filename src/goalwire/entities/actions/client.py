@@ -1,7 +1,7 @@
 """An action client: sends goals and completes the futures of what the server answers.
 
-The rules, and the one record of each goal, are in goalwire.rules.goals.client; the requests in `requests`.
-Replies complete futures on the thread that brings them, so that no executor is needed to wait; feedback and
+The rules, and the one record of each goal, are in goalwire.rules.goals.client; the requests in requests.py.
+Replies complete futures on the thread that brings them, so that no executor is needed to wait. Feedback and
 statuses go through the executor, in the client's group.
 """
 

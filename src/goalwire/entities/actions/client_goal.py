@@ -1,4 +1,4 @@
-"""A goal on its client: its handle, its feedback on the way to the callback, the future of its result."""
+"""A goal on the client's side: its handle, its queue of feedback, the future of its result."""
 
 from __future__ import annotations
 

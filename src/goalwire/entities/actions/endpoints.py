@@ -1,4 +1,4 @@
-"""What an action server declares: three services and two topics; and which of its clients have gone."""
+"""The three services and two topics of an action server, and the watch for clients that have gone."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """The requests of an action client, and its three clients on the wire: for goals, cancelling and results.
 
-How a request is sent, answered, ended in time or cancelled is in goalwire.entities.pending_call. Here is what
-an action adds: a goal that is accepted when nobody waits for it any more is cancelled; and a request for a
-result is sent again as long as somebody waits for it.
+How a request is sent, answered, ended in time or cancelled is in goalwire.entities.pending_call. An action
+adds two things. If a goal is accepted after its client has stopped waiting, it is cancelled. And a request
+for a result is sent again as long as somebody waits for it.
 """
 
 from __future__ import annotations

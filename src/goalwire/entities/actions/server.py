@@ -1,9 +1,9 @@
-"""An action server: feeds its reactor with what arrives, performs what the reactor decides.
+"""An action server: tells its reactor what arrives, and performs the effects that the reactor decides.
 
 The rules, and the one record of each goal, are in goalwire.rules.goals.server. Effects on the wire are
-performed in the reactor's order, by one thread at a time and under no lock; the user's callbacks run on the
-executor, in the server's group, and hold nothing up. What is declared is in `endpoints`, what a goal's
-callbacks get in `server_goal`.
+performed in the reactor's order, by one thread at a time and under no lock. The user's callbacks run on the
+executor, in the server's group, and delay no effect. endpoints.py has the services and topics, server_goal.py
+the goal handles.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A goal on its server: the handle that callbacks get, what they answer, and one run of execute."""
+"""A goal on the server's side: the handle that callbacks get, their answers, and one run of execute."""
 
 from __future__ import annotations
 

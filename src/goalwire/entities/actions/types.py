@@ -1,4 +1,4 @@
-"""What ties goals, results and feedback to an action class, for type checkers; and goal ids as messages."""
+"""The types of an action for type checkers (goal, result, feedback), and goal ids as messages."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What follows a managed node through its life: it is called back at every transition (rclpy.lifecycle)."""
+"""Managed entities: a managed node calls them back at each of its transitions (rclpy.lifecycle)."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""A managed node: performs its transitions, whoever asks for them, and tells of every step.
+"""A managed node: performs its transitions, and publishes an event for each.
 
-Managers ask through its five services.
+Others ask for transitions through its five services.
 """
 
 from __future__ import annotations

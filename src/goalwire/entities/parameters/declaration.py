@@ -1,4 +1,4 @@
-"""What a program says when it declares parameters: `(name[, value or type[, descriptor]])`, as in rclpy."""
+"""Reads the arguments of declare_parameters: `(name[, value or type[, descriptor]])`, as in rclpy."""
 
 from __future__ import annotations
 

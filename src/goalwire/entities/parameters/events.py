@@ -1,4 +1,4 @@
-"""/parameter_events: what changed in the parameters of this node, and of others."""
+"""/parameter_events: publishes what changed in this node's parameters, and reads those of other nodes."""
 
 from __future__ import annotations
 

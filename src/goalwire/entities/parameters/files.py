@@ -1,6 +1,7 @@
-"""Parameters from files and text: of this program's own nodes (`--params-file`), and for other nodes.
+"""Reads parameter files: those of this program (`--params-file`), and those to be sent to other nodes.
 
-A program's files are read at once, so that mistakes are told before a node is made.
+A program's files are read when it starts, so that mistakes are told before a node is made. The syntax of the
+first is in rules/parameters/file_syntax.py, that of the others in rules/parameters/plain_yaml.py.
 """
 
 from __future__ import annotations

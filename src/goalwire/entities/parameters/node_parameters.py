@@ -1,4 +1,4 @@
-"""The parameters of a node: declared, overridden by arguments, read and set, with rclpy's exceptions."""
+"""The parameters of a node: declares, overrides, reads and sets them, with rclpy's exceptions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The six services through which others read and set a node's parameters (rcl_interfaces/srv)."""
+"""The six services through which other nodes read and set a node's parameters (rcl_interfaces/srv)."""
 
 from __future__ import annotations
 

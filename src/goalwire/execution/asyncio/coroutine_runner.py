@@ -1,4 +1,4 @@
-"""Where coroutine callbacks run: as asyncio tasks, on whichever thread of the executor is free."""
+"""Runs coroutine callbacks as asyncio tasks, on whichever thread of the executor is free."""
 
 from __future__ import annotations
 

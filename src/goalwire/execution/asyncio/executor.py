@@ -1,4 +1,4 @@
-"""An engine that a running asyncio loop drives: the loop takes the place of a thread that spins."""
+"""The executor of the asyncio API: the running asyncio loop does what a thread that spins would do."""
 
 from __future__ import annotations
 

@@ -1,12 +1,12 @@
-"""An asyncio loop that never sleeps: an executor drives it step by step and sleeps in its stead.
+"""An asyncio loop that never sleeps: the executor runs it step by step, and does the sleeping itself.
 
-All of asyncio works on it (tasks, timeouts, queues, threads, streams, subprocesses). It may be driven by
-another thread with each step, and on a thread where another asyncio loop is running.
+All of asyncio works on it (tasks, timeouts, queues, threads, streams, subprocesses). Each step may run on
+another thread, also on one where another asyncio loop is running.
 
-It keeps to asyncio's public names, but for one case: where another asyncio loop runs on the thread already (a
-notebook, `rclpy.spin` in a coroutine), that loop is left while a step lasts. Python has no public way to do
-so. The four names for it are in asyncio's `__all__`, meant for authors of loops. GOALWIRE_STOCK_LOOP=1 does
-without them, and then such a step is refused: docs/adr/015-asyncio-within.md.
+It uses asyncio's public names only, except in one case: another asyncio loop may already run on the thread (a
+notebook, `rclpy.spin` in a coroutine). That loop is left while a step lasts, and Python has no public way to
+do so. The four names for it are in asyncio's `__all__`, meant for authors of loops. With
+GOALWIRE_STOCK_LOOP=1 they are not used, and such a step is refused: docs/adr/015-asyncio-within.md.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Goals: the table of their life, and server and client as pure reactors over it."""
+"""The rules of actions: the table of a goal's states, and the server and the client as pure reactors."""
 
 from goalwire.rules.goals.cancel import CancelCode
 from goalwire.rules.goals.client import GoalClient, SentGoals

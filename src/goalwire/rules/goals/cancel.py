@@ -1,4 +1,4 @@
-"""Which goals a cancel request means, and what is answered (action_msgs/srv/CancelGoal).
+"""Which goals a cancel request means, and what the server answers (action_msgs/srv/CancelGoal).
 
 | goal id | stamp | asks for                                  |
 |---------|-------|-------------------------------------------|
@@ -7,9 +7,9 @@
 | set     | zero  | that goal                                 |
 | set     | set   | that goal, and those accepted at or before the stamp |
 
-Only the third kind can fail: UNKNOWN_GOAL_ID, or GOAL_TERMINATED where the goal has ended or is being
-cancelled already. REJECTED is never sent: rclpy answers a refusal with NONE and an empty list, and so does
-this server.
+Only the third kind can fail. The answer is UNKNOWN_GOAL_ID where there is no such goal, and GOAL_TERMINATED
+where it has ended or is being cancelled already. REJECTED is never sent: when the user's callback refuses,
+rclpy answers NONE with an empty list, and so does this server.
 """
 
 from __future__ import annotations

@@ -1,19 +1,19 @@
-"""The action client as a pure reactor: which goals are ours, where they stand, who waits for what.
+"""The action client as a pure reactor: which goals it has sent, their states, and who waits for a result.
 
     on_send ─► on_goal_reply ─► GoalAccepted or GoalRejected
     on_status ─► StatusChanged…              (forward only, never out of a terminal state)
     on_result_request ─► RequestResult ─► on_result ─► DeliverResult…
 
-There is one record of each goal, and it is here: a ClientGoal, in `active` or in `ended`. Every event
-advances it once. Feedback changes nothing of a goal, so there is no event of it: it goes to the queue in the
-record, from the moment the goal is sent.
+There is one record of each goal: a ClientGoal, in `active` or in `ended`. Every event advances it once.
+Feedback changes nothing in a goal, so there is no event for it. It goes to the queue that the record holds
+from the moment the goal is sent.
 
-Replies, feedback, statuses and results travel on different ways and may come in any order: nothing is lost
-that arrives before the acceptance is known. A goal is put away when it has ended, or its server was lost, and
-nobody waits for its result; the latest of these still hear what was overtaken.
+Replies, feedback, statuses and results travel on different topics and services and may come in any order.
+What arrives before the acceptance is known is not lost. A goal moves from `active` to `ended` when it has
+ended, or its server was lost, and nobody waits for its result. The latest of those still take late messages.
 
-Whoever drives this calls one method at a time (under a lock of its own) and performs effects in order. It may
-look records up under no lock.
+The caller holds a lock of its own, so that one method runs at a time, and performs the effects in order.
+Records may be read without the lock.
 """
 
 from __future__ import annotations

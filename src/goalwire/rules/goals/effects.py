@@ -1,7 +1,7 @@
-"""What the reactors ask to be done. Whoever drives them performs effects one by one, in the order given.
+"""Effects: what the reactors tell their caller to do. The caller performs them one by one, in order.
 
-`request` is whatever the driver handed in with the request it answers; ids are 16 bytes; times are
-nanoseconds.
+`request` is the object that the caller passed in with the request which the effect answers. Ids are 16
+bytes. Times are in nanoseconds.
 """
 
 from __future__ import annotations

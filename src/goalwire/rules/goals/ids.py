@@ -1,4 +1,4 @@
-"""Goal ids: sixteen bytes, made by the client."""
+"""Goal ids: sixteen bytes, which the client makes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How many goals a server runs at a time, and what becomes of the others.
+"""Goal policies: how many goals a server runs at a time, and what happens to the others.
 
 | policy        | at once | wait for their turn | one too many               |
 |---------------|---------|---------------------|----------------------------|
@@ -8,8 +8,9 @@
 | `queue(n)`    | 1       | n                   | is refused                 |
 | `preempt()`   | 1       | the latest          | cancels those before it    |
 
-A goal that waits is ACCEPTED; it is EXECUTING when its turn has come. One that is cancelled before that ends
-at once. The place of a goal that runs is free when its execution is over, not when it has told its end.
+A goal that waits is ACCEPTED; it becomes EXECUTING when its turn comes. If it is cancelled before that, it
+ends at once. A running goal keeps its place until its execute callback has returned, even if it has set its
+final state before.
 """
 
 from __future__ import annotations

@@ -6,16 +6,16 @@
     get_result ─► on_result_request ─► ReplyResult, now or when the goal has ended
     a client is gone ─► on_client_lost ─► PublishStatus, StoppedByServer
 
-There is one record of each goal, and it is here: a ServerGoal, from the request for the goal until its result
-is discarded. Every event advances it once. What the driver needs of a goal, its handle and what runs it, is
-kept in the record too, and leaves it when the goal has ended.
+There is one record of each goal: a ServerGoal, from the request for the goal until its result is discarded.
+Every event advances it once. The record also holds two things for the caller, the goal's handle and its
+execution, until the goal has ended.
 
-Under a policy other than UNLIMITED on_execute may let a goal wait for its turn; then the effects of whatever
-ends another goal begin with that end and go on with [PublishStatus, Execute] of the goal whose turn it is.
+Under a policy other than UNLIMITED, on_execute may let a goal wait for its turn. When another goal ends, the
+effects of that end come first, then [PublishStatus, Execute] of the goal whose turn it is.
 
-Whoever drives it calls one method at a time (under a lock of its own), appends the effects to one queue and
-performs them from there in order, one thread at a time and outside the lock. Then a status array is published
-before the reply that relies on it, and transitions that come together share one array.
+The caller (entities/actions/server.py) holds a lock of its own, so that one method runs at a time. It appends
+the effects to one queue and performs them in order, on one thread at a time and outside the lock. So a status
+array is published before the reply that relies on it, and transitions that come together share one array.
 
 `now` and `stamp_ns` are times of the node's clock in nanoseconds, which may jump. Events about goals that are
 no longer retained do nothing, since a user's goal handle may outlive the goal.

@@ -1,12 +1,12 @@
 """The status array that a server publishes: every goal it retains, in the order of acceptance.
 
 Its payload is CDR (action_msgs/msg/GoalStatusArray, little endian): a length, then per goal 16 bytes of id,
-the stamp's int32 seconds and uint32 nanoseconds, one byte of status. The stamp is aligned to 4, so that
-every entry but the first has three bytes of padding behind its id and is 28 bytes long.
+the stamp's int32 seconds and uint32 nanoseconds, one byte of status. The stamp is aligned to 4. So every
+entry but the first has three bytes of padding behind its id and is 28 bytes long.
 
-It comes with every transition, and with thousands of goals retained a loop over them is what a goal costs
-(0.4 ms for 1000). So here neither end has one: the server patches the bytes it has sent before, the client
-looks for the goals it follows.
+An array is sent with every transition. With thousands of goals, a loop over all of them would be most of a
+transition's cost (0.4 ms for 1000). So neither side loops: the server patches the bytes it has sent before,
+and the client searches the bytes for the goals it has sent.
 """
 
 from __future__ import annotations

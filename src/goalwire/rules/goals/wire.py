@@ -1,7 +1,7 @@
 """The payloads of an action whose layout does not depend on the action's type (CDR, action_msgs).
 
 A goal id is sixteen plain bytes in front of everything else, so what follows it is aligned as if it stood
-alone: a goal or a feedback can be cut out of its wrapper, and put into it, without decoding either.
+alone. So a goal or a feedback is cut out of its wrapper, or put into it, and neither is decoded.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The five names under which an action is spoken: three services and two topics below `<name>/_action/`."""
+"""The five names of an action on the wire: three services and two topics below `<name>/_action/`."""
 
 from __future__ import annotations
 

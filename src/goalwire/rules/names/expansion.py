@@ -1,4 +1,4 @@
-"""From the names that users write to fully qualified ones (rcl_expand_topic_name)."""
+"""Expands names as users write them to fully qualified names (rcl_expand_topic_name)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which names ROS 2 allows, with its own words and the place of the first fault.
+"""Which names ROS 2 allows. A refusal has ROS 2's own words and the index of the first fault.
 
 The rules are those of rmw (node names, namespaces, fully qualified names) and rcl (names as users write them,
 with `~` and `{substitutions}`). Indices count characters.

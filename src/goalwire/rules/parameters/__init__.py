@@ -1,4 +1,4 @@
-"""Parameters: typed values under a name, what may be set, and who is asked."""
+"""The rules of parameters: typed values, descriptors, callbacks, files; no I/O."""
 
 from goalwire.rules.parameters.callbacks import SetCallbacks
 from goalwire.rules.parameters.descriptor import RELATIVE_TOLERANCE, Descriptor, Range

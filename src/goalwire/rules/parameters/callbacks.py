@@ -1,7 +1,8 @@
-"""Who is asked and told when parameters are set: the callbacks before, on and after (rclpy.node).
+"""The callbacks of a node that run before, while and after parameters are set (rclpy.node).
 
-The one added last is called first. Callbacks before a set see its parameters; all that they return is set
-instead. Those on a set may refuse it, and nothing has changed by then. Those after it see what was set.
+The one added last is called first. A callback before the set gets the parameters and returns those that are
+set instead. A callback on the set may refuse it; nothing has changed by then. A callback after the set gets
+the parameters that were set.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Descriptors: what a parameter's values must be like (rcl_interfaces/msg/ParameterDescriptor).
+"""Descriptors: which values a parameter may take (rcl_interfaces/msg/ParameterDescriptor).
 
 The rules and the texts of the refusals are rclpy's (rclpy.node).
 """

@@ -8,7 +8,8 @@
       head:
         ros__parameters: {tilt: 0.1}
 
-Not in YAML's own sense: scalars are read as `-p` reads them, later values of a key win, aliases are refused.
+This is not quite YAML: scalars are read as `-p` reads them (value_syntax.py), the last of two equal keys
+wins, and aliases are refused. The file itself is read by entities/parameters/files.py.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What becomes of an attempt to set parameters (rcl_interfaces/msg/SetParametersResult)."""
+"""The outcome of setting parameters: accepted, or refused with a reason (SetParametersResult)."""
 
 from __future__ import annotations
 

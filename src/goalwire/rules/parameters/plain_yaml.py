@@ -1,4 +1,4 @@
-"""Values by YAML's own rules, as `ros2 param` reads them (rclpy.parameter); those of `-p` differ."""
+"""Reads values by YAML's own rules, as `ros2 param` does (rclpy.parameter). The rules of `-p` differ."""
 
 from __future__ import annotations
 

@@ -1,7 +1,8 @@
-"""Which parameter overrides nothing has used: told once, at the end, when no node can declare them any more.
+"""Finds parameter overrides that no node has used. They are told once, at the end, when no node can come.
 
-Quiet where it may be meant: what a file says below wildcards, and of other programs' nodes while it has
-something for one of ours, is shared between programs.
+Some are not told, because they may be meant. A file may be shared between programs: so what it says below
+wildcards is not told. What it says of other programs' nodes is not told either, as long as it has something
+for a node of this one.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A clock of the test's own: hours take milliseconds, and everything happens in the same order each time."""
+"""Virtual time: hours take milliseconds, and everything happens in the same order each time."""
 
 from __future__ import annotations
 

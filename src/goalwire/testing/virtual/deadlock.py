@@ -1,4 +1,4 @@
-"""What to say when every thread waits and nothing will ever end that."""
+"""The error text when every thread waits and nothing in virtual time can wake one."""
 
 from __future__ import annotations
 

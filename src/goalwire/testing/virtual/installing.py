@@ -1,4 +1,4 @@
-"""Puts the stand-ins into the modules that there are, and the real things back."""
+"""Replaces Python's clocks, sleeps and locks in the loaded modules by the stand-ins, and puts them back."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""Virtual time, and whose turn it is: one thread at a time runs, and time passes when none can.
+"""The scheduler of virtual time: one thread at a time runs, and time passes when none can run.
 
-A member is a thread that lives in virtual time. It runs until it waits. Then, of those that wait, the first
-(in the order in which they began to wait) goes on that has what it waits for. Where none has, time jumps to
-the earliest deadline. So the same program takes the same turns each time, and no wait takes any real time.
+A member is a thread that lives in virtual time. It runs until it waits. Then the next member runs: the one
+that has waited longest of those whose wait is over. If there is none, time jumps to the earliest deadline. So
+the same program takes the same turns each time, and no wait takes any real time.
 """
 
 from __future__ import annotations

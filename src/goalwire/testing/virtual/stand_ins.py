@@ -1,7 +1,7 @@
-"""What stands in for Python's own clocks, sleeps, locks, threads and selectors.
+"""Stand-ins for Python's own clocks, sleeps, locks, threads and selectors.
 
-Each works for any thread at any time: as the real one, except on the members of a virtual time that runs. So
-it does no harm where a module keeps one for longer.
+Each works for any thread at any time. It behaves like the real one, except on the members of a virtual time
+that runs. So a module may keep one for longer, and no harm is done.
 """
 
 from __future__ import annotations

@@ -1,16 +1,20 @@
-"""A domain's configuration: what ROS 2's variables ask for, then CYCLONEDDS_URI, which has the last word.
+"""A domain's configuration: first what ROS 2's variables ask for, then CYCLONEDDS_URI, which wins.
 
 Source of the rules: rmw_cyclonedds_cpp src/rmw_node.cpp (check_create_domain), rmw rmw_discovery_options.
-Beyond ROS 2's: in the default range this machine is asked for participants directly too, so that two
-programs find each other where multicast does not work; heartbeats follow a message after 10 ms instead of
-100, so that a request that was faster than discovery is not late; datagrams have up to 64 KB, as Fast DDS
-sends them: 1 MB messages pass at 1.9 GB/s in place of 0.7; and participants announce themselves every 5 s
-instead of 30, for two that have lost each other when their network was down meet again no sooner.
+Four settings differ from ROS 2's:
 
-Addresses of peers are made sure of before libddsc sees them. It looks peers up while it makes a domain, and
-ends the process where it cannot use one: abort() for a name that does not resolve, a crash for 0.0.0.0. So
-the names of ROS_STATIC_PEERS are looked up here, in bounded time, and the library is given numbers; the peers
-in CYCLONEDDS_URI are looked up to tell.
+- In the default range participants on this machine are also asked directly, so that two programs find each
+  other where multicast does not work.
+- Heartbeats follow a message after 10 ms instead of 100, so that a request that was faster than discovery is
+  not late.
+- Datagrams have up to 64 KB, as Fast DDS sends them: 1 MB messages pass at 1.9 GB/s instead of 0.7.
+- Participants announce themselves every 5 s instead of 30. Two that lost each other while their network was
+  down meet again with the next announcement.
+
+Addresses of peers are checked before libddsc sees them. It looks peers up while it makes a domain, and ends
+the process where it cannot use one: abort() for a name that does not resolve, a crash for 0.0.0.0. So the
+names of ROS_STATIC_PEERS are looked up here, within bounded time, and the library gets numbers. The peers in
+CYCLONEDDS_URI are looked up too, so that an error can name them.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""What every endpoint of one session shares, and how one comes onto the wire.
-
-That is the domain, the participant, its threads, and what they know.
-"""
+"""What all endpoints of one session share (domain, participant, threads), and how an endpoint is declared."""
 
 from __future__ import annotations
 

@@ -1,15 +1,15 @@
-"""In and out of readers and writers, in order, and so that nobody is held up.
+"""Delivers from readers and sends through writers: in order, and so that no slow peer holds up the others.
 
-Out of a reader: whichever thread is first delivers. The session's thread delivers what comes from elsewhere.
-Whoever sends to a reader of its own process delivers that at once, on its own thread: so, as in ROS 2, a
+From a reader: the first thread to come delivers. The session's thread delivers what comes from other
+processes. A publisher in the same process delivers its message at once, on its own thread: so, as in ROS 2, a
 message is there when `publish` returns.
 
-Into a service's writer: what it has no room for is sent when there is room. It keeps all: what a history of N
-drops before the other side has it is a call that nobody answers. But the library takes in no more than some
-500 KB that are not acknowledged (Internal/Watermarks): one peer that is stopped or cut off takes the room
-from all, until its lease ends. A server's callback, or its asyncio loop, must not wait for that. Nor must its
-other clients: where room does not come soon, replies take a fallback writer, whose short history drops what
-the mute one does not take.
+Into a service's writer: a message for which there is no room waits until there is. The writer keeps all: a
+history of N could drop a request or reply before it arrived, and then a call stays unanswered. But the
+library holds no more than some 500 KB that are not acknowledged (Internal/Watermarks). One peer that is
+stopped or cut off takes that room from all others until its lease ends. Neither a server's callback nor its
+other clients must wait for that. So where room does not come soon, replies go through a fallback writer,
+whose short history drops what the silent peer does not take.
 """
 
 from __future__ import annotations

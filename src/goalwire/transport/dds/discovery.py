@@ -1,7 +1,7 @@
-"""What DDS tells of the other participants, what they are told of this one, and who wants to know.
+"""Discovery on DDS: follows the other participants, and announces the nodes of this one.
 
-A thread listens to the library's own topics and to ros_discovery_info; it publishes this participant's
-announcement after each change. Listeners of the graph are told what is there first, then each change, in
+A thread listens to the library's own topics and to ros_discovery_info. It publishes this participant's
+announcement after each change. Listeners of the graph first hear of what is there, then of each change, in
 order, with no lock held.
 """
 

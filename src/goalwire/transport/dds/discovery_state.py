@@ -1,12 +1,13 @@
-"""The graph, put together from two sources: DDS tells the endpoints, ros_discovery_info tells whose they are.
+"""The graph, made from two sources: DDS tells the endpoints, ros_discovery_info tells which node has them.
 
-Pure: it is told what was discovered and returns what that changes. An endpoint is shown once its node is
-known. One that no node claims is shown after a while as nobody's, at once where its participant is no ROS 2.
-One that goes unclaimed is shown as nobody's and goes: the server of a goal that it sent learns of its end.
+Pure: its methods take what was discovered and return what changes in the graph. An endpoint is shown once its
+node is known. If no node claims it for a while, it is shown without a node; at once if its participant is not
+ROS 2. One that goes before a node has claimed it is shown without a node and then removed. So the server of a
+goal that it sent learns that its client has gone.
 
-ros_discovery_info is a rmw_dds_common/msg/ParticipantEntitiesInfo: which nodes a participant has, and whose
-its endpoints are. It is read and written by hand, not by the codec, for the wire has two forms: Gids of 16
-bytes, and of 24 up to Humble.
+ros_discovery_info is a rmw_dds_common/msg/ParticipantEntitiesInfo: the nodes of a participant, and the
+endpoints of each. It is read and written by hand, not by the codec, since the wire has two forms of it: Gids
+of 16 bytes, and of 24 up to Humble.
 """
 
 from __future__ import annotations

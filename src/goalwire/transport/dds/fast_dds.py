@@ -1,9 +1,9 @@
-"""Calling servers on Fast DDS, which tells requests apart in another way than Cyclone DDS (behind a switch).
+"""Calls servers on Fast DDS, which identify requests in another way than Cyclone DDS (behind a switch).
 
-There a request is the bare message: who sent it is its writer, its number how many that one has written. A
-reply repeats both in its packet's inline QoS, which Cyclone DDS leaves there. So the function with which the
-library makes a sample of a packet is replaced for replies: what a Fast DDS server sends becomes what one on
-Cyclone would have sent, and all else stays as it is.
+There a request is the bare message. The writer that sent it stands for the client, and the count of its
+messages is the request's number. A reply repeats both in its packet's inline QoS, which Cyclone DDS does not
+hand on. So for replies one function of the library is replaced, the one that makes a sample of a packet. It
+turns the reply of a Fast DDS server into what a server on Cyclone would have sent. Nothing else changes.
 
 Source: rmw_fastrtps_shared_cpp src/rmw_request.cpp, rmw_response.cpp; DDS-RTPS 2.5, 9.4.5 and 9.6. The
 layouts are private to Cyclone DDS 11.0 (ddsi_sertype.h, ddsi_serdata.h, ddsi_radmin.h). A library of another

@@ -1,8 +1,9 @@
-"""Where libddsc comes from, and whether it fits: found once in a process, tried, refused where it does not.
+"""Finds libddsc, loads it once per process, and tests that its layouts are those of abi.py.
 
-An override, the `cyclonedds` wheel, a ROS 2 installation, the system. Only the shared library of the wheel is
-used; nothing of its Python package is imported. What is loaded is held to abi.py before anything is entrusted
-to it: three messages make the way from a writer to a reader in a domain of their own, which sends nothing.
+The places are, in this order: an override, the `cyclonedds` wheel, a ROS 2 installation, the system. Only the
+shared library of the wheel is used; nothing of its Python package is imported. The test sends three messages
+from a writer to a reader in a domain of their own, which sends nothing to the network. A library that fails
+is refused.
 """
 
 from __future__ import annotations

@@ -1,15 +1,15 @@
-"""What goes before every request and reply, and what goalwire's servers send where they will not answer.
+"""The header of requests and replies, and the refusals that goalwire's servers send.
 
-Before every request and reply stand 16 bytes, whose it is and its number: uint64 client (the instance handle
-of its request writer), int64 sequence, in the encapsulation's byte order. Source: rmw_cyclonedds_cpp
-src/serdata.hpp (cdds_request_header_t), src/Serialization.cpp.
+Before every request and reply stand 16 bytes, in the encapsulation's byte order: uint64 client (the instance
+handle of its request writer) and int64 sequence number. Source: rmw_cyclonedds_cpp src/serdata.hpp
+(cdds_request_header_t), src/Serialization.cpp.
 
-A refusal is what goalwire's servers send where they will not answer: a reply that stock ROS 2 takes for
-nobody's. rmw_cyclonedds' services have no such thing. So it goes to clients alone that say in their USER_DATA
-that they know it (`goalwire=1`; other readers of USER_DATA skip unknown keys). Every client of the service
-receives it, as all replies; those of stock ROS 2 drop it, for it bears another client's id. Its sequence
-number is the request's, negative. They decode it first: zeros, which are a value of every type, and then the
-reason.
+A refusal tells a client that its request will not be answered. rmw_cyclonedds has nothing of the kind, so a
+refusal has the form of a reply that stock ROS 2 takes for another client's. It is sent only to clients that
+say in their USER_DATA that they know it (`goalwire=1`; other readers of USER_DATA skip unknown keys). Every
+client of the service receives it, as all replies. Those of stock ROS 2 drop it, for it has another client's
+id; its sequence number is the request's, negative. They decode it first. So it begins with zeros, which are a
+value of every type, and the reason comes after them.
 """
 
 from __future__ import annotations

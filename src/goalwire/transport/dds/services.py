@@ -1,7 +1,7 @@
-"""Service clients and servers, each with two ends, a writer and a reader with one id (dds-wire A2, A3).
+"""Service clients and servers. Each has two ends, a writer and a reader, with one id for both.
 
-A client writes requests and reads replies, everybody's replies; a server reads requests and writes replies,
-which go to all clients.
+A client writes requests and reads replies, also those for other clients. A server reads requests and writes
+replies, which go to all clients. The header (service_header.py) says whose a reply is.
 """
 
 from __future__ import annotations

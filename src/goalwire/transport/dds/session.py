@@ -1,4 +1,4 @@
-"""One context's session on DDS, a participant, and its nodes, which are part of ros_discovery_info."""
+"""One context's session on DDS: a participant, and its nodes, which are announced in ros_discovery_info."""
 
 from __future__ import annotations
 

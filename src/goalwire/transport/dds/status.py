@@ -1,4 +1,4 @@
-"""What the library itself notices of an endpoint: who is matched with it, deadlines, liveliness, losses."""
+"""Events that the library itself reports for an endpoint: matches, deadlines, liveliness, lost messages."""
 
 from __future__ import annotations
 

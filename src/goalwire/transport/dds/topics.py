@@ -1,4 +1,4 @@
-"""Publishers and subscriptions."""
+"""Publishers and subscriptions on DDS."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Waiting for many conditions at once, and for a word from another thread.
+"""Waits for many DDS conditions at once; another thread can end the wait.
 
-A session has two: one for its readers, in which an idle thread of the program waits (Leader/Followers), and
-one for discovery and statuses, in which a thread of its own does.
+A session has two of these. In one, for its readers, an idle thread of the program waits (Leader/Followers).
+In the other, for discovery and statuses, a thread of its own waits.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""Participants, writers and readers of raw CDR: the library's handles, as little above them as possible.
+"""Participants, writers and readers of raw CDR: thin wrappers of the library's handles.
 
-A topic is declared as one octet, of which the library validates exactly the first byte, and without type
-information: so any message passes untouched, and discovery looks as rmw_cyclonedds' does.
+A topic is declared as one octet and without type information. The library then validates only the first byte,
+so any message passes unchanged, and discovery looks as rmw_cyclonedds' does.
 """
 
 from __future__ import annotations

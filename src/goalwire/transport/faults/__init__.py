@@ -1,7 +1,7 @@
 """Faults on any wire: delay, loss, duplication, reordering, partitions, slow readers, deaths, flipped bytes.
 
-`Faults` holds what is wrong at the moment and can be changed while everything runs. A transport is wrapped by
-`faults.over(transport)`; `with faults:` wraps whatever this process opens.
+`Faults` holds the faults of the moment, and can be changed while programs run. `faults.over(transport)` wraps
+a transport; `with faults:` wraps whatever this process opens.
 """
 
 from goalwire.transport.faults.kinds import (

@@ -1,4 +1,4 @@
-"""Carries what is under way: late deliveries, in order, by a thread that exists only while there are any."""
+"""Delivers packets late and in order, by a thread that lives only while there are any."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What can be wrong with a wire, one class each, and the packets that meet it."""
+"""The kinds of faults, one class each, and the packet that they act on."""
 
 from __future__ import annotations
 

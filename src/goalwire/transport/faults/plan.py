@@ -1,4 +1,4 @@
-"""What is wrong with the wire at the moment."""
+"""The faults of the moment: which of them applies to which packet."""
 
 from __future__ import annotations
 

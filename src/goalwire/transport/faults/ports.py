@@ -1,7 +1,7 @@
-"""The ports of a wire with faults: what travels through them meets the faults of a plan.
+"""The ports of a wire with faults: what is sent through them passes the faults of a plan.
 
-Messages and requests meet theirs where they arrive, replies where they are sent. A client's calls end where a
-partition has hidden every server.
+Messages and requests pass theirs where they arrive, replies where they are sent. When a partition hides every
+server of a client, its calls end.
 """
 
 from __future__ import annotations

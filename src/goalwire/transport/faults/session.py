@@ -1,4 +1,4 @@
-"""A transport, its sessions and nodes, with the faults of a plan between them and the wire."""
+"""Wraps a transport, its sessions and nodes: all that they send and receive meets the faults of a plan."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Faults as text, for GOALWIRE_FAULTS: `seed 7; loss rate=0.1 name=/scan; kill arm goal_accepted`."""
+"""Reads faults from text, for GOALWIRE_FAULTS: `seed 7; loss rate=0.1 name=/scan; kill arm goal_accepted`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The transport within one process: every context of a domain meets there, and no wire is involved."""
+"""The transport within one process: contexts in the same domain meet in memory, without any network."""
 
 from goalwire.transport.memory.session import MemoryTransport
 

@@ -1,7 +1,7 @@
-"""The domains of this process: who is there, who matches whom, and who wants to hear of it.
+"""The domains of this process: their endpoints, which of them match, and the listeners of the graph.
 
-A domain's lock guards membership alone. Nothing is delivered under it: what a change gives rise to is posted
-to dispatchers in the order of the changes, and drained once the lock is free.
+A domain's lock guards its membership only. Nothing is delivered under it. A change posts its deliveries to
+dispatchers, in the order of the changes, and they are drained once the lock is free.
 """
 
 from __future__ import annotations

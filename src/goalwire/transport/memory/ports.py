@@ -1,10 +1,10 @@
 """Publishers, subscriptions, servers and clients of the memory transport.
 
-All a publisher sends goes through its dispatcher, the history for a late subscription too: so each
-subscription sees one publisher's messages in order, each once, whichever threads publish.
+All that a publisher sends goes through its dispatcher, also the history for a late subscription. So each
+subscription gets one publisher's messages in order, each once, whichever threads publish.
 
-A call is handed to every server there is at that moment. It ends when each of them has answered, cancelled
-its request, or gone; or when the client goes.
+A call is handed to every server that is there at that moment. It ends when each of them has answered,
+cancelled its request, or gone; or when the client closes.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
-"""What travels beside every message: sequence number, source time and the sender's gid.
+"""The attachment of every message: sequence number, source time and the sender's gid.
 
 33 bytes: int64 LE sequence, int64 LE nanoseconds since the UNIX epoch, 0x10 (the gid's length), the gid.
 Older peers (humble up to 0.1.1, jazzy up to 0.2.3) name each field and need 77 bytes; those are read too.
 Source: rmw_zenoh_cpp src/detail/attachment_helpers.cpp.
 
-With its payload it makes the sample that a message, a request or a reply is to those above.
+Payload and attachment together become the Sample that entities get.
 """
 
 from __future__ import annotations

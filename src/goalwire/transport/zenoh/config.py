@@ -1,4 +1,4 @@
-"""The configuration a session really opens with: built-in settings or a file, then the overrides."""
+"""Makes a session's configuration: built-in settings or a file, then the overrides."""
 
 from __future__ import annotations
 

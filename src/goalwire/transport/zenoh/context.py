@@ -1,8 +1,9 @@
-"""What the endpoints of one session share: its wire and counters, and whose turn it is to publish on a key.
+"""What the endpoints of one session share: its wire, its counters, and the order of publications on a key.
 
-Zenoh drops a message that has not found room after 50 ms, whatever its size, and tells nobody (1.10.2): one
-of 100 MB never does. So large ones of reliable publishers go out with congestion control BLOCK, on a thread.
-As many of them wait as the publisher keeps, and what is dropped beyond is known.
+Zenoh drops a message that has found no room for 50 ms, and tells nobody (1.10.2). The time does not depend on
+the size, so a message of 100 MB never gets through. So large ones of reliable publishers are sent with
+congestion control BLOCK, on a thread of their own. As many may wait as the publisher keeps; what is dropped
+beyond that is counted.
 """
 
 from __future__ import annotations

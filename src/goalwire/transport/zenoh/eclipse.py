@@ -1,7 +1,8 @@
-"""The ROS layer's wire, on a session of eclipse-zenoh.
+"""The wire of the ROS layer on a session of eclipse-zenoh.
 
-Its threads call back through `Callback(…, indirect=False)`; each callback pins its thread's state first. What
-it holds is counted, for a thread that calls into an interpreter on its way out aborts the process.
+Zenoh's threads call back through `Callback(…, indirect=False)`. Each callback first keeps its thread's state
+(threads.py). Open sessions are counted: a thread that calls into an interpreter that is ending aborts the
+process.
 
 Zenoh keeps about a kilobyte of each query until the query's time is over, even when it was answered at once
 (measured with 1.10.2), and a querier has one time for all its queries. So requests with a time go through

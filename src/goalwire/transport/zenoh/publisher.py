@@ -1,4 +1,7 @@
-"""Publishers: put, with the history that transient_local asks for (zenoh-wire A.5)."""
+"""Publishers: send messages, and keep the history that transient_local subscriptions ask for.
+
+The keys and queries of that history are in subscription.py.
+"""
 
 from __future__ import annotations
 

@@ -1,12 +1,12 @@
-"""The embedded rendezvous: a router that every process offers, so that nobody starts one (zenoh-wire B.4).
+"""The embedded rendezvous: every process offers a router, so that nobody has to start one.
 
-One process of a machine holds the port; the others keep trying to bind it, and one of them takes over when
+One process of a machine holds the port. The others keep trying to bind it, and one of them takes over when
 the holder dies. Ordinary sessions, goalwire's and rmw_zenoh's, connect there, learn of each other and then
 talk directly.
 
-Who holds the port may be a program that will never answer as a router. Zenoh itself waits for the answer of
-one that accepts and says nothing for as long as `open_timeout`, a minute, and a session that does so closes
-only by a limit of 10 s (1.10.2). So a holder is greeted before.
+A program that will never answer as a router may hold the port. Zenoh waits a minute (`open_timeout`) for the
+answer of a program that accepts and says nothing, and such a session closes only after 10 s (1.10.2). So the
+holder is greeted first.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A router of its own, for a site: what the rendezvous is for one machine, for all that reach it."""
+"""A router for a whole site: what the rendezvous is for one machine, for all machines that reach it."""
 
 from __future__ import annotations
 

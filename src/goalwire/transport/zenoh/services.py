@@ -1,4 +1,4 @@
-"""Service clients and servers (zenoh-wire A.4).
+"""Service clients and servers on Zenoh. Requests get their numbers here, and replies are matched to them.
 
 A request is a query. A server is a complete queryable that keeps each request until it is answered.
 """

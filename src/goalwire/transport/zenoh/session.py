@@ -1,11 +1,12 @@
-"""One context's session: opened as the environment says, closed once, nothing left behind; and its nodes.
+"""One context's session: opened as the environment says, closed once with all that it has; and its nodes.
 
-GOALWIRE_ZENOH says which session is opened: `eclipse` (the default), or `native` for one of goalwire's own. A
-configuration that asks for what ours does not do is opened with eclipse-zenoh all the same, and a line in the
-log says so.
+GOALWIRE_ZENOH says which session is opened: `eclipse` (the default), or `native` for goalwire's own. If the
+configuration asks for something that goalwire's own does not do, eclipse-zenoh is used in its place, and
+a line in the log says so.
 
-A node is a liveliness token and the endpoints declared through it, in the order that rmw_zenoh keeps: a
-publisher's token comes before the publisher, every other's after; on the way out the token goes first.
+A node is a liveliness token and the endpoints declared through it, in the order that rmw_zenoh keeps. When a
+publisher is declared, its token comes first; for every other endpoint the token comes last. When an endpoint
+is closed, its token goes first.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 Only what differs from the zenoh library's own defaults is listed. Source: rmw_zenoh_cpp
 config/DEFAULT_RMW_ZENOH_{SESSION,ROUTER}_CONFIG.json5, the same from humble to rolling.
 
-The environment's part: rmw_zenoh's own variables, and goalwire's two.
+These variables of the environment are read, rmw_zenoh's own and goalwire's two:
 
     ZENOH_SESSION_CONFIG_URI, ZENOH_ROUTER_CONFIG_URI   a json5 file in place of the built-in settings
     ZENOH_CONFIG_OVERRIDE                               `key/path=json5;…` on top of either

@@ -1,8 +1,8 @@
-"""What publishers of one address send, each message once, in order, the history first.
+"""Puts one publisher's messages in order, each once, its history before its live messages.
 
-Pure: whoever holds a stream tells it what came, live or as the answer to a question, and asks what it wants.
-While a question is out, live messages wait: else the first of them would make all history look outdated.
-Zenoh 1.10.2's own advanced subscriber does not wait after its first question, and loses history by that.
+Pure: its owner tells it what came, live or as the answer to a query, and asks it which query to send next.
+While a query is out, live messages wait; otherwise the first of them would make all history look outdated.
+Zenoh 1.10.2's own advanced subscriber does not wait after its first query, and so loses history.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
-"""Subscriptions: what arrives becomes a Sample and is delivered where it was read (zenoh-wire A.5, A.9).
+"""Subscriptions: each message becomes a Sample and is delivered on the thread that read it.
 
 Those with history ask every publisher for what it keeps, then follow it. On the wire that is what zenoh's
-advanced subscriber does: publishers with history show a token `<key>/@adv/pub/<session>/<entity>/_` and
-answer queries there (`_max=<depth>`, `_sn=<first>..<last>`); reliable ones number their messages and may send
-heartbeats on the same key. Others say 'uhlc' for the entity.
+advanced subscriber does. Publishers with history show a token `<key>/@adv/pub/<session>/<entity>/_` and
+answer queries there (`_max=<depth>`, `_sn=<first>..<last>`). Reliable ones number their messages and may send
+heartbeats on the same key; the others have 'uhlc' in place of the entity.
 """
 
 from __future__ import annotations

@@ -1,13 +1,14 @@
-"""From the first open to the end of the process: zenoh's threads, and what they must not do at its end.
+"""Zenoh's threads: how they end with the process, after a fork, and how calls from them are made cheap.
 
-A zenoh thread that calls into an interpreter on its way out aborts the process, so every open session is
-closed before (endpoint.close_at_exit), and its callbacks are waited for. A forked child has no zenoh threads,
-so closing, or even dropping, what its parent opened could wait for ever: the child leaks it on purpose.
+A zenoh thread that calls into an interpreter on its way out aborts the process. So every open session is
+closed before that (endpoint.close_at_exit), and its callbacks are waited for. A forked child has no zenoh
+threads, so closing, or even dropping, what its parent opened could wait for ever: the child leaks it on
+purpose.
 
 Zenoh calls back on threads that Python did not start. Around each call a thread state is made and thrown
 away, and the first frame in a fresh one allocates its stack: 9 µs a message. One PyGILState_Ensure that is
-never matched keeps the state for the thread's life: 1 µs a message, 408,000 messages/s for 101,000
-(zenoh-wire B.3). This leans on CPython; GOALWIRE_PIN_THREADS=0 turns it off.
+never matched keeps the state for the thread's life. That takes 1 µs a message, and 408,000 messages/s pass
+instead of 101,000. This leans on CPython; GOALWIRE_PIN_THREADS=0 turns it off.
 """
 
 from __future__ import annotations

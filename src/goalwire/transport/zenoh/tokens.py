@@ -35,7 +35,7 @@ from goalwire.transport.reports import check_names
 GRAPH_SPACE = '@ros2_lv'
 """First chunk of every liveliness token; `@` keeps it out of the reach of `**` elsewhere."""
 CPU_BUFFERS = '_buf_cpu'
-"""Last chunk of the side channel that lyrical and later use for types with buffers (zenoh-wire A.9)."""
+"""Last chunk of the side channel that lyrical and later use for types with buffers."""
 
 _FORBIDDEN = re.compile(r'//|[*#?$ ]')
 

@@ -1,7 +1,7 @@
-"""What the ROS layer needs of a Zenoh session, whoever makes it: goalwire itself, or eclipse-zenoh.
+"""The interface of a Zenoh session that the ROS layer uses: goalwire's own, or eclipse-zenoh's.
 
-Callbacks run on the thread that reads, or on the caller's within one session, with no lock held. What they
-get shows the same on both: a key, a payload, an attachment, and where it came from.
+Callbacks run on the thread that reads, or on the caller's within one session, with no lock held. They get the
+same on both: a key, a payload, an attachment, and where it came from.
 """
 
 from __future__ import annotations

@@ -1,12 +1,12 @@
-"""Sequence numbers, fragments, and what waits for the socket.
+"""Sequence numbers, fragments, and the queue before the socket.
 
-A link has eight priorities, and each has a reliable and a best-effort channel: sixteen that count on their
-own. All begin at the number said in OPEN and go on modulo 2^28. TCP loses nothing and keeps the order, so a
-receiver takes any number that is ahead, by less than half of all numbers, and drops what is not: frames that
-a sender left out are not asked for again.
+A link has eight priorities, and each has a reliable and a best-effort channel. That makes sixteen channels,
+and each counts its own messages. All begin at the number said in OPEN and go on modulo 2^28. TCP loses none
+and keeps the order. So a receiver takes any number that is ahead by less than half of all numbers, and drops
+the others. Frames that a sender left out are not asked for again.
 
-A message that fits no batch travels in pieces, each a FRAGMENT in a batch of its own. Its pieces must follow
-one another in their channel; anything between them loses the message, but not the link.
+A message that fits no batch travels in pieces, each a FRAGMENT in a batch of its own. The pieces must follow
+one another in their channel. Anything between them loses the message, but not the link.
 """
 
 from __future__ import annotations

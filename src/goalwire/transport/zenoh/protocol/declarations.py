@@ -1,10 +1,10 @@
 """DECLARE and INTEREST: what each side has, and what it wants to know of the other.
 
-Subscribers, queryables and liveliness tokens are declared under numbers that the declaring side chooses and
-names again to take them back. An expression is declared to give a long key a short number for this link.
-A peer tells each other peer everything, unasked, and then says "final of interest 0". Routers and clients
-are asked: an INTEREST names kinds, maybe a key, and whether the present, the future or both are meant. What
-there is comes with the interest's number, then its final; what comes later has no number.
+Subscribers, queryables and liveliness tokens are declared under numbers. The declaring side chooses a number
+and repeats it to take the declaration back. An expression is declared to give a long key a short number for
+this link. A peer tells each other peer everything, unasked, and then says "final of interest 0". Routers and
+clients must be asked: an INTEREST names kinds, maybe a key, and whether the present, the future or both are
+meant. The answer has the interest's number and ends with a final; later changes have no number.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The numbers by which a session names its keys: one number a key on all links, as long as it is in use."""
+"""The numbers that a session gives its keys: one number for a key on all links, as long as it is in use."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The handshake: each side says who it is and what it can, and both go by what the acceptor answers.
+"""The handshake: each side says who it is and what it can do; the acceptor's answer holds for both.
 
     connector: INIT -->                      acceptor: INIT taken
                <-- INIT, answer, cookie                answers with the smaller of both in each point
@@ -6,9 +6,9 @@
                <-- OPEN, answer                        up; frames may follow at once
     up
 
-The cookie lets an acceptor forget who asked until OPEN brings it back. Ours remembers, and the cookie proves
-that whoever opens has received the answer. A link to a session that there is one to already is refused at
-OPEN, for until then the other side may still give up itself.
+In other implementations the cookie lets an acceptor forget the connector until OPEN brings the cookie back.
+This one remembers, and the cookie only proves that the connector received the answer. A second link to the
+same session is refused at OPEN, not before: until then the other side may still give its link up.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""Key expressions: which are well formed, and which match which.
+"""Key expressions: which are well formed, and which match each other.
 
 A key is chunks between slashes, none empty. In an expression `*` stands for one chunk, `**` for any number of
-chunks, also none, and `$*` within a chunk for any text, also none. A chunk that begins with `@` is matched by
-itself alone, never by a wildcard.
+chunks, also none, and `$*` within a chunk for any text, also none. Wildcards do not match a chunk that begins
+with `@`; only the same chunk does.
 """
 
 from __future__ import annotations

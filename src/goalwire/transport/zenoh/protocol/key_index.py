@@ -1,7 +1,7 @@
-"""Many things, each declared on a key expression, and quickly those whose expression meets another one.
+"""An index of things by their key expression: finds quickly all whose expression intersects another one.
 
 Nearly all expressions of ROS 2 are plain keys. Those are found by equality; only the few with wildcards are
-compared one by one. A plain key is compared with those few, an expression with all.
+compared one by one. So a plain key is compared with those few, an expression with all.
 """
 
 from __future__ import annotations

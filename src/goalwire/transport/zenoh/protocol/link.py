@@ -1,11 +1,11 @@
-"""One link to another session: bytes in, messages to the session; messages in, batches out.
+"""One link to another session: parses the bytes that come, and packs messages into batches.
 
 `receive` takes bytes as they came, in any pieces. It runs the handshake, checks numbers, joins fragments, and
 hands each network message to the session. `send` numbers a message, makes a batch of it and writes it at
-once; where the socket is full it waits in the queue of its priority. A message that may be dropped is dropped
-where more than QUEUE_LIMIT bytes wait already, and counted. One that may not be dropped waits for room first,
-if its thread may wait: the session's owner knows. A link that has heard nothing for the other side's lease is
-dead; one that has said nothing for a quarter of its own says KEEP_ALIVE.
+once. If the socket is full, the batch waits in the queue of its priority. If more than QUEUE_LIMIT bytes wait
+already, a message that may be dropped is dropped and counted. One that may not be dropped waits for room
+first, if its thread may wait: the session's owner knows that. A link is dead when it has heard nothing for
+the other side's lease. When it has sent nothing for a quarter of its own lease, it sends KEEP_ALIVE.
 """
 
 from __future__ import annotations

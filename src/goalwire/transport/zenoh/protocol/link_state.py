@@ -1,11 +1,11 @@
-"""Gossip: routers tell peers of each other, and one of each two connects.
+"""Gossip: routers tell peers of each other, and of each two peers one connects.
 
-A router sends OAM messages with the nodes that it knows: to a newcomer all of them, to the others the
-newcomer. Each node has its id, role and the addresses ("locators") where it listens. Within one link a node
+A router sends OAM messages with the nodes that it knows: all of them to a newcomer, and the newcomer to the
+others. Each node has its id, role and the addresses ("locators") where it listens. Within one link a node
 also has a short number, by which later messages may name it.
 
-Routers are always connected to. Of two peers, the one connects whose id is the greater, compared byte by byte
-as the wire has it; so one of the two does, and only one link comes to be.
+A peer always connects to routers. Of two peers the one with the greater id connects, compared byte by byte as
+on the wire. So there is only one link between them.
 """
 
 from __future__ import annotations

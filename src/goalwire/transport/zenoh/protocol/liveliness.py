@@ -1,7 +1,7 @@
-"""Liveliness tokens: which are there, and who is told of changes.
+"""Liveliness tokens: which ones are there, and who is told when they come and go.
 
-A token is a declared key. It is there from the first declaration on any link, or of the session's own, until
-the last is taken back or its link is lost. So declarations of each key are counted.
+A token is a declared key. It appears with the first declaration, on any link or by the session itself. It
+vanishes when the last one is taken back or its link is lost. So declarations are counted for each key.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""PUSH, REQUEST, RESPONSE and RESPONSE_FINAL: what carries users' data.
+"""PUSH, REQUEST, RESPONSE and RESPONSE_FINAL: the messages that carry users' data.
 
-Keys travel as "wire expressions": a scope and a suffix. Scope 0: the suffix is the whole key. Any other is an
-id that one of the two sides has declared for a key, or its beginning, and the suffix is appended. A flag of
-the header says whose id it is. Ids have 16 bits.
+Keys travel as "wire expressions": a scope and a suffix. With scope 0 the suffix is the whole key. Any other
+scope is an id that one of the two sides has declared for a key or its beginning, and the suffix is appended.
+A flag of the header says whose id it is. Ids have 16 bits.
 
 These messages are most of the traffic. So they are read by plain indexing: a byte beyond the data raises
 IndexError, and each function checks at its end that it has not read beyond its message.

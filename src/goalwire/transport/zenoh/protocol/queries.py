@@ -1,11 +1,12 @@
-"""Queries: those of this session on their way, and those that came and wait for an answer.
+"""Queries: those that this session has sent, and those that came and wait for an answer.
 
-A query goes to every link that has a queryable for it, and each says once that it has no more to say. A link
-that breaks has said so by that. The query is over when all have, or when its time is over: then an error
-"Timeout" takes the place of what is missing, as Zenoh makes one.
+A query goes to every link that has a queryable for it. Each of them ends its part with a final; a link that
+breaks has ended its part too. The query is over when all parts are, or when its time is over. In the second
+case it ends with an error "Timeout", as Zenoh's own do.
 
-Consolidation decides what becomes of several replies of one key. None: all are handed over as they come.
-Monotonic: none that is older than one before it. Latest: the newest of each key, at the end.
+Consolidation decides what happens to several replies with the same key. None: all are handed over as they
+come. Monotonic: none is handed over that is older than one before it. Latest: the newest of each key, at the
+end.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""What sends: publications and queriers, each for one key. They find out who wants it, and remember.
+"""Publications and queriers, each for one key. They look up who wants what they send, and remember it.
 
-Who is asked depends on the query's target. All: every queryable whose expression meets the key. All complete:
+A query's target decides who is asked. All: every queryable whose expression meets the key. All complete:
 those that were declared complete and include the key. Best matching: the nearest of those, else all.
 """
 

@@ -1,13 +1,13 @@
-"""A session: what it has declared, what its links have, and who gets what.
+"""A session: its own declarations, those of its links, and the routing of messages between them.
 
-As a peer it tells every peer and router all that it has, as soon as the link is up, and each change from then
-on. It passes nothing on from one link to another: peers meet directly, and clients are a router's. A router
-tells what it was asked for, so it is asked for everything, once. Until a link has told all that there is it
-gets every message and every query: so nothing is lost between the link and its declarations.
+As a peer it tells every peer and router all that it has as soon as the link is up, and each change from then
+on. It passes nothing on from one link to another: peers connect directly, and clients connect to a router. A
+router tells only what it was asked for, so it is asked for everything, once. A link that has not told all yet
+gets every message and every query. So nothing is lost between the link and its declarations.
 
-A put goes to the subscribers whose expression intersects its key; a query to queryables alike. One that is
-declared complete counts as complete for a query only if it also includes the query's key. What is put or
-asked here is delivered here too, on the caller's thread.
+A put goes to the subscribers whose expression intersects its key, and a query to such queryables. A queryable
+that is declared complete counts as complete for a query only if it also includes the query's key. What is put
+or asked here is also delivered here, on the caller's thread.
 """
 
 from __future__ import annotations
