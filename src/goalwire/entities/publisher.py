@@ -87,7 +87,8 @@ class PublisherCore(Generic[MsgT]):
         """
         if self._port is None:
             raise InvalidHandle
-        return len(self.node.graph.matched(self._endpoint))
+        count = self._port.peer_count()
+        return len(self.node.graph.matched(self._endpoint)) if count is None else count
 
     def show_liveliness(self) -> None:
         """Assert that the publisher is alive; raises InvalidHandle once destroyed."""

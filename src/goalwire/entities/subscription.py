@@ -144,7 +144,8 @@ class SubscriptionCore(Generic[MsgT]):
         """
         if self._port is None:
             raise InvalidHandle
-        return len(self.node.graph.matched(self._endpoint))
+        count = self._port.peer_count()
+        return len(self.node.graph.matched(self._endpoint)) if count is None else count
 
     @property
     def events(self) -> EndpointEvents:

@@ -137,7 +137,7 @@ class GraphListener(ABC):
         """A node or endpoint has gone; removing an unknown one is harmless."""
 
     def connected(self) -> None:  # noqa: B027 - most listeners have nothing to do
-        """What `ClientPort.reaches_server` answers may have changed."""
+        """What `ClientPort.reaches_server` or `Port.peer_count` answers may have changed."""
 
 
 class Port(ABC):
@@ -161,6 +161,14 @@ class Port(ABC):
         short as a `deliver`. False, as here, where the wire does not know: the caller looks elsewhere.
         """
         return False
+
+    def peer_count(self) -> int | None:
+        """How many endpoints are matched with this one, where the wire counts them: never behind its event.
+
+        None, as here, where the graph tells. Else `GraphListener.connected` tells of changes, from the first
+        question on.
+        """
+        return None
 
     def catch_up(self) -> None:  # noqa: B027 - most wires deliver in the order in which things arrive
         """Deliver what has arrived by now, where the wire may deliver later arrivals elsewhere first."""

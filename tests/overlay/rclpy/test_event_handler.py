@@ -7,8 +7,9 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
+import rclpy
 from helpers.collector import Collector
-from helpers.spinning import MakeNode, Spin, wait_until
+from helpers.spinning import MakeNode, Spin, Spinner, wait_until
 from helpers.wires import DDS
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
 from rclpy.context import Context
@@ -38,6 +39,7 @@ from goalwire.errors import RCLError
 from goalwire.logging.dispatch import add_sink
 from goalwire.logging.record import LogRecord
 from goalwire.transport.contract import Sample
+from goalwire.transport.faults import Faults
 
 pytestmark = pytest.mark.also_on_dds
 
@@ -89,6 +91,50 @@ def test_matched_events_count_who_is_there_and_who_was(node: Node, other: Node, 
     )
     other.create_subscription(String, 'chat', nothing, 1)
     assert publishers.expect(3)[2] == QoSPublisherMatchedInfo(2, 1, 1, 1)
+
+
+def test_a_matched_callback_finds_the_match_in_its_endpoints_count(
+    node: Node, other: Node, spin: Spin
+) -> None:
+    subscribers: Collector[tuple[int, int]] = Collector()
+    publishers: Collector[tuple[int, int]] = Collector()
+
+    def met_subscriber(info: QoSPublisherMatchedInfo) -> None:
+        subscribers((info.current_count, publisher.get_subscription_count()))
+
+    def met_publisher(info: QoSSubscriptionMatchedInfo) -> None:
+        publishers((info.current_count, subscription.get_publisher_count()))
+
+    publisher = node.create_publisher(
+        String, 'chat', 1, event_callbacks=PublisherEventCallbacks(matched=met_subscriber)
+    )
+    subscription = other.create_subscription(
+        String, 'chat', nothing, 1, event_callbacks=SubscriptionEventCallbacks(matched=met_publisher)
+    )
+    spin(node, other)
+    assert (publishers.expect(1), subscribers.expect(1)) == ([(1, 1)], [(1, 1)])
+    other.destroy_subscription(subscription)
+    assert subscribers.expect(2)[1] == (0, 0)
+
+
+def test_a_partition_ends_a_match_in_event_and_count(isolated: dict[str, str]) -> None:
+    counts: Collector[tuple[int, int]] = Collector()
+
+    def matched(info: QoSPublisherMatchedInfo) -> None:
+        counts((info.current_count, publisher.get_subscription_count()))
+
+    assert isolated
+    near, far = Context(), Context()
+    with Faults() as faults, rclpy.init(context=near), rclpy.init(context=far):
+        node, other = Node('near', context=near), Node('far', context=far)
+        publisher = node.create_publisher(
+            String, 'chat', 1, event_callbacks=PublisherEventCallbacks(matched=matched)
+        )
+        with SingleThreadedExecutor(context=near) as executor, Spinner(executor, node):
+            other.create_subscription(String, 'chat', nothing, 1)
+            assert counts.expect(1) == [(1, 1)]
+            faults.partition('near', 'far', lease=0.0)
+            assert counts.expect(2)[1] == (0, 0)
 
 
 def test_events_that_nobody_spun_for_are_one_call(node: Node, other: Node, spin: Spin) -> None:

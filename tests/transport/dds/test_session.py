@@ -6,9 +6,16 @@ from collections.abc import Iterator
 from ctypes import c_uint64
 
 import pytest
+import rclpy
 from helpers.collector import Collector
+from helpers.spinning import Spinner, wait_until
 from helpers.stranger import Stranger
 from helpers.wire import ADD, HASH, OTHER_HASH, Answers, Side, message, topic_endpoint
+from rclpy.context import Context
+from rclpy.event_handler import PublisherEventCallbacks
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from std_msgs.msg import String
 
 from goalwire.errors import LocalError, TransportError
 from goalwire.rules.qos import DurabilityPolicy, LivelinessPolicy, QoS
@@ -65,6 +72,28 @@ def test_an_endpoint_without_ros_2_is_nobodys_and_heard(dds_sides: Sides, strang
     assert (seen.node.name, seen.type_hash, seen.gid) == (UNKNOWN_NAME, '', writer.guid)
     assert writer.write(message(b'hello')) == 0
     assert came.expect(1)[0].gid == writer.guid
+
+
+def test_a_reader_of_no_node_is_counted_when_its_match_is_told(stranger: Stranger) -> None:
+    counts: Collector[tuple[int, int]] = Collector()
+
+    def matched(info: Matched) -> None:
+        counts((info.current_count, publisher.get_subscription_count()))
+
+    context = Context()
+    with rclpy.init(context=context):
+        node = Node('counting', context=context)
+        publisher = node.create_publisher(
+            String, 'chatter', 1, event_callbacks=PublisherEventCallbacks(matched=matched)
+        )
+        with SingleThreadedExecutor(context=context) as executor, Spinner(executor, node):
+            stranger.writer(DISCOVERY_TOPIC, DISCOVERY_TYPE)  # so the graph waits for it to name a node
+            reader = stranger.reader('rt/chatter', 'std_msgs::msg::dds_::String_')
+            assert counts.expect(1) == [(1, 1)]
+            reader.delete()
+            assert counts.expect(2)[1] == (0, 0)
+            stranger.reader('rt/chatter', 'std_msgs::msg::dds_::String_')
+            wait_until(context, lambda: publisher.get_subscription_count() == 1)
 
 
 @pytest.mark.parametrize('payload', [b'\0\1\0\0\0', b'\0\1\0\0' + bytes(16)])

@@ -44,6 +44,7 @@ WRAPPERS: dict[type, list[type]] = {
 }
 UNUSED = {
     (FaultyNode, 'watch_event'),
+    (FaultyNode, 'peer_count'),
     *((wrapper, 'catch_up') for wrapper in (FaultyNode, FaultyPublisher, FaultyClient, FaultyService)),
 }
 """A node has no events; a subscription alone catches up with what its wire holds."""

@@ -8,6 +8,7 @@ from ctypes import byref, c_uint32, c_uint64
 from threading import Lock
 from typing import NamedTuple, TypeAlias
 
+from goalwire.errors import TransportError
 from goalwire.rules.qos import PolicyKind
 from goalwire.rules.qos_events import (
     NOTHING_YET,
@@ -182,16 +183,37 @@ class Statuses:
         self._library = library
         self._waitset_thread = waitset_thread
         self._lock = Lock()
-        self._handlers: dict[int, dict[int, Callable[[], None]]] = {}
+        self._handlers: dict[int, dict[int, tuple[Callable[[], None], ...]]] = {}
 
     def watch(self, entity: int, bit: int, handler: Callable[[], None]) -> None:
-        """Call `handler` each time the status changes; it must look at it (or have it taken)."""
+        """Call `handler` each time the status changes; one that is called already changes nothing."""
         with self._lock:
-            first = entity not in self._handlers
-            handlers = self._handlers[entity] = {**self._handlers.get(entity, {}), bit: handler}
+            known = self._handlers.get(entity, {})
+            others = known.get(bit, ())
+            if handler in others:
+                return
+            handlers = self._handlers[entity] = {**known, bit: (*others, handler)}
             self._library.dds_set_status_mask(entity, sum(handlers))
-        if first:
-            self._waitset_thread.watch(entity, lambda: self._changed(entity))
+        if not known:
+            try:
+                self._waitset_thread.watch(entity, lambda: self._changed(entity))
+            except TransportError:
+                self.discard(entity)
+                raise
+
+    def peers_of(self, entity: int, bit: int, handler: Callable[[], None]) -> int:
+        """Count an endpoint's matches, and call `handler` each time they change from now on.
+
+        The matches themselves are counted: to read the status here would hide its change from the others.
+        """
+        try:
+            self.watch(entity, bit, handler)
+        except TransportError:
+            return 0  # another thread has just deleted it
+        library = self._library
+        writes = bit == PUBLICATION_MATCHED
+        count = library.dds_get_matched_subscriptions if writes else library.dds_get_matched_publications
+        return max(count(entity, None, 0), 0)
 
     def watch_event(self, entity: int, event: EventType, changed: Changed) -> bool:
         """Tell `changed` of an event with its totals; False where the library does not notice it."""
@@ -200,16 +222,19 @@ class Statuses:
             return False
 
         last = NOTHING_YET[event]
+        lock = Lock()
 
         def tell() -> None:
             nonlocal last
-            record = self._record(entity, source)
-            if record is not None and record != last:
-                last = record
-                changed(record)
+            with lock:  # so that the newest is told last
+                record = self._record(entity, source)
+                if record is not None and record != last:
+                    last = record
+                    changed(record)
 
         self.watch(entity, source.bit, tell)
-        tell()  # what happened before
+        # What happened before is told now. To read a status resets it, so all are called who wait for it.
+        self._call(entity, source.bit)
         return True
 
     def discard(self, entity: int) -> None:
@@ -227,9 +252,13 @@ class Statuses:
         handlers = self._handlers.get(entity, {})
         changes = c_uint32()
         self._library.dds_take_status(entity, byref(changes), sum(handlers))
-        for bit, handler in handlers.items():
+        for bit in handlers:
             if changes.value & bit:
-                handler()
+                self._call(entity, bit)
+
+    def _call(self, entity: int, bit: int) -> None:
+        for handler in self._handlers.get(entity, {}).get(bit, ()):
+            handler()
 
     def _record(self, entity: int, source: _Source) -> EventStatus | None:
         read = self._library.status(source.name)

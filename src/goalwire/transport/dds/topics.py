@@ -22,6 +22,7 @@ from goalwire.transport.dds.description import (
     encode_endpoint,
     endpoint_qos,
 )
+from goalwire.transport.dds.status import PUBLICATION_MATCHED, SUBSCRIPTION_MATCHED
 from goalwire.transport.dds.wire import RawSample, Reader, Writer
 from goalwire.transport.endpoint import OpenPort
 
@@ -79,6 +80,11 @@ class DdsPublisher(OpenPort, PublisherPort):
         """Tell of an event that the library notices."""
         return self._context.statuses.watch_event(self.writer.handle, event, changed)
 
+    def peer_count(self) -> int:
+        """How many the library has matched with this one."""
+        context = self._context
+        return context.statuses.peers_of(self.writer.handle, PUBLICATION_MATCHED, context.notifier.connected)
+
     def assert_liveliness(self) -> None:
         """Show that the publisher is alive, where that is up to its user."""
         self.state.check_sending()
@@ -129,3 +135,8 @@ class DdsSubscription(OpenPort):
     def watch_event(self, event: EventType, changed: Callable[[EventStatus], None]) -> bool:
         """Tell of an event that the library notices."""
         return self._context.statuses.watch_event(self.reader.handle, event, changed)
+
+    def peer_count(self) -> int:
+        """How many the library has matched with this one."""
+        context = self._context
+        return context.statuses.peers_of(self.reader.handle, SUBSCRIPTION_MATCHED, context.notifier.connected)

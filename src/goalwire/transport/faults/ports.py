@@ -6,12 +6,14 @@ server of a client, its calls end.
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections import deque
 from collections.abc import Callable
 from threading import Lock
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 from goalwire.errors import LocalError
+from goalwire.rules.qos_events import PublisherEvent, SubscriptionEvent
 from goalwire.transport.contract import ClientPort, Port, PublisherPort, Request, Sample
 from goalwire.transport.faults.kinds import Kind, Moment, Packet
 from goalwire.transport.faults.plan import Plan
@@ -19,6 +21,10 @@ from goalwire.transport.reports import report_failure
 
 if TYPE_CHECKING:
     from goalwire.rules.qos_events import EventStatus, EventType
+
+T = TypeVar('T', Sample, Request)
+
+_MATCHED = {PublisherEvent.RCL_PUBLISHER_MATCHED, SubscriptionEvent.RCL_SUBSCRIPTION_MATCHED}
 
 
 class FaultyPort(Port):
@@ -28,9 +34,12 @@ class FaultyPort(Port):
     faults: Plan
 
     def watch_event(self, event: EventType, changed: Callable[[EventStatus], None]) -> bool:
-        """Watch what the wire finds out itself."""
+        """Watch what the wire finds out itself, but for matches: the graph knows which faults hide."""
         self.faults.call('port.watch_event')
-        return self._inner.watch_event(event, changed)
+        return event not in _MATCHED and self._inner.watch_event(event, changed)
+
+    def peer_count(self) -> None:
+        """Leave the count to the graph, as its event."""
 
     def close(self) -> None:
         """Undeclare."""
@@ -38,12 +47,15 @@ class FaultyPort(Port):
         self.faults.call('port.close')
 
 
-class ReceivingPort(FaultyPort):
+class ReceivingPort(FaultyPort, Generic[T]):
     """A port at which messages or requests arrive; what is under way when it is closed is lost."""
+
+    kind: Kind
 
     def __init__(
         self,
-        declare: Callable[[], Port],
+        declare: Callable[[Callable[[T], None]], Port],
+        deliver: Callable[[T], None],
         name: str,
         node: str,
         faults: Plan,
@@ -53,10 +65,26 @@ class ReceivingPort(FaultyPort):
         self.name = name
         self.node = node
         self.faults = faults
+        self._deliver: Callable[[T], None] = deliver
         self._owner_of = owner_of
         self._is_closed = False
-        self._inner = declare()
+        self._inner = declare(self._receive)
         self.gid = self._inner.gid
+
+    @abstractmethod
+    def _receive(self, arrived: T) -> None:
+        """Take what the wire delivers."""
+
+    def _send_on(self, sample: Sample, source: str, deliver: Callable[[Sample], None]) -> bool:
+        """Deliver what the faults make of a sample from the node `source`; False: nothing."""
+        packet = Packet(self.kind, self.name, source, self.node, sample.payload)
+
+        def arrive(result: Packet) -> None:
+            if not self._is_closed:
+                received = sample.received_timestamp + result.delay_ns
+                deliver(sample._replace(payload=result.payload, received_timestamp=received))
+
+        return self.faults.passes(Moment.ARRIVED, packet) and self.faults.send(packet, arrive)
 
     def close(self) -> None:
         """Undeclare; what is under way is lost."""
@@ -100,31 +128,13 @@ class FaultyPublisher(FaultyPort, PublisherPort):
         return self._inner.wait_for_acknowledgements(timeout_ns)
 
 
-class FaultySubscription(ReceivingPort):
+class FaultySubscription(ReceivingPort[Sample]):
     """A subscription: here messages meet their faults."""
 
-    def __init__(
-        self,
-        declare: Callable[[Callable[[Sample], None]], Port],
-        deliver: Callable[[Sample], None],
-        name: str,
-        node: str,
-        faults: Plan,
-        owner_of: Callable[[bytes], str],
-    ) -> None:
-        self._deliver = deliver
-        super().__init__(lambda: declare(self._receive), name, node, faults, owner_of)
+    kind = Kind.MESSAGE
 
-    def _receive(self, sample: Sample) -> None:
-        source = self._owner_of(sample.gid)
-        packet = Packet(Kind.MESSAGE, self.name, source, self.node, sample.payload)
-        if self.faults.passes(Moment.ARRIVED, packet):
-            self.faults.send(packet, lambda result: self._arrive(sample, result))
-
-    def _arrive(self, sample: Sample, result: Packet) -> None:
-        if not self._is_closed:
-            received = sample.received_timestamp + result.delay_ns
-            self._deliver(sample._replace(payload=result.payload, received_timestamp=received))
+    def _receive(self, arrived: Sample) -> None:
+        self._send_on(arrived, self._owner_of(arrived.gid), self._deliver)
 
     def catch_up(self) -> None:
         """Deliver what has arrived by now."""
@@ -230,8 +240,10 @@ _KEPT = 10_000
 """How many requests without an answer are remembered; the oldest is then cancelled."""
 
 
-class FaultyService(ReceivingPort):
-    """A service server, with faults."""
+class FaultyService(ReceivingPort[Request]):
+    """A service server: here requests and their replies meet their faults."""
+
+    kind = Kind.REQUEST
 
     def __init__(
         self,
@@ -242,26 +254,15 @@ class FaultyService(ReceivingPort):
         faults: Plan,
         owner_of: Callable[[bytes], str],
     ) -> None:
-        self._deliver = deliver
         self._lost: deque[Request] = deque()
-        super().__init__(lambda: declare(self._receive), name, node, faults, owner_of)
+        super().__init__(declare, deliver, name, node, faults, owner_of)
 
-    def _receive(self, request: Request) -> None:
-        client = self._owner_of(request.sample.gid)
-        arrival = Arrival(self, request, client)
-        packet = Packet(Kind.REQUEST, self.name, client, self.node, request.sample.payload)
-        if not (
-            self.faults.passes(Moment.ARRIVED, packet)
-            and self.faults.send(packet, lambda result: self._arrive(arrival, result))
+    def _receive(self, arrived: Request) -> None:
+        arrival = Arrival(self, arrived, self._owner_of(arrived.sample.gid))
+        if not self._send_on(
+            arrived.sample, arrival.client, lambda sample: self._deliver(FaultyRequest(arrival, sample))
         ):
-            self.keep(request)
-
-    def _arrive(self, arrival: Arrival, result: Packet) -> None:
-        sample = arrival.inner.sample
-        received = sample.received_timestamp + result.delay_ns
-        if not self._is_closed:
-            sample = sample._replace(payload=result.payload, received_timestamp=received)
-            self._deliver(FaultyRequest(arrival, sample))
+            self.keep(arrived)
 
     def keep(self, request: Request) -> None:
         """Keep a request that will not be answered: where it was lost, nobody tells its client."""
@@ -281,7 +282,8 @@ class Arrival:
     def __init__(self, service: FaultyService, inner: Request, client: str) -> None:
         self.inner = inner
         self._service = service
-        self._client = client
+        self.client = client
+        """The node that asks."""
         self._lock = Lock()
         self._copies = 0
         self._is_answered = False
@@ -299,7 +301,7 @@ class Arrival:
             was_answered, self._is_answered = self._is_answered, True
         if was_answered:
             return
-        packet = Packet(Kind.REPLY, service.name, service.node, self._client, payload)
+        packet = Packet(Kind.REPLY, service.name, service.node, self.client, payload)
         is_alive = service.faults.passes(Moment.SENDING, packet)
         if not (is_alive and service.faults.send(packet, self._send)):
             service.keep(self.inner)
@@ -317,7 +319,7 @@ class Arrival:
             is_over = self._copies == 0 and not self._is_answered
         if is_over:
             # The reason travels as a reply does, without a content that a fault could change.
-            packet = Packet(Kind.REPLY, service.name, service.node, self._client, b'')
+            packet = Packet(Kind.REPLY, service.name, service.node, self.client, b'')
             if not service.faults.send(packet, lambda _: self.inner.cancel(reason)):
                 service.keep(self.inner)
 
