@@ -54,6 +54,7 @@ setup(
         (f'share/{package_name}/launch', ['launch/humanoid.launch.py']),
     ],
     install_requires=['setuptools', 'rich>=13.7'],  # without rich a mission shows plain lines
+    extras_require={'sim': ['mujoco-core>=4.0']},  # the physics; 10 MB, and numpy
     python_requires='>=3.11',
     zip_safe=False,  # goalwire reads the definitions as files
     maintainer='goalwire developers',

@@ -1,0 +1,216 @@
+"""The MuJoCo model of a robot, made from its URDF when it is loaded: floor, base, motors, feet."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+FEET = ('left_foot', 'right_foot')  # links
+TIME_STEP = 0.002  # s
+FULL_TORQUE_AT = 0.1  # rad off its set-point: there a motor gives all that it has
+FULL_FORCE_AT = 0.005  # m, the same of a sliding joint
+ROTOR_INERTIA = 0.01  # kg·m², as seen behind the gear; kg of a sliding joint
+BASE_STIFFNESS = 600.0  # 1/s²: the base follows its path with 24 rad/s, critically damped
+BASE_FORCE = 0.6  # of the robot's weight: what its soles could pass on to the floor
+BASE_TORQUE = 150.0  # N·m about the vertical
+GRAVITY = 9.81  # m/s²
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+
+class NotARobot(ValueError):
+    """The description cannot be simulated; the text says why."""
+
+
+@dataclass(frozen=True)
+class Leg:
+    """One leg: its foot's body and the point under its ankle, the joints from the pelvis down to it."""
+
+    foot: int
+    sole: int
+    joints: Indices  # into the robot's joints
+    dofs: Indices
+    qpos: Indices
+
+
+@dataclass(frozen=True)
+class Robot:
+    """A compiled model, and where in it what stands. The joints are those that move, in the URDF's order."""
+
+    model: Any
+    mass: float  # kg
+    names: Sequence[str]
+    qpos: Indices
+    dofs: Indices
+    motors: Indices  # the joints that have one: those that mimic others have none
+    stiffness: Array  # N·m per rad of each of these motors
+    damping: Array  # N·m per rad/s of each of them
+    base_stiffness: Array  # N/m, N/m and N·m/rad of the base's motors
+    base_damping: Array
+    legs: Sequence[Leg]  # left, right
+    floor: int
+
+    BASE_MOTORS = 3  # the model's first motors are the base's: x, y, yaw; its first dofs x, y, z, yaw
+
+
+def build(urdf: str, feet: Sequence[str] = FEET) -> Robot:
+    """Compile a URDF whose root link is the pelvis; `feet` names the links of the left and the right foot.
+
+    The pelvis slides along x, y and z and turns about z: it neither rolls nor pitches. Its height is carried
+    by the legs alone. Motors hold x, y and yaw. The robot touches the floor, not itself.
+    Raises NotARobot.
+    """
+    try:
+        spec = mujoco.MjSpec.from_string(urdf)
+        names = [joint.name for joint in spec.joints]
+        _prepare(spec)
+        _add_floor(spec)
+        _free_the_base(spec)
+        followers = {equality.name1 for equality in spec.equalities}
+        driven = [name for name in names if name not in followers]
+        for name in driven:
+            spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+        for foot in feet:
+            _add_sole(spec, foot)
+        model = spec.compile()
+    except (ValueError, KeyError) as error:
+        raise NotARobot(f'MuJoCo cannot take the robot description: {error}') from error
+    return _describe(model, names, driven, feet)
+
+
+def _prepare(spec: Any) -> None:
+    spec.compiler.fusestatic = False  # every link stays a body, so that its pose can be asked for
+    option = spec.option
+    option.timestep = TIME_STEP
+    option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET  # what goes wrong is to be seen
+    option.gravity = [0.0, 0.0, -GRAVITY]
+    for geom in spec.geoms:
+        geom.contype, geom.conaffinity = 0, 1
+        geom.friction = [1.0, 0.005, 0.0001]
+    for joint in spec.joints:
+        joint.armature = max(joint.armature, ROTOR_INERTIA)
+
+
+def _add_floor(spec: Any) -> None:
+    spec.worldbody.add_geom(
+        name='floor',
+        type=mujoco.mjtGeom.mjGEOM_PLANE,
+        size=[0.0, 0.0, 0.05],
+        contype=1,
+        conaffinity=0,
+        friction=[1.0, 0.005, 0.0001],
+    )
+
+
+def _free_the_base(spec: Any) -> None:
+    """Joints of the root link to the world, and motors for all of them but the height."""
+    roots = list(spec.worldbody.bodies)
+    if len(roots) != 1:
+        raise NotARobot(f'the description has {len(roots)} root links')
+    root = roots[0]
+    slide, hinge = mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_HINGE
+    for name, kind, axis in (
+        ('base_x', slide, [1, 0, 0]),
+        ('base_y', slide, [0, 1, 0]),
+        ('base_z', slide, [0, 0, 1]),
+        ('base_yaw', hinge, [0, 0, 1]),
+    ):
+        root.add_joint(name=name, type=kind, axis=axis)
+        if name != 'base_z':
+            spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+    root.add_site(name='base')
+    for name, sensor in (
+        ('base_gyro', mujoco.mjtSensor.mjSENS_GYRO),
+        ('base_accelerometer', mujoco.mjtSensor.mjSENS_ACCELEROMETER),
+    ):
+        spec.add_sensor(name=name, type=sensor, objtype=mujoco.mjtObj.mjOBJ_SITE, objname='base')
+
+
+def _add_sole(spec: Any, foot: str) -> None:
+    """A point on the sole of the foot's box, below the link's origin, where the ankle is."""
+    body = spec.body(foot)
+    if body is None:
+        raise NotARobot(f'the description has no link {foot}')
+    lowest = min(
+        (geom.pos[2] - geom.size[2] for geom in body.geoms if geom.type == mujoco.mjtGeom.mjGEOM_BOX),
+        default=None,
+    )
+    if lowest is None:
+        raise NotARobot(f'the link {foot} has no box to stand on')
+    body.add_site(name=f'{foot}_sole', pos=[0.0, 0.0, lowest])
+
+
+def _describe(model: Any, names: Sequence[str], driven: Sequence[str], feet: Sequence[str]) -> Robot:
+    qpos = np.array([model.joint(name).qposadr[0] for name in names], dtype=np.intp)
+    dofs = np.array([model.joint(name).dofadr[0] for name in names], dtype=np.intp)
+    motors = np.array([names.index(name) for name in driven], dtype=np.intp)
+    stiffness, damping = _tune(model)
+    legs = []
+    for foot in feet:
+        chain = _chain(model, model.body(foot).id, names)
+        legs.append(Leg(model.body(foot).id, model.site(f'{foot}_sole').id, chain, dofs[chain], qpos[chain]))
+    return Robot(
+        model,
+        float(model.body_subtreemass[0]),
+        tuple(names),
+        qpos,
+        dofs,
+        motors,
+        stiffness[Robot.BASE_MOTORS :],
+        damping[Robot.BASE_MOTORS :],
+        stiffness[: Robot.BASE_MOTORS],
+        damping[: Robot.BASE_MOTORS],
+        tuple(legs),
+        model.geom('floor').id,
+    )
+
+
+def _tune(model: Any) -> tuple[Array, Array]:
+    """Make every motor a critically damped spring to its set-point, as strong as the URDF says.
+
+    With the affine bias the damping is integrated implicitly; set-points carry what else a motor shall give.
+    """
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    inertia = np.zeros((model.nv, model.nv))
+    mujoco.mj_fullM(model, data, inertia)
+    stiffness, damping = np.zeros(model.nu), np.zeros(model.nu)
+    for motor in range(model.nu):
+        joint = model.actuator_trnid[motor, 0]
+        dof = model.jnt_dofadr[joint]
+        if motor < Robot.BASE_MOTORS:
+            kp = inertia[dof, dof] * BASE_STIFFNESS
+            most = BASE_TORQUE if motor == Robot.BASE_MOTORS - 1 else BASE_FORCE * inertia[0, 0] * GRAVITY
+        else:
+            most = model.jnt_actfrcrange[joint, 1]
+            if not most > 0.0:
+                raise NotARobot(f'the joint {model.joint(joint).name} has no effort limit')
+            slides = model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_SLIDE
+            kp = most / (FULL_FORCE_AT if slides else FULL_TORQUE_AT)
+        kd = 2.0 * math.sqrt(kp * inertia[dof, dof])
+        model.actuator_gainprm[motor, 0] = kp
+        model.actuator_biastype[motor] = mujoco.mjtBias.mjBIAS_AFFINE
+        model.actuator_biasprm[motor, :3] = 0.0, -kp, -kd
+        model.actuator_forcelimited[motor] = 1
+        model.actuator_forcerange[motor] = -most, most
+        stiffness[motor], damping[motor] = kp, kd
+    return stiffness, damping
+
+
+def _chain(model: Any, body: int, names: Sequence[str]) -> Indices:
+    """The joints between the pelvis and a body, the pelvis' first."""
+    chain = []
+    while model.body_parentid[body] != 0:
+        first = model.body_jntadr[body]
+        joints = range(first, first + model.body_jntnum[body])
+        chain += [names.index(model.joint(joint).name) for joint in joints]
+        body = model.body_parentid[body]
+    return np.array(chain[::-1], dtype=np.intp)

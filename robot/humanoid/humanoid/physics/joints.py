@@ -1,0 +1,53 @@
+"""The joints in physics: set-points follow the commands, and motors follow the set-points."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from humanoid.joints.commands import Plan, Waypoint
+from humanoid.joints.kinematic import Path
+from humanoid.joints.source import JointSample
+from humanoid.model import JOINT_BY_NAME, JointSpec
+from humanoid.physics.world import World
+
+
+class PhysicsJoints:
+    """A JointSource whose joints are a world's."""
+
+    def __init__(
+        self, world: World, joints: Mapping[str, JointSpec] = JOINT_BY_NAME, now: float = 0.0
+    ) -> None:
+        """`now`: the node's clock, in s, at this moment of the world."""
+        self._world, self._joints = world, joints
+        self._behind = now - world.time  # from the world's time to the node's
+        self._paths: dict[str, Path] = {}
+        for joint in joints.values():
+            world.limit_speed(joint.name, joint.max_velocity)
+        world.controllers.append(self._control)
+
+    @property
+    def joints(self) -> Mapping[str, JointSpec]:
+        return self._joints
+
+    def update(self, now: float) -> None:
+        """The world moves by itself; what is learnt here is only how the node's clock stands to its time."""
+        self._behind = now - self._world.time
+
+    def read(self, name: str) -> JointSample:
+        return JointSample(*self._world.joint(name))
+
+    def follow(self, plan: Plan, start: float) -> None:
+        for name, waypoints in plan.items():
+            if waypoints:
+                here = Waypoint(0.0, self._world.set_point(name))
+                begins_here = [here] if waypoints[0].time > 0.0 else []
+                self._paths[name] = Path(start - self._behind, [*begins_here, *waypoints])
+            else:
+                self._paths.pop(name, None)
+                self._world.hold(name)
+
+    def _control(self, time: float) -> None:
+        for name, path in list(self._paths.items()):
+            self._world.aim(name, path.position_at(time))
+            if time - path.start >= path.waypoints[-1].time:
+                del self._paths[name]

@@ -1,0 +1,15 @@
+from __future__ import annotations
+
+import pytest
+
+pytest.importorskip('mujoco', reason='the physics is MuJoCo: pip install mujoco-core')
+
+from humanoid.description import urdf_text
+from humanoid.model import JOINTS
+from humanoid.physics.world import World
+
+
+@pytest.fixture
+def world() -> World:
+    """The robot on its floor, at home."""
+    return World(urdf_text(), {joint.name: joint.home for joint in JOINTS})
