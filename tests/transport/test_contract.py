@@ -141,7 +141,7 @@ def test_a_publisher_of_another_definition_is_not_heard(sides: Sides) -> None:
     assert payloads(samples.expect(1)) == [b'same']
 
 
-@pytest.mark.differs_on(DDS, 'endpoints whose QoS do not go together exchange nothing')
+@pytest.mark.differs_on(DDS, 'endpoints with incompatible QoS exchange nothing')
 def test_qos_that_disagrees_prevents_no_delivery(sides: Sides) -> None:
     alpha, beta = sides
     samples = Samples()
@@ -202,7 +202,7 @@ def test_a_volatile_subscription_gets_no_history(sides: Sides) -> None:
     assert payloads(samples.expect(1)) == [b'new']
 
 
-@pytest.mark.differs_on(DDS, 'endpoints whose QoS do not go together exchange nothing')
+@pytest.mark.differs_on(DDS, 'endpoints with incompatible QoS exchange nothing')
 def test_a_volatile_publisher_keeps_no_history(sides: Sides) -> None:
     alpha, beta = sides
     samples = Samples()

@@ -296,7 +296,7 @@ class Session(ABC):
     id: str
     """What the graph shows as the `session` of this session's own nodes and endpoints."""
     enforces_qos = False
-    """True where endpoints whose QoS do not go together exchange nothing (DDS); else QoS prevents nothing."""
+    """True where endpoints with incompatible QoS exchange nothing (DDS); else QoS prevents nothing."""
     compares_definitions = True
     """True where different definitions of one type keep endpoints apart; DDS compares names alone."""
     discovers_at_once = True

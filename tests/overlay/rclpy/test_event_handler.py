@@ -205,7 +205,7 @@ def test_by_default_incompatible_qos_is_logged_on_both_sides_in_ros_2s_words(
         assert [line for line in lines if line.startswith(f'{name}: {said}{remark}')], lines
 
 
-@pytest.mark.differs_on(DDS, 'endpoints whose QoS do not go together exchange nothing')
+@pytest.mark.differs_on(DDS, 'endpoints with incompatible QoS exchange nothing')
 def test_where_qos_prevents_nothing_messages_and_matches_come_all_the_same(
     node: Node, other: Node, spin: Spin
 ) -> None:
