@@ -12,6 +12,7 @@ import zenoh
 from helpers.isolation import free_port
 from helpers.patience import PATIENCE, wait_for
 
+from goalwire.transport.zenoh import threads
 from goalwire.transport.zenoh.native.dialler import Retry
 from goalwire.transport.zenoh.native.endpoints import TlsFiles
 from goalwire.transport.zenoh.native.session import NativeSession, Settings
@@ -223,6 +224,7 @@ class Theirs(Side):
             values['id'] = zid
         for name, value in values.items():
             config.insert_json5(name, json.dumps(value))
+        threads.start()  # else zenoh has other threads in the tests that come later
         self.session = zenoh.open(config)
         self.id = str(self.session.zid())
         self.held: list[zenoh.Query] = []

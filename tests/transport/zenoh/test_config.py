@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import pytest
@@ -18,7 +17,7 @@ FAR_AWAY = 'connect/endpoints=["tcp/192.0.2.1:7447"]'
 
 
 def value(path: str) -> object:
-    return json.loads(config.plan().session.get_json(path))
+    return config.plan().session.at(path)
 
 
 @pytest.fixture(autouse=True)
@@ -39,8 +38,8 @@ def test_the_default_session_is_rmws_at_our_port(world: dict[str, str]) -> None:
 def test_rmws_session_file_loads_unchanged(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv('ZENOH_SESSION_CONFIG_URI', str(DATA / 'session.json5'))
     plan = config.plan()
-    assert json.loads(plan.session.get_json('scouting/delay')) == 500
-    assert json.loads(plan.session.get_json('connect/endpoints')) == ['tcp/localhost:7447']
+    assert plan.session.at('scouting/delay') == 500
+    assert plan.session.at('connect/endpoints') == ['tcp/localhost:7447']
     assert (plan.rendezvous is not None, plan.port) == (True, 7447)
 
 
@@ -48,7 +47,7 @@ def test_rmws_router_file_loads_unchanged_and_waits_for_its_port(monkeypatch: py
     monkeypatch.setenv('ZENOH_ROUTER_CONFIG_URI', (DATA / 'router.json5').as_uri())
     router = config.plan().rendezvous
     assert router is not None
-    assert json.loads(router.get_json('listen/endpoints')) == ['tcp/[::]:7447']
+    assert router.at('listen/endpoints') == ['tcp/[::]:7447']
 
 
 def test_rmws_files_open_a_session_with_a_rendezvous(
@@ -122,12 +121,10 @@ def test_the_rendezvous_keeps_its_own_place_whatever_the_session_is_told(
     monkeypatch.setenv('ZENOH_CONFIG_OVERRIDE', f'mode="client";{FAR_AWAY};queries_default_timeout=5')
     plan = config.plan()
     assert plan.rendezvous is not None
-    assert json.loads(plan.rendezvous.get_json('mode')) == 'router'
-    assert json.loads(plan.rendezvous.get_json('connect/endpoints')) == []
-    assert json.loads(plan.rendezvous.get_json('queries_default_timeout')) == 5
-    assert json.loads(plan.rendezvous.get_json('listen/endpoints')) == [
-        f'tcp/127.0.0.1:{world["GOALWIRE_ROUTER_PORT"]}'
-    ]
+    assert plan.rendezvous.at('mode') == 'router'
+    assert plan.rendezvous.at('connect/endpoints') is None
+    assert plan.rendezvous.at('queries_default_timeout') == 5
+    assert plan.rendezvous.at('listen/endpoints') == [f'tcp/127.0.0.1:{world["GOALWIRE_ROUTER_PORT"]}']
 
 
 @pytest.mark.parametrize(

@@ -22,6 +22,7 @@ from goalwire.errors import TransportError
 from goalwire.logging import LogRecord
 from goalwire.transport.contract import EndpointKind, SessionOptions
 from goalwire.transport.zenoh import TRANSPORT, rendezvous
+from goalwire.transport.zenoh.config import Configuration
 from goalwire.transport.zenoh.rendezvous import PORT_IS_TAKEN, RENDEZVOUS, EmbeddedRouter, Holder, is_taken
 
 from .conftest import OpenSide
@@ -79,7 +80,7 @@ def test_zenoh_still_says_that_a_port_is_taken_as_we_expect(world: dict[str, str
         other.bind(('127.0.0.1', port))
         other.listen()
         with pytest.raises(zenoh.ZError, match=PORT_IS_TAKEN):
-            zenoh.open(router_config(f'tcp/127.0.0.1:{port}'))
+            zenoh.open(zenoh.Config.from_json5(json.dumps(router_config(f'tcp/127.0.0.1:{port}').values)))
 
 
 def test_a_configuration_that_zenoh_refuses_is_not_taken_for_a_taken_port(world: dict[str, str]) -> None:
@@ -132,8 +133,8 @@ def test_while_a_port_is_taken_zenoh_is_not_asked_again(
         offer.close()
 
 
-def router_config(endpoint: str) -> zenoh.Config:
-    return zenoh.Config.from_json5(json.dumps({'mode': 'router', 'listen': {'endpoints': [endpoint]}}))
+def router_config(endpoint: str) -> Configuration:
+    return Configuration({'mode': 'router', 'listen': {'endpoints': [endpoint]}})
 
 
 @pytest.mark.slow

@@ -1,18 +1,20 @@
-"""Makes a session's configuration: built-in settings or a file, then the overrides."""
+"""Makes a session's configuration: built-in settings or a file, then the overrides.
+
+It is read here, without eclipse-zenoh: a process whose session is goalwire's own need not import that.
+"""
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Sequence
+from copy import deepcopy
+from pathlib import PurePath
 from typing import NamedTuple
-
-import zenoh
 
 from goalwire.errors import TransportError
 from goalwire.transport.reports import LOGGER
-from goalwire.transport.zenoh import settings
-from goalwire.transport.zenoh.settings import Json, Override, RendezvousChoice
+from goalwire.transport.zenoh import json5, schema, settings
+from goalwire.transport.zenoh.settings import Json, Override, RendezvousChoice, Settings
 
 _OF_THE_SESSION = ('mode', 'id', 'connect', 'listen', 'scouting')
 """Overrides that place a session in the network; the rendezvous of the same process keeps its own place."""
@@ -20,11 +22,41 @@ _OF_THE_SESSION = ('mode', 'id', 'connect', 'listen', 'scouting')
 _LOCAL_HOSTS = ('localhost', '127.0.0.1', '[::1]')
 
 
+class Configuration(NamedTuple):
+    """What one session is opened with."""
+
+    values: Settings
+    origin: str = ''
+    """The variable and the file that it comes from; empty: the built-in settings."""
+
+    def at(self, path: str) -> Json:
+        """Return one value; None where it is not set."""
+        return value_at(self.values, path)
+
+    def set(self, path: str, value: Json) -> None:
+        """Set one value, and leave those beside it as they are."""
+        *parents, name = path.split('/')
+        within = self.values
+        for each in parents:
+            inner = within.get(each)
+            if not isinstance(inner, dict):
+                inner = within[each] = {}
+            within = inner
+        within[name] = value
+
+
+def value_at(values: Json, path: str) -> Json:
+    """Return the value at a path; None where there is none."""
+    for name in path.split('/'):
+        values = values.get(name) if isinstance(values, dict) else None
+    return values
+
+
 class Plan(NamedTuple):
     """What to open: the session, and the rendezvous beside it (None: none) with its port."""
 
-    session: zenoh.Config
-    rendezvous: zenoh.Config | None
+    session: Configuration
+    rendezvous: Configuration | None
     port: int
     local: int | None
     """The TCP port of this machine that the session connects to; None: it connects elsewhere."""
@@ -37,7 +69,7 @@ def plan() -> Plan:
     port = settings.router_port()
     session, accepted = _session_config(port)
     choice = settings.rendezvous_choice()
-    local = local_port(_value(session, 'connect/endpoints'), str(_value(session, 'mode')))
+    local = local_port(session.at('connect/endpoints'), str(session.at('mode') or 'peer'))
     if choice is RendezvousChoice.OFF or (choice is RendezvousChoice.AUTO and local is None):
         return Plan(session, None, port, local, gives_way=True)
     port = local or port
@@ -45,68 +77,99 @@ def plan() -> Plan:
     return Plan(session, _rendezvous_config(port, accepted), port, local, gives_way=gives_way)
 
 
-def _session_config(port: int) -> tuple[zenoh.Config, list[Override]]:
-    """Return the session's configuration and the overrides that zenoh took."""
-    config = _from_file('ZENOH_SESSION_CONFIG_URI') or _from_settings(settings.session(port))
+def _session_config(port: int) -> tuple[Configuration, list[tuple[str, Json]]]:
+    """Return the session's configuration, and the overrides that hold."""
+    config = _from_file('ZENOH_SESSION_CONFIG_URI') or _built_in(settings.session(port))
     for name, size in settings.shared_memory().items():
-        config.insert_json5(f'transport/shared_memory/transport_optimization/{name}', str(size))
-    pairs, broken = settings.overrides()
-    for part in broken:
-        _warn(part, 'it is not of the form key/path=value')
-    return config, [pair for pair in pairs if _override(config, pair)]
+        config.set(f'transport/shared_memory/transport_optimization/{name}', size)
+    accepted = _read_overrides()
+    for path, value in accepted:
+        config.set(path, value)
+    return config, accepted
 
 
-def _rendezvous_config(port: int, overrides: list[Override]) -> zenoh.Config:
+def _rendezvous_config(port: int, overrides: list[tuple[str, Json]]) -> Configuration:
     config = _from_file('ZENOH_ROUTER_CONFIG_URI')
     if config is None:
-        config = _from_settings(settings.rendezvous(port))
+        config = _built_in(settings.rendezvous(port))
     else:
         for name, value in settings.SINGLE_BIND.items():
-            config.insert_json5(f'listen/{name}', json.dumps(value))
-    for pair in overrides:
-        if pair.path.split('/')[0] not in _OF_THE_SESSION:
-            _override(config, pair)
-    if _value(config, 'id') is None:
-        config.insert_json5('id', json.dumps(settings.rendezvous_id()))
+            config.set(f'listen/{name}', value)
+    for path, value in overrides:
+        if path.split('/')[0] not in _OF_THE_SESSION:
+            config.set(path, value)
+    if config.at('id') is None:
+        config.set('id', settings.rendezvous_id())
     return config
 
 
-def router_config(port: int, listen: Sequence[str], connect: Sequence[str]) -> zenoh.Config:
+def router_config(port: int, listen: Sequence[str], connect: Sequence[str]) -> Configuration:
     """Return the settings of a router for a site, which listens on `port` of every address where not said.
 
     Raises TransportError.
     """
-    config = _from_file('ZENOH_ROUTER_CONFIG_URI') or _from_settings(settings.rendezvous(port))
-    try:
-        if listen or not os.environ.get('ZENOH_ROUTER_CONFIG_URI'):
-            config.insert_json5('listen/endpoints', json.dumps(list(listen) or [f'tcp/[::]:{port}']))
-        if connect:
-            config.insert_json5('connect/endpoints', json.dumps(list(connect)))
-    except zenoh.ZError as error:
+    config = _from_file('ZENOH_ROUTER_CONFIG_URI') or _built_in(settings.rendezvous(port))
+    if listen or not os.environ.get('ZENOH_ROUTER_CONFIG_URI'):
+        config.set('listen/endpoints', list(listen) or [f'tcp/[::]:{port}'])
+    if connect:
+        config.set('connect/endpoints', list(connect))
+    for path, value in _read_overrides():
+        config.set(path, value)
+    for fault in schema.faults(config.values):
         raise TransportError(
-            f'the router cannot be set up: {reason(error)}; write addresses like tcp/192.168.0.7:7447'
-        ) from None
-    for pair in settings.overrides()[0]:
-        _override(config, pair)
+            f'the router cannot be set up: {fault.path} takes {fault.expected}; '
+            f'write addresses like tcp/192.168.0.7:7447'
+        )
     return config
 
 
-def _from_settings(values: settings.Settings) -> zenoh.Config:
-    return zenoh.Config.from_json5(json.dumps(values))
+def _built_in(values: Settings) -> Configuration:
+    return Configuration(deepcopy(values))
 
 
-def _from_file(variable: str) -> zenoh.Config | None:
+def _from_file(variable: str) -> Configuration | None:
     uri = os.environ.get(variable)
     if not uri:
         return None
     path = _path_of(uri) if uri.startswith('file://') else uri
     try:
-        return zenoh.Config.from_file(path)
-    except zenoh.ZError as error:
-        raise TransportError(
-            f"{variable} names '{path}', which cannot be used: {reason(error)}; "
-            f'correct the file or unset {variable}'
-        ) from None
+        with open(path, encoding='utf-8-sig') as file:  # noqa: PTH123 - pathlib opens by it
+            text = file.read()
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else 'it is not text in UTF-8'
+        raise _unusable(variable, path, reason or str(error)) from None
+    try:
+        document = _from_yaml(text) if PurePath(path).suffix in {'.yaml', '.yml'} else json5.read(text)
+    except json5.Json5Error as error:
+        raise _unusable(variable, path, str(error)) from None
+    values = document.value
+    if not isinstance(values, dict):
+        raise _unusable(variable, path, 'it holds no object: { … }')
+    for fault in schema.faults(values):
+        line = _line_of(fault.path, document.lines)
+        raise _unusable(variable, path, f'{line}{fault.path} takes {fault.expected}')
+    return Configuration(values, f"{variable} names '{path}'")
+
+
+def _line_of(path: str, lines: dict[str, int]) -> str:
+    while path and path not in lines:
+        path = path.rpartition('/')[0]
+    return f'line {lines[path]}: ' if path else ''
+
+
+def _from_yaml(text: str) -> json5.Document:
+    import yaml  # 20 ms, and few write the file so
+
+    try:
+        return json5.Document(yaml.safe_load(text), {})
+    except yaml.YAMLError as error:
+        raise json5.Json5Error(' '.join(str(error).split())) from None
+
+
+def _unusable(variable: str, path: str, reason: str) -> TransportError:
+    return TransportError(
+        f"{variable} names '{path}', which cannot be used: {reason}; correct the file or unset {variable}"
+    )
 
 
 def _path_of(uri: str) -> str:
@@ -115,36 +178,35 @@ def _path_of(uri: str) -> str:
     return unquote(urlsplit(uri).path)
 
 
-def reason(error: Exception) -> str:
-    """Return zenoh's words without the place in its source."""
-    return str(error).partition(' at /')[0].strip()
+def _read_overrides() -> list[tuple[str, Json]]:
+    """Return the pairs of ZENOH_CONFIG_OVERRIDE that hold; rmw_zenoh too reports others and goes on."""
+    pairs, broken = settings.overrides()
+    for part in broken:
+        _warn(part, 'it is not of the form key/path=value')
+    accepted = []
+    for pair in pairs:
+        path = pair.path.strip('/')
+        try:
+            value = json5.read(pair.value).value
+        except json5.Json5Error as error:
+            _warn_of(pair, f'its value is no JSON5: {error}')
+            continue
+        known = schema.find(path)
+        if known is None:
+            _warn_of(pair, f"'{path}' is no setting of Zenoh's")
+            continue
+        wrong = next(schema.faults(value, path, known), None) or next(
+            (schema.Fault(each, 'no such setting') for each in schema.unknown(value, path, known)), None
+        )
+        if wrong is not None:
+            _warn_of(pair, f'{wrong.path} takes {wrong.expected}')
+            continue
+        accepted.append((path, value))
+    return accepted
 
 
-def _override(config: zenoh.Config, pair: Override) -> bool:
-    """Apply one pair; what zenoh refuses is reported and ignored, as rmw_zenoh does."""
-    try:
-        config.insert_json5(pair.path, pair.value)
-    except zenoh.ZError as error:
-        if not _insert_into_parent(config, pair):
-            _warn(f'{pair.path}={pair.value}', reason(error))
-            return False
-    return True
-
-
-def _insert_into_parent(config: zenoh.Config, pair: Override) -> bool:
-    """Set a key that zenoh takes only within its parent ('connect/retry/period_init_ms'); True if taken."""
-    parent, _, name = pair.path.rpartition('/')
-    try:
-        siblings = _value(config, parent)
-        if not isinstance(siblings, dict):
-            return False
-        siblings.pop(name, None)
-        rest = json.dumps(siblings)[1:-1]
-        config.insert_json5(parent, f'{{"{name}": {pair.value}{", " if rest else ""}{rest}}}')
-        now = _value(config, parent)
-    except zenoh.ZError:
-        return False
-    return isinstance(now, dict) and name in now
+def _warn_of(pair: Override, why: str) -> None:
+    _warn(f'{pair.path}={pair.value}', why)
 
 
 def _warn(part: str, why: str) -> None:
@@ -153,11 +215,6 @@ def _warn(part: str, why: str) -> None:
     get_logger(LOGGER).warning(
         f"ZENOH_CONFIG_OVERRIDE: '{part}' is ignored: {why}; correct it or take it out"
     )
-
-
-def _value(config: zenoh.Config, path: str) -> Json:
-    value: Json = json.loads(config.get_json(path))
-    return value
 
 
 def local_port(endpoints: Json, mode: str) -> int | None:

@@ -12,6 +12,7 @@ any time, but costs 5 µs more.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
@@ -25,7 +26,8 @@ from zenoh.handlers import Callback
 from goalwire.errors import TransportError
 from goalwire.rules.time import S_TO_NS
 from goalwire.transport.ordered_dispatcher import OrderedDispatcher
-from goalwire.transport.zenoh import config, threads, wire
+from goalwire.transport.zenoh import library, wire
+from goalwire.transport.zenoh.config import Configuration
 from goalwire.transport.zenoh.protocol.network import Payload, ReplyError
 from goalwire.transport.zenoh.protocol.primitives import SourceInfo, Timestamp, read_id
 from goalwire.transport.zenoh.protocol.queries import Answer, Query
@@ -309,15 +311,15 @@ class EclipseWire(wire.Wire):
     errors = (zenoh.ZError, RuntimeError)
     wire_poller = None
 
-    def __init__(self, settings: zenoh.Config) -> None:
+    def __init__(self, configuration: Configuration) -> None:
         """Open it. Raises TransportError or ForkedError."""
-        threads.start()
         try:
-            self._zenoh = zenoh.open(settings)
+            self._zenoh = library.open_zenoh(configuration)
         except zenoh.ZError as error:
             raise TransportError(
-                f'cannot open a Zenoh session (connecting to {settings.get_json("connect/endpoints")}, '
-                f'listening on {settings.get_json("listen/endpoints")}): {config.reason(error)}; '
+                f'cannot open a Zenoh session (connecting to '
+                f'{json.dumps(configuration.at("connect/endpoints"))}, listening on '
+                f'{json.dumps(configuration.at("listen/endpoints"))}): {library.reason(error)}; '
                 f'check ZENOH_SESSION_CONFIG_URI, ZENOH_CONFIG_OVERRIDE and that these addresses can be '
                 f'reached'
             ) from None
@@ -325,7 +327,7 @@ class EclipseWire(wire.Wire):
         self._in_flight = InFlight()
 
     def explain(self, error: Exception) -> str:
-        return config.reason(error)
+        return library.reason(error)
 
     def declare_publisher(self, key: str, *, reliable: bool, waits: bool) -> wire.Publisher:
         publisher = self._zenoh.declare_publisher(

@@ -2,7 +2,8 @@
 
 One process of a machine holds the port. The others keep trying to bind it, and one of them takes over when
 the holder dies. Ordinary sessions, goalwire's and rmw_zenoh's, connect there, learn of each other and then
-talk directly.
+talk directly. The router is eclipse-zenoh's, which is imported by the process that takes the port, and by no
+other.
 
 A program that will never answer as a router may hold the port. Zenoh waits a minute (`open_timeout`) for the
 answer of a program that accepts and says nothing, and such a session closes only after 10 s (1.10.2). So the
@@ -11,6 +12,7 @@ holder is greeted first.
 
 from __future__ import annotations
 
+import json
 import os
 import re
 from contextlib import closing, suppress
@@ -20,15 +22,16 @@ from threading import Event, Thread
 from time import monotonic
 from typing import TYPE_CHECKING
 
-import zenoh
-
-from goalwire.errors import TransportError
+from goalwire.errors import ForkedError, TransportError
 from goalwire.transport.endpoint import Shared, close_at_exit, in_child, leak
 from goalwire.transport.reports import LOGGER
-from goalwire.transport.zenoh.config import reason
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+    import zenoh
+
+    from goalwire.transport.zenoh.config import Configuration
 
 PATIENCE_S = 2.0
 """How long a holder may take to answer. A router of a busy machine takes some milliseconds."""
@@ -148,16 +151,17 @@ class EmbeddedRouter:
 
     zenoh could retry by itself, but a session that still does so closes only by its time limit of 10 s, with
     an error (1.10.2; upstream pull request 2754). So a thread repeats it. And an attempt that fails never
-    gives 20 KiB of memory back: after the first, a plain socket looks whether there is something to try.
+    gives 20 KiB of memory back: so a plain socket looks before whether there is something to try.
     """
 
-    def __init__(self, port: int, config: zenoh.Config) -> None:
+    def __init__(self, port: int, config: Configuration) -> None:
         self._port = port
         self._config = config
+        self._endpoints = json.dumps(config.at('listen/endpoints'))
         self._router: zenoh.Session | None = None
         self._closed = Event()
         self._thread: Thread | None = None
-        if not self._take_port():
+        if is_taken(self._endpoints) or not self._take_port():
             self._thread = Thread(target=self._retry, name=f'rendezvous {port}', daemon=True)
             self._thread.start()
 
@@ -167,23 +171,36 @@ class EmbeddedRouter:
         return self._router is not None
 
     def _take_port(self) -> bool:
+        """Raises TransportError, and ForkedError where the parent of this process has used eclipse-zenoh."""
         try:
-            self._router = zenoh.open(self._config)
+            import zenoh
+
+            from goalwire.transport.zenoh import library
+        except ImportError as error:
+            if error.name != 'zenoh':
+                raise
+            raise TransportError(
+                f'the rendezvous on port {self._port} needs eclipse-zenoh, which is not installed: run '
+                f'pip install eclipse-zenoh, or set GOALWIRE_ROUTER=off and start a router'
+            ) from None
+        try:
+            self._router = library.open_zenoh(self._config)
         except zenoh.ZError as error:
             if PORT_IS_TAKEN in str(error):
                 return False
             raise TransportError(
-                f'the rendezvous on port {self._port} cannot be offered: {reason(error)}; '
+                f'the rendezvous on port {self._port} cannot be offered: {library.reason(error)}; '
                 f'check ZENOH_ROUTER_CONFIG_URI and ZENOH_CONFIG_OVERRIDE, or set GOALWIRE_ROUTER=off'
             ) from None
         return True
 
     def _retry(self) -> None:
         try:
-            endpoints = self._config.get_json('listen/endpoints')
             while not self._closed.wait(RETRY_S):
-                if not is_taken(endpoints) and self._take_port():
+                if not is_taken(self._endpoints) and self._take_port():
                     return
+        except ForkedError:
+            return
         except TransportError as error:
             from goalwire.logging import get_logger  # needed only when something is broken
 
@@ -210,14 +227,18 @@ class Rendezvous:
         self._routers: Shared[int, EmbeddedRouter] = Shared(EmbeddedRouter.close)
         self._left: set[int] = set()
 
-    def offer(self, port: int, config: zenoh.Config) -> None:
+    def offer(self, port: int, config: Configuration) -> None:
         """Offer the rendezvous until as many `stop_offering`; raises TransportError where zenoh refuses.
 
-        Where the port was left to somebody else's router, nothing is offered.
+        Where the port was left to somebody else's router, nothing is offered; nor in a forked child of a
+        process that has used eclipse-zenoh, which cannot be started there.
         """
         if port in self._left and self._routers.get(port) is None:
             return
-        self._routers.open(port, lambda: EmbeddedRouter(port, config))
+        try:
+            self._routers.open(port, lambda: EmbeddedRouter(port, config))
+        except ForkedError:
+            return
         close_at_exit(self)
 
     def stop_offering(self, port: int) -> None:

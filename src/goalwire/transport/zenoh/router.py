@@ -8,7 +8,7 @@ from contextlib import contextmanager
 import zenoh
 
 from goalwire.errors import TransportError
-from goalwire.transport.zenoh import config
+from goalwire.transport.zenoh import config, library
 from goalwire.transport.zenoh.rendezvous import PORT_IS_TAKEN, name_of_holder
 
 
@@ -21,14 +21,14 @@ def router(port: int, listen: Sequence[str], connect: Sequence[str]) -> Iterator
     """
     settings = config.router_config(port, listen, connect)
     try:
-        opened = zenoh.open(settings)
+        opened = library.open_zenoh(settings)
     except zenoh.ZError as error:
         if PORT_IS_TAKEN in str(error):
             raise TransportError(
                 f'port {port} is held by {name_of_holder(port)}; end it first, or give another --port'
             ) from None
         raise TransportError(
-            f'the router cannot be opened: {config.reason(error)}; see --listen and --connect'
+            f'the router cannot be opened: {library.reason(error)}; see --listen and --connect'
         ) from None
     try:
         yield str(opened.info.zid())

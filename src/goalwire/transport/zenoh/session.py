@@ -11,15 +11,12 @@ is closed, its token goes first.
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from threading import Lock
 from typing import NamedTuple
-
-import zenoh
 
 from goalwire.errors import RemoteError, TransportError
 from goalwire.transport.contract import (
@@ -43,8 +40,8 @@ from goalwire.transport.zenoh import (
     publisher,
     settings,
     subscription,
-    threads,
 )
+from goalwire.transport.zenoh.config import Configuration
 from goalwire.transport.zenoh.context import ZenohContext
 from goalwire.transport.zenoh.rendezvous import RENDEZVOUS, Holder, look, name_of_holder
 from goalwire.transport.zenoh.services import ZenohClient, ZenohService
@@ -64,33 +61,38 @@ NATIVE, ECLIPSE = 'native', 'eclipse'
 DEFAULT_CHOICE = ECLIPSE
 
 
-def _open_wire(configuration: zenoh.Config) -> Wire:
+def _open_wire(configuration: Configuration) -> Wire:
     """Open a session. Raises TransportError or ForkedError."""
+    # Of the two kinds of session only the one that is opened is imported: either costs some 10 ms.
     chosen = os.environ.get(CHOICE) or DEFAULT_CHOICE
     if chosen not in {NATIVE, ECLIPSE}:
         raise TransportError(f"{CHOICE} is '{chosen}'; set it to {NATIVE} or {ECLIPSE}")
-    wire = _open_native(configuration) if chosen == NATIVE else None
-    if wire is None:
-        from goalwire.transport.zenoh.eclipse import EclipseWire
-
-        wire = EclipseWire(configuration)
-    return wire
-
-
-def _open_native(configuration: zenoh.Config) -> Wire | None:
-    """Open a session of ours; None where the configuration asks for what ours does not do."""
-    # Of the two kinds of session only the one that is opened is imported: either costs some 10 ms.
+    if chosen == ECLIPSE:
+        return _open_eclipse(configuration, f'{CHOICE}={ECLIPSE}')
     from goalwire.transport.zenoh.native.configuration import BeyondOursError, native_settings
-    from goalwire.transport.zenoh.native.wire import NativeWire
 
     try:
-        settings = native_settings(json.loads(str(configuration)))
+        settings = native_settings(configuration.values)
     except BeyondOursError as error:
         from goalwire.logging import get_logger
 
         get_logger(LOGGER).info(f'eclipse-zenoh is used: the configuration asks for {error}')
-        return None
+        return _open_eclipse(configuration, f'the configuration asks for {error}. That')
+    from goalwire.transport.zenoh.native.wire import NativeWire
+
     return NativeWire(settings)
+
+
+def _open_eclipse(configuration: Configuration, why: str) -> Wire:
+    try:
+        from goalwire.transport.zenoh.eclipse import EclipseWire
+    except ImportError as error:
+        if error.name != 'zenoh':
+            raise
+        raise TransportError(
+            f'{why} needs eclipse-zenoh, which is not installed: run pip install eclipse-zenoh'
+        ) from None
+    return EclipseWire(configuration)
 
 
 def _watch_tokens(context: ZenohContext, listener: GraphListener) -> Declared:
@@ -207,7 +209,6 @@ TAKE_OVER_S = 1.0
 
 def open_session(options: SessionOptions) -> Session:
     """Offer the rendezvous, where it is wanted, and connect. Raises TransportError or ForkedError."""
-    threads.start()
     plan = config.plan()
     if plan.rendezvous is not None:
         RENDEZVOUS.offer(plan.port, plan.rendezvous)
@@ -238,7 +239,7 @@ def _greet_holder(plan: config.Plan) -> Holder:
     found = look(plan.local)
     if found not in NO_ROUTER:
         return found
-    plan.session.insert_json5('transport/unicast/open_timeout', str(GREETING_MS))
+    plan.session.set('transport/unicast/open_timeout', GREETING_MS)
     from goalwire.logging import get_logger  # needed only when something is broken
 
     get_logger(LOGGER).warning(
@@ -290,9 +291,9 @@ def _look_for_router(wire: Wire, plan: config.Plan, found: Holder) -> None:
     )
 
 
-def _endpoints(session: zenoh.Config) -> list[str]:
-    endpoints = json.loads(session.get_json('connect/endpoints'))
-    return [str(each) for each in endpoints] if isinstance(endpoints, list) else [str(endpoints)]
+def _endpoints(session: Configuration) -> list[str]:
+    endpoints = session.at('connect/endpoints')
+    return [str(each) for each in endpoints] if isinstance(endpoints, list) else [str(endpoints or '')]
 
 
 class ZenohSession(OpenSession):

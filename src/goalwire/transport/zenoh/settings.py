@@ -24,7 +24,7 @@ from typing import NamedTuple, TypeAlias
 
 from goalwire.errors import TransportError
 
-Json: TypeAlias = 'dict[str, Json] | list[Json] | str | int | bool | None'
+Json: TypeAlias = 'dict[str, Json] | list[Json] | str | int | float | bool | None'
 Settings: TypeAlias = dict[str, Json]
 
 DEFAULT_PORT = 7447

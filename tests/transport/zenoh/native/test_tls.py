@@ -210,7 +210,8 @@ def test_a_file_that_cannot_be_used_is_named(
 
 def test_a_configuration_says_which_files() -> None:
     text = """{"mode": "peer", "listen": {"endpoints": ["tls/0.0.0.0:7447"]}, "connect": {"endpoints": []},
-        "scouting": {"multicast": {"enabled": false}}, "transport": {"shared_memory": {"enabled": false},
+        "scouting": {"multicast": {"enabled": false}, "gossip": {"enabled": false}},
+        "transport": {"shared_memory": {"enabled": false},
         "link": {"tls": {"root_ca_certificate": "/ca.pem", "enable_mtls": true,
         "verify_name_on_connect": false}}}}"""
     settings = native_settings(json.loads(text))

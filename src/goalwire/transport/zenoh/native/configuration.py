@@ -1,10 +1,18 @@
-"""What a configuration of Zenoh's asks for, as settings of a session of our own."""
+"""What a configuration of Zenoh's asks for, as settings of a session of our own.
+
+What is not set is as Zenoh's own defaults have it. Settings that only tune eclipse-zenoh (its queues, threads
+and buffers) are passed over. What a session of ours would do otherwise than asked is BeyondOursError.
+"""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
+from typing import TypeAlias
 
 from goalwire.errors import TransportError
+from goalwire.transport.zenoh import schema
+from goalwire.transport.zenoh.config import value_at
 from goalwire.transport.zenoh.native.dialler import Retry
 from goalwire.transport.zenoh.native.endpoints import TlsFiles, parse
 from goalwire.transport.zenoh.native.session import Settings
@@ -13,76 +21,126 @@ from goalwire.transport.zenoh.protocol.transport import Role
 from goalwire.transport.zenoh.settings import Json
 
 _ROLES = {'peer': Role.PEER, 'client': Role.CLIENT}
+_LISTENS: dict[Role, Json] = {Role.PEER: ['tcp/[::]:0'], Role.CLIENT: []}
+"""Zenoh's own default of listen/endpoints."""
+_WITH_PEERS = (['router', 'peer'], ['peer', 'router'], ['peer'])
 
 
 class BeyondOursError(Exception):
     """A configuration asks for what sessions of ours do not do."""
 
 
+_At: TypeAlias = Callable[[str], Json]
+"""Returns the value at a path, for the session's mode."""
+
+
 def native_settings(values: Json) -> Settings:
     """Return what a session of ours is opened with. Raises BeyondOursError, naming what it does not do."""
-    role = _ROLES.get(str(_at(values, 'mode')))
+    mode = str(value_at(values, 'mode') or 'peer')
+    role = _ROLES.get(mode)
     if role is None:
-        raise BeyondOursError(f"mode '{_at(values, 'mode')}'")
-    for path, wanted in _OFF.items():
-        if _at(values, path) not in wanted:
-            raise BeyondOursError(f'{path}={json.dumps(_at(values, path))}')
-    connect = _endpoints(values, 'connect', role)
-    listen = _endpoints(values, 'listen', role)
-    retry = _at(values, 'connect/retry')
-    retry = retry if isinstance(retry, dict) else {}
-    identity = _at(values, 'id')
+        raise BeyondOursError(f"mode '{mode}'")
+    for name in schema.unknown(values):
+        raise BeyondOursError(f'{name}, which is not known here')
+
+    def at(path: str) -> Json:
+        return schema.of_mode(value_at(values, path), mode)
+
+    _refuse(at)
+    identity = at('id')
+    must_connect = at('connect/exit_on_failure')
     return Settings(
         role=role,
-        connect=connect,
-        listen=listen,
+        connect=_endpoints(at('connect/endpoints'), 'connect'),
+        listen=_endpoints(_or(at('listen/endpoints'), _LISTENS[role]), 'listen'),
         zid=read_id(identity) if isinstance(identity, str) else b'',
-        lease_ms=_number(values, 'transport/link/tx/lease', 10_000),
+        lease_ms=int(_number(at('transport/link/tx/lease'), 10_000)),
         retry=Retry(
-            _seconds(retry.get('period_init_ms'), 1.0),
-            _seconds(retry.get('period_max_ms'), 4.0),
-            float(str(retry.get('period_increase_factor') or 2)),
+            _number(at('connect/retry/period_init_ms'), 1000) / 1000,
+            _number(at('connect/retry/period_max_ms'), 4000) / 1000,
+            _number(at('connect/retry/period_increase_factor'), 2),
         ),
-        meets_peers=_at(values, 'scouting/gossip/enabled') is not False,
-        tls=_tls_files(values),
+        meets_peers=_meets_peers(at),
+        tls=_tls_files(at('transport/link/tls')),
+        untimed_s=_number(at('queries_default_timeout'), 10_000) / 1000,
+        must_connect=must_connect if isinstance(must_connect, bool) else None,
+        connecting_s=_connecting_s(at('connect/timeout_ms')),
     )
 
 
 _OFF: dict[str, tuple[Json, ...]] = {
     'scouting/multicast/enabled': (False,),
+    'scouting/gossip/multihop': (False, None),
     'transport/shared_memory/enabled': (False,),
     'transport/unicast/compression/enabled': (False, None),
     'transport/unicast/lowlatency': (False, None),
+    'transport/unicast/qos/enabled': (True, None),
+    'transport/link/tx/sequence_number_resolution': ('32bit', '64bit', None),
+    'transport/link/tls/close_link_on_expiration': (False, None),
     'transport/auth/usrpwd/user': (None,),
+    'transport/auth/usrpwd/dictionary_file': (None,),
     'transport/auth/pubkey/private_key_pem': (None,),
     'transport/auth/pubkey/private_key_file': (None,),
+    'transport/auth/pubkey/known_keys_file': (None,),
     'access_control/enabled': (False, None),
-    'scouting/gossip/multihop': (False, None),
     'routing/peer/mode': ('peer_to_peer', None),
+    'timestamping/enabled': (True, None),
+    'timestamping/drop_future_timestamp': (False, None),
+    'listen/exit_on_failure': (True, None),
     'namespace': (None,),
-    'transport/link/tls/close_link_on_expiration': (False, None),
+    'region_name': (None,),
+    'gateway': (None, {}, {'south': None}),
+    'metadata': (None,),
+    'aggregation/subscribers': ([], None),
+    'aggregation/publishers': ([], None),
+    'qos/publication': ([], None),
+    'qos/network': ([], None),
+    'downsampling': ([], None),
+    'low_pass_filter': ([], None),
+    'plugins': ({}, None),
+    'plugins_loading/enabled': (False, None),
+    'transport/link/protocols': (None,),
 }
 """What must not be asked for, with the values that do not."""
 
 
-def _at(values: Json, path: str) -> Json:
-    for name in path.split('/'):
-        values = values.get(name) if isinstance(values, dict) else None
-    return values
+def _refuse(at: _At) -> None:
+    """Raise BeyondOursError for what sessions of ours do not do."""
+    for path, wanted in _OFF.items():
+        if at(path) not in wanted:
+            raise BeyondOursError(f'{path}={json.dumps(at(path))}')
+    links = at('transport/unicast/max_links')
+    if isinstance(links, int) and links > 1:
+        raise BeyondOursError(f'transport/unicast/max_links={links}')
 
 
-def _endpoints(values: Json, name: str, role: Role) -> tuple[str, ...]:
-    """Return the addresses of one kind; they may be a list, or one for each mode."""
-    found = _at(values, f'{name}/endpoints')
-    if isinstance(found, dict):
-        found = found.get(role.name.lower(), [])
-    texts = [found] if isinstance(found, str) else found
-    if not isinstance(texts, list):
-        return ()
+def _or(value: Json, otherwise: Json) -> Json:
+    return otherwise if value is None else value
+
+
+def _meets_peers(at: _At) -> bool:
+    """Whether a session connects to those that routers tell of."""
+    if at('scouting/gossip/enabled') is False:
+        return False
+    told = at('scouting/gossip/target')
+    if at('mode') != 'client' and told not in (['router'], []):  # Zenoh's default: peers tell peers, too
+        raise BeyondOursError(f'scouting/gossip/target={json.dumps(told)}')
+    who = at('scouting/gossip/autoconnect')
+    if who in ([], ['router']):
+        return False
+    if who is not None and who not in _WITH_PEERS:
+        raise BeyondOursError(f'scouting/gossip/autoconnect={json.dumps(who)}')
+    return True
+
+
+def _endpoints(found: Json, name: str) -> tuple[str, ...]:
+    """Return the addresses of one kind."""
     checked = []
-    for text in texts:
+    for text in found if isinstance(found, list) else []:
         if not isinstance(text, str):
             raise BeyondOursError(f'groups of endpoints in {name}/endpoints')
+        if '#' in text or '?' in text:
+            raise BeyondOursError(f"'{text}' in {name}/endpoints")
         try:
             parse(text)
         except TransportError as error:
@@ -91,8 +149,7 @@ def _endpoints(values: Json, name: str, role: Role) -> tuple[str, ...]:
     return tuple(checked)
 
 
-def _tls_files(values: Json) -> TlsFiles:
-    found = _at(values, 'transport/link/tls')
+def _tls_files(found: Json) -> TlsFiles:
     asked = found if isinstance(found, dict) else {}
     inline = [name for name, value in asked.items() if name.endswith('_base64') and value]
     if inline:
@@ -113,10 +170,10 @@ def _tls_files(values: Json) -> TlsFiles:
     )
 
 
-def _number(values: Json, path: str, otherwise: int) -> int:
-    found = _at(values, path)
-    return found if isinstance(found, int) and found > 0 else otherwise
+def _number(found: Json, otherwise: float) -> float:
+    return found if isinstance(found, int | float) and found > 0 else otherwise
 
 
-def _seconds(milliseconds: Json, otherwise: float) -> float:
-    return milliseconds / 1000 if isinstance(milliseconds, int | float) and milliseconds > 0 else otherwise
+def _connecting_s(found: Json) -> float:
+    """Return how long opening goes on trying where it must connect; -1: for ever."""
+    return float('inf') if found == -1 else _number(found, 0) / 1000

@@ -52,6 +52,8 @@ class Dial:
         self.locators = locators
         self.failed_rounds = 0
         self.is_connected = False
+        self.is_up = False
+        """Whether there is a link that came of it."""
         self.is_over = False
         self.error = ''
         self.address = ''
@@ -173,7 +175,7 @@ class Dial:
 
     def try_again(self) -> None:
         """The link that came of it has ended: begin anew, after a pause."""
-        self.is_connected = False
+        self.is_connected = self.is_up = False
         if not self.is_over:
             self._pause = self._retry.first_s
             self.failed_rounds = 0
@@ -187,8 +189,14 @@ class Dial:
 
     def worked(self) -> None:
         """The link is up: the next failure counts from the beginning."""
+        self.is_up = True
         self.failed_rounds = 0
         self._pause = self._retry.first_s
+
+    def close_socket(self) -> None:
+        """Close the socket alone; the connection is another process's."""
+        if self._socket is not None:
+            self._socket.close()
 
     def close(self) -> None:
         """Try no more."""

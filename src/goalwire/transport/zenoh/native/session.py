@@ -10,10 +10,11 @@ from functools import partial
 from threading import Lock
 from time import monotonic, time_ns
 from typing import TYPE_CHECKING, TypeAlias
+from weakref import WeakSet
 
 from goalwire.errors import TransportError
 from goalwire.records import record
-from goalwire.transport.endpoint import ForkGuard
+from goalwire.transport.endpoint import ForkGuard, in_child
 from goalwire.transport.reports import LOGGER
 from goalwire.transport.wire_poller import LeaderFollowers
 from goalwire.transport.zenoh.native.dialler import Dial, Retry
@@ -60,6 +61,12 @@ class Settings:
     """Whether it connects to peers that routers tell of."""
     tls: TlsFiles = TlsFiles()
     """For addresses that begin with tls/."""
+    untimed_s: float = 600.0
+    """How long a query without a time may take; rmw_zenoh's ten minutes."""
+    must_connect: bool | None = None
+    """Whether opening fails where `connect` is not reached; None: a client's does, a peer's does not."""
+    connecting_s: float = 0.0
+    """How long it goes on trying where it must; 0: each address once."""
     portable: bool = False
     """Whether to do without what only Linux has."""
 
@@ -145,6 +152,9 @@ class NativeSession:
         self.id = self.protocol.id
         name = f'goalwire-zenoh {self.id[:8]}'
         self._settings = settings
+        self._must_connect = (
+            settings.role is Role.CLIENT if settings.must_connect is None else settings.must_connect
+        )
         self._poller = Poller(f'Zenoh session {self.id}', portable=settings.portable)
         self.wire_poller = LeaderFollowers(self._poller, name)
         self._lock = Lock()
@@ -160,6 +170,7 @@ class NativeSession:
         self._told_of_limit = False
         self._secured: Tls | None = None
         self._tls_faults: set[str] = set()
+        _sessions.add(self)
         try:
             for each in settings.listen:
                 self._listen(each)
@@ -415,17 +426,32 @@ class NativeSession:
 
     def _wait_until_settled(self) -> None:
         """Wait until those that are to be met were met, and have told what they have."""
-        self.wait_until(self._has_settled, CONNECTING_S)
+        goes_on_s = self._settings.connecting_s if self._must_connect else 0.0
+        self.wait_until(self._has_settled, max(goes_on_s, CONNECTING_S))
         is_linked = self.protocol.is_linked
         others = [zid for zid, node in list(self.protocol.nodes.items()) if node.role is not Role.CLIENT]
         if others and self._settings.meets_peers:
             self.wait_until(lambda: all(map(is_linked, others)) and self._has_settled(), OTHERS_S)
-        if self._settings.role is Role.CLIENT and not self.protocol.links:
-            errors = ', '.join(dial.error for dial in self._dials.values() if dial.error)
-            raise TransportError(f'no router answers at {", ".join(self._settings.connect)}: {errors}')
+        if self._must_connect:
+            self._check_connected()
+
+    def _check_connected(self) -> None:
+        """Raise TransportError where what must be reached was not."""
+        missing = [dial for dial in list(self._dials.values()) if dial.expected is None and not dial.is_up]
+        if missing:
+            errors = ', '.join(dial.error for dial in missing if dial.error)
+            who = 'router' if self._settings.role is Role.CLIENT else 'peer or router'
+            raise TransportError(
+                f'cannot open a Zenoh session: no {who} answers at '
+                f'{", ".join(address for dial in missing for address in dial.locators)}: {errors}; check '
+                f'ZENOH_SESSION_CONFIG_URI, ZENOH_CONFIG_OVERRIDE and that these addresses can be reached'
+            )
 
     def _has_settled(self) -> bool:
-        tried = all(dial.is_connected or dial.failed_rounds for dial in list(self._dials.values()))
+        goes_on = self._must_connect and self._settings.connecting_s > 0
+        tried = all(
+            dial.is_connected or (dial.failed_rounds and not goes_on) for dial in list(self._dials.values())
+        )
         return tried and all(link.is_up and link.knows_all for link in list(self._links))
 
     def _wait_for_room(self, socket_link: SocketLink) -> None:
@@ -479,6 +505,19 @@ class NativeSession:
             each.end('the session is closed', GENERIC)
         self._poller.close()
 
+    def close_inherited(self) -> None:
+        """In a forked child: close its copies of the parent's sockets.
+
+        Else the others would not notice when the parent ends, and its port would stay taken.
+        """
+        for link in self._links.values():
+            link.close_socket()
+        for dial in self._dials.values():
+            dial.close_socket()
+        for listener in self._listeners:
+            listener.close()
+        self._poller.close()
+
     def _flush(self, links: list[SocketLink]) -> None:
         """Wait until the others have taken what was sent, or for a while."""
         deadline = monotonic() + CLOSING_S
@@ -490,3 +529,14 @@ class NativeSession:
             if left <= 0:
                 return
             self.wire_poller.wait(sleeper, int(left * 1e9))
+
+
+_sessions: WeakSet[NativeSession] = WeakSet()
+
+
+def _close_inherited() -> None:
+    for session in list(_sessions):
+        session.close_inherited()
+
+
+in_child(_close_inherited)

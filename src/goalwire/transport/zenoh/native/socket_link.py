@@ -212,5 +212,9 @@ class SocketLink:
         self._socket.close()
         self._when_ended(self, why, is_fault)
 
+    def close_socket(self) -> None:
+        """Close the socket alone; the link is another process's."""
+        self._socket.close()
+
     def _say_goodbye(self) -> None:
         """What the connection says last, below what the link says."""

@@ -7,7 +7,6 @@ from collections.abc import Callable
 from functools import partial
 from itertools import count
 from threading import Lock
-from weakref import WeakSet
 
 from goalwire.errors import ClosedError
 from goalwire.transport.zenoh import wire
@@ -24,8 +23,6 @@ from goalwire.transport.zenoh.protocol.senders import Publication, Querier
 from goalwire.transport.zenoh.protocol.session import SessionProtocol
 from goalwire.transport.zenoh.protocol.transport import Role
 
-UNTIMED_S = 600.0
-"""How long a query without a time may take, as under rmw_zenoh."""
 UNNUMBERED = 'uhlc'
 """Stands for a publisher's number where it does not number its messages."""
 
@@ -123,7 +120,8 @@ def _number(text: str, otherwise: int) -> int:
 class _Querier(wire.Querier):
     """Asks all complete queryables of a key."""
 
-    def __init__(self, protocol: SessionProtocol, key: str) -> None:
+    def __init__(self, protocol: SessionProtocol, key: str, untimed_s: float) -> None:
+        self._untimed_s = untimed_s
         self._querier = Querier(protocol, key, target=Target.ALL_COMPLETE)
         self._ask = self._querier.ask
         self._cancel = protocol.cancel
@@ -140,7 +138,7 @@ class _Querier(wire.Querier):
         """Send a query; what it returns is its number."""
         if not self._is_open:
             raise ClosedError('undeclared')
-        seconds = UNTIMED_S if timeout_ns is None else timeout_ns // 1_000_000_000 + 1.0
+        seconds = self._untimed_s if timeout_ns is None else timeout_ns // 1_000_000_000 + 1.0
         return self._ask(payload, attachment, on_answer, on_end, seconds)
 
     def cancel(self, asked: object) -> None:
@@ -166,7 +164,7 @@ class NativeWire(wire.Wire):
         self.id = self.session.id
         self.wire_poller = self.session.wire_poller
         self._protocol = self.session.protocol
-        _open.add(self)
+        self._untimed_s = settings.untimed_s
 
     def explain(self, error: Exception) -> str:
         return str(error)
@@ -185,6 +183,7 @@ class NativeWire(wire.Wire):
         publication = Publication(self._protocol, key, droppable=False)
         try:
             publication.put(payload, attachment)
+            publication.wait_for_room()  # else the small messages behind a large one would be dropped
         finally:
             publication.close()
 
@@ -199,7 +198,7 @@ class NativeWire(wire.Wire):
         return _Declared(self._protocol, number)
 
     def declare_querier(self, key: str) -> wire.Querier:
-        return _Querier(self._protocol, key)
+        return _Querier(self._protocol, key, self._untimed_s)
 
     def ask_all(
         self,
@@ -218,7 +217,7 @@ class NativeWire(wire.Wire):
             asks_own=asks_own,
         )
         try:
-            querier.ask(None, None, on_answer, on_end, UNTIMED_S)
+            querier.ask(None, None, on_answer, on_end, self._untimed_s)
         finally:
             querier.close()
 
@@ -244,6 +243,3 @@ class NativeWire(wire.Wire):
 
     def close(self) -> None:
         self.session.close()
-
-
-_open: WeakSet[NativeWire] = WeakSet()

@@ -271,6 +271,11 @@ class Link:
             return False
         return self._send_pieces(channel, message)
 
+    def wait_for_room(self) -> None:
+        """Wait until what may be dropped is not, where this thread may wait."""
+        if self.queue.size > QUEUE_LIMIT:
+            self._wait_for_room()
+
     def _finds_room(self, *, droppable: bool) -> bool:
         """Where too much waits already: wait until it is less, or have the message dropped."""
         if droppable:

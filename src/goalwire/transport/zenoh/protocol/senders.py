@@ -94,6 +94,11 @@ class Publication:
         for link, head in self._links:
             link.send_large(self._channel, (head + begin, payload), droppable=self._droppable)
 
+    def wait_for_room(self) -> None:
+        """Wait until what was put leaves room for others on every link, where this thread may wait."""
+        for link, _ in self._links:
+            link.wait_for_room()
+
     def has_room(self, size: int) -> bool:
         """Whether so many bytes more leave room on every link."""
         if self._version != self._session.version:
