@@ -90,7 +90,7 @@ if TYPE_CHECKING:
         def name(self) -> str: ...
 
     class _Parameter(Protocol):
-        """What an error tells of a parameter."""
+        """The parameter that an error names."""
 
         @property
         def name(self) -> str: ...
@@ -643,7 +643,7 @@ class GoalFailed(CallError):
     ) -> None:
         super().__init__(message, name=name, peers=peers, waited=waited)
         self.result = result
-        """What the server sent along: a result of the action, of default values where it had none."""
+        """The result that the server sent; one of default values where it had none."""
 
 
 class GoalAborted(GoalFailed):

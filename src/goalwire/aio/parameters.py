@@ -43,7 +43,7 @@ class ParameterStore(NodeParameters):
 
     @property
     def handle(self) -> NodeCore:
-        """What stands behind the node."""
+        """The node that does the work: goalwire's own, which both APIs share."""
         return self._core
 
 

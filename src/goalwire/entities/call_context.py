@@ -23,11 +23,11 @@ ErrorT = TypeVar('ErrorT', bound=CallError)
 
 
 class TimedCalls:
-    """Mixed into what calls services and actions: how long calls may take that are given no time."""
+    """A mixin of service and action clients: the default timeout of their calls."""
 
     node: NodeCore
     call_timeout: float | None = None
-    """s that a call of this client may take; None: what its node says."""
+    """The default timeout of this client's calls in s; None: that of its node."""
 
     @property
     def default_timeout(self) -> float | None:
@@ -47,7 +47,7 @@ def where(context: Context) -> str:
 
 
 class CallContext:
-    """Begins when it is made. The errors that it makes name the service or action, its nodes, the time."""
+    """One call or goal: its beginning, its deadline, and the errors that name its service, nodes and time."""
 
     __slots__ = ('attempts', 'begun', 'context', 'deadline', 'kind', 'name', 'servers')
 
@@ -60,7 +60,7 @@ class CallContext:
         self.kind = kind
         self.name = name
         self.servers: Sequence[GraphEntity] = ()
-        """Who served when the request went out."""
+        """The servers that were there when the request was sent."""
         self.attempts = 1
         """How often the request went out."""
         self.begun = self.context.shutdown_signal.clock.now()
@@ -124,7 +124,7 @@ class CallContext:
         return error
 
     def hint(self) -> str:
-        """What in the graph is near to what was not found; '' where nothing is."""
+        """Return a hint about similar names or types in the graph; '' where there are none."""
         from goalwire.graph.near_misses import near_misses
 
         return near_misses(self.context.graph, self.name, is_action=self.kind == 'action')

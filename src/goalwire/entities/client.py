@@ -54,7 +54,7 @@ class ClientCore(RequestClient, TimedCalls, Introspected):
         self.callback_group = group
         self._reported: set[str] = set()
         self._told = ''
-        """What was said last of names and types that are near."""
+        """The hint about similar names and types that was logged last."""
         self._request_class = support.request
         self._encode = support.encode_request
         full_name = node.resolve(name, is_service=True)

@@ -56,9 +56,9 @@ class Context:
         self.call_timeout: float | None = None
         """s that a call may take to which nobody nearer gives a time; None: without limit, as in ROS 2."""
         self.deadlines = TimerThread(self.shutdown_signal, 'goalwire-deadlines')
-        """What ends calls in time: nothing that rings here may block."""
+        """Ends calls at their deadlines. Its entries must not block."""
         self.sends = TimerThread(self.shutdown_signal, 'goalwire-sends')
-        """What sends requests that had to wait; the wire may hold it up."""
+        """Sends requests that had to wait. Its entries may block on the wire."""
 
     # -- from init to shutdown ----------------------------------------------------------------------------
 
@@ -106,7 +106,7 @@ class Context:
 
     @property
     def handle(self) -> Self:
-        """What programs hold it by."""
+        """Its handle, as rclpy's programs use it."""
         return handle_of(self)
 
     def ok(self) -> bool:
@@ -211,7 +211,7 @@ class Context:
 
     @property
     def graph(self) -> Graph:
-        """Who else is there, as discovery shows it."""
+        """The discovered nodes and endpoints."""
         with self._lock:
             if self._graph is None:
                 self._open()

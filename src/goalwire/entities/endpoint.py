@@ -24,7 +24,7 @@ _UNKNOWN = (
 
 
 class InGraph(Protocol):
-    """What declares endpoints: a node."""
+    """A node, as far as it is needed here."""
 
     @property
     def graph(self) -> Graph:

@@ -108,7 +108,7 @@ class ServerWaitQueue:
         self._is_there = is_there
         self._served_as = served_as
         self.servers: Sequence[GraphEntity] = ()
-        """Who served when somebody was seen last."""
+        """The servers of the last look that found any."""
         self._graph = context.graph
         self._seen = -1
         """The graph's version when somebody was seen last."""

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 class Owned(Protocol):
-    """What a node owns and ends with."""
+    """An entity of a node, which is destroyed with the node."""
 
     def destroy(self) -> None:
         """Release it. Idempotent."""
@@ -57,7 +57,7 @@ class NodeCore:
         self.name: NodeName = node_names(name, namespace, self.remaps, own.enclave or process.enclave or '/')
         self.work_queue = NodeWorkQueue()
         self.clock = ROSClock(source=context.shutdown_signal.clock)
-        """What stamps and waits for this node: system time, or /clock under `use_sim_time`."""
+        """The node's clock: system time, or /clock under `use_sim_time`."""
         self.make_service: MakeService[Any]
         """How its front makes a service of its own kind, for those that every node has; the front sets it."""
         self.call_timeout: float | None = None
@@ -123,7 +123,7 @@ class NodeCore:
 
     @property
     def override_use(self) -> OverrideUse | None:
-        """Whom to tell which parameters are declared; None where the process's arguments give none."""
+        """Gets the names of declared parameters; None where the process's arguments override none."""
         takes_them = self._arguments[1] is self.context.arguments
         return self.context.override_use if takes_them else None
 

@@ -23,7 +23,7 @@ class NodeGraph:
 
         @property
         def handle(self) -> NodeCore:
-            """What stands behind the node."""
+            """The node that does the work: goalwire's own, which both APIs share."""
 
     def get_node_names(self) -> list[str]:
         """Return the name of every node, without namespaces."""

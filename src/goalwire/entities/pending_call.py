@@ -304,7 +304,7 @@ class PendingCall(Future[Any]):
         self._attempt_failed(context.error(DeadlineError, problem))
 
     def _attempt_failed(self, error: Exception) -> None:
-        """What was sent last comes to nothing: send it again, where there is a policy that says so."""
+        """The last attempt has failed: send the request again if the policy says so."""
         attempts, context = self._attempts, self.call_context
         if attempts is None or context is None:
             self.fail(error)
@@ -414,7 +414,7 @@ class RequestClient:
         raise NotImplementedError
 
     def what_fails(self) -> str:
-        """What the error says that a call raises after the end of the context."""
+        """Return the text of the error that a call raises after the end of the context."""
         return f"cannot call '{self.full_name}'"
 
     # -- its end -------------------------------------------------------------------------------------------

@@ -39,7 +39,7 @@ class PublisherCore(Generic[MsgT]):
         self._published = [0]
         """How many messages were handed to the wire. Half as dear as an attribute to count up."""
         self._dropped = 0
-        """What the port had dropped when it was closed."""
+        """How many messages the port had dropped when it was closed."""
         self._events: EndpointEvents | None = None
         self._port: PublisherPort | None = node.port.publisher(endpoint)
         self._send: Callable[[bytes], None] = self._port.publish
@@ -107,7 +107,7 @@ class PublisherCore(Generic[MsgT]):
 
     @property
     def events(self) -> EndpointEvents:
-        """What can be told of this publisher beside messages; raises InvalidHandle once destroyed."""
+        """The QoS events of this publisher; raises InvalidHandle once destroyed."""
         if self._port is None:
             raise InvalidHandle
         if self._events is None:

@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 
 
 class _FromGraph(NamedTuple):
-    """What the graph tells an endpoint."""
+    """The events of an endpoint that come from the graph."""
 
     matched: EventType
     incompatible_qos: EventType

@@ -24,11 +24,11 @@ RECORDS_LIMIT = 1000
 
 
 def do_nothing() -> None:
-    """What an alarm rings for whose call has ended."""
+    """Do nothing: in place of the alarm of a call that has ended."""
 
 
 class Retries:
-    """What the calls of one client share: the policy, its budget, the hook."""
+    """The retries of one client: the policy, the budget and the hook that all its calls share."""
 
     def __init__(self, policy: Retry, node: NodeCore) -> None:
         """Raises TypeError for what is no policy."""

@@ -24,7 +24,7 @@ POSTFIX = '/_service_event'
 
 
 class ServiceIntrospectionState(IntEnum):
-    """What is published of the calls of a client or service."""
+    """Which events of a client's or service's calls are published."""
 
     __str__ = Enum.__str__
 

@@ -32,11 +32,11 @@ if TYPE_CHECKING:
 MsgT = TypeVar('MsgT')
 
 _DEFAULT_DEPTH = 42
-"""What rmw_zenoh takes for a depth of 0."""
+"""The depth that rmw_zenoh uses where 0 is given."""
 
 
 class MessageInfo(TypedDict):
-    """What a two-argument callback gets beside the message; times in ns since the UNIX epoch.
+    """The second argument of a two-argument callback; times in ns since the UNIX epoch.
 
     Publications are numbered from 1 by their publisher, receptions from 0 by the subscription; on DDS both
     are None.
@@ -93,7 +93,7 @@ class SubscriptionCore(Generic[MsgT]):
         self._callback = callback
 
     def _receiver(self) -> Callable[[Sample], None]:
-        """What the transport calls with each message: one call less where that is the event queue itself."""
+        """Return what the transport calls with each message: the event queue's method, which saves a call."""
         return self.event_queue.deliver
 
     def _handle(self, sample: Sample) -> object:
@@ -149,7 +149,7 @@ class SubscriptionCore(Generic[MsgT]):
 
     @property
     def events(self) -> EndpointEvents:
-        """What can be told of this subscription beside messages; raises InvalidHandle once destroyed."""
+        """The QoS events of this subscription; raises InvalidHandle once destroyed."""
         if self._port is None:
             raise InvalidHandle
         if self._events is None:

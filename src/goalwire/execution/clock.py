@@ -77,7 +77,7 @@ class TimeJump:
 
     @property
     def clock_change(self) -> ClockChange:
-        """What changed."""
+        """The kind of change."""
         return self._clock_change
 
     @property
@@ -132,7 +132,7 @@ class JumpListener(Protocol):
         """The time has changed; where its source was switched, `remaining_ns` is from before."""
 
     def remaining_ns(self) -> int | None:
-        """What is left until the next call."""
+        """The time until the next call, in ns."""
 
 
 class Clock:
@@ -155,7 +155,7 @@ class Clock:
         self.overridden = False
         """Whether somebody sets its time, so that waiting for it means waiting for them."""
         self.jump_handles: list[JumpHandle] = []
-        """Who is called around each jump."""
+        """The callbacks before and after each jump."""
 
     @property
     def clock_type(self) -> ClockType:
@@ -164,7 +164,7 @@ class Clock:
 
     @property
     def handle(self) -> Clock:
-        """What programs hold it by."""
+        """Its handle, as rclpy's programs use it."""
         return handle_of(self)
 
     def __repr__(self) -> str:
@@ -427,7 +427,7 @@ class ClockTimerEntry(TimerEntry):
         self._work_queue.discard_timer_entry(self)
 
     def remaining_ns(self) -> int | None:
-        """What is left until it is called; None while it is off."""
+        """The time until it is called, in ns; None while it is off."""
         return None if self.due is None else self._time - self._clock.now_ns()
 
     def clock_jumped(self, _change: ClockChange, _remaining_ns: int | None) -> None:

@@ -17,7 +17,7 @@ coroutine callback starts and may wait for."""
 
 
 class Driven(Protocol):
-    """What a thread drives: an executor, or an asyncio loop's share in a node."""
+    """Something that a thread runs: an executor, or a node's part in an asyncio loop."""
 
     work_queue: NodeWorkQueue
 
@@ -34,7 +34,7 @@ class _Thread(local):
 
 
 active_executors = _Thread()
-"""What this thread drives, the innermost one last."""
+"""The executors that run on this thread, the innermost one last."""
 
 
 def current_group() -> CallbackGroup | None:
@@ -44,7 +44,7 @@ def current_group() -> CallbackGroup | None:
 
 
 def current_executor() -> Driven | None:
-    """What runs the current callback on this thread, or None outside callbacks."""
+    """The executor of the current callback on this thread, or None outside callbacks."""
     executors = active_executors.executors
     return executors[-1] if executors else None
 

@@ -74,7 +74,7 @@ class EventQueue(CallbackSource, Generic[E]):
 
     @property
     def entity(self) -> object:
-        """What handles the events, or what that says that it is a part of."""
+        """The entity whose events these are."""
         owner = getattr(self._handle, '__self__', None)
         return getattr(owner, 'entity', owner)
 
@@ -211,7 +211,7 @@ class GuardCondition(CallbackSource):
 
     @property
     def handle(self) -> GuardCondition:
-        """What programs hold it by. Raises InvalidHandle once destroyed."""
+        """Its handle, as rclpy's programs use it. Raises InvalidHandle once destroyed."""
         if self._destroyed:
             raise InvalidHandle
         return handle_of(self)

@@ -48,7 +48,7 @@ T = TypeVar('T')
 
 
 class HandleLike(Protocol):
-    """What stands behind a node."""
+    """The node that does the work: goalwire's own, which both APIs share."""
 
     @property
     def work_queue(self) -> NodeWorkQueue:

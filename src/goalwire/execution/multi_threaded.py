@@ -378,7 +378,7 @@ class MultiThreadedExecutor(Executor):
     # -- the workers
 
     def _serve(self) -> None:
-        """What a worker does, until it has to end."""
+        """A worker's loop: run ready work until the worker has to end."""
         waiter, thread, handed_over = self._new_waiter(), threading.current_thread(), self._handed_over
         active_executors.executors.append(self)
         while not (self._retires() and self._leaves()):

@@ -34,7 +34,7 @@ class CallbackSource:
 
     @property
     def entity(self) -> object:
-        """Whose callbacks these are: what an executor written by a user is told."""
+        """The entity whose callbacks these are, as an executor written by a user sees it."""
         return self
 
     @property
@@ -108,12 +108,12 @@ class CallbackGroup:
 
     @property
     def active_entity(self) -> object:
-        """Whose callback runs in an exclusive group, or None."""
+        """The entity whose callback runs in an exclusive group, or None."""
         return self._active
 
     @property
     def parked(self) -> Sequence[CallbackSource]:
-        """What waits for the running callback to end."""
+        """The sources that wait for the running callback to end."""
         return ()
 
     def park(self, source: CallbackSource) -> None:
@@ -122,15 +122,15 @@ class CallbackGroup:
 
 
 _RULE = {'can_execute', 'beginning_execution', 'ending_execution'}
-"""What a group written by a program replaces."""
+"""The methods that a program's own group overrides."""
 
 
 class Poller(Protocol):
-    """What is asked for work each time before an executor takes some: see `WaitablePoller`."""
+    """An executor asks it for work each time before it takes some: see `WaitablePoller`."""
 
     @property
     def waitable(self) -> object:
-        """What it asks."""
+        """The waitable that it asks."""
 
     def look(self) -> None:
         """Ask, and post work where there is some."""
@@ -154,9 +154,9 @@ class ReadyQueue:
         """Tells whether somebody runs what is posted here."""
         self.items: deque[CallbackSource] = deque()
         self.pollers: WeakListeners[Poller] = WeakListeners()
-        """Who is to be asked for work before any is taken; they belong to their nodes."""
+        """The pollers that are asked before any work is taken; they belong to their nodes."""
         self.wakers: list[Callable[[], None]] = []
-        """What wakes those that sleep here; who went to sleep last stands last."""
+        """The wake functions of those that sleep here; the last to fall asleep comes last."""
         self.closed = False
         """Whether nobody sleeps here any more."""
         self._recheck_wanted = False

@@ -58,7 +58,7 @@ class SignalListener:
     def __init__(self, on_signal: Callable[[int], bool]) -> None:
         self.main_thread = get_ident()
         self.wire_poller: WirePoller | None = None
-        """What the main thread waits in, where no signal reaches it."""
+        """The wait on the wire in which the main thread is, if it is: no signal reaches it there."""
         self._on_signal = on_signal
         self._process = os.getpid()
         self._reader, self._writer = os.pipe()
@@ -222,7 +222,7 @@ class SignalHandlerGuardCondition(GuardCondition):
 
 
 def _end_contexts(number: int) -> bool:
-    """What every handled signal does; on the listener's thread and in the main one. False for others."""
+    """End the contexts: on the listener's thread and in the main one. False for other signals."""
     if number not in _previous:
         return False
     _came.add(number)

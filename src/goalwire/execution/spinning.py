@@ -26,7 +26,7 @@ def settled(future: Any) -> bool:
 
 
 class StopWhen:
-    """An ending for which a function is asked, with each look. Whoever makes it true wakes who waits."""
+    """A stop condition that calls a function at each look. Who makes that true has to wake the sleeper."""
 
     __slots__ = ('_ask',)
 
@@ -58,7 +58,7 @@ class _ForeignFuture(StopWhen):
 
 
 class _Never(StopWhen):
-    """What `rclpy.spin` waits for."""
+    """The stop condition of `rclpy.spin`: it never comes."""
 
     __slots__ = ()
 
@@ -69,7 +69,7 @@ NEVER = _Never(bool)
 
 
 def stop_condition_of(until: Any) -> StopCondition:
-    """What ends a spin until a future is settled; None: nothing does."""
+    """Return the condition that ends a spin when a future is settled; None: no condition."""
     if isinstance(until, Future):
         return until
     return NEVER if until is None else _ForeignFuture(until)

@@ -224,7 +224,7 @@ class Timer(CallbackSource):
 
     @property
     def callback(self) -> Callable[..., object] | None:
-        """What is called; another one may be set at any time."""
+        """The callback; another one may be set at any time."""
         return self._callback
 
     @callback.setter
@@ -239,7 +239,7 @@ class Timer(CallbackSource):
 
     @property
     def handle(self) -> Timer:
-        """What programs hold it by. Raises InvalidHandle once destroyed."""
+        """Its handle, as rclpy's programs use it. Raises InvalidHandle once destroyed."""
         self._check()
         return handle_of(self)
 
@@ -409,7 +409,7 @@ class Timer(CallbackSource):
         return TimerInfo(expected_call_time=expected, actual_call_time=actual, clock_type=kind)
 
     def remaining_ns(self) -> int | None:
-        """What is left of the running period, noted before the source of its clock's time is switched."""
+        """The rest of the running period in ns, before its clock's source of time is switched."""
         return None if self._canceled else self._next_call - self._clock.now_ns()
 
     def clock_jumped(self, change: ClockChange, remaining_ns: int | None) -> None:

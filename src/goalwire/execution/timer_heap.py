@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class TimerEntry:
-    """What is called once, at its due time."""
+    """A function that is called once, at its due time."""
 
     __slots__ = ('__weakref__', 'call', 'due', 'timer_heap')
 
@@ -109,7 +109,7 @@ CLOSING_S = 5.0
 
 
 class ShutdownListener(Protocol):
-    """What ends with the shutdown."""
+    """Something that is told of the shutdown."""
 
     def end(self) -> None:
         """The shutdown has begun. May come more than once."""

@@ -28,13 +28,13 @@ _KINDS: tuple[Kind, ...] = ('subscription', 'guard_condition', 'timer', 'client'
 
 
 class Waited(Protocol):
-    """What a wait set can hold. It calls all of `watchers` with each event; any thread."""
+    """An entity that a wait set can hold. It calls all of `watchers` with each event, on any thread."""
 
     watchers: Sequence[Callable[[], None]]
 
     @property
     def counts_up(self) -> bool:
-        """What `events` is: how many there have been so far (True), or how many wait to be taken."""
+        """True: `events` counts all that there have been; False: those that wait to be taken."""
 
     @property
     def events(self) -> int:

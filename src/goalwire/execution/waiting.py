@@ -66,7 +66,7 @@ def wake_all(waiters: Iterable[Waiter]) -> None:
 
 
 class WeakListeners(dict[ReferenceType[L], None]):
-    """Who is to be told of something, held weakly, in the order in which they came.
+    """Listeners, held weakly, in the order in which they were added.
 
     Any thread may add and discard, also while others go through them: each step is one operation of a dict.
     """
@@ -96,7 +96,7 @@ class WeakListeners(dict[ReferenceType[L], None]):
 
 
 class StopCondition(Protocol):
-    """What ends a spin or a wait. A future of ours is one; the others are made by `stop_condition_of`."""
+    """A condition that ends a spin or a wait: a future of ours, or one made by `stop_condition_of`."""
 
     @property
     def completion_state(self) -> object:
@@ -113,13 +113,13 @@ class StopCondition(Protocol):
 
 
 class SignalReceiver(Protocol):
-    """What hears of the process's signals, whatever the main thread is doing."""
+    """Receives the process's signals, whatever the main thread is doing."""
 
     main_thread: int
     """Its ident."""
 
     wire_poller: WirePoller | None
-    """What the main thread waits in, where no signal reaches it: a signal ends that wait."""
+    """The wait on the wire in which the main thread is, if it is: a signal ends that wait."""
 
     def hears(self) -> bool:
         """Whether signals come to it."""
@@ -148,7 +148,7 @@ class WireWaiter(Waiter):
     def __init__(self, shutdown_signal: ShutdownSignal, fd_selector: FdSelector | None = None) -> None:
         super().__init__()
         self.interrupt: Callable[[], None] | None = None
-        """What ends this thread's sleep, where it sleeps elsewhere than on its lock."""
+        """Ends this thread's sleep if it sleeps elsewhere than on its lock."""
         self._shutdown_signal = shutdown_signal
         self._fd_selector = fd_selector
         shutdown_signal.wake_at_end(self)
@@ -224,14 +224,14 @@ class WireWaiter(Waiter):
 
 
 class ShutdownWatch:
-    """Somebody who wants to know when a shutdown signal ends."""
+    """A registered listener of a shutdown signal."""
 
     __slots__ = ('_watchers', 'wake')
 
     def __init__(self, watchers: dict[ShutdownWatch, None], wake: Callable[[], None]) -> None:
         self._watchers = watchers
         self.wake = wake
-        """What is called at the end."""
+        """The function that is called at the end."""
         watchers[self] = None
 
     def close(self) -> None:
@@ -264,7 +264,7 @@ class ShutdownSignal:
         self.idle_waiters: list[Waiter] = []
         """As many as have blocked at the same time; see `borrow_waiter`."""
         self.external_sleepers: set[object] = set()
-        """Who sleeps under this where the wire does not reach it: asyncio loops, watchers of descriptors."""
+        """Sleepers that do not wait on the wire themselves: asyncio loops, watchers of descriptors."""
         self._watchers: dict[ShutdownWatch, None] = {}
         self._waiters: WeakListeners[WireWaiter] = WeakListeners()
         self._session: Session | None = None
@@ -362,7 +362,7 @@ def _warn_without_gil() -> None:
 
 
 class ContextLike(Protocol):
-    """What execution needs of a context."""
+    """A context, as far as execution needs it."""
 
     @property
     def shutdown_signal(self) -> ShutdownSignal:

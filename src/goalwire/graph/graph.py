@@ -36,7 +36,7 @@ class _Node:
 
 
 class Graph(GraphListener):
-    """What a session's `watch_graph` fills. Every question is answered from an index, from any thread."""
+    """The graph, filled by a session's `watch_graph`. Queries are answered from indices, on any thread."""
 
     def __init__(
         self, session: str | None = None, *, compares_definitions: bool = True, enforces_qos: bool = False

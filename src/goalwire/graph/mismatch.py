@@ -36,7 +36,7 @@ class Mismatch:
 
     @property
     def key(self) -> tuple[object, ...]:
-        """What makes it the same finding, also after either node has started anew."""
+        """The identity of a finding: it stays the same when either node has been restarted."""
         sides = sorted(
             (side.kind.value, side.node.qualified, side.type_hash) for side in (self.first, self.second)
         )

@@ -80,7 +80,7 @@ class CounterpartWatch:
 
 
 class CounterpartWatchers:
-    """Who watches which topic, and the changes on their way to them."""
+    """The watchers of each topic, and the changes that are to be told to them."""
 
     def __init__(self) -> None:
         self._lock = Lock()

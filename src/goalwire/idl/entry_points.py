@@ -35,7 +35,7 @@ def registrations() -> dict[str, str]:
 
 
 def python_path() -> tuple[str, ...]:
-    """What of sys.path Python itself takes: programs put other things there too."""
+    """Return the entries of sys.path that Python itself uses: programs put other things there too."""
     entries: list[object] = list(sys.path)
     return tuple(entry for entry in entries if isinstance(entry, str))
 

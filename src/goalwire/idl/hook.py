@@ -78,7 +78,7 @@ class InterfaceFinder:
     def _ask_behind(
         self, fullname: str, target: 'ModuleType | None', path: 'Sequence[str] | None' = None
     ) -> 'ModuleSpec | None':
-        """What the finders behind this one find: a module, else a namespace folder, else nothing."""
+        """Ask the finders behind this one: they find a module, else a namespace folder, else nothing."""
         namespace = None
         for finder in _behind(self):
             spec = finder.find_spec(fullname, path, target)

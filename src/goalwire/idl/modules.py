@@ -120,7 +120,7 @@ def inner_spec(fullname: str, found: InterfacePackage | None = None) -> ModuleSp
 
 
 def explain_unknown(fullname: str) -> str | None:
-    """What to say to an import of std_msgs.msg.Strng or std_msgs.srv; None where Python's words will do."""
+    """Return the text for an import of std_msgs.msg.Strng or std_msgs.srv; None where Python's will do."""
     from difflib import get_close_matches
 
     package, kind, *rest = fullname.split('.')
@@ -144,7 +144,7 @@ def explain_unknown(fullname: str) -> str | None:
 
 
 def _explain_misplaced(package: str, name: str) -> str | None:
-    """What to say of std_msgs.String: where the type is. None where there is none like it."""
+    """Return the error text for std_msgs.String: where the type is. None where there is no such type."""
     from difflib import get_close_matches
 
     kinds = {type_: kind for kind in reversed(workspace.KINDS) for type_ in type_names(package, kind)}
@@ -154,7 +154,7 @@ def _explain_misplaced(package: str, name: str) -> str | None:
 
 
 def _explain_python(fullname: str, package: str) -> str | None:
-    """What to say to an import of a module that lies beside the interfaces, off Python's path."""
+    """Return the error text for a module that lies beside the interfaces, but not on Python's path."""
     place = folder_of(package)
     if place is None or not os.path.isfile(os.path.join(place, package, '__init__.py')):
         return None

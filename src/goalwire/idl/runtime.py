@@ -28,7 +28,7 @@ DTYPES = {
 
 
 class Message(Protocol):
-    """What every message class offers."""
+    """The attributes of every message class."""
 
     @classmethod
     def get_fields_and_field_types(cls) -> dict[str, str]: ...

@@ -182,7 +182,7 @@ class _Types:
         ]
 
     def accepted(self, field: Field) -> str:
-        """What the constructor takes."""
+        """The type that the constructor takes."""
         if field.type.shape is Shape.SINGLE:
             return self._element(field)
         sequence = f'_Sequence[{self._element(field)}]'

@@ -23,7 +23,7 @@ IGNORE_MARKS = frozenset({'COLCON_IGNORE', 'AMENT_IGNORE', 'pyvenv.cfg'})
 
 
 class Workspace:
-    """What one walk found."""
+    """The findings of one walk."""
 
     __slots__ = ('complete', 'entries', 'packages', 'remarks', 'root', 'seen', 'unnamed', 'unusable')
 
@@ -172,7 +172,7 @@ def package_name(manifest: str) -> str:
 
 
 def explain_unnamed(folder: str, package: str) -> str | None:
-    """What to say of a folder with definitions and without package.xml; None for any other folder."""
+    """Return the error text for a folder with definitions and without package.xml; None for any other."""
     if os.path.lexists(os.path.join(folder, MANIFEST)) or not holds_definitions(folder):
         return None
     place = shown(os.path.join(folder, MANIFEST))

@@ -42,7 +42,7 @@ class _SteadyClock:
 
 
 class LoggingFilter:
-    """What a filter is: the parameters that ask for it, and whether this call may pass."""
+    """A filter: the parameters that ask for it, and the decision whether a call may pass."""
 
     params: ClassVar[Mapping[str, object]] = {}
     """Parameters and their defaults; None marks one that must be given."""

@@ -21,7 +21,7 @@ _DEBUG, _INFO, _WARN, _ERROR, _FATAL = list(LoggingSeverity)[1:]
 
 
 class LogOptions(TypedDict, total=False):
-    """What a log call may ask for beside its message."""
+    """The keyword arguments of a log call."""
 
     name: str
     once: bool

@@ -66,7 +66,7 @@ def _full_path(filename: str) -> str:
 
 
 class LogRecord(NamedTuple):
-    """What was said, when (ns since the UNIX epoch), by which logger and from which source line."""
+    """A log record: its text, time (ns since the UNIX epoch), logger and source line."""
 
     stamp_ns: int
     severity: LoggingSeverity

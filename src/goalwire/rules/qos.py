@@ -72,7 +72,7 @@ class DurabilityPolicy(QoSPolicyEnum):
 
 
 class LivelinessPolicy(QoSPolicyEnum):
-    """Who asserts that a publisher is alive."""
+    """How it is asserted that a publisher is alive."""
 
     SYSTEM_DEFAULT = 0
     AUTOMATIC = 1
@@ -131,7 +131,7 @@ class QoS:
         return self.reliability is not ReliabilityPolicy.BEST_EFFORT
 
     def stated(self) -> QoS:
-        """What a peer sees where nothing was asked for: reliable, volatile, automatic, no time limits."""
+        """The policies that a peer sees if none was given: reliable, volatile, automatic, no time limits."""
         return replace(
             self,
             history=self.history or HistoryPolicy.KEEP_LAST,

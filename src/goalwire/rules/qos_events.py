@@ -25,7 +25,7 @@ class _EventType(Enum):
 
 
 class PublisherEvent(_EventType):
-    """What a publisher can tell."""
+    """The events of a publisher."""
 
     RCL_PUBLISHER_OFFERED_DEADLINE_MISSED = 0
     RCL_PUBLISHER_LIVELINESS_LOST = 1
@@ -35,7 +35,7 @@ class PublisherEvent(_EventType):
 
 
 class SubscriptionEvent(_EventType):
-    """What a subscription can tell."""
+    """The events of a subscription."""
 
     RCL_SUBSCRIPTION_REQUESTED_DEADLINE_MISSED = 0
     RCL_SUBSCRIPTION_LIVELINESS_CHANGED = 1

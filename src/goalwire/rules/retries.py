@@ -38,7 +38,7 @@ class Retry:
     """
 
     attempts: int = 3
-    """The first included."""
+    """The number of attempts, with the first one."""
     timeout: float | None = None
     """s that each attempt may take; None: as long as the call."""
     first_delay: float = 0.1
@@ -46,15 +46,15 @@ class Retry:
     factor: float = 2.0
     longest_delay: float = 2.0
     jitter: float = 0.2
-    """Each delay is longer or shorter by up to this part of it: a fleet shall not come back at once."""
+    """Each delay is longer or shorter by up to this part of it, so that clients do not come back at once."""
     on: tuple[type[CallError], ...] = (ServerLostError, DeadlineError)
-    """After which errors; ServerFailedError and RefusedError are for the brave."""
+    """The errors after which a request is sent again; one like ServerFailedError would mostly come again."""
     budget: float = 10.0
     """How many attempts in a row may fail, of all calls of the client, before half of that stops retries."""
     refund: float = 0.1
-    """What an answer gives back to the budget: one retry in ten calls goes on for ever."""
+    """How much an answer gives back to the budget: with 0.1, one retry in ten calls can go on for ever."""
     on_attempt: Callable[[CallAttempt], object] | None = None
-    """Hears of each attempt when it is over, on the node's executor or loop."""
+    """Is called with each attempt when that is over, on the node's executor or loop."""
 
     def __post_init__(self) -> None:
         """Raises ValueError for numbers that make no sense, TypeError for what is of another type."""
@@ -99,7 +99,7 @@ def _is_call_error(kind: object) -> bool:
 
 
 class RetryBudget:
-    """What keeps the clients of a sick server from making it worse: retries stop while it is half empty.
+    """A budget that keeps retries from overloading a server in trouble: retries stop while it is half empty.
 
     For all calls of one client. Threads may lose an update of each other's: it is a brake, not a count.
     """

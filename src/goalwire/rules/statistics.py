@@ -1,4 +1,4 @@
-"""What `statistics()` returns: frozen records, counted since the entity was made.
+"""The records that `statistics()` returns: frozen, counted since the entity was made.
 
 Imported when they are first asked for. Durations are in seconds.
 """
@@ -50,7 +50,7 @@ class LatencyHistogram:
 
     @property
     def p99(self) -> float:
-        """What 99 of 100 did not exceed, in s."""
+        """The time in s that 99 of 100 did not exceed."""
         return self.quantile(0.99)
 
 

@@ -23,14 +23,14 @@ if TYPE_CHECKING:
 
 @dataclass
 class Conduct(Generic[GoalT, ResultT, FeedbackT]):
-    """What becomes of the goals that come. It may be changed at any time, for those that come then."""
+    """What happens to goals. It may be changed at any time, for the goals that come after that."""
 
     feedback: Iterable[FeedbackT] = ()
     """Published one after the other."""
     every: float = 0.1
     """s between them, and from the last one to the end."""
     result: ResultT | Callable[[GoalT], ResultT] | None = None
-    """What a goal ends with; None: one of default values."""
+    """The result of a goal; None: one of default values."""
     refuse: bool | Callable[[GoalT], bool] = False
     """Which goals are not accepted."""
     abort: bool = False
@@ -55,7 +55,7 @@ class FakeAction(Generic[GoalT, ResultT, FeedbackT]):
         action: Any = support.cls
         self._result_type: type[ResultT] = action.Result
         self.conduct = conduct
-        """What becomes of goals; change its attributes at any time."""
+        """What happens to goals; change its attributes at any time."""
         self.name = node.resolve_action(name).name
         self.goals: Log[GoalT] = Log(f"goals for '{self.name}'")
         """Those that were accepted, in order."""

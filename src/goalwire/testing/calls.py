@@ -24,7 +24,7 @@ ResponseT = TypeVar('ResponseT')
 
 @dataclass(frozen=True)
 class Outcome(Generic[ResultT, FeedbackT]):
-    """What came of a goal that succeeded."""
+    """The outcome of a goal that succeeded."""
 
     result: ResultT
     feedback: list[FeedbackT]

@@ -42,7 +42,7 @@ EVERYTHING = QoS(history=HistoryPolicy.KEEP_ALL)
 
 
 class Ends(Protocol):
-    """What ends with the graph."""
+    """Something that is closed with the graph."""
 
     def close(self) -> None:
         """End it. Idempotent."""

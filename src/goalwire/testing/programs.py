@@ -69,7 +69,7 @@ class Program:
 
     @property
     def unseen_error(self) -> BaseException | None:
-        """What it raised, if nobody was told."""
+        """The error that it raised, if nobody has seen it."""
         return None if self._looked_at else self._error
 
     def close(self) -> bool:

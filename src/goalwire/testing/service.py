@@ -46,7 +46,7 @@ class FakeService(Generic[RequestT, ResponseT]):
         self._core = _Core(node, support, name, self._answer, SERVICES_DEFAULT, ReentrantCallbackGroup())
         self.name = self._core.full_name
         self.requests: Log[RequestT] = Log(f"requests to '{self.name}'")
-        """What has come so far."""
+        """The requests that have come so far."""
         self._spinning = host(node)
 
     def answer_with(self, answers: Answers[ResponseT]) -> None:

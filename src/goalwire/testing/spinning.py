@@ -17,7 +17,7 @@ GRACE_S = 5.0
 
 
 class Hosted:
-    """What an executor takes for a node."""
+    """A node, as far as an executor needs it."""
 
     def __init__(self, core: NodeCore) -> None:
         self.handle = core

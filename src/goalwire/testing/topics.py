@@ -48,7 +48,7 @@ class Recorder(Generic[MsgT]):
         self._core: _Core[MsgT] = _Core(node, msg_type, topic, qos)
         self.name = self._core.full_name
         self.messages = self._core.messages
-        """What has come so far."""
+        """The messages that have come so far."""
         self.times = self._core.times
         """When, in s of time.monotonic()."""
 

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from types import TracebackType
 
 TRANSPORTS = {'memory': 'goalwire_memory', 'zenoh': 'rmw_zenoh_cpp', 'dds': 'rmw_cyclonedds_cpp'}
-"""What tests call them, and what RMW_IMPLEMENTATION does."""
+"""The transports: their names in tests, and in RMW_IMPLEMENTATION."""
 
 _OTHERS = (
     'CYCLONEDDS_URI',
@@ -24,7 +24,7 @@ _OTHERS = (
     'ZENOH_ROUTER_CONFIG_URI',
     'ZENOH_SESSION_CONFIG_URI',
 )
-"""What would let others in."""
+"""Variables through which other programs could reach the test."""
 
 _FIRST_DOMAIN, _DOMAINS = 1, 100  # DDS makes port numbers of them, which end at about 230
 _FIRST_PORT = 18_700

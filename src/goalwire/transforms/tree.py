@@ -51,7 +51,7 @@ class Velocity(NamedTuple):
 
 
 class FrameReport(NamedTuple):
-    """What `frames` tells of one frame; times in ns."""
+    """The facts that `frames` tells about one frame; times in ns."""
 
     name: str
     parent: str

@@ -24,7 +24,7 @@ Payload: TypeAlias = bytes | bytearray | memoryview
 
 
 class EndpointKind(Enum):
-    """What an endpoint is; NODE stands for the node itself."""
+    """The kinds of endpoints; NODE stands for the node itself."""
 
     __hash__ = object.__hash__  # members are unique; Enum's own hash is a Python function
 
@@ -37,7 +37,7 @@ class EndpointKind(Enum):
 
 @record
 class NodeName:
-    """Who a node is: `name` without slashes, `namespace` absolute ('/' or '/a/b')."""
+    """The name of a node: `name` without slashes, `namespace` absolute ('/' or '/a/b')."""
 
     name: str
     namespace: str = '/'
@@ -56,9 +56,12 @@ class NodeName:
 
 @record
 class Endpoint:
-    """What an entity declares: `name` is fully qualified ('/chatter'), `type_name` is 'std_msgs/msg/String'
-    (for services 'pkg/srv/Name', for an action's three services 'pkg/action/Name_SendGoal' and so on),
-    `type_hash` is 'RIHS01_<64 hex>' of that type."""
+    """An endpoint, as an entity declares it.
+
+    `name` is fully qualified ('/chatter'). `type_name` is 'std_msgs/msg/String'; for services 'pkg/srv/Name',
+    for an action's three services 'pkg/action/Name_SendGoal' and so on. `type_hash` is 'RIHS01_<64 hex>' of
+    that type.
+    """
 
     kind: EndpointKind
     name: str
@@ -126,7 +129,7 @@ class GraphEntity:
 
 
 class GraphListener(ABC):
-    """Who wants to know what appears and goes; called on transport threads, or from within `watch_graph`."""
+    """A listener of the graph's changes; called on transport threads, or from within `watch_graph`."""
 
     @abstractmethod
     def appeared(self, entity: GraphEntity) -> None:
@@ -137,7 +140,7 @@ class GraphListener(ABC):
         """A node or endpoint has gone; removing an unknown one is harmless."""
 
     def connected(self) -> None:  # noqa: B027 - most listeners have nothing to do
-        """What `ClientPort.reaches_server` or `Port.peer_count` answers may have changed."""
+        """The answers of `ClientPort.reaches_server` or `Port.peer_count` may have changed."""
 
 
 class Port(ABC):
@@ -255,7 +258,7 @@ class Sleeper(Protocol):
     """A thread that has nothing to do."""
 
     interrupt: Callable[[], None] | None
-    """What ends its sleep while it sleeps elsewhere than on its lock; `wake` calls it."""
+    """Ends its sleep while it sleeps elsewhere than on its lock; `wake` calls it."""
 
     def wait_on_lock(self, timeout_ns: int | None = None) -> bool:
         """Sleep on a lock until `wake` (True) or for `timeout_ns` (False); 0 takes up a wake-up that came."""
@@ -271,8 +274,8 @@ class WirePoller(ABC):
     """
 
     external_sleepers: set[object]
-    """Who sleeps where the wire does not reach it, and so needs the session's own thread to wait here. While
-    there are any, nobody else begins to."""
+    """Sleepers that do not wait on the wire themselves, and so need the session's own thread to wait here.
+    While there are any, no other thread begins to."""
 
     @abstractmethod
     def wait(self, sleeper: Sleeper, timeout_ns: int | None) -> bool:
@@ -294,7 +297,7 @@ class Session(ABC):
     """One context's connection to one domain."""
 
     id: str
-    """What the graph shows as the `session` of this session's own nodes and endpoints."""
+    """The `session` that the graph shows for this session's own nodes and endpoints."""
     enforces_qos = False
     """True where endpoints with incompatible QoS exchange nothing (DDS); else QoS prevents nothing."""
     compares_definitions = True
@@ -333,7 +336,7 @@ class Session(ABC):
 
 @record
 class SessionOptions:
-    """What a context asks of its transport."""
+    """A context's requirements for its session."""
 
     domain_id: int = 0
     enclave: str = '/'
@@ -344,7 +347,7 @@ class Transport(ABC):
     """A kind of wire."""
 
     identifier: str
-    """What RMW_IMPLEMENTATION calls it: 'rmw_zenoh_cpp', 'goalwire_memory'."""
+    """Its name in RMW_IMPLEMENTATION: 'rmw_zenoh_cpp', 'goalwire_memory'."""
 
     @abstractmethod
     def open(self, options: SessionOptions) -> Session:

@@ -97,7 +97,7 @@ class EndpointState:
         self.guard = guard
         """Shared by all of a session. Looked at with each message, past `is_forked`: a call less."""
         self.undo: list[Callable[[], object]] = []
-        """What closing does, the last step first; a step that fails holds none of the others up."""
+        """The steps of closing, the last one first; if one fails, the others are done all the same."""
         self._turn = RLock()
 
     @property
@@ -148,7 +148,7 @@ class EndpointState:
 
 
 class Child(Protocol):
-    """What was declared through something else."""
+    """Something that was declared through a session or node."""
 
     gid: bytes
     state: EndpointState
@@ -158,7 +158,7 @@ C = TypeVar('C', bound=Child)
 
 
 class Children:
-    """What was declared through one thing, by gid; safe from any thread."""
+    """All that was declared through one session or node, by gid; safe from any thread."""
 
     def __init__(self, parent: EndpointState) -> None:
         self._parent = parent
@@ -256,7 +256,7 @@ class OpenSession(Session):
 
 
 class Closable(Protocol):
-    """What is closed at exit."""
+    """Something that is closed at exit."""
 
     def close(self) -> None:
         """Close; idempotent."""

@@ -31,7 +31,7 @@ _STANDBY = object()
 
 
 class WireSet(Protocol):
-    """What is waited in: everything that a wire may have news from. One thread at a time does."""
+    """The set of all that a wire may have news from. One thread at a time waits in it."""
 
     def wait(self, timeout_ns: int, /) -> int:
         """Return how much is ready within `timeout_ns`, or earlier 0; negative once the wire is no more."""

@@ -34,7 +34,7 @@ __all__ = ['ActionClient', 'CancelAnswer', 'Run']
 
 
 class CancelAnswer(NamedTuple):
-    """What a server says to a request to cancel goals."""
+    """A server's answer to a request to cancel goals."""
 
     code: CancelCode
     goals: tuple[bytes, ...]

@@ -86,7 +86,7 @@ class Run(Generic[ResultT, FeedbackT]):
 
     @property
     def feedback(self) -> AsyncIterator[FeedbackT]:
-        """What the server says on the way. It ends with the goal, however that ended, and at the deadline.
+        """The feedback of the goal, for `async for`. The loop ends with the goal, and at the deadline.
 
         1000 messages wait at most; beyond that the oldest is dropped.
         """
@@ -267,7 +267,7 @@ def _look_at(future: Future[Any]) -> None:
 
 
 def _failure(attempt: CallContext, response: Any, reason: str) -> CallError:
-    """What a result means that comes with another status than SUCCEEDED."""
+    """Return the error for a result whose status is not SUCCEEDED."""
     failure: GoalFailed
     if response.status == GoalStatus.ABORTED:
         why = f': {reason}' if reason else ''

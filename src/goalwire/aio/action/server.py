@@ -29,7 +29,7 @@ FeedbackT = TypeVar('FeedbackT')
 
 
 class Goal(Generic[GoalT, FeedbackT]):
-    """What a handler gets."""
+    """A goal, as its handler gets it."""
 
     def __init__(self, handle: ServerGoalHandle[GoalT, Any, FeedbackT], feedback_type: type) -> None:
         self._handle = handle
@@ -37,7 +37,7 @@ class Goal(Generic[GoalT, FeedbackT]):
 
     @property
     def request(self) -> GoalT:
-        """What the client wants."""
+        """The goal message that the client sent."""
         return self._handle.request
 
     @property

@@ -84,13 +84,13 @@ class ActionClientCore(TimedCalls):
         self.goals: GoalClient[ResultFuture, Payload] = GoalClient()
         """The rules, and the record of each goal."""
         self.blocking: dict[Future[Any], None] = {}
-        """What threads wait for in a call of ours."""
+        """The futures for which threads wait in a blocking call."""
         self._lock = Lock()
         """Of the rules."""
         self._group = group
         self.logger: RcutilsLogger = get_logger(node.logger_name).get_child('action_client')
         self._told = ''
-        """What was said last of names and types that are near."""
+        """The hint about similar names and types that was logged last."""
         self._feedback = 0
         self._feedback_rejected = 0
         self._statuses_rejected = 0

@@ -55,7 +55,7 @@ class GoalSending(Protocol):
 
 
 class ClientGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
-    """What send_goal's future gives: was it accepted, where does it stand, its result, its cancellation."""
+    """The result of send_goal's future: was the goal accepted, its status, its result, cancelling it."""
 
     def __init__(
         self, action_client: GoalSending, goal_id: ClientGoal[Any] | UUID, goal_response: Any
@@ -146,7 +146,7 @@ class ResultFuture(Future[Any]):
         self.goal_id = goal_id
         self.decode = decode
         self.call_context = call_context
-        """What its errors tell; None: it stays pending where nobody answers."""
+        """The texts and times of its errors; None: it stays pending if nobody answers."""
         self._client = client
         self._feedback = feedback if isinstance(feedback, GoalFeedback) else None
 

@@ -42,7 +42,7 @@ class CancelResponse(Enum):
 
 @dataclass(slots=True)
 class ActionCallbacks:
-    """What the user supplies; the first four may be `async def`."""
+    """The user's callbacks; the first four may be `async def`."""
 
     execute: Callable[[ServerGoalHandle], Any]
     goal: Callable[[Any], Any]
@@ -55,12 +55,12 @@ class ActionCallbacks:
 
 
 class Failure(NamedTuple):
-    """What an execute callback came to that did not return a result."""
+    """The outcome of an execute callback that returned no result."""
 
     result: object = None
-    """What is sent along; None: a result of default values."""
+    """The result that is sent; None: one of default values."""
     reason: str = ''
-    """What clients that know goalwire are told."""
+    """The text that goalwire's clients get."""
 
 
 class GoalServing(Protocol):
@@ -94,7 +94,7 @@ class GoalServing(Protocol):
 
 
 class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
-    """What execute, cancel and handle_accepted callbacks get. It may outlive its goal."""
+    """The goal handle that execute, cancel and handle_accepted callbacks get. It may outlive its goal."""
 
     __slots__ = ('__dict__', '__weakref__', '_goal', '_server', '_uuid', 'goal_id_bytes', 'request')
 

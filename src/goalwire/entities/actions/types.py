@@ -29,11 +29,11 @@ class ActionType(Protocol[GoalT_co, ResultT_co, FeedbackT_co]):
 
     @property
     def Goal(self) -> type[GoalT_co]:  # noqa: N802 - rosidl's name
-        """What is to be done."""
+        """The action's Goal class."""
 
     @property
     def Result(self) -> type[ResultT_co]:  # noqa: N802
-        """What came of it."""
+        """The action's Result class."""
 
     @property
     def Feedback(self) -> type[FeedbackT_co]:  # noqa: N802
@@ -41,7 +41,7 @@ class ActionType(Protocol[GoalT_co, ResultT_co, FeedbackT_co]):
 
 
 class ResultResponse(Protocol[ResultT_co]):
-    """What the future of a result gives: the action's GetResult response."""
+    """The action's GetResult response, which the future of a result gives."""
 
     @property
     def status(self) -> int:
@@ -53,15 +53,15 @@ class ResultResponse(Protocol[ResultT_co]):
 
 
 class FeedbackMessage(Protocol[FeedbackT_co]):
-    """What a feedback callback gets: the action's FeedbackMessage."""
+    """The action's FeedbackMessage, which a feedback callback gets."""
 
     @property
     def goal_id(self) -> UUID:
-        """Whose feedback it is."""
+        """The id of its goal."""
 
     @property
     def feedback(self) -> FeedbackT_co:
-        """What the server published."""
+        """The feedback that the server published."""
 
 
 FeedbackMessageT = TypeVar('FeedbackMessageT', bound=FeedbackMessage[Any])

@@ -46,7 +46,7 @@ class LifecycleCore:
     def __init__(self, node: NodeCore, managed: ManagedEntity, now: Callable[[], int]) -> None:
         self.node = node
         self.entities: list[ManagedEntity] = []
-        """What goes through the node's transitions with it, in the order in which it was added."""
+        """Its managed entities, in the order in which they were added."""
         self.machine = LifecycleMachine()
         self._managed = managed
         self._events = TransitionEvents(node, now)

@@ -52,7 +52,7 @@ class NodeParameters:
 
         @property
         def handle(self) -> NodeCore:
-            """What stands behind the node."""
+            """The node that does the work: goalwire's own, which both APIs share."""
 
     _ros_parameter_events: ParameterEvents | None = None
 

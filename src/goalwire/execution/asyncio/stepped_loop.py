@@ -48,7 +48,7 @@ class SteppedSelector(selectors.BaseSelector):
         self._wake = wake
         self._keys: dict[int, selectors.SelectorKey] = {}
         self.ready: dict[int, int] = {}
-        """What the next `select` is to report."""
+        """The ready descriptors that the next `select` reports."""
         self.reported: list[int] = []
         """Which descriptors the step at hand was told of."""
         self.opening = True

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 class Awaitable(Protocol):
-    """What can be waited for: it calls its wakers once it is no longer pending."""
+    """A future of any kind: it calls its wakers once it is no longer pending."""
 
     def pending(self) -> bool: ...
 
@@ -125,7 +125,7 @@ class LoopWaker:
         """`wake` gets `run_pending` called soon on the loop's thread; it may be called on any thread."""
         self._wake = self._next_wake = wake
         self.calls: deque[Callable[[], object]] = deque()
-        """What `run_pending` is to call."""
+        """The calls that `run_pending` makes."""
         self.asleep: list[None] = [None]
         """Not empty while who calls is to wake the loop."""
 
@@ -160,7 +160,7 @@ class LoopWaker:
 
 
 def _nothing() -> None:
-    """What is called for the wake-up's sake."""
+    """Do nothing: to be called by a loop that is only to be woken."""
 
 
 class AsyncioLoopWaker(LoopWaker):

@@ -16,7 +16,7 @@ ResponseT = TypeVar('ResponseT')
 
 
 class BaseClient(ClientCore, ServiceEndpoint, Generic[RequestT, ResponseT]):
-    """What Client and AsyncClient share."""
+    """The common base of Client and AsyncClient."""
 
     srv_type: type[ServiceType[RequestT, ResponseT]]
 

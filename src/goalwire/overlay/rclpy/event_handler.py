@@ -90,7 +90,7 @@ class EventHandler(SelfDriven[EventStatus | None]):
 
     @property
     def callback(self) -> _Callback:
-        """What is called with each record."""
+        """The callback, which gets each record."""
         return self._reader.callback
 
     @callback.setter
@@ -151,7 +151,7 @@ class QoSEventHandler(EventHandler):
 
 
 class SubscriptionEventCallbacks:
-    """What to call on the events of a subscription.
+    """The callbacks for a subscription's events.
 
     Without a callback of the program's own, incompatible QoS and types are logged as warnings, unless
     `use_default_callbacks` is false.
@@ -184,7 +184,7 @@ class SubscriptionEventCallbacks:
 
 
 class PublisherEventCallbacks:
-    """What to call on the events of a publisher; the defaults are those of SubscriptionEventCallbacks."""
+    """The callbacks for a publisher's events; the defaults are those of SubscriptionEventCallbacks."""
 
     def __init__(
         self,

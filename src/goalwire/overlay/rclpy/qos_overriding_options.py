@@ -74,7 +74,7 @@ class QoSOverridingOptions:
 
     @property
     def entity_id(self) -> str | None:
-        """What the parameters' names end with, after the kind of endpoint."""
+        """The suffix of the parameters' names, after the kind of endpoint."""
         return self._entity_id
 
     @classmethod

@@ -24,7 +24,7 @@ class Subscription(SubscriptionCore[MsgT], TopicEndpoint):
 
     @property
     def callback(self) -> Callable[..., object]:
-        """What is called with each message."""
+        """The callback, which gets each message."""
         return self._callback
 
     @callback.setter

@@ -15,7 +15,7 @@ T = TypeVar('T')
 
 
 class TopicEndpointTypeEnum(IntEnum):
-    """What an endpoint is."""
+    """The kinds of endpoints of a topic."""
 
     INVALID = 0
     PUBLISHER = 1
@@ -39,7 +39,10 @@ def _checked(what: str, value: object, kind: type[T]) -> T:
 
 
 class TopicEndpointInfo:
-    """Who publishes or subscribes, what, and how. A wrong type raises AssertionError, as in rclpy."""
+    """A publisher or subscription in the graph: its node, type and QoS.
+
+    A value of a wrong type raises AssertionError, as in rclpy.
+    """
 
     __slots__ = [
         '_endpoint_gid',

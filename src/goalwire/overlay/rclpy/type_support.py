@@ -68,7 +68,7 @@ class Action(Protocol):
 
 
 class SendGoalServiceRequest(Msg, Protocol[GoalT]):
-    """What asks for a goal."""
+    """The request of an action's SendGoal service."""
 
     goal_id: 'UUID'
     goal: GoalT
@@ -82,7 +82,7 @@ class SendGoalServiceResponse(Msg, Protocol):
 
 
 class GetResultServiceRequest(Msg, Protocol):
-    """What asks for a goal's result."""
+    """The request of an action's GetResult service."""
 
     goal_id: 'UUID'
 
@@ -95,7 +95,7 @@ class GetResultServiceResponse(Msg, Protocol[ResultT]):
 
 
 class FeedbackMessage(Msg, Protocol[FeedbackT]):
-    """What a goal's feedback comes in."""
+    """The message of an action's feedback topic."""
 
     goal_id: 'UUID'
     feedback: FeedbackT

@@ -39,7 +39,7 @@ class CancelCode(IntEnum):
 
 
 class Candidate(Protocol):
-    """What the choice needs to know about a goal."""
+    """The facts about a goal on which the choice depends."""
 
     @property
     def stamp_ns(self) -> int:
@@ -66,7 +66,7 @@ class Cancellation(Generic[RequestT]):
 
     @property
     def code(self) -> CancelCode:
-        """What to answer when nothing is undecided any more."""
+        """The code of the answer, once nothing is undecided any more."""
         return CancelCode.GOAL_TERMINATED if self.is_for_one and self.came_too_late else CancelCode.NONE
 
 

@@ -75,7 +75,7 @@ class ClientGoal(Generic[WaiterT]):
     status: GoalStatus = GoalStatus.UNKNOWN
     """The last that was heard of it: it only moves forward, and a terminal one is final."""
     waiters: list[WaiterT] = field(default_factory=list)
-    """Who waits for its result."""
+    """Those that wait for its result."""
     request: Any = None
     """The driver's: the request for its result that is on its way."""
     reason: str = ''

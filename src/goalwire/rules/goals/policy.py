@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 GoalT = TypeVar('GoalT')
 
 OnClientLost: TypeAlias = Literal['keep', 'cancel', 'abort']
-"""What becomes of the goals of a client that has gone; ROS 2 keeps them."""
+"""What happens to the goals of a client that has gone; ROS 2 keeps them."""
 
 ON_CLIENT_LOST: tuple[str, ...] = get_args(OnClientLost)
 

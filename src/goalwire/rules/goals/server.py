@@ -66,7 +66,7 @@ class ServerGoal(Generic[RequestT, ResultT]):
 
     goal_id: GoalId
     client: bytes = b''
-    """Who has sent it, as on_client_lost knows it."""
+    """The client that has sent it, as on_client_lost knows it."""
     request: RequestT | None = None
     """The request for it, until that is answered."""
     status: GoalStatus = GoalStatus.UNKNOWN
@@ -81,9 +81,9 @@ class ServerGoal(Generic[RequestT, ResultT]):
     waiting: list[RequestT] = field(default_factory=list)
     """The requests for its result that are to be answered."""
     handle: Any = None
-    """What the driver's callbacks know it by; None once it has ended."""
+    """The caller's handle of the goal, for its callbacks; None once the goal has ended."""
     execution: Any = None
-    """What the driver runs when its turn has come; None before, and from then on."""
+    """The caller's execution, until the goal's turn has come; None before and after that."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -48,7 +48,7 @@ class GoalStatus(IntEnum):
 
 
 class GoalEvent(IntEnum):
-    """What happens to a goal."""
+    """The events in the life of a goal."""
 
     EXECUTE = 0
     CANCEL_GOAL = 1

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class Remaps(Flag):
-    """What a rule renames."""
+    """The kinds of names that a rule may rename."""
 
     NODE = auto()
     NAMESPACE = auto()

@@ -37,7 +37,7 @@ class Range(NamedTuple, Generic[NumberT]):
 
 
 class Descriptor(NamedTuple):
-    """What a parameter is; the ranges hold one entry at most."""
+    """The description of a parameter; each list of ranges has one entry at most."""
 
     name: str = ''
     type: Type = Type.NOT_SET

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 SEPARATOR = '.'
-"""What stands between the parts of a parameter's name."""
+"""The separator of the parts of a parameter's name."""
 
 RECURSIVE = 0
 """The depth that means all depths."""

@@ -11,7 +11,7 @@ from goalwire.rules.parameters.parameter import Parameter, ParameterValue, Type
 
 
 class Changes:
-    """What a set did, as /parameter_events tells it."""
+    """The changes that a set has made, as /parameter_events tells them."""
 
     __slots__ = ('changed', 'deleted', 'new')
 

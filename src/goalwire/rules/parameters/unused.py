@@ -23,7 +23,7 @@ _MOST_SHOWN = 5  # names in one line
 
 
 class OverrideUse:
-    """What the nodes of a process declared, beside what its command line gives them."""
+    """The parameters that the nodes of a process have declared, compared with those of its command line."""
 
     def __init__(self, arguments: Arguments) -> None:
         self._given = arguments.parameters

@@ -29,7 +29,7 @@ _STALL_S = 30.0
 
 
 def never() -> bool:
-    """What a thread waits for that waits for its deadline alone."""
+    """The condition of a thread that waits only for its deadline."""
     return False
 
 

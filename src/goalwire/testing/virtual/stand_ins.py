@@ -70,7 +70,7 @@ def _deadline(scheduler: Scheduler, seconds: float) -> int:
 
 
 def _left(scheduler: Scheduler, deadline: int) -> float:
-    """What is left in s when virtual time has ended, to be waited for in the real one."""
+    """The rest of a wait in s that goes on in real time after virtual time has ended."""
     return max(deadline - scheduler.now, 0) / 1e9
 
 
@@ -245,7 +245,7 @@ def _is_ready(selector: selectors.BaseSelector) -> bool:
 
 
 def _names() -> dict[int, object]:
-    """What stands in for each real thing, by id: wherever a module has a name for one."""
+    """The stand-in of each real thing, by id: it replaces that in every module that has a name for it."""
     clocks = {
         id(real): _clock(real, system=name.startswith('time'), nanoseconds=name.endswith('_ns'))
         for name in ('time', 'time_ns', 'monotonic', 'monotonic_ns', 'perf_counter', 'perf_counter_ns')

@@ -121,7 +121,7 @@ def _translation(library: Library) -> Translation | None:
 
 
 class EndpointBuilder:
-    """What is declared so far of one endpoint, and its state, which holds how that is undone."""
+    """The parts of one endpoint that are declared so far; its state undoes them."""
 
     __slots__ = ('_context', '_readers_to_watch', 'state', 'undo')
 

@@ -29,7 +29,7 @@ _MARK = '::dds_::'
 
 
 class Role(Enum):
-    """What a DDS topic carries."""
+    """The kinds of DDS topics."""
 
     TOPIC = 'rt'
     REQUEST = 'rq'
@@ -90,7 +90,7 @@ REFUSALS = 'goalwire'
 
 
 class EndpointData(NamedTuple):
-    """What an endpoint says of itself; '' for what it does not say."""
+    """The facts that an endpoint announces of itself; '' for those that it does not."""
 
     type_hash: str = ''
     service_id: str = ''

@@ -77,7 +77,7 @@ class _Watcher:
 
 
 class GraphNotifier:
-    """What is there, and who wants to know."""
+    """Tells listeners what is in the graph, and how it changes."""
 
     def __init__(self) -> None:
         self._lock = Lock()

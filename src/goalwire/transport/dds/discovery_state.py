@@ -187,7 +187,7 @@ class _Participant:
 
 
 class DiscoveryState:
-    """What was discovered of the other participants."""
+    """The state of discovery: all that is known of the other participants."""
 
     def __init__(self) -> None:
         self._participants: dict[bytes, _Participant] = {}

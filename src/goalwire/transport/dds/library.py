@@ -27,7 +27,7 @@ OVERRIDE = 'GOALWIRE_LIBDDSC'
 """Names the library file to use, before all others."""
 
 INSTALLING = "pip install 'cyclonedds==11.0.*'"
-"""What goalwire[dds] installs, too."""
+"""The command that installs the wheel, as goalwire[dds] does."""
 
 _PATTERNS = {
     'linux': ('cyclonedds.libs/libddsc-*.so*',),

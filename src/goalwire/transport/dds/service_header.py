@@ -29,7 +29,7 @@ _BIG = Struct('>Qq')
 
 
 class Header(NamedTuple):
-    """What a reply must repeat."""
+    """The header of a request, which its reply repeats."""
 
     client: int
     sequence: int

@@ -141,7 +141,7 @@ class DdsClient(OpenPort, ClientPort):
         self._requested: list[Peer] = []
         self._answering: list[Peer] = []
         self._targets: tuple[frozenset[str], str] = frozenset(), ''
-        """Who gets a request now, or nobody and why."""
+        """The servers that get a request now; without any, the reason."""
         self._fast_dds = (
             None if context.translation is None else context.translation.add(self._writer, self.reader)
         )
@@ -312,7 +312,7 @@ class DdsClient(OpenPort, ClientPort):
 
     @property
     def gids(self) -> tuple[tuple[bytes, ...], tuple[bytes, ...]]:
-        """What it reads and writes with."""
+        """The gids of its readers and writers."""
         return (self.reader.guid,), (self._writer.guid,)
 
 
@@ -468,5 +468,5 @@ class DdsService(OpenPort):
 
     @property
     def gids(self) -> tuple[tuple[bytes, ...], tuple[bytes, ...]]:
-        """What it reads and writes with."""
+        """The gids of its readers and writers."""
         return (self.reader.guid,), (self._writer.guid,)

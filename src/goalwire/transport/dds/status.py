@@ -43,7 +43,7 @@ class Peer(NamedTuple):
     speaks_fast_dds: bool
     """True where the peer's implementation is Fast DDS, whose services have no header."""
     server: str
-    """What the two ends of one server share."""
+    """The id that the two ends of one server share."""
 
 
 def _peer(gid: bytes, data: EndpointData) -> Peer:
@@ -173,7 +173,7 @@ _SOURCES: dict[EventType, _Source] = {
         'subscription_matched', SUBSCRIPTION_MATCHED, _matched
     ),
 }
-"""What the library does not tell, a type that does not fit, is found in the graph."""
+"""Incompatible types are found in the graph: the library does not report them."""
 
 
 class Statuses:

@@ -13,7 +13,7 @@ from goalwire.transport.reports import report_failure
 
 
 class Clock(Protocol):
-    """What a delay queue needs of `execution.monotonic.SteadyClock`, which a virtual clock replaces."""
+    """The part of `execution.monotonic.SteadyClock` that a delay queue uses; a virtual clock replaces it."""
 
     def now(self) -> int:
         """Steady time in ns."""
@@ -53,7 +53,7 @@ class RealTime:
 
 
 class DelayQueue:
-    """What was sent on one path arrives in order, unless it overtakes."""
+    """Delivers packets late; those of one path arrive in order, unless one overtakes."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock

@@ -21,7 +21,7 @@ Path: TypeAlias = tuple['Kind', str, str, str]
 
 
 class Kind(Enum):
-    """What crosses."""
+    """The kinds of packets."""
 
     MESSAGE = 'message'
     REQUEST = 'request'

@@ -18,7 +18,7 @@ class Watching(Protocol):
     """A session that is told what the faults change in its graph."""
 
     def look_again(self) -> None:
-        """What is parted may have changed."""
+        """A partition may have changed."""
 
     def kill(self, name: str) -> None:
         """Let a dead node's endpoints vanish from the graph."""

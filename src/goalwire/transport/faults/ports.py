@@ -28,7 +28,7 @@ _MATCHED = {PublisherEvent.RCL_PUBLISHER_MATCHED, SubscriptionEvent.RCL_SUBSCRIP
 
 
 class FaultyPort(Port):
-    """What the ports have in common: the wire's own port, and the plan that each method is told to."""
+    """The base of the ports: the wire's own port, and the plan of faults."""
 
     _inner: Port
     faults: Plan
@@ -106,7 +106,7 @@ class FaultyPublisher(FaultyPort, PublisherPort):
 
     @property
     def dropped(self) -> int:
-        """What the wire itself dropped here."""
+        """How many messages the wire itself dropped here."""
         return self._inner.dropped
 
     def publish(self, payload: bytes) -> None:

@@ -204,7 +204,7 @@ class FaultySession(Session):
             self._nodes = tuple(each for each in self._nodes if each is not node)
 
     def look_again(self) -> None:
-        """What is parted may have changed."""
+        """A partition may have changed."""
         for filtered_graph in self._graphs:
             filtered_graph.look_again()
         for node in self._nodes:
@@ -272,7 +272,7 @@ class FaultyNode(NodePort):
         return client
 
     def look_again(self) -> None:
-        """What is parted may have changed: calls to servers that have gone out of sight end."""
+        """A partition may have changed: calls to servers that can no longer be reached end."""
         for client in self._clients:
             client.look_again()
 

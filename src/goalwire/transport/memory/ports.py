@@ -22,7 +22,7 @@ from goalwire.transport.ordered_dispatcher import OrderedDispatcher
 from goalwire.transport.reports import report_failure
 
 _DEFAULT_DEPTH = 42
-"""What rmw_zenoh takes for a depth of 0."""
+"""The depth that rmw_zenoh uses where 0 is given."""
 
 
 def _history_length(qos: QoS) -> int:
@@ -140,7 +140,7 @@ class MemoryCall:
         self._reason = ''
         self._lock = Lock()
         self.requests: list[MemoryRequest] = []
-        """What the servers have of it."""
+        """The call's requests, one for each server."""
 
     def answered(self, sample: Sample) -> None:
         """Hand one server's reply over; then that server is done."""

@@ -53,7 +53,7 @@ def value_at(values: Json, path: str) -> Json:
 
 
 class Plan(NamedTuple):
-    """What to open: the session, and the rendezvous beside it (None: none) with its port."""
+    """What is to be opened: the session, and the rendezvous beside it (None: none) with its port."""
 
     session: Configuration
     rendezvous: Configuration | None

@@ -124,7 +124,7 @@ class ZenohContext:
     def __init__(self, wire: Wire, domain_id: int) -> None:
         self.wire = wire
         self.errors = wire.errors
-        """What the wire raises where it refuses."""
+        """The exceptions that the wire raises."""
         self.domain_id = domain_id
         self.id = wire.id
         self.guard = ForkGuard()
@@ -132,7 +132,7 @@ class ZenohContext:
         self.turns = Turns()
         self.next_id = count().__next__
         self.own: dict[str, GraphEntity] = {}
-        """What this session's own tokens say, so that they need not be read."""
+        """The meaning of this session's own tokens, so that they need not be parsed."""
 
     @contextmanager
     def refusing(self, title: str) -> Iterator[None]:

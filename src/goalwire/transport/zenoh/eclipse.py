@@ -106,7 +106,7 @@ class InFlight:
 
 
 class EclipseMessage(NamedTuple):
-    """What zenoh brought; all but payload and attachment is asked for when it is wanted."""
+    """A message of zenoh's; all but payload and attachment is read when it is needed."""
 
     raw: zenoh.Sample
     payload: Payload | None
@@ -173,7 +173,7 @@ class _Asked:
         self._on_answer = on_answer
         self._on_end = on_end
         self.token = zenoh.CancellationToken()
-        """What ends the query at once; without that zenoh holds it until its time is over."""
+        """Ends the query at once; without it zenoh keeps the query until its time is over."""
         in_flight.enter(self)
 
     def replied(self, reply: zenoh.Reply) -> None:

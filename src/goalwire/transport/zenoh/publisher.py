@@ -52,7 +52,7 @@ class Large(NamedTuple):
     blocks: bool
     """Whoever publishes waits for room, as with any message."""
     put: Callable[..., None] | None
-    """What waits for room, on a thread; None: they may be dropped, as any message of a best-effort one."""
+    """Sends and waits for room, on a thread; None: messages may be dropped, as those of a best-effort one."""
     depth: int
     """How many may wait for that thread."""
 

@@ -46,7 +46,7 @@ _LISTENS = '0A'
 
 
 class Holder(Enum):
-    """What answers at a port of this machine."""
+    """The kinds of holders of a port of this machine."""
 
     NOBODY = 'nobody listens there'
     ZENOH = 'speaks Zenoh'

@@ -39,7 +39,7 @@ class ZenohCall:
         self._on_end = on_end
         self._reason = ''
         self.asked: object = None
-        """What the wire knows it by; None until it was sent."""
+        """The wire's name for it; None until it was sent."""
 
     def answered(self, answer: Message | ReplyError) -> None:
         """Hand a reply over; runs on the wire's thread, or the caller's within one session."""

@@ -198,7 +198,7 @@ class ZenohNode(OpenNode):
 
 
 NO_ROUTER = (Holder.MUTE, Holder.STRANGER)
-"""What holds a port for nothing."""
+"""The holders of a port that are no router."""
 
 GREETING_MS = 1000
 """How long a session waits for an answer of what held the port and was no router when it opened."""
@@ -307,7 +307,7 @@ class ZenohSession(OpenSession):
         self._context = context
         self._lock = Lock()
         self.watchers: list[Declared] = []
-        """What was declared beside the nodes."""
+        """The session's own declarations, beside those of nodes."""
         self.state.undo += [stop_offering, self._disconnect, self.nodes.close, self._unwatch_all]
         close_at_exit(self)
 

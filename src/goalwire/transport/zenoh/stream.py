@@ -54,7 +54,7 @@ class StreamState(Generic[T]):
 
     @property
     def gids(self) -> list[bytes]:
-        """Whom this stream has heard."""
+        """The gids of the publishers of which messages came."""
         return list(self._seen)
 
     def ask(self) -> str | None:

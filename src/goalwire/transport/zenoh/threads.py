@@ -43,7 +43,7 @@ NOISY = ('zenoh::api::session', 'zenoh::net::routing::hat::peer::interests')
 comes or goes under traffic, and "Unknown interest" where an answer finds nobody waiting for it any more."""
 
 LOG_FILTER = ','.join(['error', *(f'{part}=off' for part in NOISY)])
-"""What zenoh writes without RUST_LOG: errors, but for the noise."""
+"""The log filter of zenoh without RUST_LOG: errors, without those that mean nothing."""
 
 
 CALLERS_S = 1.0

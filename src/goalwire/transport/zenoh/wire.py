@@ -22,7 +22,7 @@ class Message(Protocol):
 
     @property
     def key(self) -> str:
-        """What it is about."""
+        """The key of the message or query."""
 
     @property
     def payload(self) -> Payload | None:
@@ -30,7 +30,7 @@ class Message(Protocol):
 
     @property
     def attachment(self) -> bytes | None:
-        """What travels beside it."""
+        """The attachment: sequence number, time and gid."""
 
     @property
     def timestamp(self) -> Timestamp | None:
@@ -48,7 +48,7 @@ OnToken: TypeAlias = Callable[[str, bool], None]
 
 
 class Declared(Protocol):
-    """What was declared."""
+    """A declaration."""
 
     def undeclare(self) -> object:
         """Take it off the wire. Idempotent."""
@@ -122,7 +122,7 @@ class Wire(ABC):
     wire_poller: WirePoller | None
     """Where idle threads may wait on the wire; None where it has threads of its own that must."""
     errors: tuple[type[Exception], ...]
-    """What any of these methods raises where it refuses or has been closed."""
+    """The exceptions that any of these methods raises when it fails or is closed."""
     discovers_at_once = False
     """True where opening waits for what the router knows. eclipse-zenoh sometimes does not (1.10.2)."""
 

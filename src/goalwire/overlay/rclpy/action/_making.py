@@ -1,4 +1,4 @@
-"""What making an action server and a client have in common."""
+"""The common steps of making an action server and an action client."""
 
 from __future__ import annotations
 

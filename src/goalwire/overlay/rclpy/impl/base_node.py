@@ -1,4 +1,4 @@
-"""What Node and AsyncNode share: a node's names, its standing parts, and what it owns."""
+"""The common base of Node and AsyncNode: names, built-in services and entities."""
 
 from __future__ import annotations
 

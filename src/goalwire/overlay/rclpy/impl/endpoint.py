@@ -1,4 +1,4 @@
-"""What publishers, subscriptions, clients and services have in common under rclpy's names."""
+"""The common base of publishers, subscriptions, clients and services in rclpy."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Endpoint:
 
     @property
     def handle(self) -> Self:
-        """What programs hold it by: its block does not destroy it."""
+        """Its handle, as rclpy's programs use it. A `with` block of it does not destroy the entity."""
         return handle_of(self)
 
     @property

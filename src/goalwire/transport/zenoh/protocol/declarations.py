@@ -33,7 +33,7 @@ from goalwire.transport.zenoh.protocol.primitives import (
 )
 
 _QOS = bytes((QOS, 0x08))
-"""What is declared has the highest priority and is never dropped."""
+"""Declarations have the highest priority and are never dropped."""
 _HAS_INTEREST = 0x20
 _FINAL = 0x1A
 _INFO = NUMBER_FORM | 1
@@ -45,7 +45,7 @@ _COMMON = frozenset((QOS, NODE_ID, 0x42))
 
 
 class Kind(IntEnum):
-    """What is declared, as the wire numbers it; to take it back is the number after."""
+    """The kinds of declarations, as the wire numbers them; taking one back is the number after."""
 
     EXPRESSION = 0
     SUBSCRIBER = 2
@@ -142,7 +142,7 @@ def _read_key(reader: Reader, flags: int) -> tuple[int, str]:
 
 
 class About(IntFlag):
-    """What an interest is about."""
+    """The subject of an interest."""
 
     EXPRESSIONS = 0x01
     SUBSCRIBERS = 0x02

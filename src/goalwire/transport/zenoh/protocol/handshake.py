@@ -43,7 +43,7 @@ SMALLEST_BATCH = 512
 
 @record
 class Identity:
-    """Who a session is to others. Times in ms."""
+    """The identity of a session, as others see it. Times in ms."""
 
     zid: bytes
     role: Role
@@ -53,7 +53,7 @@ class Identity:
 
 @record
 class Terms:
-    """What both sides have agreed on, and what each has said of itself."""
+    """The terms on which both sides have agreed, and what each has said of itself."""
 
     zid: bytes
     """The other side's id."""

@@ -111,14 +111,14 @@ class ClosedByPeerError(RemoteError):
 
 
 class Receivers(NamedTuple):
-    """Who gets what a link puts on one of its keys."""
+    """The receivers of what a link puts on one of its keys."""
 
     key: str
     callbacks: tuple[Callable[[Sample], None], ...]
 
 
 class LinkOwner(Protocol):
-    """What a link needs of its session."""
+    """A session, as far as a link needs it."""
 
     def link_is_up(self, link: Link) -> None:
         """The handshake is done."""

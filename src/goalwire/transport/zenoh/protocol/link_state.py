@@ -62,7 +62,7 @@ def tell_of(node: Node, change: int) -> bytes:
 
 
 class LinkStates:
-    """What one link told of nodes; it remembers their short numbers."""
+    """The nodes that one link told of, and their short numbers."""
 
     def __init__(self) -> None:
         self._ids: dict[int, bytes] = {}

@@ -84,7 +84,7 @@ class Sample(NamedTuple):
 
     @property
     def source_info(self) -> SourceInfo | None:
-        """Who published it, where that is stated. Raises ZenohProtocolError."""
+        """The publisher, if the message names it. Raises ZenohProtocolError."""
         return None if self.source is None else decode_source(self.source)
 
 
@@ -94,7 +94,7 @@ new_sample: Callable[[SampleFields], Sample] = partial(tuple.__new__, Sample)
 
 
 class ReplyError(NamedTuple):
-    """What a queryable answers where it has no answer."""
+    """The error that a queryable sends in place of an answer."""
 
     payload: bytes
 
@@ -290,7 +290,7 @@ class Target:
 
 
 class Consolidation:
-    """What becomes of several replies of one key, as QUERY numbers it."""
+    """What happens to several replies of one key, as QUERY numbers it."""
 
     AUTO = 0
     NONE = 1

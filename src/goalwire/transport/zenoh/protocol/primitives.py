@@ -25,7 +25,7 @@ FORM = 0x60
 NUMBER_FORM = 0x20
 DATA_FORM = 0x40
 EXTENSION = 0x6F
-"""What names an extension: its id and its form."""
+"""The bits that identify an extension: its id and its form."""
 
 MAX_ID = 16
 """Bytes of a Zenoh id at most."""
@@ -226,7 +226,7 @@ def ntp64(ns: int) -> int:
 
 
 class SourceInfo(NamedTuple):
-    """Who published a message, an entity of the session `zid`, and its number there."""
+    """The publisher of a message, an entity of the session `zid`, and the message's number there."""
 
     zid: bytes
     entity: int

@@ -79,7 +79,7 @@ class Queryable(NamedTuple):
 
 
 class Answerers(NamedTuple):
-    """Who answers what a link asks on one of its keys."""
+    """The queryables that answer what a link asks on one of its keys."""
 
     key: str
     queryables: tuple[Queryable, ...]
@@ -120,7 +120,7 @@ class SessionProtocol:
         self.queryables: KeyIndex[Queryable] = KeyIndex()
         self.pending: dict[int, PendingQuery] = {}
         self.nodes: dict[bytes, Node] = {}
-        """Whom routers told of."""
+        """The nodes of which routers told."""
         self.liveliness = Liveliness(self.callback_failed)
         self.next_timeout = float('inf')
         """When a query's time is over, or before: `expire` is to be called then."""
@@ -276,7 +276,7 @@ class SessionProtocol:
                 link.declare(take_back(kind, number))
 
     def _forget_routes(self) -> None:
-        """Who gets what has changed."""
+        """The receivers have changed: look them up anew."""
         self.version += 1
         self._answerers.clear()
         for link in self.links:

@@ -44,7 +44,7 @@ OUR_PATCH = 1
 
 
 class Role(IntEnum):
-    """What a session is, as INIT numbers it."""
+    """The role of a session, as INIT numbers it."""
 
     ROUTER = 0
     PEER = 1
@@ -53,7 +53,7 @@ class Role(IntEnum):
 
 @record
 class Init:
-    """Who one side is and what it can; `cookie` is there in an answer alone."""
+    """The identity and abilities of one side; only an answer has a `cookie`."""
 
     zid: bytes
     role: Role
