@@ -68,6 +68,7 @@ setup(
             'navigation_action_server = humanoid.navigation.server:main',
             'battery_service = humanoid.battery.service:main',
             'arm_action_server = humanoid.arm.server:main',
+            'robot_state_publisher = humanoid.state_publisher.node:main',
             'mission = humanoid.mission.program:main',
         ],
         'goalwire.interfaces': [f'humanoid_interfaces = {definitions}'],

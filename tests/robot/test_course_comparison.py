@@ -17,6 +17,7 @@ from example_interfaces.action import Fibonacci
 from helpers.collector import Collector
 from helpers.robot import humanoid
 from humanoid.mission.robot import Robot
+from humanoid.model import JOINTS
 from rclpy.action import ActionClient, ActionServer, CancelResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
@@ -345,7 +346,7 @@ def test_sensor_data_and_state_come_by_topic(world: dict[str, str], robot: Robot
     seen: Collector[JointState] = Collector()
     robot.node.create_subscription(JointState, 'joint_states', seen, 10)
     with humanoid('joint_state_service', env=world):
-        assert len(seen.expect(25)[-1].position) == 6
+        assert len(seen.expect(25)[-1].position) == len(JOINTS)
 
 
 @pytest.mark.slow

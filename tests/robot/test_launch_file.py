@@ -15,7 +15,13 @@ from helpers.robot import ROOT, robot_env, wait_until_gone
 
 pytestmark = pytest.mark.skipif(sys.platform != 'linux', reason='processes are watched by pidfd')
 
-SERVERS = ('joint_state_service', 'navigation_action_server', 'battery_service', 'arm_action_server')
+SERVERS = (
+    'joint_state_service',
+    'navigation_action_server',
+    'battery_service',
+    'arm_action_server',
+    'robot_state_publisher',
+)
 
 
 @pytest.fixture
@@ -46,7 +52,7 @@ def robot(world: dict[str, str]) -> Iterator[Program]:
         assert launched.wait() == 0
 
 
-def test_the_launch_file_starts_the_four_servers(robot: Program, world: dict[str, str]) -> None:
+def test_the_launch_file_starts_the_servers(robot: Program, world: dict[str, str]) -> None:
     pids = [int(robot.expect(r'process started with pid \[(\d+)\]')[1]) for _ in SERVERS]
     called = CommandLine(world)(
         'service', 'call', '/h1/get_battery_status', 'humanoid_interfaces/srv/GetBatteryStatus', '{}'

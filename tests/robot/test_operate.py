@@ -23,8 +23,8 @@ def env() -> dict[str, str]:
 def up(env: dict[str, str]) -> Iterator[Program]:
     """A humanoid that is up."""
     with humanoid('up', env=env) as program:
-        for _ in range(4):
-            program.expect('(Service|Server) ready')
+        for _ in range(5):
+            program.expect('(Service|Server|Publisher) ready')
         yield program
 
 
@@ -46,7 +46,7 @@ def test_status_shows_joints_base_and_battery(env: dict[str, str]) -> None:
 @pytest.mark.usefixtures('up')
 def test_an_arm_goes_where_it_is_sent_and_status_shows_it(env: dict[str, str]) -> None:
     assert said(env, 'arm', 'left_arm_elbow', '0.6') == 'left_arm_elbow at 0.600 rad'
-    assert 'left_arm_elbow         0.600 rad' in said(env, 'status')
+    assert 'left_arm_elbow             0.600 rad' in said(env, 'status')
 
 
 @pytest.mark.usefixtures('up')

@@ -16,6 +16,7 @@ PROGRAMS = {
     'navigation_action_server': 'humanoid.navigation.server',
     'battery_service': 'humanoid.battery.service',
     'arm_action_server': 'humanoid.arm.server',
+    'robot_state_publisher': 'humanoid.state_publisher.node',
     'mission': 'humanoid.mission.program',
 }
 
@@ -53,7 +54,7 @@ def main(args: Sequence[str] | None = None) -> int:
 def _advice(module: str) -> str:
     """What to do about a module that is not there."""
     package = module.partition('.')[0]
-    if package == 'humanoid_interfaces':
+    if package in ('humanoid_interfaces', 'humanoid_description'):
         advice = (
             'Run `pip install ./robot/humanoid`, which brings it along, set GOALWIRE_INTERFACE_PATH '
             'to the workspace, or source it where it was built by colcon.'

@@ -13,6 +13,7 @@ from humanoid.up import SERVERS
 
 MISSION = 'mission'
 LATE = 'battery_service'  # started only after the mission has missed it
+FOR_VIEWERS = 'robot_state_publisher'  # of no use to the mission, so started last
 TIME_LIMIT = 90.0  # s: a mission takes about 15
 
 
@@ -29,7 +30,7 @@ def demo() -> int:
     problem = None
     with claimed(may_move=True), Supervisor() as supervisor:
         for name in SERVERS:
-            if name != LATE:
+            if name not in (LATE, FOR_VIEWERS):
                 _start(supervisor, name)
         _start(supervisor, MISSION, '--events', '--battery-starts-late')
         try:
@@ -72,6 +73,7 @@ def _follow(supervisor: Supervisor, summary: Summary, show: Sink) -> None:
             if isinstance(told, Retrying) and not late_started:
                 late_started = True
                 _start(supervisor, LATE)
+                _start(supervisor, FOR_VIEWERS)
 
 
 def _judge_end(supervisor: Supervisor, summary: Summary, ended: Ended) -> None:

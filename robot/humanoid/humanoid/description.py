@@ -8,10 +8,14 @@ PACKAGE = 'humanoid_description'
 FILE = Path('urdf', 'humanoid.urdf')
 
 
+class NoDescription(ModuleNotFoundError):
+    """The package is not installed."""
+
+
 def urdf_path() -> Path:
     """The file beside these programs: of the workspace, or of what pip installed; else of ROS 2's index.
 
-    Raises FileNotFoundError.
+    Raises NoDescription.
     """
     programs = Path(__file__).resolve().parents[1]
     for beside in (programs.parent, programs):
@@ -25,11 +29,9 @@ def urdf_path() -> Path:
         path = FILE
     if path.is_file():
         return path
-    raise FileNotFoundError(
-        f'the package {PACKAGE} is not found: run `pip install ./robot/humanoid`, which brings it along'
-    )
+    raise NoDescription(f'the package {PACKAGE} is not found', name=PACKAGE)
 
 
 def urdf_text() -> str:
-    """The description itself. Raises FileNotFoundError."""
+    """The description itself. Raises NoDescription."""
     return urdf_path().read_text(encoding='utf-8')

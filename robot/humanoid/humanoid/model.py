@@ -1,16 +1,37 @@
-"""The humanoid in numbers: its joints, its base and its battery. Every limit has its one home here."""
+"""The humanoid in numbers: its joints, its base and its battery.
+
+The joints' limits have their one home in the description (humanoid.description), the others here.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+
+from humanoid.description import urdf_text
+from humanoid.urdf import Description, UrdfJoint, parse
 
 MOVING_SPEED = 0.01  # rad/s for a joint, m/s for the base: slower than this is at rest
 GREATEST_SPEED = 100.0  # the same units: no robot of this kind is that fast, whatever a message says
 
+# Named first wherever joints are listed, whatever order the description has.
+FIRST = (
+    'left_arm_shoulder',
+    'left_arm_elbow',
+    'right_arm_shoulder',
+    'right_arm_elbow',
+    'left_knee',
+    'right_knee',
+)
+HOME = {'left_arm_shoulder': 0.5, 'right_arm_shoulder': -0.5}  # rad; all others are at 0
+
 
 @dataclass(frozen=True)
 class JointSpec:
-    """One revolute joint: angles in rad, velocity in rad/s, friction in N·m per rad/s."""
+    """One joint: angles in rad, velocity in rad/s, friction in N·m per rad/s, effort in N·m.
+
+    A prismatic joint has metres instead of rad, and newtons.
+    """
 
     name: str
     home: float
@@ -18,17 +39,44 @@ class JointSpec:
     upper: float
     max_velocity: float
     friction: float
+    max_effort: float = 0.0
+    prismatic: bool = False
+
+    @property
+    def unit(self) -> str:
+        return 'm' if self.prismatic else 'rad'
+
+    @property
+    def arrived_within(self) -> float:
+        """So close to its target, it is there."""
+        return 0.001 if self.prismatic else 0.01
 
 
-JOINTS = (
-    JointSpec('left_arm_shoulder', home=0.5, lower=-2.9, upper=2.9, max_velocity=2.0, friction=4.0),
-    JointSpec('left_arm_elbow', home=0.0, lower=0.0, upper=2.4, max_velocity=2.5, friction=2.0),
-    JointSpec('right_arm_shoulder', home=-0.5, lower=-2.9, upper=2.9, max_velocity=2.0, friction=4.0),
-    JointSpec('right_arm_elbow', home=0.0, lower=0.0, upper=2.4, max_velocity=2.5, friction=2.0),
-    JointSpec('left_knee', home=0.0, lower=-0.1, upper=2.2, max_velocity=3.0, friction=8.0),
-    JointSpec('right_knee', home=0.0, lower=-0.1, upper=2.2, max_velocity=3.0, friction=8.0),
-)
+DESCRIPTION: Description = parse(urdf_text())
 
+
+def _spec(joint: UrdfJoint) -> JointSpec:
+    return JointSpec(
+        joint.name,
+        HOME.get(joint.name, 0.0),
+        joint.lower,
+        joint.upper,
+        joint.velocity,
+        joint.damping,
+        joint.effort,
+        joint.kind == 'prismatic',
+    )
+
+
+def _motors(description: Description) -> Sequence[JointSpec]:
+    """The joints that have a motor of their own."""
+    driven = [name for name, joint in description.joints.items() if joint.moves and joint.mimic is None]
+    return [
+        _spec(description.joints[name]) for name in (*FIRST, *(each for each in driven if each not in FIRST))
+    ]
+
+
+JOINTS = tuple(_motors(DESCRIPTION))
 JOINT_BY_NAME = {joint.name: joint for joint in JOINTS}
 
 

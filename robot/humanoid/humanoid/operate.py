@@ -73,8 +73,10 @@ def status(robot: Robot, _options: argparse.Namespace) -> int:
     for joint in JOINTS:
         state = robot.joint(joint.name)
         motion = 'moving' if state.is_moving else 'still'
-        figures = f'{state.position:7.3f} rad {state.velocity:7.3f} rad/s {state.effort:7.2f} N·m'
-        print(f'{joint.name:20} {figures}  {motion}')
+        unit, push = joint.unit, 'N' if joint.prismatic else 'N·m'
+        speed = f'{state.velocity:7.3f} {unit}/s'
+        effort = f'{state.effort:7.2f} {push}'
+        print(f'{joint.name:24} {state.position:7.3f} {unit:3} {speed:13} {effort:11}  {motion}')
     print(_base(_odometry(robot)))
     answer = robot.battery()
     minutes = answer.time_remaining.sec // 60
@@ -125,7 +127,7 @@ def arm(robot: Robot, options: argparse.Namespace) -> int:
         advice = f"did you mean '{near[0]}'?" if near else f'there are {", ".join(JOINT_BY_NAME)}'
         raise Impossible(f"there is no joint '{brief(options.joint)}'; {advice}")
     goal = _reach(robot, {options.joint: options.position}, options.duration)
-    return _ended(goal, f'{options.joint} at {goal.result.final_positions[0]:.3f} rad')
+    return _ended(goal, f'{options.joint} at {goal.result.final_positions[0]:.3f} {spec.unit}')
 
 
 def wave(robot: Robot, _options: argparse.Namespace) -> int:
@@ -154,9 +156,9 @@ def _reach(robot: Robot, angles: Mapping[str, float], duration: float | None = N
     with robot.reach(angles, duration=duration, timeout=duration + GOAL_OVERHEAD) as goal:
         if not goal.accepted:
             limits = ', '.join(
-                f'{name} goes from {JOINT_BY_NAME[name].lower} to {JOINT_BY_NAME[name].upper} rad, '
-                f'{JOINT_BY_NAME[name].max_velocity} rad/s at most'
-                for name in angles
+                f'{joint.name} goes from {joint.lower} to {joint.upper} {joint.unit}, '
+                f'{joint.max_velocity} {joint.unit}/s at most'
+                for joint in map(JOINT_BY_NAME.__getitem__, angles)
             )
             raise Impossible(f'the goal was refused; {limits}')
         for feedback in goal.feedback():
@@ -198,7 +200,7 @@ def watch(robot: Robot, _options: argparse.Namespace) -> NoReturn:
         silent = 0.0
         state, base = states.pop(), bases.pop()
         moving = [
-            f'{name} {position:.2f} rad'
+            f'{name} {position:.2f} {JOINT_BY_NAME[name].unit if name in JOINT_BY_NAME else ""}'
             for name, position, velocity in zip(state.name, state.position, state.velocity, strict=True)
             if abs(velocity) > MOVING_SPEED
         ]

@@ -5,7 +5,13 @@ from __future__ import annotations
 from humanoid.domain import claimed
 from humanoid.supervisor import Ended, Printed, StopAsked, Supervisor, program
 
-SERVERS = ('joint_state_service', 'navigation_action_server', 'battery_service', 'arm_action_server')
+SERVERS = (
+    'joint_state_service',
+    'navigation_action_server',
+    'battery_service',
+    'arm_action_server',
+    'robot_state_publisher',
+)
 
 
 def up() -> int:

@@ -1,4 +1,4 @@
-"""The humanoid's four servers, and a mission on top where it is asked for.
+"""The humanoid's servers, and a mission on top where it is asked for.
 
 ros2 launch humanoid humanoid.launch.py
 ros2 launch humanoid humanoid.launch.py mission:=true namespace:=h1
@@ -10,7 +10,13 @@ from launch.conditions import IfCondition
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node, PushRosNamespace, SetParameter
 
-SERVERS = ('joint_state_service', 'navigation_action_server', 'battery_service', 'arm_action_server')
+SERVERS = (
+    'joint_state_service',
+    'navigation_action_server',
+    'battery_service',
+    'arm_action_server',
+    'robot_state_publisher',
+)
 
 
 def generate_launch_description() -> LaunchDescription:

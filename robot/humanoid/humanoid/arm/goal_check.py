@@ -33,7 +33,8 @@ def refusal(
             return f'{name} is moving for another goal; cancel that one first'
         if name not in here:
             return f'nothing is known of {name} yet: no joint state has shown it'
-        speed = abs(position - here[name]) / duration
-        if speed > joints[name].max_velocity:
-            return f'{name} would need {speed:.2f} rad/s, its limit is {joints[name].max_velocity} rad/s'
+        speed, joint = abs(position - here[name]) / duration, joints[name]
+        if speed > joint.max_velocity:
+            unit = f'{joint.unit}/s'
+            return f'{name} would need {speed:.2f} {unit}, its limit is {joint.max_velocity} {unit}'
     return None

@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-ARRIVED_WITHIN = 0.01  # rad
+from humanoid.model import JOINT_BY_NAME
+
 PATIENCE = 1.0  # s beyond the goal's duration for the joints to arrive
 SIGHT_LOST_AFTER = 0.5  # s without joint states
 
 
 @dataclass(frozen=True)
 class ArmMotion:
-    """From `start` to `target` (rad), begun at `began` (s of the node's clock)."""
+    """From `start` to `target` (rad, or m), begun at `began` (s of the node's clock)."""
 
     names: Sequence[str]
     start: Sequence[float]
@@ -23,14 +24,14 @@ class ArmMotion:
     def fraction_done(self, here: Mapping[str, float]) -> float:
         """Of the joint with the longest way, 0 to 1."""
         ways = [abs(end - begin) for begin, end in zip(self.start, self.target, strict=True)]
-        longest = max(ways)
-        if longest <= ARRIVED_WITHIN:
+        in_tolerances = [way / within for way, within in zip(ways, self._within, strict=True)]
+        if max(in_tolerances) <= 1.0:
             return 1.0
-        left = self._off(here)[ways.index(longest)]
-        return min(max(1.0 - left / longest, 0.0), 1.0)
+        longest = in_tolerances.index(max(in_tolerances))
+        return min(max(1.0 - self._off(here)[longest] / ways[longest], 0.0), 1.0)
 
     def arrived(self, here: Mapping[str, float]) -> bool:
-        return max(self._off(here)) <= ARRIVED_WITHIN
+        return all(off <= within for off, within in zip(self._off(here), self._within, strict=True))
 
     def failure(self, here: Mapping[str, float], seen: float, now: float) -> str | None:
         """Why the motion can no longer succeed, or None; `seen` is when the last joint states came."""
@@ -38,11 +39,17 @@ class ArmMotion:
             return f'no joint states for {now - seen:.1f} s: is joint_state_service running?'
         if now - self.began > self.duration + PATIENCE:
             short = ', '.join(
-                f'{name} by {off:.3f} rad' for name, off in zip(self.names, self._off(here), strict=True)
+                f'{name} by {off:.3f} {JOINT_BY_NAME[name].unit}'
+                for name, off in zip(self.names, self._off(here), strict=True)
             )
             return f'{PATIENCE:.0f} s past the duration of {self.duration} s it is still off: {short}'
         return None
 
+    @property
+    def _within(self) -> Sequence[float]:
+        """How close to its target each joint has to be."""
+        return [JOINT_BY_NAME[name].arrived_within for name in self.names]
+
     def _off(self, here: Mapping[str, float]) -> Sequence[float]:
-        """How far each joint is from its target, rad."""
+        """How far each joint is from its target, rad or m."""
         return [abs(end - here[name]) for name, end in zip(self.names, self.target, strict=True)]

@@ -18,7 +18,7 @@ class CommandRefused(ValueError):
 
 @dataclass(frozen=True)
 class Waypoint:
-    """Be at `position` (rad), `time` seconds after the command's start."""
+    """Be at `position` (rad, or m), `time` seconds after the command's start."""
 
     time: float
     position: float
@@ -64,5 +64,6 @@ def check_limits(joint: JointSpec, position: float) -> None:
     """Raise CommandRefused where `joint` cannot be at `position` (NaN included)."""
     if not joint.lower <= position <= joint.upper:
         raise CommandRefused(
-            f'{joint.name} cannot go to {position} rad; its limits are {joint.lower} to {joint.upper} rad'
+            f'{joint.name} cannot go to {position} {joint.unit}; '
+            f'its limits are {joint.lower} to {joint.upper} {joint.unit}'
         )

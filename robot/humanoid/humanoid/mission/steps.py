@@ -71,8 +71,8 @@ def battery_late(robot: Robot, report: Report) -> str:
 def every_joint(robot: Robot, report: Report) -> str:
     for number, joint in enumerate(JOINTS, start=1):
         state = robot.joint(joint.name)
-        report.progress(number / len(JOINTS), f'{joint.name} at {state.position:.2f} rad')
-        expect(joint.lower <= state.position <= joint.upper, f'{joint.name} at {state.position} rad')
+        report.progress(number / len(JOINTS), f'{joint.name} at {state.position:.2f} {joint.unit}')
+        expect(joint.lower <= state.position <= joint.upper, f'{joint.name} at {state.position} {joint.unit}')
     unknown = robot.joint('tail')
     expect(unknown.position == 0.0 and not unknown.is_moving, f'a joint that is not there: {unknown}')
     return f'{len(JOINTS)} joints within limits, zeros for an unknown one'
