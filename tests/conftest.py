@@ -41,7 +41,7 @@ def nothing_left_behind() -> Iterator[None]:
 @pytest.fixture(autouse=True)
 def nothing_told_before() -> None:
     """What is logged once in a process is logged once in a test."""
-    reports.discard_failures()
+    reports._failures.clear()
 
 
 @pytest.fixture

@@ -94,7 +94,7 @@ def test_a_sleeper_that_found_the_selector_taken_is_told_when_it_is_free(pipe: P
     first, second = WireWaiter(ShutdownSignal(), fd_selector), WireWaiter(ShutdownSignal(), fd_selector)
     watching = threading.Thread(target=first.wait, args=(LONG,))
     watching.start()
-    while not fd_selector.attended:
+    while not fd_selector._turn.locked():
         told.wait(0.001)
     sleeping = threading.Thread(target=second.wait, args=(LONG,))
     sleeping.start()
@@ -115,7 +115,7 @@ def test_closing_sends_the_watching_thread_off_and_arms_nothing_more(
     waiter = WireWaiter(ShutdownSignal(), fd_selector)
     watching = threading.Thread(target=waiter.wait, args=(LONG,))
     watching.start()
-    while not fd_selector.attended:
+    while not fd_selector._turn.locked():
         watching.join(0.001)
     fd_selector.close()
     watching.join(PATIENCE)

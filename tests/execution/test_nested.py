@@ -11,7 +11,7 @@ from helpers.execution import SmallContext, SmallNode, Spinning
 from helpers.patience import PATIENCE
 
 from goalwire.execution.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
-from goalwire.execution.current import current_executor, current_group, why_it_cannot_answer
+from goalwire.execution.current import current_executor, current_groups, why_it_cannot_answer
 from goalwire.execution.event_queue import GuardCondition
 from goalwire.execution.executor import Executor
 from goalwire.execution.future import Future, block_on
@@ -248,7 +248,7 @@ def test_outside_callbacks_nothing_stands_in_the_way(single: SingleThreadedExecu
     single.add_node(node)
     assert why_it_cannot_answer(node.work_queue, MutuallyExclusiveCallbackGroup()) is None
     assert current_executor() is None
-    assert current_group() is None
+    assert current_groups() == ()
 
 
 def test_a_callback_knows_its_executor_and_group(executor: Executor, node: SmallNode) -> None:
@@ -256,10 +256,10 @@ def test_a_callback_knows_its_executor_and_group(executor: Executor, node: Small
     group = MutuallyExclusiveCallbackGroup()
     seen: Future[tuple[object, object]] = Future()
     GuardCondition(
-        lambda: seen.set_result((current_executor(), current_group())), group, work_queue=node.work_queue
+        lambda: seen.set_result((current_executor(), current_groups())), group, work_queue=node.work_queue
     ).trigger()
     executor.spin_until_future_complete(seen, PATIENCE)
-    assert seen.result() == (executor, group)
+    assert seen.result() == (executor, (group,))
 
 
 def test_what_a_callback_held_is_forgotten_when_the_spin_is_over(
@@ -269,7 +269,7 @@ def test_what_a_callback_held_is_forgotten_when_the_spin_is_over(
     held: list[object] = []
 
     def act() -> None:
-        held.append(current_group())
+        held.append(current_groups())
         if len(held) == 2:
             raise ValueError('in a callback')
 
@@ -277,16 +277,16 @@ def test_what_a_callback_held_is_forgotten_when_the_spin_is_over(
     guard = GuardCondition(act, group, work_queue=node.work_queue)
     guard.trigger()
     single.spin_once(PATIENCE)
-    assert current_group() is None
+    assert current_groups() == ()
     guard.trigger()
     with pytest.raises(ValueError, match='in a callback'):
         single.spin_once(PATIENCE)
-    assert current_group() is None
+    assert current_groups() == ()
     guard.trigger()
     run, _, _ = single.wait_for_ready_callbacks(PATIENCE)
     run()
-    assert held == [group] * 3
-    assert current_group() is None
+    assert held == [(group,)] * 3
+    assert current_groups() == ()
 
 
 def test_a_callback_in_no_group_does_not_hold_what_the_one_before_it_held(
@@ -296,10 +296,10 @@ def test_a_callback_in_no_group_does_not_hold_what_the_one_before_it_held(
     held: list[object] = []
     done: Future[object] = Future()
     group = MutuallyExclusiveCallbackGroup()
-    first = GuardCondition(lambda: held.append(current_group()), group, work_queue=node.work_queue)
-    last = GuardCondition(lambda: done.set_result(current_group()), None, work_queue=node.work_queue)
+    first = GuardCondition(lambda: held.append(current_groups()), group, work_queue=node.work_queue)
+    last = GuardCondition(lambda: done.set_result(current_groups()), None, work_queue=node.work_queue)
     first.trigger()
     executor.spin_once(PATIENCE)
     last.trigger()
     executor.spin_until_future_complete(done, PATIENCE)
-    assert [*held, done.result()] == [group, None]
+    assert [*held, done.result()] == [(group,), ()]

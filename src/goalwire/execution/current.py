@@ -37,12 +37,6 @@ active_executors = _Thread()
 """The executors that run on this thread, the innermost one last."""
 
 
-def current_group() -> CallbackGroup | None:
-    """The exclusive group of the running callback, or None outside one and in reentrant groups."""
-    held = held_groups.get()
-    return held[-1] if held else None
-
-
 def current_executor() -> Driven | None:
     """The executor of the current callback on this thread, or None outside callbacks."""
     executors = active_executors.executors

@@ -21,8 +21,8 @@ from goalwire.execution.monotonic import deadline_after
 from goalwire.execution.ready_queue import NodeWorkQueue
 from goalwire.execution.spinning import (
     NEVER,
-    ReleasedGroups,
     StopWhen,
+    released_groups,
     settled,
     stop_condition_of,
 )
@@ -300,11 +300,8 @@ class Executor(Engine):
 
     def _run_nested(self, stop: StopCondition, deadline: int | None, *, once: bool) -> None:
         """Spin inside a callback of this very executor, on its thread."""
-        released = ReleasedGroups()
-        try:
+        with released_groups(self.work_queue, self._drive_until_free):
             self._drive(self._new_waiter(), stop, deadline, once=once)
-        finally:
-            released.take_back(self.work_queue, self._drive_until_free)
 
     def _drive_until_free(self, ticket: Future[None]) -> None:
         """Run callbacks until a group is free again."""

@@ -100,11 +100,6 @@ class FdSelector:
                 key.data(key.fd, events)
         return True
 
-    @property
-    def attended(self) -> bool:
-        """Whether a thread waits in the selector now."""
-        return self._turn.locked()
-
     def interrupt(self) -> None:
         """End a `poll` that waits. Any thread."""
         if self._interrupt is not None:

@@ -55,6 +55,19 @@ class CallbackSource:
     """Called when the callback has ended and the group is free: post again if there is more to do."""
 
 
+class CallSoon(CallbackSource):
+    """One call on the executor's thread, in no callback group; `work_queue.post` brings it there."""
+
+    __slots__ = ('_call',)
+
+    def __init__(self, work_queue: NodeWorkQueue, call: Callable[[], object]) -> None:
+        super().__init__(work_queue, None)
+        self._call = call
+
+    def run(self) -> None:
+        self._call()
+
+
 class CallbackGroup:
     """The entities whose callbacks one rule governs."""
 

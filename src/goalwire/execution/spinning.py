@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from goalwire.execution.current import held_groups
 from goalwire.execution.future import Future
-from goalwire.execution.ready_queue import CallbackSource
+from goalwire.execution.ready_queue import CallSoon
 from goalwire.execution.waiting import StopCondition
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-    from contextvars import Token
+    from collections.abc import Callable, Iterator
     from types import TracebackType
 
-    from goalwire.execution.callback_groups import CallbackGroup
     from goalwire.execution.ready_queue import NodeWorkQueue
     from goalwire.execution.waiting import ShutdownSignal, ShutdownWatch, Waiter
 
@@ -98,46 +97,31 @@ class StopConditionScope:
         self._stop.remove_waker(self._waiter.wake)
 
 
-class ReleasedGroups:
-    """A callback that spins releases its exclusive group, as a monitor's wait() gives up its lock.
+@contextmanager
+def released_groups(work_queue: NodeWorkQueue, spin_until: Callable[[Future[None]], None]) -> Iterator[None]:
+    """Release the exclusive group of a callback that spins, as a monitor's wait() gives up its lock.
 
-    So the callback may wait for what only its own group can do. It goes on when the group is free again.
+    So the callback may wait for what only its own group can do. At the end of the block it goes on when the
+    group is free again; `spin_until(future)` runs other work in the meantime.
     """
-
-    __slots__ = ('_entities', '_groups', '_token')
-
-    def __init__(self) -> None:
-        self._groups = held_groups.get()
-        self._entities = [group.active_entity for group in self._groups]
-        self._token: Token[tuple[CallbackGroup, ...]] | None = None
-        if self._groups:
-            self._token = held_groups.set(())
-            for group, entity in zip(self._groups, self._entities, strict=True):
-                group.ending_execution(entity)
-
-    def take_back(self, work_queue: NodeWorkQueue, spin_until: Callable[[Future[None]], None]) -> None:
-        """Take the groups back; `spin_until(future)` runs other work in the meantime."""
+    groups = held_groups.get()
+    if not groups:
+        yield
+        return
+    entities = [group.active_entity for group in groups]
+    token = held_groups.set(())
+    for group, entity in zip(groups, entities, strict=True):
+        group.ending_execution(entity)
+    try:
+        yield
+    finally:
         try:
-            for group, entity in zip(self._groups, self._entities, strict=True):
+            for group, entity in zip(groups, entities, strict=True):
                 while not group.beginning_execution(entity):
-                    ticket = _Ticket(work_queue)
-                    group.park(ticket)
-                    spin_until(ticket.free)
-                    if not ticket.free.done():
+                    free: Future[None] = Future()
+                    group.park(CallSoon(work_queue, partial(free.set_result, None)))
+                    spin_until(free)
+                    if not free.done():
                         break  # the executor was shut down: nothing runs beside this callback any more
         finally:
-            if self._token is not None:
-                held_groups.reset(self._token)
-
-
-class _Ticket(CallbackSource):
-    """Stands in a group's queue for a callback that wants it back; `free` is done when its turn comes."""
-
-    __slots__ = ('free',)
-
-    def __init__(self, work_queue: NodeWorkQueue) -> None:
-        super().__init__(work_queue, None)
-        self.free: Future[None] = Future()
-
-    def run(self) -> None:
-        self.free.set_result(None)
+            held_groups.reset(token)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Coroutine
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, cast
 
 from goalwire.execution.future import FINISHED, Future, MakesTasks
-from goalwire.execution.ready_queue import CallbackSource
+from goalwire.execution.ready_queue import CallbackSource, CallSoon
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -141,7 +141,7 @@ class Task(Future[T]):
         """Where an executor is known, let it go on when what is awaited is done; else the next call does."""
         if self._work_queue is not None and isinstance(awaited, Future):
             work_queue = self._work_queue
-            awaited.add_waker(lambda: work_queue.post(_Step(self, work_queue)))
+            awaited.add_waker(lambda: work_queue.post(CallSoon(work_queue, self)))
 
     def _finish(self, result: T) -> None:
         self._discard_handler()
@@ -179,17 +179,3 @@ class TaskSource(CallbackSource):
 
     def settle(self) -> None:
         self.task.cancel_unfinished()
-
-
-class _Step(CallbackSource):
-    """The next step of a task that was begun by hand, when what it awaited is done."""
-
-    __slots__ = ('_task',)
-
-    def __init__(self, task: Task[Any], work_queue: NodeWorkQueue) -> None:
-        super().__init__(work_queue, None)
-        self._task = task
-
-    def run(self) -> object:
-        self._task()
-        return None

@@ -8,6 +8,7 @@ without it.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from functools import partial
 from threading import Lock
 from typing import Generic, ParamSpec, TypeAlias
 
@@ -21,13 +22,17 @@ P = ParamSpec('P')
 class Watch(Generic[P]):
     """One party's interest; `close` ends it."""
 
-    def __init__(self, watchers: Watchers[P], callback: Callable[P, object]) -> None:
-        self._watchers = watchers
+    __slots__ = ('_remove', 'callback', 'closed')
+
+    def __init__(self, remove: Callable[[Watch[P]], None], callback: Callable[P, object]) -> None:
+        self._remove = remove
         self.callback = callback
+        self.closed = False
 
     def close(self) -> None:
         """Be told no more, a call under way aside. Idempotent."""
-        self._watchers.remove(self)
+        self.closed = True
+        self._remove(self)
 
 
 class Watchers(Generic[P]):
@@ -39,13 +44,12 @@ class Watchers(Generic[P]):
 
     def add(self, callback: Callable[P, object]) -> Watch[P]:
         """Tell `callback` from now on."""
-        watch = Watch(self, callback)
+        watch = Watch(self._remove, callback)
         with self._lock:
             self._watches += (watch,)
         return watch
 
-    def remove(self, watch: Watch[P]) -> None:
-        """Forget one interest; an unknown one is no error."""
+    def _remove(self, watch: Watch[P]) -> None:
         with self._lock:
             self._watches = tuple(each for each in self._watches if each is not watch)
 
@@ -61,22 +65,7 @@ class Watchers(Generic[P]):
 _Topic: TypeAlias = tuple[EndpointKind, str]
 
 
-class CounterpartWatch:
-    """One endpoint's interest in those of a kind and name; `close` ends it."""
-
-    __slots__ = ('_watchers', 'callback', 'closed', 'topic')
-
-    def __init__(
-        self, watchers: CounterpartWatchers, topic: _Topic, callback: Callable[[GraphEntity, bool], object]
-    ) -> None:
-        self._watchers = watchers
-        self.topic = topic
-        self.callback = callback
-        self.closed = False
-
-    def close(self) -> None:
-        """Be told no more, a call under way aside. Idempotent."""
-        self._watchers.remove(self)
+CounterpartWatch: TypeAlias = Watch[[GraphEntity, bool]]
 
 
 class CounterpartWatchers:
@@ -97,22 +86,21 @@ class CounterpartWatchers:
         there: Iterable[GraphEntity],
     ) -> CounterpartWatch:
         """Watch the endpoints of a kind and name; those already `there` are the first changes."""
-        watch = CounterpartWatch(self, (kind, name), callback)
+        topic = kind, name
+        watch = Watch(partial(self._remove, topic), callback)
         with self._lock:
-            self._by_topic[watch.topic] = (*self._by_topic.get(watch.topic, ()), watch)
+            self._by_topic[topic] = (*self._by_topic.get(topic, ()), watch)
         for entity in there:
             self._dispatcher.post((watch, entity, True))
         return watch
 
-    def remove(self, watch: CounterpartWatch) -> None:
-        """Forget one interest; an unknown one is no error."""
-        watch.closed = True
+    def _remove(self, topic: _Topic, watch: CounterpartWatch) -> None:
         with self._lock:
-            others = tuple(each for each in self._by_topic.get(watch.topic, ()) if each is not watch)
+            others = tuple(each for each in self._by_topic.get(topic, ()) if each is not watch)
             if others:
-                self._by_topic[watch.topic] = others
+                self._by_topic[topic] = others
             else:
-                self._by_topic.pop(watch.topic, None)
+                self._by_topic.pop(topic, None)
 
     def note(self, entity: GraphEntity, *, is_there: bool) -> None:
         """An endpoint has come or gone; `tell` says so to who watches for it."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Protocol, cast
+from typing import Any
 
 from goalwire.errors import UnknownInterfaceError
 from goalwire.idl import classes, derived_types, registry
@@ -55,26 +55,6 @@ def _class_of_kind(name: str, kind: str) -> type:
     return classes.find_class(f'{package}/{own}/{type_}')
 
 
-class MessageClass(Protocol):
-    """The part of a generated message class that tells its fields."""
-
-    SLOT_TYPES: tuple[object, ...]
-
-    @classmethod
-    def get_fields_and_field_types(cls) -> dict[str, str]: ...
-
-
-class _ServiceClass(Protocol):
-    Request: type
-    Response: type
-
-
-class _ActionClass(Protocol):
-    Goal: type
-    Result: type
-    Feedback: type
-
-
 def definition_of(cls: type) -> Definition:
     """Return the definition of a message, service or action class; else UnknownInterfaceError."""
     own = classes.own_definition(cls)
@@ -98,26 +78,23 @@ def definition_by_name(full_name: str) -> Definition:
     raise UnknownInterfaceError(f'{full_name}: {whole.full_name} has no part of this name')
 
 
-def _foreign_message(cls: type) -> MessageDefinition:
-    message = cast('MessageClass', cls)
-    package, kind, name = type_name(cls).split('/')
+def _foreign_message(message: Any) -> MessageDefinition:
+    package, kind, name = type_name(message).split('/')
     fields = zip(message.get_fields_and_field_types(), message.SLOT_TYPES, strict=True)
     return MessageDefinition(
         package,
         kind,
         name,
         tuple(Field(field, from_slot_type(slot)) for field, slot in fields),
-        source=cls.__module__,
+        source=message.__module__,
     )
 
 
-def _foreign_service(cls: type) -> ServiceDefinition:
-    service = cast('_ServiceClass', cls)
+def _foreign_service(service: Any) -> ServiceDefinition:
     return derived_types.service(_foreign_message(service.Request), _foreign_message(service.Response))
 
 
-def _foreign_action(cls: type) -> ActionDefinition:
-    action = cast('_ActionClass', cls)
+def _foreign_action(action: Any) -> ActionDefinition:
     return derived_types.action(
         *(_foreign_message(part) for part in (action.Goal, action.Result, action.Feedback))
     )

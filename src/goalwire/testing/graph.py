@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from contextlib import ExitStack
-from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar, overload
+from typing import TYPE_CHECKING, Any, Self, TypeVar, overload
 
 from goalwire.entities.context import Context, open_contexts
 from goalwire.entities.graph_waiting import wait_for_graph
@@ -30,22 +30,16 @@ if TYPE_CHECKING:
     from goalwire.testing.answers import Answers
     from goalwire.testing.programs import Program
     from goalwire.testing.spinning import Spinning
+    from goalwire.transport.endpoint import Closable
     from goalwire.transport.faults import Faults
 
 MsgT = TypeVar('MsgT')
 RequestT = TypeVar('RequestT')
 ResponseT = TypeVar('ResponseT')
 NodeT = TypeVar('NodeT')
-EndsT = TypeVar('EndsT', bound='Ends')
+EndsT = TypeVar('EndsT', bound='Closable')
 
 EVERYTHING = QoS(history=HistoryPolicy.KEEP_ALL)
-
-
-class Ends(Protocol):
-    """Something that is closed with the graph."""
-
-    def close(self) -> None:
-        """End it. Idempotent."""
 
 
 class Graph:

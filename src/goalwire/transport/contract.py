@@ -201,7 +201,14 @@ class PublisherPort(Port):
 
 
 class ClientPort(Port):
-    """A declared service client."""
+    """A declared service client.
+
+    A wire keeps a book of its requests beside the entity's book of calls (`RequestClient.pending`), as a call
+    and its request end at different times. A call ends with its first reply, or at its deadline. Its request
+    ends when every server that was asked has answered or gone. Until then the wire finds it by its number,
+    with the servers that are still asked: a reply on DDS tells no more than the number. One book for both
+    would need a mark of which of the two has ended, and every reply would look at that.
+    """
 
     @abstractmethod
     def request(
@@ -343,12 +350,11 @@ class SessionOptions:
     """Where a wire has one enclave for all nodes of a session (DDS)."""
 
 
-class Transport(ABC):
+@record
+class Transport:
     """A kind of wire."""
 
     identifier: str
     """Its name in RMW_IMPLEMENTATION: 'rmw_zenoh_cpp', 'goalwire_memory'."""
-
-    @abstractmethod
-    def open(self, options: SessionOptions) -> Session:
-        """Connect. Raises TransportError with a sentence that says what to do."""
+    open: Callable[[SessionOptions], Session]
+    """Connects. Raises TransportError with a sentence that says what to do."""

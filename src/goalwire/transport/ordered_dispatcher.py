@@ -6,9 +6,14 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from threading import Lock
-from typing import Generic, TypeVar
+from typing import Generic, TypeAlias, TypeVar
+
+from goalwire.transport.contract import GraphEntity, GraphListener
+from goalwire.transport.reports import report_failure
 
 T = TypeVar('T')
+Change: TypeAlias = tuple[bool, GraphEntity]
+"""Whether something has come, or gone, and what."""
 
 
 class OrderedDispatcher(Generic[T]):
@@ -47,3 +52,24 @@ class OrderedDispatcher(Generic[T]):
             while self._items:
                 self._deliver(self._items.popleft())
         self.drain()
+
+
+GraphDispatcher: TypeAlias = OrderedDispatcher[Change | None]
+"""Tells a listener of changes in the graph; None stands for a connection made or lost."""
+
+
+def graph_dispatcher(listener: GraphListener) -> GraphDispatcher:
+    """Return what tells `listener`; what it raises is reported, and the next change comes all the same."""
+
+    def tell(change: Change | None) -> None:
+        try:
+            if change is None:
+                listener.connected()
+            elif change[0]:
+                listener.appeared(change[1])
+            else:
+                listener.vanished(change[1])
+        except Exception as error:
+            report_failure('graph listener', error)
+
+    return OrderedDispatcher(tell)

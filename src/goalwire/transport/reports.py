@@ -112,9 +112,3 @@ def report_failure(where: str, error: Exception) -> None:
     get_logger(LOGGER).error(
         f'{where}: its receiver raised; this delivery is lost{times}\n{traceback_text(error)}'
     )
-
-
-def discard_failures() -> None:
-    """Begin to count the failures of receivers anew."""
-    with _lock:
-        _failures.clear()

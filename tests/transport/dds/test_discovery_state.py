@@ -14,7 +14,6 @@ from goalwire.transport.dds.description import Role
 from goalwire.transport.dds.discovery_state import (
     OLD_GID_SIZE,
     UNKNOWN_NAME,
-    Change,
     DiscoveryState,
     Found,
     NodeInfo,
@@ -22,6 +21,7 @@ from goalwire.transport.dds.discovery_state import (
     decode_info,
     encode_info,
 )
+from goalwire.transport.ordered_dispatcher import Change
 
 PEER = bytes([1]) * 16
 

@@ -27,14 +27,13 @@ from goalwire.transport.faults.ports import (
     FaultyService,
     FaultySubscription,
 )
-from goalwire.transport.faults.session import FaultyNode, FaultySession, FaultyTransport
+from goalwire.transport.faults.session import FaultyNode, FaultySession
 from goalwire.transport.faults.text import parse
 from goalwire.transport.memory import TRANSPORT
 
 from .conftest import Sides
 
 WRAPPERS: dict[type, list[type]] = {
-    contract.Transport: [FaultyTransport],
     contract.Session: [FaultySession],
     contract.NodePort: [FaultyNode],
     contract.PublisherPort: [FaultyPublisher],

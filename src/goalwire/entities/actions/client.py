@@ -17,13 +17,13 @@ from typing import TYPE_CHECKING, Any, NoReturn, cast
 from goalwire.cdr import codec
 from goalwire.entities.actions.client_goal import ClientGoalHandle, GoalFeedback, ResultFuture
 from goalwire.entities.actions.endpoints import ActionQoS
-from goalwire.entities.actions.requests import LATE_S, ActionRequests, CancelCall, GoalCall, ResultCall
+from goalwire.entities.actions.requests import LATE_S, ActionRequests, GoalCall, ResultCall
 from goalwire.entities.actions.types import goal_id_bytes
 from goalwire.entities.call_context import CallContext, TimedCalls
 from goalwire.entities.endpoint import describe_endpoint
 from goalwire.entities.graph_waiting import ServerWaitQueue, tell_near_misses, wait_for_graph
 from goalwire.entities.node import NodeCore
-from goalwire.entities.pending_call import PENDING_LIMIT, end_with, unanswered
+from goalwire.entities.pending_call import PENDING_LIMIT, PendingCall, end_with, unanswered
 from goalwire.entities.type_support import ActionSupport, MessageSupport
 from goalwire.errors import (
     CallError,
@@ -394,7 +394,8 @@ class ActionClientCore(TimedCalls):
         """Ask for cancellation; the future gives an action_msgs/srv/CancelGoal response."""
         if self.destroyed:
             raise InvalidHandle
-        call = CancelCall(self.node.work_queue)
+        call = PendingCall(self.node.work_queue)
+        call.waits = False
         payload = wire.encode_cancel_request(goal_id, stamp_ns)
         decode = self.support.cancel_goal.decode_response
         self.cancel_requests.start(call, decode, payload, call_context or self._new_context())

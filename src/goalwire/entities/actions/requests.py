@@ -128,12 +128,6 @@ class ActionRequests(RequestClient):
         super().close()
 
 
-class CancelCall(PendingCall):
-    """A request to cancel goals."""
-
-    waits = False
-
-
 class GoalCall(PendingCall):
     """A goal on its way to a server. One that is accepted when nobody waits for it any more is cancelled."""
 

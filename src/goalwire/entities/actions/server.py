@@ -38,7 +38,7 @@ from goalwire.errors import (
 from goalwire.execution.callback_groups import CallbackGroup
 from goalwire.execution.clock import ClockTimerEntry
 from goalwire.execution.event_queue import EventQueue
-from goalwire.execution.ready_queue import CallbackSource, NodeWorkQueue
+from goalwire.execution.ready_queue import CallSoon
 from goalwire.logging import RcutilsLogger, get_logger
 from goalwire.rules.goals import effects as effect
 from goalwire.rules.goals import wire
@@ -399,14 +399,3 @@ class ActionServerCore:
         self._endpoints.take_result_requests()
         self.dispatch(self.reactor.on_close)
         self._endpoints.close()
-
-
-class CallSoon(CallbackSource):
-    """One call of the server's own, on the executor's thread: what it does is published."""
-
-    def __init__(self, work_queue: NodeWorkQueue, call: Callable[[], object]) -> None:
-        super().__init__(work_queue, None)
-        self._call = call
-
-    def run(self) -> None:
-        self._call()

@@ -225,17 +225,6 @@ class Buffer(BufferCore, BufferInterface):
         return response
 
 
-class _Arrivals:
-    """A future of whatever comes next."""
-
-    def __init__(self) -> None:
-        self.next: Future[None] = Future()
-
-    def tell(self) -> None:
-        """Something has come. Any thread."""
-        self.next.set_result(None)
-
-
 def _wait_hearing(
     future: Future[Any],
     event_queues: Iterable[EventQueue[Any]],
@@ -249,19 +238,23 @@ def _wait_hearing(
     executor. Raises what the subscriptions' callbacks raise.
     """
     heard = list(event_queues)
-    arrivals = _Arrivals()
+    arrival: Future[None] = Future()
+
+    def tell() -> None:  # on any thread
+        arrival.set_result(None)
+
     for event_queue in heard:
-        watch(event_queue, arrivals.tell)
-    future.add_waker(arrivals.tell)
+        watch(event_queue, tell)
+    future.add_waker(tell)
     try:
         while True:
-            arrivals.next = Future()  # before looking: what comes from now on completes this one
+            arrival = Future()  # before looking: what comes from now on completes this one
             for event_queue in heard:
                 while future.pending() and (event := event_queue.take()) is not None:
                     event_queue.handle(event)
-            if not future.pending() or not block_on_clock(arrivals.next, clock, until_ns, shutdown_signal):
+            if not future.pending() or not block_on_clock(arrival, clock, until_ns, shutdown_signal):
                 return
     finally:
-        future.remove_waker(arrivals.tell)
+        future.remove_waker(tell)
         for event_queue in heard:
-            unwatch(event_queue, arrivals.tell)
+            unwatch(event_queue, tell)

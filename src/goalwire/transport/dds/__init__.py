@@ -5,18 +5,13 @@ from __future__ import annotations
 from goalwire.transport.contract import Session, SessionOptions, Transport
 
 
-class DdsTransport(Transport):
-    """The wire of rmw_cyclonedds_cpp."""
+def _open(options: SessionOptions) -> Session:
+    """Join a domain as the environment says. Raises TransportError or ForkedError."""
+    from goalwire.transport.dds.session import open_session
 
-    identifier = 'rmw_cyclonedds_cpp'
-
-    def open(self, options: SessionOptions) -> Session:
-        """Join a domain as the environment says. Raises TransportError or ForkedError."""
-        from goalwire.transport.dds.session import open_session
-
-        return open_session(options)
+    return open_session(options)
 
 
-TRANSPORT = DdsTransport()
+TRANSPORT = Transport('rmw_cyclonedds_cpp', _open)
 
-__all__ = ['TRANSPORT', 'DdsTransport']
+__all__ = ['TRANSPORT']

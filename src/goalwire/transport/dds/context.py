@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from functools import partial
 from itertools import count
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from goalwire.errors import TransportError
 from goalwire.transport.dds.abi import Library
@@ -23,27 +23,15 @@ if TYPE_CHECKING:
     from goalwire.transport.dds.fast_dds import Translation
 
 
-class Domain:
+class Domain(NamedTuple):
     """One domain and the readers of its sessions in this process."""
 
-    def __init__(self, library: Library, domain_id: int, configuration: str) -> None:
-        """Raises TransportError."""
-        self._library = library
-        self._handle = library.dds_create_domain(domain_id, configuration.encode())
-        if self._handle < 0:
-            raise TransportError(
-                f'Cyclone DDS refused the configuration of domain {domain_id} '
-                f'({library.dds_strretcode(self._handle).decode()}): it has written why to standard error; '
-                f'check CYCLONEDDS_URI and ROS_STATIC_PEERS'
-            )
-        self.local_readers = LocalReaders()
-
-    def close(self) -> None:
-        """End it."""
-        self._library.dds_delete(self._handle)
+    library: Library
+    handle: int
+    local_readers: LocalReaders
 
 
-DOMAINS: Shared[int, Domain] = Shared(Domain.close)
+DOMAINS: Shared[int, Domain] = Shared(lambda domain: domain.library.dds_delete(domain.handle))
 """The domains that sessions of this process are in, by domain id."""
 
 
@@ -56,9 +44,20 @@ def open_domain(library: Library, domain_id: int) -> Domain:
     # The name service may be asked, for seconds: so not under the lock, and only for a domain that is not
     # open.
     configuration = '' if DOMAINS.get(domain_id) else domain_configuration(domain_id)
-    return DOMAINS.open(
-        domain_id, lambda: Domain(library, domain_id, configuration or domain_configuration(domain_id))
-    )
+
+    def make() -> Domain:
+        handle = library.dds_create_domain(
+            domain_id, (configuration or domain_configuration(domain_id)).encode()
+        )
+        if handle < 0:
+            raise TransportError(
+                f'Cyclone DDS refused the configuration of domain {domain_id} '
+                f'({library.dds_strretcode(handle).decode()}): it has written why to standard error; '
+                f'check CYCLONEDDS_URI and ROS_STATIC_PEERS'
+            )
+        return Domain(library, handle, LocalReaders())
+
+    return DOMAINS.open(domain_id, make)
 
 
 class DdsContext:

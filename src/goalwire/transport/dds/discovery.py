@@ -43,7 +43,6 @@ from goalwire.transport.dds.discovery_state import (
     GID_SIZE,
     OLD_GID_SIZE,
     UNKNOWN_ID,
-    Change,
     DiscoveryState,
     Found,
     NodeInfo,
@@ -53,27 +52,8 @@ from goalwire.transport.dds.discovery_state import (
 )
 from goalwire.transport.dds.waitset import WaitsetThread
 from goalwire.transport.dds.wire import Participant, Reader, Writer, check
-from goalwire.transport.ordered_dispatcher import OrderedDispatcher
-from goalwire.transport.reports import RejectCounters, check_names, report_failure
-
-
-class _Watcher:
-    """One listener; None on its way to it stands for a connection made or lost."""
-
-    def __init__(self, listener: GraphListener) -> None:
-        self._listener = listener
-        self.dispatcher: OrderedDispatcher[Change | None] = OrderedDispatcher(self._tell)
-
-    def _tell(self, change: Change | None) -> None:
-        try:
-            if change is None:
-                self._listener.connected()
-            elif change[0]:
-                self._listener.appeared(change[1])
-            else:
-                self._listener.vanished(change[1])
-        except Exception as error:
-            report_failure('graph listener', error)
+from goalwire.transport.ordered_dispatcher import Change, GraphDispatcher, graph_dispatcher
+from goalwire.transport.reports import RejectCounters, check_names
 
 
 class GraphNotifier:
@@ -82,15 +62,15 @@ class GraphNotifier:
     def __init__(self) -> None:
         self._lock = Lock()
         self._there: dict[tuple[EndpointKind, str, int, bytes], GraphEntity] = {}
-        self._watchers: tuple[_Watcher, ...] = ()
+        self._watchers: tuple[GraphDispatcher, ...] = ()
         self._awaited: list[tuple[bytes, Callable[[NodeName], None]]] = []
 
     def watch(self, listener: GraphListener) -> None:
         """Tell a listener of all there is, before this returns, and of every change until `close`."""
-        watcher = _Watcher(listener)
-        with watcher.dispatcher.first_turn(), self._lock:
+        watcher = graph_dispatcher(listener)
+        with watcher.first_turn(), self._lock:
             for entity in self._there.values():
-                watcher.dispatcher.post((True, entity))
+                watcher.post((True, entity))
             self._watchers += (watcher,)
 
     def change(self, changes: Iterable[Change]) -> None:
@@ -101,7 +81,7 @@ class GraphNotifier:
             watchers = self._watchers
             shown = list(self._shown()) if self._awaited else ()
         for watcher in watchers:
-            watcher.dispatcher.drain()
+            watcher.drain()
         for node, tell in shown:
             tell(node)
 
@@ -113,7 +93,7 @@ class GraphNotifier:
         else:
             self._there.pop(key, None)
         for watcher in self._watchers:
-            watcher.dispatcher.post(change)
+            watcher.post(change)
 
     def when_shown(self, gid: bytes, tell: Callable[[NodeName], None]) -> None:
         """Call `tell` with the node of an endpoint once that is known, which may be at once, or never."""
@@ -138,9 +118,9 @@ class GraphNotifier:
         with self._lock:
             watchers = self._watchers
             for watcher in watchers:
-                watcher.dispatcher.post(None)
+                watcher.post(None)
         for watcher in watchers:
-            watcher.dispatcher.drain()
+            watcher.drain()
 
     def close(self) -> None:
         """Tell nobody any more."""

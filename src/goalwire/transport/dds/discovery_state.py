@@ -17,13 +17,14 @@ from dataclasses import dataclass, field
 from functools import partial
 from itertools import count
 from struct import Struct
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 from goalwire.errors import RemoteError
 from goalwire.records import replace
 from goalwire.rules.qos import QoS
 from goalwire.transport.contract import EndpointKind, GraphEntity, NodeName
 from goalwire.transport.dds.description import Role
+from goalwire.transport.ordered_dispatcher import Change
 from goalwire.transport.reports import check_names
 
 GID_SIZE = 16
@@ -132,9 +133,6 @@ class _InfoReader:
     def _gid(self) -> bytes:
         return self._take(self._gid_size)[:GID_SIZE]
 
-
-Change: TypeAlias = tuple[bool, GraphEntity]
-"""Whether it has come, and what."""
 
 UNKNOWN_NAME = '_NODE_NAME_UNKNOWN_'
 UNKNOWN_NAMESPACE = '_NODE_NAMESPACE_UNKNOWN_'

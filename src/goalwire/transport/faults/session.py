@@ -27,8 +27,7 @@ from goalwire.transport.contract import (
 from goalwire.transport.faults.delay_queue import Clock
 from goalwire.transport.faults.plan import AnyFault, Plan
 from goalwire.transport.faults.ports import FaultyClient, FaultyPublisher, FaultyService, FaultySubscription
-from goalwire.transport.ordered_dispatcher import OrderedDispatcher
-from goalwire.transport.reports import report_failure
+from goalwire.transport.ordered_dispatcher import GraphDispatcher, OrderedDispatcher, graph_dispatcher
 
 _Key: TypeAlias = tuple[EndpointKind, str, int, bytes]
 
@@ -40,24 +39,19 @@ def _key_of(entity: GraphEntity) -> _Key:
 class FilteredGraph(GraphListener):
     """Stands between the wire's graph and one who watches it; `is_hidden` judges each entity.
 
-    What the wire and the faults change at the same time reaches the listener in one order.
+    What the wire and the faults change at the same time reaches the listener in one order. Without a listener
+    it is kept for those who ask.
     """
 
-    def __init__(self, listener: GraphListener, is_hidden: Callable[[GraphEntity], bool]) -> None:
-        self._listener = listener
+    def __init__(self, listener: GraphListener | None, is_hidden: Callable[[GraphEntity], bool]) -> None:
         self._is_hidden = is_hidden
         self._lock = RLock()
         self._entities: dict[_Key, GraphEntity] = {}
         self._hidden: set[_Key] = set()
         self._owners: dict[bytes, str] = {}
-        self._dispatcher: OrderedDispatcher[Callable[[], None]] = OrderedDispatcher(self._tell)
-
-    @staticmethod
-    def _tell(change: Callable[[], None]) -> None:
-        try:
-            change()
-        except Exception as error:
-            report_failure('graph listener', error)
+        self._dispatcher: GraphDispatcher = (
+            OrderedDispatcher(lambda _: None) if listener is None else graph_dispatcher(listener)
+        )
 
     def owner_of(self, gid: bytes) -> str:
         """Return the qualified name of the node that an endpoint belongs to, '' where it is unknown."""
@@ -71,7 +65,7 @@ class FilteredGraph(GraphListener):
             if self._is_hidden(entity):
                 self._hidden.add(key)
             else:
-                self._dispatcher.post(lambda: self._listener.appeared(entity))
+                self._dispatcher.post((True, entity))
         self._dispatcher.drain()
 
     def vanished(self, entity: GraphEntity) -> None:
@@ -82,11 +76,11 @@ class FilteredGraph(GraphListener):
             if key in self._hidden:
                 self._hidden.discard(key)
             else:
-                self._dispatcher.post(lambda: self._listener.vanished(entity))
+                self._dispatcher.post((False, entity))
         self._dispatcher.drain()
 
     def connected(self) -> None:
-        self._dispatcher.post(self._listener.connected)
+        self._dispatcher.post(None)
         self._dispatcher.drain()
 
     def look_again(self) -> None:
@@ -101,10 +95,10 @@ class FilteredGraph(GraphListener):
     def _change(self, key: _Key, entity: GraphEntity, is_hidden: bool) -> None:
         if is_hidden:
             self._hidden.add(key)
-            self._dispatcher.post(lambda: self._listener.vanished(entity))
+            self._dispatcher.post((False, entity))
         else:
             self._hidden.discard(key)
-            self._dispatcher.post(lambda: self._listener.appeared(entity))
+            self._dispatcher.post((True, entity))
 
     def has_lost_servers(self, name: str) -> bool:
         """Whether the service has servers, and none of them is in sight."""
@@ -117,30 +111,6 @@ class FilteredGraph(GraphListener):
                 if entity.kind is EndpointKind.SERVICE and entity.name == name
             ]
             return bool(servers) and self._hidden.issuperset(servers)
-
-
-class Nobody(GraphListener):
-    """Watches for the sake of the session alone."""
-
-    def appeared(self, entity: GraphEntity) -> None:
-        """Take no notice."""
-
-    def vanished(self, entity: GraphEntity) -> None:
-        """Take no notice."""
-
-
-class FaultyTransport(Transport):
-    """A kind of wire, with faults."""
-
-    def __init__(self, inner: Transport, faults: Plan) -> None:
-        self.identifier = inner.identifier
-        self._inner = inner
-        self._faults = faults
-
-    def open(self, options: SessionOptions) -> Session:
-        """Connect."""
-        self._faults.call('transport.open')
-        return FaultySession(self._inner.open(options), self._faults)
 
 
 class FaultySession(Session):
@@ -156,7 +126,7 @@ class FaultySession(Session):
         self.wire_poller = inner.wire_poller
         self._lock = Lock()
         self._nodes: tuple[FaultyNode, ...] = ()
-        self.filtered_graph = FilteredGraph(Nobody(), self._is_hidden)
+        self.filtered_graph = FilteredGraph(None, self._is_hidden)
         self._graphs: tuple[FilteredGraph, ...] = (self.filtered_graph,)
         try:
             inner.watch_graph(self.filtered_graph)
@@ -292,7 +262,12 @@ class Faults(Plan):
 
     def over(self, transport: Transport) -> Transport:
         """Return `transport` with these faults."""
-        return FaultyTransport(transport, self)
+
+        def open_with_faults(options: SessionOptions) -> Session:
+            self.call('transport.open')
+            return FaultySession(transport.open(options), self)
+
+        return Transport(transport.identifier, open_with_faults)
 
     def __enter__(self) -> Self:
         """Have every session that this process opens from now on opened with these faults."""

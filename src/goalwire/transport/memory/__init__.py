@@ -1,7 +1,5 @@
-"""The transport within one process: contexts in the same domain meet in memory, without any network."""
+"""The transport within one process: every context of a domain meets there, and no wire is involved."""
 
-from goalwire.transport.memory.session import MemoryTransport
+from goalwire.transport.memory.session import TRANSPORT
 
-TRANSPORT = MemoryTransport()
-
-__all__ = ['TRANSPORT', 'MemoryTransport']
+__all__ = ['TRANSPORT']

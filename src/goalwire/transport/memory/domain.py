@@ -13,8 +13,7 @@ from typing import TypeAlias
 from goalwire.transport.contract import GraphEntity, GraphListener
 from goalwire.transport.endpoint import Shared
 from goalwire.transport.memory.ports import MemoryPublisher, MemoryService, MemorySubscription
-from goalwire.transport.ordered_dispatcher import OrderedDispatcher
-from goalwire.transport.reports import report_failure
+from goalwire.transport.ordered_dispatcher import GraphDispatcher, graph_dispatcher
 
 Key: TypeAlias = tuple[str, str, str]
 """Name, type and hash: who shares all three talks to each other, whatever the QoS (as in rmw_zenoh)."""
@@ -23,21 +22,6 @@ Key: TypeAlias = tuple[str, str, str]
 def key_of(entity: GraphEntity) -> Key:
     """Return what an endpoint is matched by."""
     return entity.name, entity.type_name, entity.type_hash
-
-
-class Watcher:
-    """One listener and the changes on their way to it."""
-
-    def __init__(self, listener: GraphListener) -> None:
-        self._listener = listener
-        self.dispatcher: OrderedDispatcher[tuple[bool, GraphEntity]] = OrderedDispatcher(self._tell)
-
-    def _tell(self, change: tuple[bool, GraphEntity]) -> None:
-        is_there, entity = change
-        try:
-            (self._listener.appeared if is_there else self._listener.vanished)(entity)
-        except Exception as error:
-            report_failure('graph listener', error)
 
 
 class MemoryDomain:
@@ -49,7 +33,7 @@ class MemoryDomain:
         self._subscriptions: dict[Key, dict[bytes, MemorySubscription]] = defaultdict(dict)
         self._servers: dict[Key, tuple[MemoryService, ...]] = {}
         self._entities: dict[bytes, GraphEntity] = {}
-        self._watchers: tuple[Watcher, ...] = ()
+        self._watchers: tuple[GraphDispatcher, ...] = ()
 
     # Endpoints ------------------------------------------------------------
 
@@ -135,38 +119,38 @@ class MemoryDomain:
             watchers = self._discard_entity(entity)
         self._drain(watchers)
 
-    def watch(self, listener: GraphListener) -> Watcher:
+    def watch(self, listener: GraphListener) -> GraphDispatcher:
         """Tell a listener of all there is, before this returns, and of every change."""
-        watcher = Watcher(listener)
-        with watcher.dispatcher.first_turn(), self._lock:
+        watcher = graph_dispatcher(listener)
+        with watcher.first_turn(), self._lock:
             for entity in self._entities.values():
-                watcher.dispatcher.post((True, entity))
+                watcher.post((True, entity))
             self._watchers += (watcher,)
         return watcher
 
-    def unwatch(self, watcher: Watcher) -> None:
+    def unwatch(self, watcher: GraphDispatcher) -> None:
         """Tell a listener no more."""
         with self._lock:
             self._watchers = tuple(each for each in self._watchers if each is not watcher)
 
-    def _note(self, entity: GraphEntity) -> tuple[Watcher, ...]:
+    def _note(self, entity: GraphEntity) -> tuple[GraphDispatcher, ...]:
         self._entities[entity.gid] = entity
         return self._post(is_there=True, entity=entity)
 
-    def _discard_entity(self, entity: GraphEntity) -> tuple[Watcher, ...]:
+    def _discard_entity(self, entity: GraphEntity) -> tuple[GraphDispatcher, ...]:
         if self._entities.pop(entity.gid, None) is None:
             return ()
         return self._post(is_there=False, entity=entity)
 
-    def _post(self, *, is_there: bool, entity: GraphEntity) -> tuple[Watcher, ...]:
+    def _post(self, *, is_there: bool, entity: GraphEntity) -> tuple[GraphDispatcher, ...]:
         for watcher in self._watchers:
-            watcher.dispatcher.post((is_there, entity))
+            watcher.post((is_there, entity))
         return self._watchers
 
     @staticmethod
-    def _drain(watchers: tuple[Watcher, ...]) -> None:
+    def _drain(watchers: tuple[GraphDispatcher, ...]) -> None:
         for watcher in watchers:
-            watcher.dispatcher.drain()
+            watcher.drain()
 
 
 def _discard_from(

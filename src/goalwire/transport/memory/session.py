@@ -22,13 +22,12 @@ from goalwire.transport.contract import (
     PublisherPort,
     Request,
     Sample,
-    Session,
-    SessionOptions,
     Transport,
 )
 from goalwire.transport.endpoint import EndpointState, ForkGuard, OpenNode, OpenSession
-from goalwire.transport.memory.domain import DOMAINS, MemoryDomain, Watcher, key_of
+from goalwire.transport.memory.domain import DOMAINS, MemoryDomain, key_of
 from goalwire.transport.memory.ports import MemoryClient, MemoryPublisher, MemoryService, MemorySubscription
+from goalwire.transport.ordered_dispatcher import GraphDispatcher
 
 
 class MemorySession(OpenSession):
@@ -41,7 +40,7 @@ class MemorySession(OpenSession):
         self._gid_prefix = gid_prefix[:8]
         self._numbers = count()
         self._domain = DOMAINS.open(domain_id, MemoryDomain)
-        self._watchers: list[Watcher] = []
+        self._watchers: list[GraphDispatcher] = []
         self._lock = Lock()
         self.state.undo += [partial(DOMAINS.close, domain_id), self.nodes.close, self._unwatch_all]
 
@@ -141,11 +140,5 @@ class MemoryNode(OpenNode):
             yield state, entity
 
 
-class MemoryTransport(Transport):
-    """The wire within one process."""
-
-    identifier = 'goalwire_memory'
-
-    def open(self, options: SessionOptions) -> Session:
-        """Join a domain; it exists as long as a session is in it."""
-        return MemorySession(options.domain_id)
+TRANSPORT = Transport('goalwire_memory', lambda options: MemorySession(options.domain_id))
+"""Its domains exist as long as a session is in them."""

@@ -5,18 +5,13 @@ from __future__ import annotations
 from goalwire.transport.contract import Session, SessionOptions, Transport
 
 
-class ZenohTransport(Transport):
-    """The wire of rmw_zenoh_cpp."""
+def _open(options: SessionOptions) -> Session:
+    """Connect as the environment says. Raises TransportError or ForkedError."""
+    from goalwire.transport.zenoh.session import open_session
 
-    identifier = 'rmw_zenoh_cpp'
-
-    def open(self, options: SessionOptions) -> Session:
-        """Connect as the environment says. Raises TransportError or ForkedError."""
-        from goalwire.transport.zenoh.session import open_session
-
-        return open_session(options)
+    return open_session(options)
 
 
-TRANSPORT = ZenohTransport()
+TRANSPORT = Transport('rmw_zenoh_cpp', _open)
 
-__all__ = ['TRANSPORT', 'ZenohTransport']
+__all__ = ['TRANSPORT']
