@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 ValueT = TypeVar('ValueT')
 
 CHANGES_LIMIT = 1000
-"""Changes that may wait for one who iterates; the oldest is dropped, and counted."""
+"""Changes that may wait for one iterator; beyond that the oldest is dropped, and counted."""
 
 
 class ParameterStore(NodeParameters):
@@ -99,7 +99,7 @@ class Parameters(Mapping[str, Any]):
             raise InvalidParameterValueException(', '.join(values), dict(values), result.reason)
 
     def changes(self) -> Changes:
-        """Return the changes from now on, whoever makes them: an async iterator of names and values."""
+        """Iterate over the changes from now on, also those by other nodes: names and values."""
         return Changes(self._store)
 
     def __contains__(self, name: object) -> bool:

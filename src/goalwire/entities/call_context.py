@@ -82,7 +82,7 @@ class CallContext:
         return f"{self.kind} '{self.name}'"
 
     def see_servers(self, served_as: str) -> None:
-        """Note who serves now. `served_as` is the service's name, or that of the action's first service."""
+        """Note the servers of the service `served_as`; for an action that is its first service."""
         self.servers = self.context.graph.entities(EndpointKind.SERVICE, served_as)
 
     @property
@@ -108,7 +108,7 @@ class CallContext:
         return error if error.name else self.error(type(error), str(error))
 
     def error(self, kind: type[ErrorT], problem: str) -> ErrorT:
-        """Make an error that says which, who and how long."""
+        """Make an error that names the service, its nodes and the time waited."""
         waited, peers = self.waited, self.peers
         served = f' of node {" and ".join(map(repr, peers))}' if peers else ''
         often = f', {self.attempts} attempts' if self.attempts > 1 else ''

@@ -110,7 +110,7 @@ class Context:
         return handle_of(self)
 
     def ok(self) -> bool:
-        """True between init() and the end, whoever ends it."""
+        """True from init() until the context ends, for whatever reason."""
         return self._domain_id is not None and self.shutdown_signal.alive
 
     def shutdown(self) -> None:

@@ -28,7 +28,7 @@ class Answering(Coroutine[Any, Any, None]):
         failed: Callable[[Exception], None] | None = None,
         on_cancel: Callable[[], object] = bool,
     ) -> None:
-        """Without `failed` errors go on, to who steps this. `on_cancel` is called where the request is."""
+        """Without `failed`, errors go on to the caller. `on_cancel` is called if the request is cancelled."""
         self._callback = callback
         self._request = request
         self._answer = answer

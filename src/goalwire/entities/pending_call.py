@@ -71,7 +71,7 @@ def end_with(future: Future[Any], error: Exception) -> None:
 
 
 class PendingCall(Future[Any]):
-    """One request, and the future of its response; who asks for that decodes it, not the transport's thread.
+    """One request, and the future of its response. The response is decoded by the thread that asks for it.
 
     `RequestClient` fills it in: an __init__ of its own would cost every call 0.6 us. What few calls need is
     an attribute of the class until then. Programs keep things of their own on futures: so the names are such
@@ -84,7 +84,7 @@ class PendingCall(Future[Any]):
     """The client that has sent it."""
     decode: Callable[[Any], Any]
     end_lock: LockType
-    """Taken by who ends the call."""
+    """Taken by the thread that ends the call."""
     sent_as: int
     """The number of what was sent last; 0 while nothing is on its way."""
     sent_ns: int
@@ -204,7 +204,7 @@ class PendingCall(Future[Any]):
             client.report_unanswered(reason)
 
     def end(self) -> bool:
-        """End the call: True for the one caller who comes first, and has to complete the future."""
+        """End the call: True for the first caller only, who has to complete the future."""
         if not self.end_lock.acquire(False):
             return False
         if self.call_context is not None:

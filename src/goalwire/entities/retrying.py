@@ -128,7 +128,7 @@ class CallAttempts:
             return self._is_sending
 
     def take_back(self) -> bool:
-        """True for the one who ends the attempt that is out."""
+        """End the attempt that is under way: True for the first caller only."""
         with self._lock:
             was_out, self._is_out = self._is_out, False
         return was_out

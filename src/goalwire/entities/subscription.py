@@ -68,7 +68,7 @@ class SubscriptionCore(Generic[MsgT]):
         self.qos = qos
         self.raw = raw
         self.taken = 0
-        """How many messages the callback got, or who takes them."""
+        """How many messages the callback got, or `take` returned."""
         self.rejected = 0
         """How many messages could not be decoded; none of them reached the callback."""
         self.support = message_support(msg_type)

@@ -367,13 +367,13 @@ class ROSClock(Clock):
                 handle.post_callback(jump)
 
     def _spread(self, change: ClockChange) -> None:
-        """Let whoever goes by this clock look at its new time."""
+        """Let all timers and sleepers of this clock look at its new time."""
         for listener in self._listeners.alive():
             listener.clock_jumped(change, None)
         self.wake_sleepers()
 
     def wake_sleepers(self) -> None:
-        """Let whoever sleeps by this clock look again."""
+        """Let all sleepers of this clock look again."""
         wake_all(self._sleepers)
 
     def _wait_on_lock(self, waiter: Waiter, missing_ns: int) -> None:

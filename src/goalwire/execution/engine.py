@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class Engine:
-    """Finds ready work and runs it on the calling thread. Who calls and who sleeps is up to the executor."""
+    """Finds ready work and runs it on the calling thread. The executor decides which threads call."""
 
     _spread_runners = False
 
@@ -49,7 +49,7 @@ class Engine:
         return not self._is_shutdown
 
     def _look_again(self) -> None:
-        """Let whoever sleeps until the next timer find out that there is an earlier one, or a descriptor."""
+        """Wake a sleeper: there is an earlier timer, or a descriptor to watch."""
         self._ready.wake_one()
 
     def _next(self) -> CallbackSource | None:

@@ -293,7 +293,7 @@ class Executor(Engine):
         return self in active_executors.executors
 
     def _wake_workers(self) -> None:
-        """At shutdown: wake whoever else waits for this executor."""
+        """At shutdown: wake the other threads that wait for this executor."""
 
     def add_capacity(self, count: int) -> None:
         """Make up for `count` threads that block in a call of ours; negative: they are back."""

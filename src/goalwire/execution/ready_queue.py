@@ -196,7 +196,7 @@ class ReadyQueue:
         return True
 
     def recheck(self) -> None:
-        """Let the pollers ask once more: by a sleeper, or by who is about to sleep. Any thread."""
+        """Have a sleeper ask the pollers once more, or the next thread that is about to sleep. Any thread."""
         self._recheck_wanted = True
         self.wake_one()
 
@@ -221,7 +221,7 @@ class ReadyQueue:
         return bool(self.items) or (self._recheck_wanted and bool(self.pollers))
 
     def wake_one(self) -> None:
-        """Let one sleeper look again. Whoever leaves while there is work must call this."""
+        """Let one sleeper look again. A thread that leaves while there is work must call this."""
         if not self.wakers:  # each tick of a timer asks, and an exception costs more than a look
             return
         try:

@@ -439,7 +439,7 @@ class Timer(CallbackSource):
             wake()
 
     def _next_turn(self) -> int:
-        """When the next period begins: who calls it may be late."""
+        """Return the time of the next call. The present one may be late, so whole periods are skipped."""
         due = self.next_call_ns
         late = self._clock.now_ns() - due
         return due if late < 0 else due + (late // max(self._period, 1) + 1) * max(self._period, 1)

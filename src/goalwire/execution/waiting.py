@@ -106,7 +106,7 @@ class StopCondition(Protocol):
         """
 
     def add_waker(self, waker: Callable[[], None]) -> None:
-        """Call `waker` when it comes, or has come, wherever nobody else wakes who waits for it."""
+        """Call `waker` when it comes, or has come. Does nothing where others wake the sleeper."""
 
     def remove_waker(self, waker: Callable[[], None]) -> None:
         """Take a waker back."""

@@ -52,7 +52,7 @@ class Graph(GraphListener):
         self._enforces_qos = enforces_qos
         self._lock = Lock()
         self.version = 0
-        """Another one after each change: who keeps an answer, keeps the version before he asked with it."""
+        """Changes with each change of the graph. To cache an answer, read the version first and keep both."""
         self._nodes: dict[_NodeKey, _Node] = {}
         self._nodes_by_name: dict[tuple[str, str], dict[_NodeKey, _Node]] = defaultdict(dict)
         self._endpoints: dict[EndpointKind, dict[str, _Endpoints]] = {

@@ -103,7 +103,7 @@ class CounterpartWatchers:
                 self._by_topic.pop(topic, None)
 
     def note(self, entity: GraphEntity, *, is_there: bool) -> None:
-        """An endpoint has come or gone; `tell` says so to who watches for it."""
+        """Note that an endpoint has come or gone; `tell` then calls its watchers."""
         for watch in self._by_topic.get((entity.kind, entity.name), ()):
             self._dispatcher.post((watch, entity, is_there))
 

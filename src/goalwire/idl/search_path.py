@@ -108,7 +108,7 @@ def package_names() -> list[str]:
 
 
 def explain_missing(package: str) -> str:
-    """One paragraph for whoever misses a package: where was looked, what is near, what to do."""
+    """Return the error text for a missing package: the places searched, similar names, what to do."""
     from difflib import get_close_matches
 
     lines = [f'no interface package named {package!r}. Looked in:']

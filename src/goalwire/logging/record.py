@@ -50,7 +50,7 @@ class _CallSite(NamedTuple):
 
 
 class CallerId(_CallSite):
-    """The call site of `frame`, or of whoever constructs it."""
+    """The call site of `frame`; by default that of the constructor's caller."""
 
     __slots__ = ()
 

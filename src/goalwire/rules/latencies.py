@@ -18,7 +18,7 @@ class Latencies:
 
     def __init__(self) -> None:
         self.counts = [0] * _BUCKETS
-        """By the number of bits of the duration. Who cannot afford a call counts up by himself."""
+        """By the number of bits of the duration. Hot paths count up here themselves, to save a call."""
 
     def add(self, ns: int) -> None:
         """Note one. Clocks are set back now and then: a negative one counts as 0."""

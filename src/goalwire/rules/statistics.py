@@ -70,7 +70,7 @@ class SubscriptionStatistics:
 
     name: str
     taken: int
-    """Messages handed to the callback, or to who iterates."""
+    """Messages handed to the callback, or to the iterator."""
     waiting: int
     dropped: int
     """Messages that found the queue full, or made it drop the oldest."""

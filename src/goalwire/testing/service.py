@@ -109,7 +109,7 @@ class FakeService(Generic[RequestT, ResponseT]):
             raise AssertionError(f"service '{self.name}', last call: {'; '.join(wrong)}")
 
     def close(self) -> None:
-        """Go away, as a server that dies; who waits for an answer learns of it. Idempotent."""
+        """Go away, as a server that dies; clients that wait for an answer get an error. Idempotent."""
         self._node.destroy()
         self._spinning.close()
 

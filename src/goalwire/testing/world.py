@@ -28,7 +28,7 @@ _OTHERS = (
 
 _FIRST_DOMAIN, _DOMAINS = 1, 100  # DDS makes port numbers of them, which end at about 230
 _FIRST_PORT = 18_700
-"""A domain of this machine is taken by who holds the port of its number from here on."""
+"""The first of the ports that stand for domains: a test that holds a port has its domain."""
 
 _memory_domains = count(1000)
 

@@ -288,7 +288,7 @@ class WirePoller(ABC):
     def wait(self, sleeper: Sleeper, timeout_ns: int | None) -> bool:
         """Sleep until `sleeper` is woken (True) or for `timeout_ns` (False), on the wire where that is free.
 
-        True may also mean nothing: whoever waits looks again.
+        True may also mean nothing, so look again.
         """
 
     @abstractmethod
@@ -297,7 +297,7 @@ class WirePoller(ABC):
 
     @abstractmethod
     def interrupt(self) -> None:
-        """Let whoever waits on the wire run Python code for a moment: a signal's handler. Any thread."""
+        """Let the thread that waits on the wire run a signal handler. Any thread."""
 
 
 class Session(ABC):
@@ -326,7 +326,7 @@ class Session(ABC):
         """
 
     def has_heard_all(self) -> bool:
-        """Whether everybody who was met so far has told all; True, as here, where nobody says so."""
+        """Whether all peers met so far have told all they have; True where the wire does not say."""
         return True
 
     @abstractmethod

@@ -343,7 +343,7 @@ class Shared(Generic[K, V]):
                 self._end(thing)
 
     def close_all(self) -> None:
-        """End all, whoever still uses them."""
+        """End all, even those that are still used."""
         with self._lock:
             things, self._things = self._things, {}
             for thing, _ in things.values():

@@ -23,7 +23,7 @@ AWAY_S = 0.05
 15 us, so this costs 20 looks a second while leaders come and go. Who waits for something is not delayed by
 it: an idle thread takes the lead itself, and for dependants the own thread leads at once."""
 CLOSING_S = 5.0
-"""How long closing waits for whoever leads; it only delivers."""
+"""How long closing waits for the leader, which only delivers."""
 FOREVER = 2**63 - 1
 """So many ns are waited for without limit."""
 _LEAD = 'lead'
@@ -144,7 +144,7 @@ class LeaderFollowers(WirePoller):
                 followers.remove(sleeper)
 
     def _hand_over(self) -> None:
-        """Wake the follower that has come last to lead, and whoever closes this."""
+        """Wake the latest follower, which then leads, and the thread that closes this."""
         if self._closed:
             self._deserted.set()
         try:

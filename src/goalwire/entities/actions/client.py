@@ -349,7 +349,7 @@ class ActionClientCore(TimedCalls):
             request.discard()
 
     def on_result_reply(self, call: ResultCall, sample: Sample) -> None:
-        """The result is there. Who waits for it is told after the feedback that came before it."""
+        """The result is there. It is given to those that wait after the feedback that came before it."""
         goal = call.goal
         payload, reason = wire.split_reason(sample.payload)
         if reason and not goal.reason:
@@ -375,7 +375,7 @@ class ActionClientCore(TimedCalls):
         call.awaited_by.report_unanswered(reason)
 
     def _fail_result(self, future: ResultFuture, error: Exception) -> None:
-        """End one who waits, where it has a context; else it stays pending, as in ROS 2."""
+        """Fail one waiting future if it has a context; else it stays pending, as in ROS 2."""
         call_context = future.call_context
         if call_context is None or not future.pending():
             return

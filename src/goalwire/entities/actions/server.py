@@ -55,7 +55,7 @@ if TYPE_CHECKING:
 
 Effects = list[effect.ServerEffect[Request, bytes]]
 _USERS = (effect.AskGoal, effect.Accepted, effect.AskCancel, effect.StoppedByServer)
-"""The effects that call the user: whoever feeds the reactor performs these itself."""
+"""The effects that call the user: the method that feeds the reactor performs these itself."""
 
 
 class ActionServerCore:

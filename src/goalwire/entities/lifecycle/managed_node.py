@@ -109,7 +109,7 @@ class LifecycleCore:
             return TransitionCallbackReturnType.ERROR
 
     def _leave(self) -> None:
-        """Rest in any case: who stops the program in a callback leaves the node finalized."""
+        """Reach a primary state in any case: if a callback stops the program, the node is finalized."""
         while not self.machine.state.is_primary:
             self._events.publish(self.machine.end(TransitionCallbackReturnType.ERROR))
 

@@ -26,7 +26,7 @@ PARAMETER_EVENT = 'rcl_interfaces/msg/ParameterEvent'
 
 
 class ParameterEvents:
-    """Tells whoever listens. The messages are not even made where nobody does: they are volatile."""
+    """Publishes parameter events. They are volatile, so no message is made while nobody subscribes."""
 
     def __init__(self, node: NodeCore, publisher: PublisherCore[Any]) -> None:
         self._node = node

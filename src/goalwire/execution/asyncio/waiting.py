@@ -44,7 +44,7 @@ _wakers: WeakKeyDictionary[asyncio.AbstractEventLoop, AsyncioLoopWaker] = WeakKe
 
 
 def waker_of(loop: asyncio.AbstractEventLoop) -> LoopWaker:
-    """The waker of `loop`: a runner's own, else the one that all who come here share."""
+    """The waker of `loop`: a runner's own, else one that all callers share."""
     own: LoopWaker | None = getattr(loop, 'goalwire_waker', None)
     return shared_waker(loop) if own is None else own
 
@@ -127,7 +127,7 @@ class LoopWaker:
         self.calls: deque[Callable[[], object]] = deque()
         """The calls that `run_pending` makes."""
         self.asleep: list[None] = [None]
-        """Not empty while who calls is to wake the loop."""
+        """Not empty while a caller has to wake the loop."""
 
     def call(self, function: Callable[[], object]) -> None:
         """Call `function()` soon, on the loop's thread and outside of its tasks. Any thread.
@@ -192,7 +192,7 @@ class AsyncioLoopWaker(LoopWaker):
             self._change_wake(partial(os.eventfd_write, wake_fd, 1))
 
     def close(self) -> None:
-        """Go back to `call_soon_threadsafe` with the last who has opened this. The loop's thread."""
+        """Go back to `call_soon_threadsafe` when the last user closes it. The loop's thread."""
         self._users -= 1
         wake_fd, loop = self._wake_fd, self._loop()
         if self._users or wake_fd < 0 or loop is None:

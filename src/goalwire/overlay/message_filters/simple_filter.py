@@ -1,4 +1,4 @@
-"""The base of all filters: whoever registers a callback is given what comes out."""
+"""The base of all filters: registered callbacks get the messages that pass."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""rclpy.executors: who runs the callbacks."""
+"""rclpy.executors: they run the callbacks."""
 
 from goalwire.execution.executor import (
     ConditionReachedException,

@@ -209,7 +209,7 @@ class QoSProfile:
 
     @property
     def liveliness(self) -> LivelinessPolicy:
-        """Who asserts that a publisher is alive."""
+        """How it is asserted that a publisher is alive."""
         return self._liveliness
 
     @liveliness.setter

@@ -61,12 +61,12 @@ class Buffer(BufferCore, BufferInterface):
         self.clear()
 
     def set_transform(self, transform: TransformStamped, authority: str) -> None:
-        """Store a transform that holds at its stamp, and wake who waits for it."""
+        """Store a transform that holds at its stamp, and wake those that wait for it."""
         super().set_transform(transform, authority)
         self._settle_waiting()
 
     def set_transform_static(self, transform: TransformStamped, authority: str) -> None:
-        """Store a transform that holds at all times, and wake who waits for it."""
+        """Store a transform that holds at all times, and wake those that wait for it."""
         super().set_transform_static(transform, authority)
         self._settle_waiting()
 

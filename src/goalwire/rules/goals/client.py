@@ -260,7 +260,7 @@ class GoalClient(Generic[WaiterT, ResultT]):
         return effects
 
     def on_result_cancelled(self, goal_id: GoalId, waiter: WaiterT) -> Any:
-        """One who wanted the result waits no longer: return the request, if nobody is left for whom it is."""
+        """One waiter has stopped waiting for the result: return the request if it was the last one."""
         goal = self.active.get(goal_id)
         if goal is None or waiter not in goal.waiters:
             return None

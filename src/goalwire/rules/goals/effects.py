@@ -58,7 +58,7 @@ class Execute:
 
 @record
 class StoppedByServer:
-    """Tell who executes the goal that it is CANCELING, or ABORTED, though no client has asked for that."""
+    """Tell the program that the goal is CANCELING, or ABORTED, though no client has asked for that."""
 
     goal_id: GoalId
 

@@ -448,7 +448,7 @@ class GoalServer(Generic[RequestT, ResultT]):
     def _end(
         self, goal: ServerGoal[RequestT, ResultT], result: ResultT | None, now: int
     ) -> list[ServerEffect[RequestT, ResultT]]:
-        """Status and result are final: answer who waits, keep the result for its time, let others run."""
+        """Status and result are final: answer the waiting requests, keep the result, start waiting goals."""
         places = self._places
         places.unfinished.pop(goal.goal_id, None)
         if goal.started:

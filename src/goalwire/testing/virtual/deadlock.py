@@ -16,7 +16,7 @@ _SHOWN = 3
 
 
 def describe(waiting: Iterable[Thread], here: Thread) -> str:
-    """Say who waits where: threads, and coroutines in asyncio loops."""
+    """Return a text that names each waiting thread and coroutine, and where it waits."""
     lines = ['everything waits and nothing is due, so no wait would ever end:']
     lines += [f"  thread '{name}' waits{_shown(places)}" for name, places in _threads([here, *waiting])]
     lines += [f"  coroutine '{name}' waits{_shown(places)}" for name, places in _coroutines()]

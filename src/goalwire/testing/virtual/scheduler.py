@@ -86,7 +86,7 @@ class Scheduler:
         return None if child is None or child.busy or self.closed else child
 
     def read(self, child: Child) -> int:
-        """The time. Who reads it again and again, without waiting, lets some pass."""
+        """The time. A thread that reads it again and again, without waiting, lets some time pass."""
         child.polls += 1
         if child.polls > _POLLS:
             self.wait(child, never, self.now + _NAP_NS)
@@ -150,7 +150,7 @@ class Scheduler:
             self._go_on()
 
     def _go_on(self) -> None:
-        """Nobody runs: find out who is next, and let time pass for that if need be."""
+        """No member runs: choose the next one, and let time pass if none can run."""
         while True:
             for child in self._waiting:
                 if child.ready():
@@ -210,7 +210,7 @@ class Scheduler:
                 self._leave()
 
     def close(self) -> None:
-        """End this time. Whoever waits goes on in real time."""
+        """End virtual time. Members that wait go on in real time."""
         self._owner.busy = True
         with self._lock:
             self.closed = True

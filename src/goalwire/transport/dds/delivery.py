@@ -31,7 +31,7 @@ PATIENCE_S = 0.1
 
 
 class ReaderDispatcher:
-    """One reader and who gets what it takes."""
+    """One reader, and the function that gets its messages."""
 
     __slots__ = ('_deliverer', '_handle', '_title', '_turn', 'closed', 'reader')
 

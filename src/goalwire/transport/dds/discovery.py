@@ -104,7 +104,7 @@ class GraphNotifier:
             told(node)
 
     def _shown(self) -> Iterator[tuple[NodeName, Callable[[NodeName], None]]]:
-        """Yield who waits no longer, and for which node."""
+        """Yield the endpoints that wait no longer, each with its node."""
         known = (entity for entity in self._there.values() if entity.node_id != UNKNOWN_ID)
         nodes = {entity.gid: entity.node for entity in known}
         for awaited in list(self._awaited):

@@ -214,7 +214,7 @@ class DdsClient(OpenPort, ClientPort):
         return calls.write(wrap((self._writer.instance, sequence), payload))
 
     def _servers(self, requested: list[Peer]) -> tuple[frozenset[str], str]:
-        """Return who of these gets a request, or nobody and why."""
+        """Return those of the servers that get a request; if none, the reason."""
         foreign = [peer for peer in requested if peer.speaks_fast_dds]
         if foreign and self._fast_dds is None:
             return frozenset(), _FOREIGN
@@ -234,7 +234,7 @@ class DdsClient(OpenPort, ClientPort):
         return any(peer.service_id in ids for peer in self._answering)
 
     def _look(self) -> None:
-        """See who is matched, tell who waits for that, and end the calls that nobody can answer now."""
+        """Look up the matched servers, tell those that wait for one, end calls that none can answer now."""
         peers = self._context.peers
         with self._lock:
             before = self._requested, self._answering

@@ -177,7 +177,7 @@ _SOURCES: dict[EventType, _Source] = {
 
 
 class Statuses:
-    """Calls who wants to know of an entity's statuses, on the discovery thread."""
+    """Calls the listeners of an entity's statuses, on the discovery thread."""
 
     def __init__(self, library: Library, waitset_thread: WaitsetThread) -> None:
         self._library = library

@@ -24,7 +24,7 @@ _INTERRUPTED = 0
 
 
 class WaitSet:
-    """The conditions of one participant and who is told of them. One thread at a time waits here."""
+    """The conditions of one participant, with their callbacks. One thread at a time waits here."""
 
     def __init__(self, participant: Participant, name: str) -> None:
         self.on_interrupt: Callable[[], None] | None = None
@@ -112,7 +112,7 @@ class WaitsetThread:
         self._woken = handler
 
     def wake(self) -> None:
-        """Have the thread call who asked for it; several calls may count as one."""
+        """Have the thread make the wake-up calls; several calls may count as one."""
         self._set.interrupt()
 
     def call_in(self, delay_ns: int, handler: Callable[[], None]) -> None:
@@ -152,7 +152,7 @@ class WaitsetThread:
 
 
 class DdsWirePoller(LeaderFollowers):
-    """The waitset of one session's readers, and who waits in it."""
+    """The waitset of one session's readers, and the threads that wait in it."""
 
     def __init__(self, participant: Participant, name: str) -> None:
         self._conditions = WaitSet(participant, name)

@@ -37,7 +37,7 @@ def _key_of(entity: GraphEntity) -> _Key:
 
 
 class FilteredGraph(GraphListener):
-    """Stands between the wire's graph and one who watches it; `is_hidden` judges each entity.
+    """Stands between the wire's graph and its listener; `is_hidden` decides about each entity.
 
     What the wire and the faults change at the same time reaches the listener in one order. Without a listener
     it is kept for those who ask.
@@ -145,7 +145,7 @@ class FaultySession(Session):
         return node
 
     def has_heard_all(self) -> bool:
-        """Whether everybody who was met has told all."""
+        """Whether all peers that were met have told all they have."""
         return self.inner.has_heard_all()
 
     def watch_graph(self, listener: GraphListener) -> None:

@@ -16,7 +16,7 @@ from goalwire.transport.memory.ports import MemoryPublisher, MemoryService, Memo
 from goalwire.transport.ordered_dispatcher import GraphDispatcher, graph_dispatcher
 
 Key: TypeAlias = tuple[str, str, str]
-"""Name, type and hash: who shares all three talks to each other, whatever the QoS (as in rmw_zenoh)."""
+"""Name, type and hash: endpoints that share all three match, whatever the QoS (as in rmw_zenoh)."""
 
 
 def key_of(entity: GraphEntity) -> Key:

@@ -38,7 +38,7 @@ class Waiting(NamedTuple):
 
 
 class Turn:
-    """One key's. Whoever publishes holds `lock` while a message is numbered, stamped and sent."""
+    """The order of publications on one key: `lock` is held while a message is numbered, stamped and sent."""
 
     def __init__(self) -> None:
         self.lock = RLock()

@@ -125,7 +125,7 @@ class EclipseMessage(NamedTuple):
 
     @property
     def source_info(self) -> SourceInfo | None:
-        """Return who numbered it."""
+        """Return the publisher that numbered it."""
         info = self.raw.source_info
         if info is None:
             return None

@@ -30,7 +30,7 @@ LEAVING_S = 5.0
 
 
 def may_block(endpoint: Endpoint) -> bool:
-    """Return whether whoever publishes waits for room on the wire."""
+    """Return whether publishing may wait for room on the wire."""
     waits = endpoint.waits_for_room
     if waits is None:
         waits = endpoint.qos.keeps_all or endpoint.qos.is_transient_local
@@ -50,7 +50,7 @@ class Large(NamedTuple):
     """How a publisher sends messages that are too large for a link's queue."""
 
     blocks: bool
-    """Whoever publishes waits for room, as with any message."""
+    """Publishing waits for room, as with any message."""
     put: Callable[..., None] | None
     """Sends and waits for room, on a thread; None: messages may be dropped, as those of a best-effort one."""
     depth: int

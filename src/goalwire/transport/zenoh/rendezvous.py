@@ -55,7 +55,7 @@ class Holder(Enum):
 
 
 def look(port: int, patience: float = PATIENCE_S) -> Holder:
-    """Greet whoever listens on a TCP port of this machine, as a Zenoh session does."""
+    """Greet the program that listens on a TCP port of this machine, as a Zenoh session does."""
     import _socket  # as in rendezvous.py: `socket` itself may not be imported while Ctrl-C ends the program
 
     greeter = _socket.socket(_socket.AF_INET, _socket.SOCK_STREAM)
@@ -246,7 +246,7 @@ class Rendezvous:
         self._routers.close(port)
 
     def close(self) -> None:
-        """Stop offering any: the interpreter is ending, whoever still counts as a user."""
+        """Stop offering any, even if there are users left: the interpreter is ending."""
         self._routers.close_all()
 
     def leave_to_other(self, port: int) -> None:

@@ -77,7 +77,7 @@ def graph_key(domain_id: int) -> str:
 
 
 DEFAULT_DEPTH = 42
-"""The depth a user gets who asks for 0."""
+"""The depth that is used where 0 is given."""
 
 _DIGITS = 20
 """As many as the greatest number of 64 bits has."""

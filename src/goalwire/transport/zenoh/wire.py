@@ -148,11 +148,11 @@ class Wire(ABC):
 
     @abstractmethod
     def declare_subscriber(self, key: str, on_message: OnMessage, *, takes_own: bool = True) -> Subscriber:
-        """Declare who gets what is put on keys that match; `takes_own` also what this session puts."""
+        """Declare a callback for what is put on matching keys; with `takes_own` also by this session."""
 
     @abstractmethod
     def declare_queryable(self, key: str, on_query: Callable[[Query], None]) -> Declared:
-        """Declare who answers queries on a key, completely; each query is to be ended."""
+        """Declare a complete queryable: the callback gets queries on the key, and each must be ended."""
 
     @abstractmethod
     def declare_querier(self, key: str) -> Querier:

@@ -52,7 +52,7 @@ def builtin_profile(qos: QoS) -> QoSProfile:
 
 
 class BaseNode(NodeGraph, ClockedNode):
-    """A node of the ROS 2 graph, whoever runs its callbacks: what Node and AsyncNode share."""
+    """A node of the ROS 2 graph: the common base of Node and AsyncNode."""
 
     def __init__(
         self,
@@ -268,13 +268,13 @@ class BaseNode(NodeGraph, ClockedNode):
     def get_publishers_info_by_topic(
         self, topic_name: str, no_mangle: bool = False
     ) -> list[TopicEndpointInfo]:
-        """Return who publishes on a topic, and how; raises ValueError for a bad name."""
+        """Return the publishers of a topic, with type and QoS; raises ValueError for a bad name."""
         return self._ros_endpoint_infos(EndpointKind.PUBLISHER, topic_name, no_mangle)
 
     def get_subscriptions_info_by_topic(
         self, topic_name: str, no_mangle: bool = False
     ) -> list[TopicEndpointInfo]:
-        """Return who subscribes to a topic, and how; raises ValueError for a bad name."""
+        """Return the subscriptions of a topic, with type and QoS; raises ValueError for a bad name."""
         return self._ros_endpoint_infos(EndpointKind.SUBSCRIPTION, topic_name, no_mangle)
 
     def _ros_endpoint_infos(self, kind: EndpointKind, topic: str, no_mangle: bool) -> list[TopicEndpointInfo]:

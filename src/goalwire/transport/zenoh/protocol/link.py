@@ -124,7 +124,7 @@ class LinkOwner(Protocol):
         """The handshake is done."""
 
     def receivers(self, link: Link, scope: int, suffix: bytes, is_senders: int) -> Receivers:
-        """Return who gets what is put on a key of this link's; remembered in `link.push_receivers`."""
+        """Return the receivers of a key of this link's; remembered in `link.push_receivers`."""
 
     def callback_failed(self, error: Exception) -> None:
         """A user's function raised."""
@@ -315,7 +315,7 @@ class Link:
             return self._is_bearable()
 
     def _is_bearable(self) -> bool:
-        """Whether the queue is within its last bound; else the link is given up by whoever watches it."""
+        """Whether the queue is within its last bound; if not, the owner gives the link up."""
         if self.queue.size > QUEUE_END:
             self.overflowed = True
             self._when_full()

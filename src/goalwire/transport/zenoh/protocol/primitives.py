@@ -239,7 +239,7 @@ def encode_source(source: SourceInfo) -> bytes:
 
 
 def encode_replier(zid: bytes, entity: int) -> bytes:
-    """Return who replies, without the length."""
+    """Return the id of the replier, without the length."""
     return bytes(((len(zid) - 1) << 4,)) + zid + encode_z(entity)
 
 

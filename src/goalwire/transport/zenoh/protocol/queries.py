@@ -159,11 +159,11 @@ class Query(ABC):
 
     @abstractmethod
     def _send(self, answer: Answer) -> None:
-        """Bring an answer to whoever asked."""
+        """Send an answer to the querier."""
 
     @abstractmethod
     def _finish(self) -> None:
-        """Tell whoever asked that this queryable has had its last word."""
+        """Tell the querier that this queryable has nothing more to say."""
 
 
 class LocalQuery(Query):

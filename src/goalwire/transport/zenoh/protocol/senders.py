@@ -124,7 +124,7 @@ class Publication:
                 self._session.callback_failed(error)
 
     def _aim(self) -> None:
-        """Find out who gets what is put on the key."""
+        """Look up the receivers of the key."""
         session, key = self._session, self._key
         with session.lock:
             self._version = session.version

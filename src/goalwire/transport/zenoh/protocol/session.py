@@ -112,7 +112,7 @@ class SessionProtocol:
         """Where this session listens; set before the first link."""
         self.lock = RLock()
         self.version = 0
-        """Counts changes of who gets what."""
+        """Counts the changes of receivers."""
         self.links: tuple[Link, ...] = ()
         """Those that are up."""
         self.expressions = Expressions()
@@ -455,7 +455,7 @@ class SessionProtocol:
     # ---- what is put
 
     def receivers(self, link: Link, scope: int, suffix: bytes, is_senders: int) -> Receivers:
-        """Return who gets what a link puts on one of its keys, and remember it."""
+        """Return the receivers of what a link puts on one of its keys, and remember them."""
         with self.lock:
             key = link.key_of(scope, suffix, self.expressions.keys, is_senders)
             if key is None:
