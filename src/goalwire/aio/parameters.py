@@ -146,7 +146,7 @@ class Changes(Entity):
         return parameter.name, parameter.value
 
     def close(self) -> None:
-        """Hear of no more changes. Idempotent."""
+        """End the iteration: no more changes come. Idempotent."""
         if self._stream.closed:
             return
         self._stream.close()

@@ -80,7 +80,7 @@ class Client(Entity, Generic[RequestT, ResponseT]):
         await attempt.until(core.server_is_there, self.name)
 
     def statistics(self) -> ClientStatistics:
-        """Count what was sent, and what came of it."""
+        """Return the counts of requests sent, and of their outcomes."""
         return self._core.statistics()
 
     def close(self) -> None:
@@ -140,7 +140,7 @@ class Service(Entity, Generic[RequestT, ResponseT]):
         self.name = self._core.full_name
 
     def statistics(self) -> ServiceStatistics:
-        """Count what was asked, and what came of it."""
+        """Return the counts of requests received, and of their outcomes."""
         return self._core.statistics()
 
     def close(self) -> None:

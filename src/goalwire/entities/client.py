@@ -194,7 +194,7 @@ class ClientCore(RequestClient, TimedCalls, Introspected):
         )
 
     def statistics(self) -> ClientStatistics:
-        """Count what was sent, and what came of it."""
+        """Return the counts of requests sent, and of their outcomes."""
         from goalwire.rules.statistics import ClientStatistics
 
         return ClientStatistics(

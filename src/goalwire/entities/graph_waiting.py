@@ -128,7 +128,7 @@ class ServerWaitQueue:
         return True
 
     def add(self, waiting: Waiting) -> None:
-        """Let a request wait; `resume` it once there is a server."""
+        """Add a waiting request; `resume` it once there is a server."""
         with self._lock:
             self.waiting[waiting] = None
             if self._changes is not None:
@@ -137,7 +137,7 @@ class ServerWaitQueue:
         self._changed()  # one may have come since somebody looked
 
     def discard(self, waiting: Waiting) -> None:
-        """Let it wait no longer; nothing where it does not."""
+        """Remove a waiting request; nothing happens if it does not wait."""
         if waiting in self.waiting:
             with self._lock:
                 self.waiting.pop(waiting, None)

@@ -336,7 +336,7 @@ class RequestClient:
         self.timed: dict[PendingCall, None] = {}
         """The calls with a context that are not over: on their way, or waiting for a server."""
         self.watches_end = False
-        """Whether the calls in `timed` hear of the context's end: those without an alarm need that."""
+        """Whether the calls in `timed` are told of the context's end: those without an alarm need that."""
         self.events = 0
         """How many responses have come; see waitable.Waited."""
         self.watchers: Sequence[Callable[[], None]] = ()

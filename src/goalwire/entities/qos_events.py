@@ -122,7 +122,7 @@ class EndpointEvents:
         return reader
 
     def discard(self, reader: EventReader) -> None:
-        """Tell a reader no more."""
+        """Remove a reader."""
         with self.lock:
             self._readers = tuple(each for each in self._readers if each is not reader)
 
@@ -256,7 +256,7 @@ class EventReader(CallbackSource):
         return int(not self.closed and self._source.status(self.event) is not self._seen)
 
     def notify(self) -> None:
-        """Let the executor call back. Any thread."""
+        """Have the executor call back. Any thread."""
         if not self._posted and not self.closed:
             self._posted = True
             self.work_queue.post(self)

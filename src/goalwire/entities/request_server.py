@@ -114,7 +114,7 @@ class RequestServer:
         log_rejected(self.node.logger_name, what, count, reason, is_error=True)
 
     def destroy(self) -> None:
-        """Undeclare; requests that wait are given up. Idempotent."""
+        """Undeclare; waiting requests are cancelled. Idempotent."""
         self.destroyed = True
         port, self._port = self._port, None
         if port is None:

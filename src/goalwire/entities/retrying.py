@@ -53,7 +53,7 @@ class Retries:
         return Attempts(self.policy, self._budget, random)
 
     def tell(self, record: CallAttempt) -> None:
-        """Let the hook hear of it. Any thread."""
+        """Have the hook called with an attempt. Any thread."""
         if self._records is not None:
             self._records.deliver(record)
 
@@ -64,7 +64,7 @@ class Retries:
             get_logger(self._node.logger_name).error(f"Service '{record.name}': on_attempt failed: {error!r}")
 
     def close(self) -> None:
-        """Tell no more."""
+        """Call the hook no more."""
         if self._records is not None:
             self._records.close()
 

@@ -27,7 +27,7 @@ class ServiceCore(Introspected):
     """Answers requests of one service: `callback(request, response)` returns the response or a coroutine."""
 
     failed: Callable[[Exception], None] | None = None
-    """Gets what the callback raises, once the request is given up; None lets it come out of spin."""
+    """Gets the error of the callback, once the request is cancelled; None: the error comes out of spin."""
 
     def __init__(
         self,
@@ -118,7 +118,7 @@ class ServiceCore(Introspected):
         return taken
 
     def statistics(self) -> ServiceStatistics:
-        """Count what was asked, and what came of it."""
+        """Return the counts of requests received, and of their outcomes."""
         from goalwire.rules.statistics import ServiceStatistics
 
         answered = self.latencies.count
@@ -139,7 +139,7 @@ class ServiceCore(Introspected):
         return self._server.destroyed
 
     def destroy(self) -> None:
-        """Undeclare; requests that wait are given up, so that their clients learn of it. Idempotent."""
+        """Undeclare; waiting requests are cancelled, so that their clients get an error. Idempotent."""
         self.node.disown(self)
         self.end_introspection()
         self._server.destroy()

@@ -405,7 +405,7 @@ class ClockTimerEntry(TimerEntry):
         return None if self.due is None else self._time
 
     def follow(self) -> None:
-        """Hear of the clock's jumps by itself, where nobody passes them on."""
+        """Watch the clock's jumps itself, where nobody else passes them on."""
         if isinstance(self._clock, ROSClock):
             self._clock.watch_jumps(self)
 

@@ -190,7 +190,7 @@ class Executor(Engine):
         return group is None or group.can_execute(entity)
 
     def wake(self) -> None:
-        """Let a spinning thread look at what there is, and ask the waitables. Any thread."""
+        """Have a spinning thread look for work, and ask the waitables. Any thread."""
         self._asking = object()
         self._ask_again()
         self._ready.recheck()
@@ -280,7 +280,7 @@ class Executor(Engine):
             self._drive(self._new_waiter(), stop, deadline, once=once)
 
     def _has_nothing_left(self, *, once: bool) -> bool:
-        """Whether a spin that has come to its end has nothing to do: nothing that came before waits."""
+        """Whether a spin whose end has come has nothing left to run of what came before."""
         return (
             once
             or not self._ready.items
@@ -357,7 +357,7 @@ class Executor(Engine):
                 return  # callbacks that are always due must not keep it from ending in time
 
     def _work_off(self, deadline: int | None) -> None:
-        """Run as many callbacks as events wait now, each in its turn; what comes meanwhile stays."""
+        """Run as many callbacks as events wait now, in order; events that come meanwhile stay."""
         waiting = [(source, source.backlog) for source in self._ready.items.copy()]
         while waiting:
             left = []

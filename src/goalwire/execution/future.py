@@ -62,7 +62,7 @@ class MakesTasks(Protocol):
     """An executor that is not ours, as futures use it."""
 
     def create_task(self, callback: Callable[..., object], /, *args: object) -> object:
-        """Have `callback(*args)` called."""
+        """Have the executor call `callback(*args)`."""
 
 
 class _ForeignWorkQueue:
@@ -74,7 +74,7 @@ class _ForeignWorkQueue:
         self._executor = executor
 
     def post(self, source: CallbackSource) -> None:
-        """Have the executor do this."""
+        """Have the executor run this source."""
         if isinstance(source, _DoneCallback):
             self._executor.create_task(*source.call)
         else:

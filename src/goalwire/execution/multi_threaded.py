@@ -302,7 +302,7 @@ class MultiThreadedExecutor(Executor):
                 self._close_runners()
 
     def _coordinate(self, stop: StopCondition, deadline: int | None) -> None:
-        """Let the workers work, and wait."""
+        """Wait while the workers run callbacks."""
         waiter = Waiter()
         self._coordinators.append(waiter)
         with StopConditionScope(self._shutdown_signal, waiter, stop):

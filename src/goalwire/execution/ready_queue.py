@@ -164,7 +164,7 @@ class ReadyQueue:
 
     def __init__(self, is_driven: Callable[[], bool] = bool) -> None:
         self.is_driven = is_driven
-        """Tells whether somebody runs what is posted here."""
+        """Returns whether an executor runs what is posted here."""
         self.items: deque[CallbackSource] = deque()
         self.pollers: WeakListeners[Poller] = WeakListeners()
         """The pollers that are asked before any work is taken; they belong to their nodes."""

@@ -159,12 +159,12 @@ _came: set[int] = set()
 
 
 def register(shutdown_signal: ShutdownSignal) -> None:
-    """Let the handled signals end `shutdown_signal`, which is held weakly."""
+    """Make the handled signals end `shutdown_signal`, which is held weakly."""
     _ended.add(shutdown_signal)
 
 
 def unregister(shutdown_signal: ShutdownSignal) -> None:
-    """Let signals leave `shutdown_signal` alone."""
+    """Signals no longer end `shutdown_signal`."""
     _ended.discard(shutdown_signal)
 
 

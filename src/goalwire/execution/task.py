@@ -148,7 +148,7 @@ class Task(Future[T]):
         self.set_result(result)
 
     def _discard_handler(self) -> None:
-        """Let go of what the handler holds: a done task is kept for its result alone."""
+        """Release the handler and its arguments: a done task is kept only for its result."""
         self._coroutine = self._cancel_run = None
         self._handler = (_nothing, (), {})
 

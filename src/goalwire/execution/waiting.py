@@ -74,11 +74,11 @@ class WeakListeners(dict[ReferenceType[L], None]):
     __slots__ = ()
 
     def add(self, listener: L) -> None:
-        """Tell `listener` from now on. Adding twice is harmless."""
+        """Add a listener. Adding it twice is harmless."""
         self[ref(listener, self._discard_reference)] = None
 
     def discard(self, listener: L) -> None:
-        """Tell `listener` no more; nothing where it is not told."""
+        """Remove a listener; nothing happens if it is not there."""
         self.pop(ref(listener), None)
 
     def alive(self) -> list[L]:

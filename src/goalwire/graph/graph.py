@@ -95,7 +95,7 @@ class Graph(GraphListener):
             self._change_watchers.tell()
 
     def connected(self) -> None:
-        """Let those who wait for the graph look again."""
+        """Have those that wait for the graph look again."""
         with self._lock:
             self.version += 1
         self._change_watchers.tell()

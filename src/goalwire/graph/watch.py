@@ -43,7 +43,7 @@ class Watchers(Generic[P]):
         self._watches: tuple[Watch[P], ...] = ()
 
     def add(self, callback: Callable[P, object]) -> Watch[P]:
-        """Tell `callback` from now on."""
+        """Call `callback` from now on."""
         watch = Watch(self._remove, callback)
         with self._lock:
             self._watches += (watch,)
@@ -108,7 +108,7 @@ class CounterpartWatchers:
             self._dispatcher.post((watch, entity, is_there))
 
     def tell(self) -> None:
-        """Tell what was noted, unless another thread is at it."""
+        """Call the watchers with the noted changes, unless another thread does."""
         self._dispatcher.drain()
 
 

@@ -44,7 +44,7 @@ class LogFile:
         self._closed = False
 
     def __call__(self, record: LogRecord) -> None:
-        """Write one record. The first failure is told on the console; after it nothing is tried again."""
+        """Write one record. A failure is reported once, on the console; then nothing is written any more."""
         try:
             file = self._file or self._open(record.name)
             if file is not None:

@@ -49,7 +49,7 @@ class RcutilsLogger:
         return child
 
     def set_level(self, level: int) -> None:
-        """Let pass what is at least so grave, here and below; raises ValueError for no severity."""
+        """Set the level of this logger and of its children; raises ValueError for what is no severity."""
         set_logger_level(self.name, level)
 
     def get_effective_level(self) -> LoggingSeverity:
@@ -57,7 +57,7 @@ class RcutilsLogger:
         return get_logger_effective_level(self.name)
 
     def is_enabled_for(self, severity: int) -> bool:
-        """Tell whether a message of this severity would pass; raises ValueError for no severity."""
+        """Whether a message of this severity would pass; raises ValueError for what is no severity."""
         return LoggingSeverity(severity) >= get_logger_effective_level(self.name)
 
     def log(self, message: str, severity: int, **kwargs: Unpack[LogOptions]) -> bool:

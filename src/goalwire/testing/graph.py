@@ -124,7 +124,7 @@ class Graph:
             context.try_shutdown()
 
     def blame(self, problem: str) -> None:
-        """Let the test fail at the end of the block, with this sentence. Any thread."""
+        """Make the test fail at the end of the block, with this sentence. Any thread."""
         self._problems.append(problem)
 
     # -- what it is ----------------------------------------------------------------------------------------
@@ -136,7 +136,7 @@ class Graph:
 
     @property
     def domain(self) -> int:
-        """Its domain, which nobody else is in."""
+        """Its domain, in which there is nobody else."""
         return self._world.domain
 
     @property

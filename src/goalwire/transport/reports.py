@@ -28,7 +28,7 @@ class Origin(Protocol):
 
     @property
     def logger(self) -> str:
-        """The logger that tells of it: that of the node, so that it reaches /rosout."""
+        """The logger for it: that of the node, so that the line reaches /rosout."""
 
 
 class RejectCounters:

@@ -46,7 +46,7 @@ class Goal(Generic[GoalT, FeedbackT]):
         return self._handle.goal_id_bytes
 
     def feedback(self, message: FeedbackT | None = None, /, **fields: object) -> None:
-        """Tell the client how it is going, with a message or one that is made of `fields`.
+        """Send feedback to the client: a message, or one that is made of `fields`.
 
         Raises TypeError for another type, EncodeError, InvalidHandle once the server is closed.
         """

@@ -141,7 +141,7 @@ class ActionClientCore(TimedCalls):
     # -- the rules, and what they decide -------------------------------------------------------------------
 
     def dispatch(self, event: Callable[..., Effects], *args: Any) -> None:
-        """Tell the rules of an event and perform what follows from it."""
+        """Pass an event to the reactor and perform its effects."""
         with self._lock:
             effects = event(*args)
         for item in effects:

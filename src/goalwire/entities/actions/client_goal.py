@@ -229,7 +229,7 @@ class GoalFeedback(EventQueue['Sample | None']):
             self._go_on()
 
     def hurry(self) -> None:
-        """Let the result wait no longer: somebody waits for it in a way that keeps the callbacks waiting."""
+        """Complete the result now: a caller blocks on it, and the feedback callbacks cannot run meanwhile."""
         self.hurried = True
         self._tell_end()
 

@@ -91,7 +91,7 @@ class ActionServerEndpoints:
         results.work_off()
 
     def close(self) -> None:
-        """Undeclare everything; requests that wait are given up."""
+        """Undeclare everything; waiting requests are cancelled."""
         self._declared.close()
 
     def _server(
@@ -135,5 +135,5 @@ class LostClients:
         return client in self._gone
 
     def close(self) -> None:
-        """Hear of no more. Idempotent."""
+        """Stop watching. Idempotent."""
         self._watch.close()

@@ -136,7 +136,7 @@ class GoalCall(PendingCall):
     late: TimerEntry | None = None
     """Ends the time in which it may still be accepted, and is cancelled; None while somebody waits."""
     has_reply = False
-    """True once a server has answered. Others of the same name may do so too, which is told."""
+    """True once a server has answered. If a second server of the name does so too, that is logged."""
 
     def on_reply(self, sample: Sample) -> None:
         if self.late is None:

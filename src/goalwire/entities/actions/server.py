@@ -307,7 +307,7 @@ class ActionServerCore:
         self.dispatch(self.reactor.on_result, handle.goal_id_bytes, result, self.now())
 
     def failure(self, handle: ServerGoalHandle, error: Exception) -> Failure:
-        """Tell the program's hook what an execute callback raised; return what the client is told."""
+        """Call the program's on_failure with an error of execute; return what the client gets."""
         self.failed += 1
         result: object = None
         if self.callbacks.failed is not None:

@@ -87,10 +87,10 @@ class GoalServing(Protocol):
         """End a goal."""
 
     def finished(self, handle: ServerGoalHandle, outcome: object) -> None:
-        """Execution is over, and came to `outcome`: a result, or a Failure."""
+        """Execution is over; `outcome` is a result, or a Failure."""
 
     def failure(self, handle: ServerGoalHandle, error: Exception) -> Failure:
-        """Tell the program what an execute callback raised; return what the client is told."""
+        """Call the program's on_failure with an error of execute; return what the client gets."""
 
 
 class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):

@@ -114,7 +114,7 @@ class LifecycleCore:
             self._events.publish(self.machine.end(TransitionCallbackReturnType.ERROR))
 
     def add(self, entity: ManagedEntity) -> None:
-        """Let an entity go through the node's transitions, once; raises TypeError for what is none."""
+        """Add an entity that follows the transitions; raises TypeError for what is no managed entity."""
         if not isinstance(entity, ManagedEntity):
             raise TypeError('Expected a rclpy.lifecycle.ManagedEntity instance.')
         if not self.manages(entity):
@@ -134,7 +134,7 @@ class LifecycleCore:
 
 
 class TransitionEvents:
-    """Tells the world of every step, on ~/transition_event."""
+    """Publishes every step on ~/transition_event."""
 
     def __init__(self, node: NodeCore, now: Callable[[], int]) -> None:
         self._now = now
@@ -146,7 +146,7 @@ class TransitionEvents:
         node.own(self)
 
     def publish(self, transition: Transition) -> None:
-        """Tell of one step. Never raises: the transition counts, even where the wire has gone."""
+        """Publish one step. Never raises: the transition counts, even if the wire has gone."""
         from lifecycle_msgs.msg import State, TransitionEvent
         from lifecycle_msgs.msg import Transition as TransitionMessage
 

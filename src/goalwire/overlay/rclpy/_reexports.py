@@ -248,7 +248,7 @@ REEXPORTS = {
 
 
 def reexport(module: str) -> None:
-    """Let a module of rclpy hand on what REEXPORTS says, beside the names that it defines."""
+    """Make the names of REEXPORTS available in a module of rclpy, beside those that it defines."""
 
     def find(name: str) -> object:
         if name not in REEXPORTS[module].split():

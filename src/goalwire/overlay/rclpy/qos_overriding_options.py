@@ -81,7 +81,7 @@ class QoSOverridingOptions:
     def with_default_policies(
         cls, *, callback: QosCallbackType | None = None, entity_id: str | None = None
     ) -> Self:
-        """Let parameters set history, depth and reliability."""
+        """Allow parameters to set history, depth and reliability."""
         return cls(_BY_DEFAULT, callback=callback, entity_id=entity_id)
 
 

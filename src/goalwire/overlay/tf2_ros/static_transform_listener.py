@@ -1,4 +1,4 @@
-"""tf2_ros.StaticTransformListener: fills a buffer with what is said on /tf_static alone."""
+"""tf2_ros.StaticTransformListener: fills a buffer from /tf_static only."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""tf2_ros.TransformListener: fills a buffer with what is said on /tf and /tf_static."""
+"""tf2_ros.TransformListener: fills a buffer from /tf and /tf_static."""
 
 from __future__ import annotations
 

@@ -63,11 +63,11 @@ class FeedbackQueue(Protocol):
 
 @dataclass(slots=True, eq=False)
 class ClientGoal(Generic[WaiterT]):
-    """One goal of a client. Only the reactor changes it, but for what is said to be the driver's."""
+    """One goal of a client. Only the reactor changes it, except for the fields marked as the caller's."""
 
     goal_id: GoalId
     feedback: FeedbackQueue | None = None
-    """None where nobody wants to hear of it."""
+    """The queue of its feedback; None where nobody wants it."""
     sent_at: int = 0
     """When, in ns since the UNIX epoch; 0 where it was not sent by this client."""
     answered: bool = False
@@ -77,11 +77,11 @@ class ClientGoal(Generic[WaiterT]):
     waiters: list[WaiterT] = field(default_factory=list)
     """Those that wait for its result."""
     request: Any = None
-    """The driver's: the request for its result that is on its way."""
+    """The caller's: the request for its result that is on its way."""
     reason: str = ''
-    """The driver's: why it was aborted, in the words of a server that knows goalwire."""
+    """The caller's: why it was aborted, in the words of a server that knows goalwire."""
     heard: Callable[[], object] | None = None
-    """The driver's: called at each sign of life, feedback and every change of the status."""
+    """The caller's: called at each sign of life, feedback and every change of the status."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +92,7 @@ class SentGoals:
     active: int
     """Accepted, and not known to have ended."""
     remembered: int
-    """Ended; these still hear what was overtaken."""
+    """How many have ended and still take late messages."""
     waiting_for_results: int
     sent: int
     accepted: int
@@ -103,7 +103,7 @@ class SentGoals:
 
 
 class GoalClient(Generic[WaiterT, ResultT]):
-    """Every goal that one action client has under way. A waiter is what the driver completes in the end."""
+    """Every goal that one action client has under way. The caller completes each waiter in the end."""
 
     def __init__(self) -> None:
         self.active: dict[GoalId, ClientGoal[WaiterT]] = {}
@@ -115,7 +115,7 @@ class GoalClient(Generic[WaiterT, ResultT]):
         self._feedback_dropped = 0
         self._sent = self._accepted = self._refused = 0
         self._reached = [0] * len(GoalStatus)
-        """How many goals have come to each status."""
+        """How many goals have reached each status."""
 
     def find(self, goal_id: GoalId) -> ClientGoal[WaiterT] | None:
         """Return the record of a goal; None where there is none."""

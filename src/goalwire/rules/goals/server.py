@@ -130,7 +130,7 @@ class GoalServer(Generic[RequestT, ResultT]):
         self._lost = on_client_lost
         self._places: Places[ServerGoal[RequestT, ResultT]] = Places(policy)
         self._reached = [0] * len(GoalStatus)
-        """How many goals have come to each status; UNKNOWN stands for those refused."""
+        """How many goals have reached each status; UNKNOWN counts those refused."""
         self.deciding: dict[GoalId, ServerGoal[RequestT, ResultT]] = {}
         """Goals about which the user has been asked."""
         self.goals: dict[GoalId, ServerGoal[RequestT, ResultT]] = {}
@@ -476,7 +476,7 @@ class GoalServer(Generic[RequestT, ResultT]):
             self._discard(self.goals[heappop(self._expiring)[1]])
 
     def _discard(self, goal: ServerGoal[RequestT, ResultT]) -> None:
-        """Hold a goal no more: a handle of it that is left tells that it is not known."""
+        """Remove a goal: a handle of it that is left then has the status UNKNOWN."""
         del self.goals[goal.goal_id]
         self._statuses.remove(goal.goal_id)
         goal.status, goal.handle, goal.execution = GoalStatus.UNKNOWN, None, None

@@ -60,7 +60,7 @@ class SetCallbacks:
         return ACCEPTED
 
     def tell(self, parameters: list[Parameter]) -> None:
-        """Tell of what was set."""
+        """Call the callbacks after a set."""
         for callback in tuple(self.after):
             callback(parameters)
 

@@ -66,7 +66,7 @@ def descriptor_message(descriptor: Descriptor) -> ParameterDescriptor:
 
 
 def result_message(outcome: Outcome) -> SetParametersResult:
-    """Return what became of a set as an rcl_interfaces/msg/SetParametersResult."""
+    """Return the outcome of a set as an rcl_interfaces/msg/SetParametersResult."""
     from rcl_interfaces.msg import SetParametersResult
 
     return SetParametersResult(successful=outcome.successful, reason=outcome.reason)

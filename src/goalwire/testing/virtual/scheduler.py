@@ -25,7 +25,7 @@ _NAP_NS = 10_000_000
 
 
 _STALL_S = 30.0
-"""Real time for which one thread may keep all others waiting, at least, before the owner is told of it."""
+"""Real time in s, at least, for which one thread may keep all others waiting before an error is raised."""
 
 
 def never() -> bool:
@@ -67,7 +67,7 @@ class Child:
 
 
 class Scheduler:
-    """`owner` is the thread that is told when nothing can ever happen again."""
+    """`owner` is the thread that gets a DeadlockError when nothing can ever happen again."""
 
     def __init__(self, owner: Thread, now_ns: int) -> None:
         self.now = now_ns

@@ -93,7 +93,7 @@ class DdsContext:
         return service_id(self.participant.guid, self._next_service())
 
     def announce(self) -> None:
-        """Have the others told of what has changed here."""
+        """Announce to the others what has changed here."""
         self.discovery.waitset_thread.wake()
 
     def close(self) -> None:
@@ -135,7 +135,7 @@ class EndpointBuilder:
         self._readers_to_watch.append((topic, dispatcher))
 
     def show(self, node_id: int, readers: Iterable[bytes], writers: Iterable[bytes]) -> None:
-        """Tell the others whose this endpoint is, then let messages in."""
+        """Announce the endpoint with its node, then let messages in."""
         context, gids = self._context, (*readers, *writers)
         context.announcement.add(node_id, readers, writers)
         self.undo += [context.announce, partial(context.announcement.remove, node_id, gids)]

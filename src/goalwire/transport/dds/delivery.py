@@ -85,12 +85,12 @@ class LocalReaders:
         """Looked at with each message: most have no reader here."""
 
     def add(self, topic: str, dispatcher: ReaderDispatcher) -> None:
-        """Have a reader drained by local writers."""
+        """Add a reader that local writers drain."""
         with self._lock:
             self.by_topic[topic] = (*self.by_topic.get(topic, ()), dispatcher)
 
     def discard(self, topic: str, dispatcher: ReaderDispatcher) -> None:
-        """Have it drained no more; an unknown one is no error."""
+        """Remove a reader; an unknown one is no error."""
         with self._lock:
             others = tuple(each for each in self.by_topic.get(topic, ()) if each is not dispatcher)
             if others:

@@ -66,7 +66,7 @@ class GraphNotifier:
         self._awaited: list[tuple[bytes, Callable[[NodeName], None]]] = []
 
     def watch(self, listener: GraphListener) -> None:
-        """Tell a listener of all there is, before this returns, and of every change until `close`."""
+        """Call a listener with all there is, before this returns, and with every change until `close`."""
         watcher = graph_dispatcher(listener)
         with watcher.first_turn(), self._lock:
             for entity in self._there.values():
@@ -74,7 +74,7 @@ class GraphNotifier:
             self._watchers += (watcher,)
 
     def change(self, changes: Iterable[Change]) -> None:
-        """Take note of changes and tell of them."""
+        """Note changes and tell the listeners."""
         with self._lock:
             for change in changes:
                 self._note(change)
@@ -123,7 +123,7 @@ class GraphNotifier:
             watcher.drain()
 
     def close(self) -> None:
-        """Tell nobody any more."""
+        """Remove the listener."""
         with self._lock:
             self._watchers = ()
 
@@ -186,7 +186,7 @@ class Announcement:
             self._changed = True
 
     def publish(self) -> None:
-        """Tell the others, if anything has changed. One thread alone calls this."""
+        """Publish the announcement if anything has changed. Only one thread calls this."""
         with self._lock:
             if not self._changed:
                 return

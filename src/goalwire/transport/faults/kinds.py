@@ -83,7 +83,7 @@ class Fault(ABC):
         )
 
     def apply(self, packet: Packet, rng: Random, now: int) -> tuple[Packet, ...]:
-        """Return what becomes of a packet at `now` (ns): nothing, itself, something else, several."""
+        """Return the packets that a packet becomes at `now` (ns): none, itself, another one, several."""
         if (self.times is not None and self.struck >= self.times) or not self.meets(packet):
             return (packet,)
         if self.rate < 1.0 and rng.random() >= self.rate:

@@ -21,7 +21,7 @@ class Watching(Protocol):
         """A partition may have changed."""
 
     def kill(self, name: str) -> None:
-        """Let a dead node's endpoints vanish from the graph."""
+        """Remove a dead node's endpoints from the graph."""
 
 
 class Plan:
@@ -47,7 +47,7 @@ class Plan:
     # -- what a test does ----------------------------------------------------------------------------------
 
     def add(self, fault: FaultT) -> FaultT:
-        """Let a fault strike from now on; returns it."""
+        """Add a fault, which applies from now on; returns it."""
         if isinstance(fault, Partition):
             fault.begin(self._clock.now())
         with self._lock:
@@ -160,7 +160,7 @@ class Plan:
         return rng
 
     def parted(self, source: str, target: str) -> bool:
-        """Whether `target` has noticed by now that it hears nothing of `source`."""
+        """Whether `target` has noticed by now that nothing comes from `source`."""
         now = self._clock.now()
         return any(
             isinstance(fault, Partition) and fault.noticed_at <= now and fault.cuts(source, target)

@@ -181,7 +181,7 @@ class FaultySession(Session):
             node.look_again()
 
     def kill(self, name: str) -> None:
-        """Let a dead node's endpoints vanish from the graph."""
+        """Remove a dead node's endpoints from the graph."""
         for node in self._nodes:
             if node.name == name:
                 node.inner.close()

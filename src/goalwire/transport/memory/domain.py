@@ -80,7 +80,7 @@ class MemoryDomain:
         self._drain(watchers)
 
     def add_server(self, server: MemoryService) -> None:
-        """Let a server have the calls made from now on."""
+        """Add a server, which gets the calls made from now on."""
         key = key_of(server.entity)
         with self._lock:
             self._servers[key] = (*self._servers.get(key, ()), server)
@@ -120,7 +120,7 @@ class MemoryDomain:
         self._drain(watchers)
 
     def watch(self, listener: GraphListener) -> GraphDispatcher:
-        """Tell a listener of all there is, before this returns, and of every change."""
+        """Call a listener with all there is, before this returns, and with every change."""
         watcher = graph_dispatcher(listener)
         with watcher.first_turn(), self._lock:
             for entity in self._entities.values():
@@ -129,7 +129,7 @@ class MemoryDomain:
         return watcher
 
     def unwatch(self, watcher: GraphDispatcher) -> None:
-        """Tell a listener no more."""
+        """Remove a listener."""
         with self._lock:
             self._watchers = tuple(each for each in self._watchers if each is not watcher)
 

@@ -158,7 +158,7 @@ class MemoryCall:
             self._end()
 
     def cancel(self) -> None:
-        """Tell nobody of what servers answer yet, and let them hold nothing for it."""
+        """Ignore further answers, and have the servers keep nothing for this call."""
         with self._lock:
             self._open = 0
         self._on_reply, self._on_end = _to_nobody, _to_nobody
@@ -193,7 +193,7 @@ class MemoryRequest(Request):
         self._is_answered = False
 
     def reply(self, payload: bytes) -> None:
-        """Answer on this thread. Raises LocalError the second time; a caller that has gone hears nothing."""
+        """Answer on this thread. Raises LocalError the second time; a caller that has gone gets nothing."""
         if self._is_answered:
             raise LocalError(f'{self._server.state.title}: this request was answered before; answer it once')
         self._is_answered = True

@@ -58,7 +58,7 @@ class Queriers:
         """Send a request without a time."""
 
     def get_within(self, timeout_ns: int) -> Callable[..., object]:
-        """Return what sends a request that zenoh gives up after `timeout_ns`, twice that (or 1 s) at most."""
+        """Return a function that sends a request with a time: `timeout_ns`, twice that (or 1 s) at most."""
         seconds = 1 << (timeout_ns // S_TO_NS).bit_length()
         querier = self._declared.get(seconds) or self._add(seconds)
         return querier.get
@@ -71,7 +71,7 @@ class Queriers:
         return kept
 
     def undeclare(self) -> None:
-        """Take them off the wire; who wants to send later gets RuntimeError."""
+        """Take them off the wire; sending after that raises RuntimeError."""
         self.get = self._declare = taken_back
         while self._declared:
             undeclare(self._declared.popitem()[1])
@@ -447,7 +447,7 @@ class EclipseWire(wire.Wire):
         return _Held(self._zenoh.info.declare_link_events_listener(handler, history=True))
 
     def close(self) -> None:
-        """Zenoh gives up after 10 s where a peer is mute."""
+        """Close the session. Zenoh takes up to 10 s for that if a peer does not answer."""
         try:
             self._zenoh.close()  # type: ignore[no-untyped-call]
         finally:

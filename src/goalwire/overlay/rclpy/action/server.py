@@ -160,15 +160,15 @@ class ActionServer(ActionServerCore, EventQueueWaitable, Generic[GoalT, ResultT,
         self.callbacks.accepted = handle_accepted_callback or default_handle_accepted_callback
 
     def register_goal_callback(self, goal_callback: _Decide[GoalT] | None) -> None:
-        """Let this decide about goals; None restores the default, which accepts."""
+        """Set the goal callback; None restores the default, which accepts."""
         self.callbacks.goal = goal_callback or default_goal_callback
 
     def register_cancel_callback(self, cancel_callback: _Cancel[GoalT, ResultT, FeedbackT] | None) -> None:
-        """Let this decide about cancel requests; None restores the default, which refuses."""
+        """Set the cancel callback; None restores the default, which refuses."""
         self.callbacks.cancel = cancel_callback or default_cancel_callback
 
     def register_execute_callback(self, execute_callback: _Execute[GoalT, ResultT, FeedbackT]) -> None:
-        """Let this execute goals; raises TypeError where it cannot be called."""
+        """Set the execute callback; raises TypeError for what cannot be called."""
         _check_callable(execute_callback, self.name)
         self.callbacks.execute = execute_callback
 

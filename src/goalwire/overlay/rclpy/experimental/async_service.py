@@ -11,7 +11,7 @@ class AsyncService(Adopted, Service[RequestT, ResponseT]):
     """Made by AsyncNode.create_service."""
 
     def send_response(self, response: object, header: Request) -> None:
-        """Send the response; where the callback has destroyed its service or node, the client is told so."""
+        """Send the response. If the callback has destroyed its service or node, the client gets an error."""
         if self.destroyed:
             header.cancel('its service was destroyed')
         else:

@@ -253,7 +253,7 @@ class BaseNode(NodeGraph, ClockedNode):
         yield from self._ros_waitables
 
     def add_waitable(self, waitable: Waitable[Any]) -> None:
-        """Let the node's executor run `waitable`, too."""
+        """Add a waitable, which the node's executor runs, too."""
         self._ros_waitables.append(waitable)
         if not isinstance(waitable, SelfDriven):
             from goalwire.execution.waitable import WaitablePoller

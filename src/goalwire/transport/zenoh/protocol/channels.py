@@ -159,12 +159,12 @@ class SendQueue:
         return self.size > 0
 
     def add(self, priority: int, batch: Sequence[Buffer]) -> None:
-        """Have a batch, in one or more pieces, wait."""
+        """Queue a batch, in one or more pieces."""
         self._waiting[priority].append(batch)
         self.size += sum(map(len, batch))
 
     def add_rest(self, rest: Buffer) -> None:
-        """Have the rest of a batch wait that the socket took in part, while nothing else waited."""
+        """Queue the rest of a batch of which the socket took a part, while nothing else waits."""
         self._begun.append(rest)
         self.size += len(rest)
 
@@ -188,7 +188,7 @@ class SendQueue:
             size -= len(first)
 
     def clear(self) -> None:
-        """Let go of everything: the link has ended."""
+        """Empty the queues: the link has ended."""
         self.size = 0
         self._begun.clear()
         for waiting in self._waiting:

@@ -54,14 +54,14 @@ class Liveliness:
             self._callback_failed(error)
 
     def watch(self, number: int, key: str, watcher: Watcher, *, history: bool) -> None:
-        """Tell `watcher` of changes, and with `history` of what is there."""
+        """Call `watcher` with changes, and with `history` also with the tokens that are there."""
         self._watchers.add(number, key, watcher)
         if history:
             for token in self.present(key):
                 self._changes.post((watcher, Sample(token, b'')))
 
     def unwatch(self, number: int) -> None:
-        """Tell this watcher no more."""
+        """Remove a watcher."""
         self._watchers.pop(number)
 
     def present(self, key: str) -> list[str]:
