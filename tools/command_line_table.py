@@ -95,7 +95,7 @@ MISSING = {
     'component load': 'the same',
     'component standalone': 'the same',
     'component unload': 'the same',
-    'pkg create': 'not there yet',
+    'pkg create': '`new` makes a package for pip, uv and colcon at once',
     'doctor hello': "`doctor`'s self-test does it between two processes",
     'doctor -ep --exclude-packages': 'packages are not compared with a list of releases',
     'doctor -iw --include-warnings': 'what is not well is always shown',

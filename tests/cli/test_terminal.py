@@ -2,17 +2,10 @@
 
 from __future__ import annotations
 
-import os
-import re
-import subprocess
 import sys
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
-from select import select
-from time import monotonic
 
 import pytest
-from helpers.command_line import Begin, CommandLine, executable, with_bytecode
+from helpers.command_line import Begin, CommandLine
 from helpers.processes import Program
 
 from goalwire.cli.topic_plot import curve_text
@@ -20,75 +13,7 @@ from goalwire.cli.topic_plot import curve_text
 if sys.platform == 'win32':
     pytest.skip('terminals of POSIX', allow_module_level=True)
 
-import pty
-
-PATIENCE_S = 30.0
-CTRL_C = b'\x03'
-
-
-class Screen:
-    """A command on a pseudo-terminal of its own, and what it has written there."""
-
-    def __init__(self, process: subprocess.Popen[bytes], master: int) -> None:
-        self.process = process
-        self._master = master
-        self.text = ''
-
-    def expect(self, pattern: str) -> re.Match[str]:
-        """Read until a pattern is found."""
-        end = monotonic() + PATIENCE_S
-        while (found := re.search(pattern, self.text)) is None:
-            left = end - monotonic()
-            assert left > 0, f'no {pattern!r} in {self.text!r}'
-            if select([self._master], [], [], left)[0]:
-                self._read(pattern)
-        return found
-
-    def _read(self, pattern: str) -> None:
-        try:
-            self.text += os.read(self._master, 65536).decode(errors='replace')
-        except OSError:  # the other end is closed
-            assert re.search(pattern, self.text), f'ended without {pattern!r}: {self.text!r}'
-
-    def press(self, keys: bytes) -> None:
-        """Type something."""
-        os.write(self._master, keys)
-
-    def wait(self) -> int:
-        """Wait for the command's end."""
-        return self.process.wait(PATIENCE_S)
-
-
-@contextmanager
-def screen(env: Mapping[str, str], *arguments: str, **variables: str) -> Iterator[Screen]:
-    """Run a command on a terminal of 24 lines and 80 columns."""
-    master, slave = pty.openpty()
-    try:
-        process = subprocess.Popen(
-            [executable(), *arguments],
-            env={**with_bytecode(env), 'TERM': 'xterm', 'LINES': '24', 'COLUMNS': '80', **variables},
-            stdin=slave,
-            stdout=slave,
-            stderr=slave,
-            start_new_session=True,
-            preexec_fn=_own_terminal,  # noqa: PLW1509 - one system call between fork and exec
-        )
-        os.close(slave)
-        try:
-            yield Screen(process, master)
-        finally:
-            process.kill()
-            process.wait()
-    finally:
-        os.close(master)
-
-
-def _own_terminal() -> None:
-    """Make the terminal the session's own, so that ^C becomes SIGINT."""
-    import fcntl
-    import termios
-
-    fcntl.ioctl(0, termios.TIOCSCTTY, 0)
+from helpers.screens import CTRL_C, screen
 
 
 def test_a_goal_draws_its_bar_and_ctrl_c_cancels_it(ros2: CommandLine, world: dict[str, str]) -> None:

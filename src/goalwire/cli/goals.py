@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import goalwire
 from goalwire.cli.live import live
+from goalwire.cli.numbers import positive
 from goalwire.cli.outcome import CommandError, Outcome
-from goalwire.cli.service_call import PATIENCE_S, positive
+from goalwire.cli.service_call import PATIENCE_S
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -24,7 +25,7 @@ STATUSES = ('UNKNOWN', 'ACCEPTED', 'EXECUTING', 'CANCELING', 'SUCCEEDED', 'CANCE
 ACTIVE = frozenset({'ACCEPTED', 'EXECUTING', 'CANCELING'})
 LOOK_S = 2.0
 """How long a server's status may take to come; one that has had no goal sends none."""
-_CODES = {
+CODES = {
     1: (Outcome.REFUSED, 'the server rejects the request'),
     2: (Outcome.NOT_FOUND, 'the server knows no such goal'),
     3: (Outcome.REFUSED, 'the goal has ended already'),
@@ -165,7 +166,7 @@ def cancel(arguments: Namespace, output: Output) -> Outcome:
             output.line(f'Canceling goal {each}')
         if canceling:
             return Outcome.OK
-        outcome, problem = _CODES.get(response.return_code, (Outcome.NOT_FOUND, 'there is no goal to cancel'))
+        outcome, problem = CODES.get(response.return_code, (Outcome.NOT_FOUND, 'there is no goal to cancel'))
         raise CommandError(outcome, f"action '{name}': {problem}", f'see: ros2 action goals {name} --all')
 
     return live(ask)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
+from goalwire.cli.numbers import length
+
 if TYPE_CHECKING:
     from goalwire.cli.output import Json
 
@@ -33,14 +35,6 @@ def add_style_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--no-arr', action='store_true', help="Don't print the elements of arrays")
     parser.add_argument('--no-str', action='store_true', help="Don't print the text of strings")
     parser.add_argument('--flow-style', action='store_true', help='Print collections on one line')
-
-
-def length(text: str) -> int:
-    """Read a number from 0 on."""
-    number = int(text)
-    if number < 0:
-        raise argparse.ArgumentTypeError('give a number from 0 on')
-    return number
 
 
 def as_dict(message: Any) -> Json:

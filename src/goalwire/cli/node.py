@@ -56,21 +56,22 @@ def _info(arguments: Namespace, output: Output) -> None:
             f'There are {number} nodes in the graph with the exact name "{name}". '
             'You are seeing information about only one of them.'
         )
-    sections = _sections(graph, name, include_hidden=arguments.include_hidden)
+    found = sections(graph, name, include_hidden=arguments.include_hidden)
     if output.json:
-        shown = {title.lower().replace(' ', '_'): dict(found) for title, found in sections}
+        shown = {title.lower().replace(' ', '_'): dict(names) for title, names in found}
         output.data({'name': name, 'nodes_of_that_name': number, **shown})
         return
     output.line(name)
-    for title, found in sections:
+    for title, names in found:
         output.line(f'  {title}:')
-        for each, types in found:
+        for each, types in names:
             output.line(f'    {each}: {", ".join(types)}')
-        if not found:
+        if not names:
             output.line()
 
 
-def _sections(graph: Graph, full_name: str, *, include_hidden: bool) -> list[tuple[str, NamesAndTypes]]:
+def sections(graph: Graph, full_name: str, *, include_hidden: bool) -> list[tuple[str, NamesAndTypes]]:
+    """Return what a node has, under the titles of `node info`."""
     from goalwire.graph.names import without_hidden
     from goalwire.transport.contract import EndpointKind
 

@@ -24,6 +24,7 @@ NOUNS = {
     'router': ('goalwire.cli.router', 'Run a Zenoh router for a site'),
     'run': ('goalwire.cli.run', 'Run a package specific executable'),
     'service': ('goalwire.cli.service', 'Various service related sub-commands'),
+    'top': ('goalwire.cli.top', 'Show nodes, topics, services, goals and log lines on one screen'),
     'topic': ('goalwire.cli.topic', 'Various topic related sub-commands'),
     'version': ('goalwire.cli.version', 'Show which version this is'),
 }

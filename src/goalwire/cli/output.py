@@ -18,6 +18,11 @@ _WITHOUT_LIMIT = sys.maxsize - 1
 STYLES = {'bold': '1', 'dim': '2', 'red': '31', 'green': '32', 'yellow': '33', 'cyan': '36'}
 
 
+def spelt(text: str) -> str:
+    """Return a text as one line for a terminal; a line break is spelt out, so that no name forges lines."""
+    return text if text.isprintable() else peer_text(text, _WITHOUT_LIMIT)
+
+
 def escaped(text: str) -> str:
     r"""Return a text as it may reach a terminal: lines and tabs stay, other control characters are spelt."""
     if text.isprintable():
@@ -42,9 +47,8 @@ class Output:
         )
 
     def line(self, text: str = '', *, style: str = '') -> None:
-        """Print one line; a line break in it is spelt out, so that a peer's name cannot forge lines."""
-        shown = text if text.isprintable() else peer_text(text, _WITHOUT_LIMIT)
-        self._stream.write(f'{self.styled(shown, style)}\n')
+        """Print one line; see `spelt`."""
+        self._stream.write(f'{self.styled(spelt(text), style)}\n')
 
     def block(self, text: str, *, end: str = '\n') -> None:
         """Print a text of several lines, and have it seen at once."""

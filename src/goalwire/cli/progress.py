@@ -11,6 +11,7 @@ HELP = (
     'array its length counts. A field that says what remains begins at nothing done'
 )
 _FALLING = ('remaining', 'left', 'to_go')
+_NUMBERS = ('float', 'double', 'int', 'uint')
 _WIDTH = 30
 
 
@@ -59,6 +60,17 @@ class Progress:
         return _bounded(number / self._most)
 
 
+def likely_field(feedback: Any) -> str | None:
+    """Return the field that by its name tells how far a goal is, as `--progress` takes it; None for none."""
+    fields: dict[str, str] = feedback.get_fields_and_field_types()
+    numbers = [name for name, kind in fields.items() if kind.startswith(_NUMBERS) and '[' not in kind]
+    for words, most in ((('fraction', 'progress'), ''), (('percent',), '/100'), (_FALLING, '')):
+        for name in numbers:
+            if any(word in name for word in words):
+                return name + most
+    return None
+
+
 def bar(done: float) -> str:
     """Return a bar for a terminal."""
     full = round(done * _WIDTH)
@@ -66,4 +78,5 @@ def bar(done: float) -> str:
 
 
 def _bounded(number: float) -> float:
-    return min(max(number, 0.0), 1.0)
+    """Return a number from 0 to 1; 0 for one that is none, as a peer may send it."""
+    return min(max(number, 0.0), 1.0) if number == number else 0.0  # noqa: PLR0124

@@ -6,7 +6,7 @@ from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
 import goalwire
-from goalwire.cli.messages import length
+from goalwire.cli.numbers import length
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

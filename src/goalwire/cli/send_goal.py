@@ -10,9 +10,10 @@ import goalwire
 from goalwire.cli import lookup, progress, values
 from goalwire.cli.live import live, refuse_other_type, tell_types_ourselves, types_there
 from goalwire.cli.messages import as_dict
+from goalwire.cli.numbers import positive
 from goalwire.cli.outcome import CommandError, Outcome
 from goalwire.cli.output import tell
-from goalwire.cli.service_call import LOOK_S, PATIENCE_S, positive
+from goalwire.cli.service_call import LOOK_S, PATIENCE_S
 from goalwire.graph.names import SEND_GOAL, shown
 from goalwire.transport.contract import EndpointKind
 

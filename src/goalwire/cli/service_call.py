@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-from argparse import ArgumentParser, ArgumentTypeError, Namespace
-from math import ceil, isfinite
+from argparse import ArgumentParser, Namespace
+from math import ceil
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +12,7 @@ import goalwire
 from goalwire.cli import lookup, values
 from goalwire.cli.live import live, refuse_other_type, tell_types_ourselves, types_there
 from goalwire.cli.messages import as_dict
+from goalwire.cli.numbers import count, positive
 from goalwire.cli.outcome import Outcome
 from goalwire.cli.output import tell
 from goalwire.transport.contract import EndpointKind
@@ -25,22 +26,6 @@ PATIENCE_S = 5.0
 """How long a service may take to appear where no `--timeout` says it."""
 _BAR = 40
 """Characters of the longest bar of a histogram."""
-
-
-def positive(text: str) -> float:
-    """Read a number above 0."""
-    number = float(text)
-    if not (isfinite(number) and number > 0):
-        raise ArgumentTypeError('give a number above 0')
-    return number
-
-
-def count(text: str) -> int:
-    """Read a whole number above 0."""
-    number = int(text)
-    if number < 1:
-        raise ArgumentTypeError('give a whole number above 0')
-    return number
 
 
 def call_arguments(parser: ArgumentParser) -> None:
@@ -170,11 +155,9 @@ def _show_latencies(name: str, took: list[float], failed: int, lasted: float, ou
     if not took:
         return
     told = {'min': took[0], **shares, 'max': took[-1]}
-    output.line('  '.join(f'{title} {_ms(seconds)}' for title, seconds in told.items()))
-    buckets = histogram(took)
-    most = max(n for _, n in buckets)
-    for upper, n in buckets:
-        output.line(f'  < {_ms(upper):>10}  {"█" * ceil(_BAR * n / most):{_BAR}}  {n}'.rstrip())
+    output.line('  '.join(f'{title} {milliseconds(seconds)}' for title, seconds in told.items()))
+    for line in histogram_lines(took):
+        output.line(line)
 
 
 def percentile(ordered: list[float], share: int) -> float:
@@ -200,7 +183,18 @@ def histogram(ordered: list[float]) -> list[tuple[float, int]]:
     return found
 
 
-def _ms(seconds: float) -> str:
+def histogram_lines(ordered: list[float]) -> list[str]:
+    """Return a histogram drawn for a terminal; there must be values."""
+    buckets = histogram(ordered)
+    most = max(n for _, n in buckets)
+    return [
+        f'  < {milliseconds(upper):>10}  {"█" * ceil(_BAR * n / most):{_BAR}}  {n}'.rstrip()
+        for upper, n in buckets
+    ]
+
+
+def milliseconds(seconds: float) -> str:
+    """Return a time as people read it."""
     return f'{seconds * 1000:.3g} ms' if seconds < 1 else f'{seconds:.3g} s'
 
 

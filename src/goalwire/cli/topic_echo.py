@@ -12,9 +12,9 @@ from goalwire.cli.expressions import Expression
 from goalwire.cli.fields import field_path, field_value
 from goalwire.cli.live import live
 from goalwire.cli.messages import add_style_arguments, as_dict, as_text
+from goalwire.cli.numbers import positive
 from goalwire.cli.outcome import CommandError, Outcome
 from goalwire.cli.qos import add_qos_arguments
-from goalwire.cli.service_call import positive
 from goalwire.cli.topic_reading import source
 
 if TYPE_CHECKING:

@@ -14,8 +14,8 @@ import goalwire
 from goalwire.cli.discovery import add_graph_arguments
 from goalwire.cli.fields import field_path, field_value
 from goalwire.cli.live import live
+from goalwire.cli.numbers import positive
 from goalwire.cli.outcome import CommandError, Outcome
-from goalwire.cli.service_call import positive
 from goalwire.cli.topic_reading import Source, source
 
 if TYPE_CHECKING:

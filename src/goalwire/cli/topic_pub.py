@@ -11,10 +11,11 @@ import goalwire
 from goalwire.cli import lookup, values
 from goalwire.cli.discovery import add_graph_arguments
 from goalwire.cli.live import live, refuse_other_type, tell_types_ourselves, types_there
-from goalwire.cli.messages import as_dict, length
+from goalwire.cli.messages import as_dict
+from goalwire.cli.numbers import length, positive
 from goalwire.cli.outcome import CommandError, Outcome
 from goalwire.cli.qos import add_qos_arguments, chosen_qos
-from goalwire.cli.service_call import LOOK_S, positive
+from goalwire.cli.service_call import LOOK_S
 from goalwire.transport.contract import EndpointKind
 
 if TYPE_CHECKING:

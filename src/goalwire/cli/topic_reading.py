@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import goalwire
 from goalwire.cli import lookup
+from goalwire.cli.numbers import count
 from goalwire.cli.qos import chosen_qos, suiting
-from goalwire.cli.service_call import count
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
