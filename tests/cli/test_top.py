@@ -69,7 +69,7 @@ class Shown(NamedTuple):
         """Choose a tab."""
         await self.pilot.press(key)
         await self.until(lambda: self.app.query_one(TabbedContent).active == name)
-        tab = self.app.query_one(f'#{name}', TableTab)
+        tab: TableTab = self.app.query_one(f'#{name}', TableTab)
         await self.until(lambda: self.app.focused is tab.table)
         return tab
 

@@ -199,7 +199,7 @@ class Top(App[Outcome]):
         del parameters
         if action in {'filter', 'leave'}:
             return True
-        tab = self.query_one(TabbedContent).active
+        tab: str = self.query_one(TabbedContent).active
         if action in {'details', 'hidden'}:
             return tab not in {'log', 'topics' if action == 'details' else ''}
         return _TAB_OF.get(action, tab) == tab
