@@ -18,6 +18,11 @@ demo:
 set-up: $(VENV)/.run-$(RMW)
 	@:
 
+# make test ZENOH=native (or eclipse): whose Zenoh sessions the tests and their programs open.
+ifdef ZENOH
+export GOALWIRE_ZENOH := $(ZENOH)
+endif
+
 test: $(VENV)/.dev
 	$(BIN)/python -m pytest -n auto --dist worksteal
 

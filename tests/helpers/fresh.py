@@ -8,14 +8,18 @@ import sys
 import textwrap
 from pathlib import Path
 
-from helpers.isolation import log_directory
+from helpers.isolation import WHOSE_SESSIONS, log_directory
 
 _OURS = ('GOALWIRE_', 'AMENT_', 'PYTHON', 'ROS_')
 
 
 def clean_environment(**variables: str) -> dict[str, str]:
     """This process's environment without what steers goalwire, ROS or Python, and with `variables`."""
-    inherited = {name: value for name, value in os.environ.items() if not name.startswith(_OURS)}
+    inherited = {
+        name: value
+        for name, value in os.environ.items()
+        if not name.startswith(_OURS) or name == WHOSE_SESSIONS
+    }
     return {**inherited, 'PYTHONDONTWRITEBYTECODE': '1', 'ROS_LOG_DIR': str(log_directory()), **variables}
 
 

@@ -24,6 +24,9 @@ _FIRST_CLAIM = _FIRST_PORT + SLOTS * _PORTS_PER_SLOT
 _OTHERS = ('AMENT_', 'COLCON_', 'CYCLONEDDS_', 'FASTRTPS_', 'GOALWIRE_', 'RCUTILS_', 'RMW_', 'ROS_', 'ZENOH_')
 """Beginnings of the variables that would let the machine's own ROS 2 into a test."""
 
+WHOSE_SESSIONS = 'GOALWIRE_ZENOH'
+"""Says which Zenoh sessions the tests and the programs that they start open; nothing hides it from them."""
+
 NETWORK = os.environ.get('GOALWIRE_TEST_NETWORK', 'rmw_zenoh_cpp')
 """The wire of tests with several processes that are not about a wire."""
 
@@ -85,7 +88,7 @@ def isolated_env(transport: str, log_dir: Path | None = None) -> dict[str, str]:
     kept = {
         name: value
         for name, value in os.environ.items()
-        if not name.startswith(_OTHERS) or name == 'GOALWIRE_ZENOH'  # which session runs the tests
+        if not name.startswith(_OTHERS) or name == WHOSE_SESSIONS
     }
     return kept | {
         'RMW_IMPLEMENTATION': transport,

@@ -7,6 +7,7 @@ from itertools import count
 
 import pytest
 from helpers import isolation
+from helpers.fresh import clean_environment
 from helpers.isolation import free_port, fresh_domain, isolated_env
 from helpers.processes import Program
 
@@ -25,6 +26,13 @@ def test_nothing_of_a_sourced_ros_2_is_inherited(monkeypatch: pytest.MonkeyPatch
     assert 'the machine has one' not in env.values()
     assert 0 < int(env['ROS_DOMAIN_ID']) <= 230
     assert env['RMW_IMPLEMENTATION'] == 'rmw_zenoh_cpp'
+
+
+def test_whose_sessions_are_tested_reaches_the_programs_of_a_test(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv('GOALWIRE_ZENOH', 'native')
+    for environment in (isolated_env('rmw_zenoh_cpp'), clean_environment()):
+        with Program("import os; print(os.environ['GOALWIRE_ZENOH'])", env=environment) as program:
+            assert program.succeed() == 'native'
 
 
 def test_a_port_somebody_listens_on_is_not_handed_out(monkeypatch: pytest.MonkeyPatch) -> None:

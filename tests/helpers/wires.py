@@ -8,6 +8,7 @@ import pytest
 
 from goalwire.errors import TransportError
 from goalwire.transport.dds.library import find_library
+from goalwire.transport.zenoh.session import CHOICE, DEFAULT_CHOICE, NATIVE
 
 DDS = 'rmw_cyclonedds_cpp'
 TRANSPORTS = os.environ.get('GOALWIRE_TEST_TRANSPORTS', 'goalwire_memory,rmw_zenoh_cpp').split(',')
@@ -17,6 +18,11 @@ On DDS too run the contract of all wires (tests/transport) and the modules marke
 them use all that a wire does. All scenarios: GOALWIRE_TEST_TRANSPORTS=rmw_cyclonedds_cpp; all programs:
 GOALWIRE_TEST_NETWORK=rmw_cyclonedds_cpp.
 """
+
+
+def opens_native() -> bool:
+    """Whether the Zenoh sessions of this run are goalwire's own."""
+    return (os.environ.get(CHOICE) or DEFAULT_CHOICE) == NATIVE
 
 
 def require_wire(request: pytest.FixtureRequest) -> str:
