@@ -134,7 +134,7 @@ class ServerWaitQueue:
             if self._changes is not None:
                 return
             self._changes = self._context.graph.on_change(self._changed)
-        self._changed()  # one may have come since somebody looked
+        self._changed()  # a server may have come since the last look
 
     def discard(self, waiting: Waiting) -> None:
         """Remove a waiting request; nothing happens if it does not wait."""
@@ -152,7 +152,7 @@ class ServerWaitQueue:
             if not self._is_there():
                 return
         except ClosedError:
-            return  # the client or its context has ended, and tells who waits
+            return  # the client or its context has ended, and fails the waiting calls
         with self._lock:
             served = list(self.waiting)
             self.waiting.clear()

@@ -113,10 +113,10 @@ class PendingCall(Future[Any]):
         self.call_context, self.encoded = call_context, payload
         if client.retries is not None:
             self._attempts = CallAttempts(client.retries, call_context, self.out_of_patience, self.resume)
-        client.timed[self] = None  # then look: who ends the context looks here after that
+        client.timed[self] = None  # then look at the signal; the end sets that first and then looks here
         if deadline is None and not client.watches_end:
             client.watch_end()
-        if not context.shutdown_signal.alive:  # an alarm would ring at once, and fail what nobody has
+        if not context.shutdown_signal.alive:  # else the alarm would fail a future that nobody has yet
             self.end()
             raise ShutDownError(call_context.title)
         try:

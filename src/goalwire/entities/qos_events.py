@@ -178,7 +178,7 @@ class EndpointEvents:
     def _watch_graph(self) -> None:
         with self.lock:
             first, self._watches_graph = not self._watches_graph, True
-        if first:  # outside the lock: those who are there are told of at once
+        if first:  # outside the lock: the endpoints that are there are reported at once
             own = self.endpoint
             self._watch = self.node.graph.watch_counterparts(own.kind, own.name, self._on_counterpart)
             if self._closed:  # by another thread, which found nothing to close

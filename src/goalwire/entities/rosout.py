@@ -94,7 +94,7 @@ class Rosout:
             if not fellows:
                 del self._outlets[name]
         if heir is not None:
-            with suppress(ClosedError):  # the context has ended: nobody listens any more
+            with suppress(ClosedError):  # the context has ended: nothing is published any more
                 self._ways[name] = heir.open()
                 return
         if was_first:

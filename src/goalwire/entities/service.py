@@ -90,7 +90,7 @@ class ServiceCore(Introspected):
                 f"Service '{self.full_name}': the callback returned {type(response).__name__}; "
                 f'return the {expected.__name__} that it was given'
             )
-        introspection = self.introspection  # as it is now: who gets the reply may change it at once
+        introspection = self.introspection  # read before replying: the client may make it change at once
         header.reply(self.support.encode_response(response))
         took = self._clock.system_now() - header.sample.received_timestamp
         self.latencies.counts[took.bit_length() if took > 0 else 0] += 1

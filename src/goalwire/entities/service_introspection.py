@@ -126,7 +126,7 @@ class ServiceIntrospection:
         try:
             return self._support.decode_response(sample.payload) if self._contents else None
         except GoalwireError:
-            return None  # who asks for the response gets the error
+            return None  # the error comes when the response is read
 
     def _event_of(self, step: Step, gid: bytes, sequence: int, message: object) -> bytes:
         from numpy import frombuffer, uint8

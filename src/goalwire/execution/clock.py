@@ -380,7 +380,7 @@ class ROSClock(Clock):
         if not self.overridden:
             super()._wait_on_lock(waiter, missing_ns)
         elif not any(help_on() for help_on in self.before_sleep):
-            with capacity_added():  # who makes the time may be among this executor's callbacks
+            with capacity_added():  # the publisher of /clock may be among this executor's callbacks
                 self.source.wait(waiter, None)
 
 

@@ -103,7 +103,7 @@ class FdSelector:
     def interrupt(self) -> None:
         """End a `poll` that waits. Any thread."""
         if self._interrupt is not None:
-            # Full: it is being interrupted already. Closed: nobody waits.
+            # Full: it is being interrupted already. Closed: no thread waits.
             with suppress(OSError):
                 self._interrupt.send(b'\0')
 

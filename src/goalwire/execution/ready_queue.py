@@ -273,7 +273,7 @@ class ReadyQueue:
                 wakers.insert(0, wake)
             else:
                 wakers.append(wake)
-            # The looks come last: who posts, or sets an earlier entry, does that first and then looks here.
+            # The looks come last. A poster, or an earlier timer's setter, acts first and then looks here.
             if timer_heap is not None:
                 due = timer_heap.earliest
                 if due is not None and (deadline is None or due < deadline):

@@ -187,7 +187,7 @@ class TimerThread:
         timer_heap, shutdown_signal = self._timer_heap, self._shutdown_signal
         try:
             while shutdown_signal.alive:
-                self._awake_at = None  # before the look: who sets an earlier entry after it wakes this thread
+                self._awake_at = None  # before the look: an earlier entry set after it wakes this thread
                 self._awake_at = due = timer_heap.earliest
                 shutdown_signal.clock.wait(self._waiter, due)
                 self._awake_at = 0

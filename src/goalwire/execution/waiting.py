@@ -213,7 +213,7 @@ class WireWaiter(Waiter):
 
     def wake(self) -> None:
         # hot path: as the base class, in one call (0.6 us less between a reply and the thread that waits).
-        # Who sleeps elsewhere says so first, then looks at the lock: one of the two sees the other.
+        # A thread that sleeps elsewhere sets `interrupt` first, then looks at the lock: one sees the other.
         try:
             self._gate.release()
         except RuntimeError:
@@ -279,7 +279,7 @@ class ShutdownSignal:
         if wire_poller is not None:
             wire_poller.external_sleepers = self.external_sleepers
             self.wire_poller = wire_poller
-        self._session = session  # then look: who ends this looks here after that
+        self._session = session  # then look at `alive`: `end` clears it first and then looks here
         if not self.alive:
             session.silence()
 
@@ -316,7 +316,7 @@ class ShutdownSignal:
         if not self.alive:
             return False
         self.reason = reason
-        self._silence()  # first: who sees that this has ended relies on it
+        self._silence()  # first: whatever sees that this has ended relies on it
         self.alive = False
         self._silence()  # of a session that was taken in between
         self._session = None

@@ -33,7 +33,7 @@ _CONSTANT_NAME = re.compile(r'[A-Z](?:_?[A-Z0-9])*')
 _LINE = re.compile(r'(\S++)(?:\s++([^\s=]++)\s*+(=?)\s*+(.*))?', re.DOTALL)
 _QUOTED = re.compile(r'\s*+\S++\s++[^\s=]++\s*+=?\s*+(?=["\'])')  # possessive: no line takes quadratic time
 _ARRAY = re.compile(r'(.*)\[([^\[\]]*)\]')
-# What the generated class itself has; the third would be a slot of the same name.
+# Names that the generated class itself uses; the third would be a slot of the same name.
 _TAKEN = frozenset({'check_fields', 'get_fields_and_field_types', 'fields_and_field_types'})
 _TAKEN_CONSTANTS = frozenset({'SLOT_TYPES'})
 _SEPARATOR = '---'

@@ -133,7 +133,7 @@ class InterfaceFinder:
 
         spec = modules.inner_spec(fullname)
         if spec is None and _asked_by_import_statement() and (text := modules.explain_unknown(fullname)):
-            # Of a name in a from-import, importlib forgets a ModuleNotFoundError and what it says.
+            # For a name in a from-import importlib drops a ModuleNotFoundError, and its text.
             of_a_type = fullname.count('.') > 1 or fullname.rpartition('.')[2][0].isupper()
             raise (ImportError if of_a_type else ModuleNotFoundError)(text, name=fullname)
         return spec
@@ -256,6 +256,6 @@ def _asked_by_import_statement() -> bool:
     """Whether importlib's import itself asks, and not importlib.util.find_spec, which wants None."""
     frame = sys._getframe(1)  # inspect would cost 10 ms
     while frame.f_back is not None and frame.f_code.co_filename == __file__:
-        frame = frame.f_back  # leave this file: then _find_spec, then who called it
+        frame = frame.f_back  # out of this file, then out of _find_spec
     caller = frame.f_back
     return caller is not None and caller.f_code.co_name == '_find_and_load_unlocked'

@@ -80,7 +80,7 @@ def message_definition(full_name: str) -> MessageDefinition:
 def split_name(full_name: str) -> tuple[str, str, str]:
     """Split 'pkg/msg/Name'; raises UnknownInterfaceError for anything else."""
     parts = full_name.split('/')
-    # Identifiers: a package of another form would be a path, or an import, that leads elsewhere.
+    # Names must be identifiers: another form could be a path, or an import, that leads elsewhere.
     if len(parts) != 3 or parts[1] not in _PARSERS or not all(map(str.isidentifier, parts)):
         raise UnknownInterfaceError(
             f'{full_name!r} is no interface name (write package/msg/Name, …/srv/… or …/action/…)'

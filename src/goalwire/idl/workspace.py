@@ -30,7 +30,7 @@ class Workspace:
     def __init__(self, root: str) -> None:
         self.root = root
         self.packages: dict[str, str] = {}  # name -> folder; the nearest wins
-        self.remarks: list[str] = []  # what a user who misses a package should know
+        self.remarks: list[str] = []  # notes for the error text about a missing package
         self.unusable: list[str] = []  # those of the remarks that name a package.xml which cannot be used
         self.entries = 0  # names that were looked at
         self.seen: set[tuple[int, int]] = set()  # folders, as links may lead to one again

@@ -44,7 +44,7 @@ def get_logger_effective_level(name: str) -> LoggingSeverity:
         with _lock:
             if len(cache) >= _CACHE_LIMIT:
                 _forget_inherited()
-            # Where a level changed meanwhile, this is the old cache, and nobody reads it any more.
+            # If a level changed meanwhile, this is the old cache, which is no longer read.
             cache[name] = level
     return level
 

@@ -95,7 +95,7 @@ class RcutilsLogger:
     def _log(self, severity: LoggingSeverity, message: str, options: LogOptions) -> bool:
         if severity < get_logger_effective_level(self.name):
             return False
-        caller = CallerId(sys._getframe(2))  # past info() or log(), to who called it
+        caller = CallerId(sys._getframe(2))  # the caller of info() or log()
         name = options.pop('name', self.name)
         with self._lock:
             if not self._passes(caller, name, severity, options):

@@ -183,9 +183,9 @@ class Run(Generic[ResultT, FeedbackT]):
                 self._watch.close()
             self._stream.discard()
             if self._answer is not None:
-                # Whatever comes of it, now or later, is looked at: nobody else will.
+                # Look at its outcome, now or later, since nobody else does: else Python warns.
                 self._answer.add_waker(partial(_look_at, self._answer))
-                self._answer.cancel()  # where the goal goes on: nobody waits for its end any more
+                self._answer.cancel()  # if the goal goes on: its end is no longer awaited
 
     # -- its end -------------------------------------------------------------------------------------------
 

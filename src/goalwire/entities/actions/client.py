@@ -332,11 +332,11 @@ class ActionClientCore(TimedCalls):
         with self._lock:
             goal = self.goals.active.get(goal_id)
             if goal is None or goal.request is not None or not goal.waiters:
-                return  # nobody waits for it any more, or it was asked for again meanwhile
+                return  # no waiter is left, or it was asked for again meanwhile
             call.goal, goal.request = goal, call
         try:
             self.result_requests.start(call, bytes, wire.encode_result_request(goal_id))
-        except BaseException:  # nothing was sent: the next who asks tries again
+        except BaseException:  # nothing was sent: the next request tries again
             call.end()
             self.dispatch(self.goals.on_result_failed, goal_id, unanswered('result', ''))
             raise
@@ -358,7 +358,7 @@ class ActionClientCore(TimedCalls):
         if goal.sent_at:
             self._result_latencies.add(sample.received_timestamp - goal.sent_at)
         if goal.feedback is not None:
-            self._feedback_port.catch_up()  # the wire may keep feedback until somebody takes it
+            self._feedback_port.catch_up()  # the wire may still hold feedback
         status = wire.status_of(payload)
         if isinstance(goal.feedback, GoalFeedback):
             goal.feedback.end(partial(self.dispatch, self.goals.on_result, goal.goal_id, status, payload))

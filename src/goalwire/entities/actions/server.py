@@ -160,7 +160,7 @@ class ActionServerCore:
                     ints = list(goal_id)
                     self.logger.warning(f'Goal state not set, assuming aborted. Goal ID: {ints}')
         except ClosedError:
-            return  # the context has ended: there is nobody to tell
+            return  # the context has ended: nothing can be sent
         except TransportError as error:
             self.logger.error(f"Action '{self.name}': a client was not told ({type(item).__name__}): {error}")
 

@@ -96,7 +96,7 @@ class ParameterServices:
         """Set all or none. What the client did wrong is the answer; what callbacks raise is not."""
         try:
             parameters = [Parameter.from_parameter_msg(message) for message in messages]
-        except ValueError as error:  # a type that there is not, from who knows whom
+        except ValueError as error:  # a parameter type that does not exist, from any client
             return result_message(Outcome(successful=False, reason=str(error)))
         try:
             return self._node.set_parameters_atomically(parameters)

@@ -147,7 +147,7 @@ class LoopWaker:
 
         What the functions raise comes out (it ends the program), and the others have their turn later.
         """
-        self._wake = self._next_wake  # nobody is about to wake the loop now
+        self._wake = self._next_wake  # no call is about to wake the loop now
         self.asleep.append(None)
         calls = self.calls
         try:
@@ -229,7 +229,7 @@ class AsyncioLoopWaker(LoopWaker):
             if loop is not None:
                 loop.call_soon_threadsafe(self.run_pending)
                 return
-        self.calls.clear()  # the loop is closed: nobody waits there any more
+        self.calls.clear()  # the loop is closed: nothing waits there any more
         self.asleep.append(None)
 
     def _on_wake_fd(self) -> None:

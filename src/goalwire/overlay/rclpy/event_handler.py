@@ -262,7 +262,7 @@ def _handlers(
                 callback_group=group, callback=callback, event_type=event, parent_impl=endpoint
             )
         except UnsupportedEventTypeError:
-            if default is None:  # else, as in rclpy, nobody is told where a wire cannot tell
+            if default is None:  # as in rclpy, no error for a default that the wire lacks
                 raise
 
 

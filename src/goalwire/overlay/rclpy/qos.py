@@ -134,7 +134,7 @@ class QoSProfile:
         self.history = kwargs.get('history', HistoryPolicy.KEEP_LAST)
         if self.history is HistoryPolicy.KEEP_LAST and 'depth' not in kwargs:
             raise InvalidQoSProfileException('History set to KEEP_LAST without a depth setting.')
-        self.depth = kwargs.get('depth', 10)  # under KEEP_ALL nobody heeds it, but others are told
+        self.depth = kwargs.get('depth', 10)  # not used under KEEP_ALL, but shown to other nodes
         self.reliability = kwargs.get('reliability', ReliabilityPolicy.RELIABLE)
         self.durability = kwargs.get('durability', DurabilityPolicy.VOLATILE)
         self.lifespan = kwargs.get('lifespan', Duration())
@@ -167,7 +167,7 @@ class QoSProfile:
             warnings.warn(
                 "A zero depth with KEEP_LAST doesn't make sense; no data could be stored. "
                 'This will be interpreted as SYSTEM_DEFAULT',
-                stacklevel=3,  # past the constructor, to whoever asked for the profile
+                stacklevel=3,  # the line that asked for the profile, not the constructor
             )
         self._depth = value
 

@@ -175,7 +175,7 @@ class GoalClient(Generic[WaiterT, ResultT]):
         goal.answered = True
         if not accepted:
             self._refused += 1
-            if not goal.waiters:  # else one who holds an older goal of this id has asked: an answer will come
+            if not goal.waiters:  # else it was asked for already, by the holder of an older goal of this id
                 del self.active[goal_id]
             return [GoalRejected(goal_id)]
         self._accepted += 1

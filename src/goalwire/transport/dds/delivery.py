@@ -167,7 +167,7 @@ class QueueingWriter(Writer):
         """Send what waits, in order, until the straight way is free again."""
         is_free = False
         while not self._is_over(is_free=is_free):
-            # Any other failure says that the writer has gone: then nothing is worth waiting for.
+            # Any other failure means that the writer has gone: then there is nothing to wait for.
             is_free = self.library.dds_wait_for_acks(self.handle, _PATIENCE_NS) != TIMEOUT
             if is_free or self._make_fallback is None or not self._has_others():
                 self._send_by(super().write)

@@ -233,7 +233,7 @@ class Statuses:
                     changed(record)
 
         self.watch(entity, source.bit, tell)
-        # What happened before is told now. To read a status resets it, so all are called who wait for it.
+        # Earlier events are told now. Reading a status resets it, so all its listeners are called.
         self._call(entity, source.bit)
         return True
 

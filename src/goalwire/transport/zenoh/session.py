@@ -63,7 +63,7 @@ DEFAULT_CHOICE = ECLIPSE
 
 def _open_wire(configuration: Configuration) -> Wire:
     """Open a session. Raises TransportError or ForkedError."""
-    # Of the two kinds of session only the one that is opened is imported: either costs some 10 ms.
+    # Only the kind of session that is opened is imported: each costs some 10 ms.
     chosen = os.environ.get(CHOICE) or DEFAULT_CHOICE
     if chosen not in {NATIVE, ECLIPSE}:
         raise TransportError(f"{CHOICE} is '{chosen}'; set it to {NATIVE} or {ECLIPSE}")

@@ -190,7 +190,7 @@ class Link:
         self.knows_all = False
         """Whether all that the other side has was told here; until then it gets everything."""
         self.link_states = LinkStates()
-        # who gets what, found once for each key
+        # the receivers of each key, looked up once
         self.push_receivers: dict[object, Receivers] = {}
         # time
         self.keep_alive_s = lease_ms / 1000 / KEEP_ALIVES
