@@ -19,15 +19,13 @@ from nav_msgs.msg import Odometry
 from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import JointState
 
+from humanoid.gestures import WAVE, unhurried
 from humanoid.mission.calls import GoalRun
 from humanoid.mission.retry import NoAnswer
 from humanoid.mission.robot import ANSWER_WITHIN, Robot
 from humanoid.model import JOINT_BY_NAME, JOINTS, MOVING_SPEED
 from humanoid.text import brief
 
-QUICKEST = 0.4  # s for one movement of the arm
-UNHURRIED = 1.25  # of the time that a joint needs at its greatest velocity
-WAVES = 3
 WATCH_EVERY = 1.0  # s
 GOAL_OVERHEAD = 5.0  # s beyond what a goal itself may take
 ARRIVED, FAILED, STOPPED = 0, 1, 130
@@ -132,12 +130,7 @@ def arm(robot: Robot, options: argparse.Namespace) -> int:
 
 def wave(robot: Robot, _options: argparse.Namespace) -> int:
     """Raise the right arm, wave, and take it down again."""
-    raised = {'right_arm_shoulder': -2.4, 'right_arm_elbow': 0.4}
-    movements = [raised]
-    for _ in range(WAVES):
-        movements += [{'right_arm_elbow': 1.2}, {'right_arm_elbow': 0.4}]
-    movements.append({name: JOINT_BY_NAME[name].home for name in raised})
-    for movement in movements:
+    for movement in WAVE:
         goal = _reach(robot, movement)
         if goal.status != 'SUCCEEDED':
             return _ended(goal, 'waving')
@@ -148,11 +141,7 @@ def wave(robot: Robot, _options: argparse.Namespace) -> int:
 def _reach(robot: Robot, angles: Mapping[str, float], duration: float | None = None) -> GoalRun:
     """Move joints and wait until they are there, in `duration` s or as fast as is unhurried."""
     if duration is None:
-        ways = [
-            abs(angle - robot.joint(name).position) / JOINT_BY_NAME[name].max_velocity
-            for name, angle in angles.items()
-        ]
-        duration = max(QUICKEST, UNHURRIED * max(ways))
+        duration = unhurried(angles, {name: robot.joint(name).position for name in angles})
     with robot.reach(angles, duration=duration, timeout=duration + GOAL_OVERHEAD) as goal:
         if not goal.accepted:
             limits = ', '.join(

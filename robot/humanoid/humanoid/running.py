@@ -1,12 +1,12 @@
-"""Run one node as one program: until Ctrl-C, SIGTERM or the end of whoever started it."""
+"""Run nodes as one program: until Ctrl-C, SIGTERM or the end of whoever started it."""
 
 from __future__ import annotations
 
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 import rclpy
-from rclpy.executors import ExternalShutdownException
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 
 from humanoid.domain import taking_part
@@ -15,32 +15,39 @@ from humanoid.text import brief
 LONGEST_TRACEBACK = 4000  # characters: an exception's text may quote all that a peer has sent
 
 
-def run(make_node: Callable[[], Node], args: Sequence[str] | None = None) -> int:
-    """Spin the node on one thread until it is told to stop, which is a success: exit code 0.
+def run(make: Callable[[], Node | Iterable[Node]], args: Sequence[str] | None = None) -> int:
+    """Spin the node, or nodes, on one thread until it is told to stop, which is a success: exit code 0.
 
     rclpy lets an exception of a callback out of spin, which ends the program. A robot's server outlives
     a request that it cannot handle: it logs the traceback and spins on.
     """
     with taking_part():
-        node = None
+        nodes: list[Node] = []
         try:
             rclpy.init(args=args)
-            node = make_node()
+            made = make()
+            executor = SingleThreadedExecutor()
+            for node in [made] if isinstance(made, Node) else made:
+                nodes.append(node)
+                executor.add_node(node)
             while rclpy.ok():
-                _spin(node)
+                _spin(executor, nodes[0])
         except (KeyboardInterrupt, ExternalShutdownException):
             pass
+        except Exception:
+            if rclpy.ok():  # else it was told to stop while its nodes were made
+                raise
         finally:
-            if node is not None:
+            for node in nodes:
                 node.destroy_node()
             rclpy.try_shutdown()
     return 0
 
 
-def _spin(node: Node) -> None:
-    """Until a callback raises, which is logged, or the node is told to stop."""
+def _spin(executor: SingleThreadedExecutor, node: Node) -> None:
+    """Until a callback raises, which is logged as the node's failure, or the program is told to stop."""
     try:
-        rclpy.spin(node)
+        executor.spin()
     except ExternalShutdownException:
         raise
     except Exception as error:

@@ -1,23 +1,33 @@
-"""arm_action_server: `move_arm` commands `joint_command` and sees them arrive in `joint_states`."""
+"""arm_action_server: `move_arm` commands `joint_command` and sees them arrive in `joint_states`.
+
+Beside it, each on joints that no other has taken: the controllers of arms and hands, `wave` and `stand`.
+"""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from uuid import uuid4
 
+from control_msgs.action import FollowJointTrajectory, GripperCommand
+from diagnostic_msgs.msg import DiagnosticStatus
 from humanoid_interfaces.action import MoveArm
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.action.server import ServerGoalHandle
+from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
-from sensor_msgs.msg import JointState
-from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+from std_srvs.srv import Trigger
 
+from humanoid.arm.controllers import Controller, GripperController, TrajectoryController
 from humanoid.arm.goal_check import refusal
-from humanoid.arm.motion import ArmMotion
-from humanoid.clock import duration_msg, now
+from humanoid.arm.limbs import Limbs
+from humanoid.arm.motion import SIGHT_LOST_AFTER, ArmMotion
+from humanoid.clock import now
+from humanoid.diagnostics import Diagnostics, Health
+from humanoid.emergency import ENDED, REFUSAL, StopListener
 from humanoid.endings import Decision, End, Ending, judged, or_abort, settle
+from humanoid.gestures import STAND, WAVE, Movement, unhurried
 from humanoid.model import JOINT_BY_NAME
 from humanoid.running import run
 
@@ -26,9 +36,9 @@ TICK = 0.05  # s: looks at the joints and gives feedback at 20 Hz
 
 @dataclass
 class Reach:
-    """One accepted goal on its way."""
+    """One accepted goal on its way, or one movement of a gesture, which has none."""
 
-    goal: ServerGoalHandle
+    goal: ServerGoalHandle | None
     names: Sequence[str]
     motion: ArmMotion = field(init=False)
     decision: Decision = field(default_factory=Decision)
@@ -39,12 +49,17 @@ class ArmActionServer(Node):
 
     def __init__(self) -> None:
         super().__init__('arm_action_server')
-        self._here: dict[str, float] = {}
-        self._seen = 0.0
         self._reaches: dict[bytes, Reach] = {}
-        self._claimed: set[str] = set()
-        self._commands = self.create_publisher(JointTrajectory, 'joint_command', 10)
-        self.create_subscription(JointState, 'joint_states', self._see, 10)
+        self._limbs = Limbs(self, self._see)
+        self._stop = StopListener(self, self._emergency)
+        self._diagnostics = Diagnostics(self, 'arms', self._health)
+        self._controllers: dict[str, Controller] = {}
+        for side in ('left', 'right'):
+            arm = [name for name in JOINT_BY_NAME if name.startswith(f'{side}_arm_')]
+            trajectories = TrajectoryController(self, self._limbs, self._stop, arm)
+            gripper = GripperController(self, self._limbs, self._stop, [f'{side}_gripper'])
+            self._controllers[f'{side}_arm_controller/follow_joint_trajectory'] = trajectories
+            self._controllers[f'{side}_gripper_controller/gripper_cmd'] = gripper
         self.create_timer(TICK, self._tick)
         self._action_server: ActionServer | None = None
         self.get_logger().info('Arm Action Server waiting for joint states')
@@ -52,24 +67,14 @@ class ArmActionServer(Node):
     def destroy_node(self) -> None:
         if self._action_server is not None:
             self._action_server.destroy()
+        for controller in self._controllers.values():
+            controller.destroy()
         super().destroy_node()
 
-    def _see(self, states: JointState) -> None:
-        """Joint states need not name every joint; what is no angle of ours (NaN, a tail) is not seen."""
-        seen = {
-            name: position
-            for name, position in zip(states.name, states.position, strict=False)
-            if name in JOINT_BY_NAME and math.isfinite(position)
-        }
-        if not seen:
-            return
-        self._here.update(seen)
-        self._seen = now(self)
-        if self._action_server is None:
-            self._offer()
-
-    def _offer(self) -> None:
+    def _see(self) -> None:
         """Only a server that knows where the joints are appears as one: clients then need not guess."""
+        if self._action_server is not None:
+            return
         self._action_server = ActionServer(
             self,
             MoveArm,
@@ -79,11 +84,16 @@ class ArmActionServer(Node):
             handle_accepted_callback=self._begin,
             cancel_callback=self._cancel,
         )
+        for name, controller in self._controllers.items():
+            grips = isinstance(controller, GripperController)
+            controller.offer(GripperCommand if grips else FollowJointTrajectory, name)
+        waiting = ReentrantCallbackGroup()  # for their callbacks wait until the joints have moved
+        self.create_service(Trigger, 'wave', self._wave, callback_group=waiting)
+        self.create_service(Trigger, 'stand', self._stand, callback_group=waiting)
         self.get_logger().info('Arm Action Server ready')
 
     def _judge(self, goal: MoveArm.Goal) -> GoalResponse:
-        check = partial(refusal, here=self._here, busy=self._claimed, joints=JOINT_BY_NAME)
-        response = judged(self, lambda: check(goal.joint_names, goal.positions, goal.duration))
+        response = judged(self, lambda: self._refusal(goal.joint_names, goal.positions, goal.duration))
         if response is GoalResponse.ACCEPT:
             self.get_logger().info(f'Goal accepted: {", ".join(goal.joint_names)}')
         return response
@@ -91,12 +101,73 @@ class ArmActionServer(Node):
     def _begin(self, goal_handle: ServerGoalHandle) -> None:
         goal = goal_handle.request
         reach = self._reaches[bytes(goal_handle.goal_id.uuid)] = Reach(goal_handle, list(goal.joint_names))
-        self._claimed.update(reach.names)
-        with or_abort(self, partial(self._end, reach)):
-            start = [self._here[name] for name in reach.names]
-            reach.motion = ArmMotion(reach.names, start, list(goal.positions), goal.duration, now(self))
-            self._command(reach.names, reach.motion.target, reach.motion.duration)
+        self._start(reach, list(goal.positions), goal.duration)
         goal_handle.execute()
+
+    def _refusal(self, names: Sequence[str], positions: Sequence[float], duration: float) -> str | None:
+        if self._stop.stopped:
+            return REFUSAL
+        limbs = self._limbs
+        return refusal(names, positions, duration, here=limbs.here, busy=limbs.taken, joints=JOINT_BY_NAME)
+
+    def _start(self, reach: Reach, target: Sequence[float], duration: float) -> None:
+        self._limbs.take(reach.names)
+        with or_abort(self, partial(self._end, reach)):
+            start = [self._limbs.here[name] for name in reach.names]
+            reach.motion = ArmMotion(reach.names, start, target, duration, now(self))
+            self._command(reach.names, reach.motion.target, reach.motion.duration)
+        if self._stop.stopped and not reach.decision.made:  # thrown between acceptance and beginning
+            self._end(reach, Ending(End.ABORTED, ENDED))
+
+    async def _wave(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        return await self._perform('waved', WAVE, response)
+
+    async def _stand(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        return await self._perform('standing', STAND, response)
+
+    async def _perform(
+        self, done: str, movements: Sequence[Movement], response: Trigger.Response
+    ) -> Trigger.Response:
+        """Answer once all of them are made, or one could not be."""
+        response.success, response.message = True, done
+        for movement in movements:
+            ending = await self._make(movement)
+            if not ending.success:
+                response.success, response.message = False, ending.message
+                break
+        self.get_logger().info(response.message)
+        return response
+
+    async def _make(self, movement: Movement) -> Ending:
+        names, target = list(movement), list(movement.values())
+        unseen = [name for name in names if name not in self._limbs.here]
+        duration = 1.0 if unseen else unhurried(movement, self._limbs.here)
+        if reason := self._refusal(names, target, duration):
+            return Ending(End.ABORTED, reason)
+        key, reach = uuid4().bytes, Reach(None, names)
+        self._reaches[key] = reach
+        self._start(reach, target, duration)
+        try:
+            return await reach.decision.wait()
+        finally:
+            del self._reaches[key]
+
+    def _emergency(self) -> None:
+        ending = Ending(End.ABORTED, ENDED)
+        for reach in self._reaches.values():
+            if not reach.decision.made:
+                self._end(reach, ending)
+        for controller in self._controllers.values():
+            controller.end(ending)
+
+    def _health(self) -> Health:
+        limbs = self._limbs
+        values = {'joints seen': len(limbs.here), 'joints taken': len(limbs.taken)}
+        if not limbs.here or now(self) - limbs.seen > SIGHT_LOST_AFTER:
+            return Health('no joint states', DiagnosticStatus.STALE, values)
+        if self._stop.stopped:
+            return Health('emergency stop', DiagnosticStatus.WARN, values)
+        return Health('moving' if limbs.taken else 'still', values=values)
 
     def _cancel(self, _goal_handle: ServerGoalHandle) -> CancelResponse:
         self.get_logger().info('Received cancel request')
@@ -112,7 +183,7 @@ class ArmActionServer(Node):
         settle(goal_handle, ending)
         self.get_logger().info(ending.message)
         result = MoveArm.Result()
-        result.final_positions = [self._here[name] for name in reach.names]
+        result.final_positions = [self._limbs.here[name] for name in reach.names]
         result.success, result.message = ending.success, ending.message
         return result
 
@@ -122,35 +193,33 @@ class ArmActionServer(Node):
             if not reach.decision.made:
                 with or_abort(self, partial(self._end, reach)):
                     self._follow_up(reach, moment)
+        for controller in self._controllers.values():
+            controller.tick(moment)
 
     def _follow_up(self, reach: Reach, moment: float) -> None:
-        motion = reach.motion
-        feedback = MoveArm.Feedback()
-        feedback.joint_names = list(motion.names)
-        feedback.positions = [self._here[name] for name in motion.names]
-        feedback.fraction_done = motion.fraction_done(self._here)
-        reach.goal.publish_feedback(feedback)
-        if reach.goal.is_cancel_requested:
+        motion, here = reach.motion, self._limbs.here
+        if reach.goal is not None:
+            feedback = MoveArm.Feedback()
+            feedback.joint_names = list(motion.names)
+            feedback.positions = [here[name] for name in motion.names]
+            feedback.fraction_done = motion.fraction_done(here)
+            reach.goal.publish_feedback(feedback)
+        if reach.goal is not None and reach.goal.is_cancel_requested:
             self._end(reach, Ending(End.CANCELED, 'Goal canceled'))
-        elif motion.arrived(self._here):
+        elif motion.arrived(here):
             self._end(reach, Ending(End.SUCCEEDED, 'Arm motion completed successfully'))
-        elif failure := motion.failure(self._here, self._seen, moment):
+        elif failure := motion.failure(here, self._limbs.seen, moment):
             self._end(reach, Ending(End.ABORTED, failure))
 
     def _end(self, reach: Reach, ending: Ending) -> None:
-        self._claimed.difference_update(reach.names)
+        self._limbs.release(reach.names)
         reach.decision.make(ending)
         if not ending.success:
             self._command(reach.names)
 
     def _command(self, names: Sequence[str], target: Sequence[float] = (), duration: float = 0.0) -> None:
         """Send the joints to `target` in `duration` seconds; without a target they hold still."""
-        command = JointTrajectory(joint_names=list(names))
-        if target:
-            point = JointTrajectoryPoint(positions=list(target))
-            point.time_from_start = duration_msg(duration)
-            command.points.append(point)
-        self._commands.publish(command)
+        self._limbs.command(names, target, duration)
 
 
 def main(args: Sequence[str] | None = None) -> int:

@@ -1,10 +1,11 @@
-"""battery_service: watches `odom` and `joint_states`, answers `get_battery_status`."""
+"""battery_service: watches `odom` and `joint_states`, tells `battery_state`, answers `get_battery_status`."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 
+from diagnostic_msgs.msg import DiagnosticStatus
 from humanoid_interfaces.srv import GetBatteryStatus
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
@@ -12,10 +13,13 @@ from sensor_msgs.msg import BatteryState, JointState
 
 from humanoid.battery.model import Battery
 from humanoid.clock import duration_msg, now, stamp
+from humanoid.diagnostics import Diagnostics, Health
 from humanoid.model import GREATEST_SPEED
 from humanoid.running import run
 
 TICK = 0.1  # s between battery steps
+TELL_EVERY = 1.0  # s
+LOW, EMPTY = 0.2, 0.05  # of the capacity: diagnostics warn, and call it an error
 STALE_AFTER = 0.5  # s: a speed that nobody confirms any longer counts as none
 FIRST_CHARGE = 0.8  # of the capacity
 
@@ -46,7 +50,10 @@ class BatteryService(Node):
         self._stepped = now(self)
         self.create_subscription(Odometry, 'odom', self._see_base, 10)
         self.create_subscription(JointState, 'joint_states', self._see_joints, 10)
+        self._states = self.create_publisher(BatteryState, 'battery_state', 10)
+        self._diagnostics = Diagnostics(self, 'battery', self._health)
         self.create_timer(TICK, self._tick)
+        self.create_timer(TELL_EVERY, lambda: self._states.publish(self._state()))
         self.create_service(GetBatteryStatus, 'get_battery_status', self._answer)
         self.get_logger().info('Battery Service ready')
 
@@ -68,6 +75,14 @@ class BatteryService(Node):
         response.battery = self._state()
         response.time_remaining = duration_msg(self._battery.time_remaining)
         return response
+
+    def _health(self) -> Health:
+        battery = self._battery
+        level = DiagnosticStatus.OK
+        if battery.percentage < LOW:
+            level = DiagnosticStatus.ERROR if battery.percentage < EMPTY else DiagnosticStatus.WARN
+        values = {'voltage': f'{battery.voltage:.2f}', 'current': f'{battery.current:.2f}'}
+        return Health(f'{battery.percentage:.0%}', level, values)
 
     def _state(self) -> BatteryState:
         battery, state = self._battery, BatteryState()

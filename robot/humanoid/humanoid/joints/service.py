@@ -1,15 +1,24 @@
-"""joint_state_service: answers `get_joint_state`, publishes `joint_states`, obeys `joint_command`."""
+"""joint_state_service: answers `get_joint_state`, publishes `joint_states`, obeys `joint_command`.
+
+It owns the joints, so it has the emergency stop too.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
+from diagnostic_msgs.msg import DiagnosticStatus
+from geometry_msgs.msg import WrenchStamped
 from humanoid_interfaces.srv import GetJointState
 from rclpy.node import Node
+from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import JointTrajectory
 
 from humanoid.clock import now, seconds, stamp
+from humanoid.diagnostics import Diagnostics, Health
+from humanoid.emergency import REFUSAL, StopSwitch
+from humanoid.joints import feet
 from humanoid.joints.commands import CommandRefused, plan
 from humanoid.joints.kinematic import KinematicJoints
 from humanoid.joints.source import JointSource, read_all
@@ -25,7 +34,15 @@ class JointStateService(Node):
     def __init__(self, source: JointSource | None = None) -> None:
         super().__init__('joint_state_service')
         self._source: JointSource = source or KinematicJoints(now=now(self))
+        self._prefix = self.declare_parameter('frame_prefix', '').get_parameter_value().string_value
+        self._weight = feet.weight()
+        self._soles = {  # physics and real feet have sensors of their own
+            sole: self.create_publisher(WrenchStamped, f'{sole}/wrench', qos_profile_sensor_data)
+            for sole in (feet.SOLES if source is None else ())
+        }
         self._states = self.create_publisher(JointState, 'joint_states', 10)
+        self._stop = StopSwitch(self, self._hold)
+        self._diagnostics = Diagnostics(self, 'joints', self._health)
         self.create_subscription(JointTrajectory, 'joint_command', self._obey, 10)
         self.create_timer(1.0 / RATE, self._tick)
         self.create_service(GetJointState, 'get_joint_state', self._answer)
@@ -50,7 +67,22 @@ class JointStateService(Node):
             response.is_moving = False
         return response
 
+    def _hold(self) -> None:
+        """Every joint where it is."""
+        self._source.follow({name: [] for name in self._source.joints}, now(self))
+
+    def _health(self) -> Health:
+        moving = [name for name, sample in read_all(self._source) if sample.is_moving]
+        values = {'joints': len(self._source.joints), 'moving': brief(', '.join(moving)) or 'none'}
+        if self._stop.stopped:
+            return Health('emergency stop', DiagnosticStatus.WARN, values)
+        return Health('moving' if moving else 'still', values=values)
+
     def _obey(self, command: JointTrajectory) -> None:
+        if self._stop.stopped:
+            if command.points:
+                self.get_logger().warning(f'Ignored a joint command: {REFUSAL}', throttle_duration_sec=1.0)
+            return
         points = [(seconds(point.time_from_start), point.positions) for point in command.points]
         try:
             motion = plan(command.joint_names or list(self._source.joints), points, self._source.joints)
@@ -69,6 +101,16 @@ class JointStateService(Node):
             states.velocity.append(sample.velocity)
             states.effort.append(sample.effort)
         self._states.publish(states)
+        if self._soles:
+            self._tell_loads(states)
+
+    def _tell_loads(self, states: JointState) -> None:
+        positions = dict(zip(states.name, states.position, strict=True))
+        for sole, load in feet.loads(positions, self._weight).items():
+            wrench = WrenchStamped()
+            wrench.header.stamp, wrench.header.frame_id = states.header.stamp, f'{self._prefix}{sole}'
+            wrench.wrench.force.z = load
+            self._soles[sole].publish(wrench)
 
 
 def main(args: Sequence[str] | None = None) -> int:

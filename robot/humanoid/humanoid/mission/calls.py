@@ -96,7 +96,7 @@ class GoalRun:
             if isinstance(arrived, Future):
                 self._result = arrived.result()
                 if self.status == 'ABORTED':
-                    why = brief(self.result.message) or 'its server gave no reason'
+                    why = brief(_reason(self.result)) or 'its server gave no reason'
                     get_logger('mission').warning(f'{self._name}: the goal was aborted: {why}')
             else:
                 yield arrived.feedback
@@ -131,3 +131,8 @@ class GoalRun:
 
     def _left(self) -> float:
         return max(self._deadline - time.monotonic(), 0.0)
+
+
+def _reason(result: Any) -> str:
+    """The text of a result: `message` in our actions, `error_string` in those of control_msgs."""
+    return str(getattr(result, 'message', '') or getattr(result, 'error_string', ''))

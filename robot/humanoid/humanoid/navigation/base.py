@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Protocol
 
 from humanoid.model import BASE, BaseSpec
 
@@ -29,20 +30,67 @@ class Velocity2D:
 STANDING = Velocity2D()
 
 
+class MobileBase(Protocol):
+    """The base of one robot. `Base` simulates it without mass; physics and real hardware go here.
+
+    All calls come from one thread, `step` 50 times a second; none may block for longer than a few
+    milliseconds.
+    """
+
+    @property
+    def pose(self) -> Pose2D:
+        """Where it is now."""
+
+    @property
+    def velocity(self) -> Velocity2D:
+        """How fast it moves now."""
+
+    @property
+    def arrived(self) -> bool:
+        """Whether it is at the target that it drives to."""
+
+    def drive_to(self, target: Pose2D) -> None:
+        """Drive there; a newer target replaces the older one."""
+
+    def drive_at(self, velocity: Velocity2D) -> None:
+        """Move at a velocity in the base's own frame, as far as it can, until told otherwise."""
+
+    def stop(self) -> None:
+        """Come to a stand."""
+
+    def distance_to(self, target: Pose2D) -> float:
+        """How far the target is, in m."""
+
+    def step(self, elapsed: float) -> None:
+        """Move for `elapsed` s, where that is not done by itself."""
+
+
 class Base:
-    """Drives to one target at a time. It starts and stops at once: speed is bounded, acceleration is not."""
+    """Drives to one target at a time, or at a velocity.
+
+    It starts and stops at once: speed is bounded, acceleration is not.
+    """
 
     def __init__(self, spec: BaseSpec = BASE) -> None:
         self._spec = spec
         self._target: Pose2D | None = None
+        self._asked = STANDING  # a velocity, where there is no target
         self.pose = Pose2D()
         self.velocity = STANDING
 
     def drive_to(self, target: Pose2D) -> None:
         self._target = target
 
-    def stop(self) -> None:
+    def drive_at(self, velocity: Velocity2D) -> None:
+        """A velocity beyond what the base can do is taken in its direction, as fast as it can."""
         self._target = None
+        speed, spec = math.hypot(velocity.x, velocity.y), self._spec
+        share = min(1.0, spec.max_speed / speed) if speed > 0.0 else 1.0
+        turn = min(max(velocity.yaw, -spec.max_turn_rate), spec.max_turn_rate)
+        self._asked = Velocity2D(velocity.x * share, velocity.y * share, turn)
+
+    def stop(self) -> None:
+        self._target, self._asked = None, STANDING
         self.velocity = STANDING
 
     @property
@@ -54,7 +102,10 @@ class Base:
 
     def step(self, elapsed: float) -> None:
         """Move for `elapsed` seconds; a step of no or negative length moves nothing."""
-        if self._target is None or elapsed <= 0.0:
+        if elapsed <= 0.0:
+            return
+        if self._target is None:
+            self._move(elapsed)
             return
         before, target = self.pose, self._target
         distance = self.distance_to(target)
@@ -67,6 +118,23 @@ class Base:
             target.yaw if abs(turn) <= most else before.yaw + math.copysign(most, turn),
         )
         self.velocity = _velocity(before, self.pose, elapsed)
+
+    def _move(self, elapsed: float) -> None:
+        """By the velocity that was asked for, on an arc whose chord lies in the direction of its middle."""
+        if self._asked == self.velocity == STANDING:
+            return
+        asked, pose = self._asked, self.pose
+        yaw = pose.yaw + asked.yaw * elapsed
+        cos, sin = (
+            math.cos(pose.yaw + asked.yaw * elapsed / 2.0),
+            math.sin(pose.yaw + asked.yaw * elapsed / 2.0),
+        )
+        self.pose = Pose2D(
+            pose.x + (cos * asked.x - sin * asked.y) * elapsed,
+            pose.y + (sin * asked.x + cos * asked.y) * elapsed,
+            math.remainder(yaw, math.tau),
+        )
+        self.velocity = asked
 
 
 def _velocity(before: Pose2D, after: Pose2D, elapsed: float) -> Velocity2D:

@@ -1,15 +1,29 @@
-"""The base's poses as ROS messages."""
+"""The base's poses and motions as ROS messages."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Sequence
 
 from builtin_interfaces.msg import Time as TimeMsg
-from geometry_msgs.msg import Pose, PoseStamped
+from geometry_msgs.msg import Pose, PoseStamped, TransformStamped
 from nav_msgs.msg import Odometry
+from sensor_msgs.msg import Imu
 
-from humanoid.navigation.base import Base, Pose2D, yaw_of
+from humanoid.model import DESCRIPTION
+from humanoid.navigation.base import MobileBase, Pose2D, Velocity2D, yaw_of
 from humanoid.navigation.goal_check import FRAME
+
+BASE_LINK = 'base_link'
+PELVIS = -DESCRIPTION.pose('base_footprint', {}).translation[2]  # m, of base_link above the floor
+GRAVITY = 9.80665  # m/s²
+
+# Variances (m², rad², and the same per s²) of x, y, z and of the turns about them.
+POSE_VARIANCES = (1e-4, 1e-4, 1e-6, 1e-6, 1e-6, 1e-4)
+TWIST_VARIANCES = (1e-4, 1e-4, 1e-6, 1e-6, 1e-6, 1e-4)
+TURN_VARIANCES = (1e-6, 1e-6, 1e-4)
+GYRO_VARIANCES = (1e-6, 1e-6, 1e-6)
+PULL_VARIANCES = (1e-2, 1e-2, 1e-2)
 
 
 def target_of(pose: Pose) -> Pose2D:
@@ -17,25 +31,65 @@ def target_of(pose: Pose) -> Pose2D:
     return Pose2D(pose.position.x, pose.position.y, yaw_of(turn.x, turn.y, turn.z, turn.w))
 
 
-def stamped(pose: Pose2D, stamp: TimeMsg) -> PoseStamped:
+def stamped(pose: Pose2D, stamp: TimeMsg, prefix: str = '') -> PoseStamped:
     message = PoseStamped()
-    message.header.frame_id = FRAME
+    message.header.frame_id = f'{prefix}{FRAME}'
     message.header.stamp = stamp
     _fill(message.pose, pose)
     return message
 
 
-def odometry(base: Base, stamp: TimeMsg) -> Odometry:
-    """Velocities in the base's own frame, as nav_msgs/Odometry wants them; covariance is left at zero."""
+def odometry(base: MobileBase, stamp: TimeMsg, prefix: str = '') -> Odometry:
+    """Where base_link is, and how it moves in its own frame, as nav_msgs/Odometry wants it."""
     message = Odometry()
-    message.header.frame_id = FRAME
+    message.header.frame_id = f'{prefix}{FRAME}'
     message.header.stamp = stamp
-    message.child_frame_id = 'base_link'
+    message.child_frame_id = f'{prefix}{BASE_LINK}'
     _fill(message.pose.pose, base.pose)
+    message.pose.pose.position.z = PELVIS
+    message.pose.covariance = _diagonal(POSE_VARIANCES)
     message.twist.twist.linear.x = base.velocity.x
     message.twist.twist.linear.y = base.velocity.y
     message.twist.twist.angular.z = base.velocity.yaw
+    message.twist.covariance = _diagonal(TWIST_VARIANCES)
     return message
+
+
+def transform(odometry: Odometry) -> TransformStamped:
+    """The same place as a transform from odom to base_link."""
+    message = TransformStamped(header=odometry.header, child_frame_id=odometry.child_frame_id)
+    place = odometry.pose.pose.position
+    message.transform.translation.x = place.x
+    message.transform.translation.y = place.y
+    message.transform.translation.z = place.z
+    message.transform.rotation = odometry.pose.pose.orientation
+    return message
+
+
+def imu(
+    pose: Pose2D, before: Velocity2D, after: Velocity2D, elapsed: float, stamp: TimeMsg, prefix: str
+) -> Imu:
+    """What a sensor in the pelvis shows of a base without mass, whose velocity has changed in `elapsed` s."""
+    message = Imu()
+    message.header.frame_id = f'{prefix}imu_link'
+    message.header.stamp = stamp
+    message.orientation.z, message.orientation.w = math.sin(pose.yaw / 2.0), math.cos(pose.yaw / 2.0)
+    message.orientation_covariance = _diagonal(TURN_VARIANCES)
+    message.angular_velocity.z = after.yaw
+    message.angular_velocity_covariance = _diagonal(GYRO_VARIANCES)
+    if elapsed > 0.0:
+        message.linear_acceleration.x = (after.x - before.x) / elapsed - after.yaw * after.y
+        message.linear_acceleration.y = (after.y - before.y) / elapsed + after.yaw * after.x
+    message.linear_acceleration.z = GRAVITY
+    message.linear_acceleration_covariance = _diagonal(PULL_VARIANCES)
+    return message
+
+
+def _diagonal(variances: Iterable[float]) -> Sequence[float]:
+    """A covariance, row by row."""
+    own = list(variances)
+    size = len(own)
+    return [own[row] if row == column else 0.0 for row in range(size) for column in range(size)]
 
 
 def _fill(message: Pose, pose: Pose2D) -> None:

@@ -1,4 +1,4 @@
-"""navigation_action_server: `move_to_position` drives the base, `odom` tells where it is.
+"""navigation_action_server: `move_to_position` and `cmd_vel` drive the base, `odom` tells where it is.
 
 One control timer moves the base and decides how a goal ends; the goal's coroutine only waits for that
 decision. Everything runs on the executor's one thread, so nothing here needs a lock.
@@ -6,24 +6,33 @@ decision. Everything runs on the executor's one thread, so nothing here needs a 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+from diagnostic_msgs.msg import DiagnosticStatus
+from geometry_msgs.msg import Twist
 from humanoid_interfaces.action import MoveToPosition
 from nav_msgs.msg import Odometry
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.action.server import ServerGoalHandle
 from rclpy.node import Node
+from rclpy.qos import qos_profile_sensor_data
+from sensor_msgs.msg import Imu
+from tf2_ros import TransformBroadcaster
 
 from humanoid.clock import now, stamp
+from humanoid.diagnostics import Diagnostics, Health
+from humanoid.emergency import ENDED, REFUSAL, StopListener
 from humanoid.endings import Decision, End, Ending, judged, or_abort, settle
-from humanoid.navigation.base import Base, Pose2D
+from humanoid.navigation.base import STANDING, Base, MobileBase, Pose2D, Velocity2D
 from humanoid.navigation.goal_check import refusal
-from humanoid.navigation.messages import odometry, stamped, target_of
+from humanoid.navigation.messages import imu, odometry, stamped, target_of, transform
 from humanoid.running import run
 
 TICK = 0.02  # s between control steps: 50 Hz
 FEEDBACK_EVERY = 0.1  # s: 10 Hz
+VELOCITY_LASTS = 0.5  # s: a base that gets no newer cmd_vel stops
 
 
 @dataclass
@@ -43,15 +52,27 @@ class Drive:
 
 
 class NavigationActionServer(Node):
-    """Drives to one goal at a time; a newer goal pre-empts the older one, which ends ABORTED."""
+    """Drives to one goal at a time; a newer goal pre-empts the older one, which ends ABORTED.
 
-    def __init__(self) -> None:
+    Pass a MobileBase to drive a real one.
+    """
+
+    def __init__(self, base: MobileBase | None = None) -> None:
         super().__init__('navigation_action_server')
-        self._base = Base()
+        self._prefix = self.declare_parameter('frame_prefix', '').get_parameter_value().string_value
+        self._base: MobileBase = base or Base()
         self._drives: dict[bytes, Drive] = {}
         self._driving: Drive | None = None
         self._stepped = now(self)
+        self._told: float | None = None  # when cmd_vel came last, while the base moves by it
+        self._velocity = STANDING
         self._odometry = self.create_publisher(Odometry, 'odom', 10)
+        self._transforms = TransformBroadcaster(self)
+        # Physics and real bases have a sensor of their own.
+        self._imu = self.create_publisher(Imu, 'imu', qos_profile_sensor_data) if base is None else None
+        self._stop = StopListener(self, self._emergency)
+        self._diagnostics = Diagnostics(self, 'base', self._health)
+        self.create_subscription(Twist, 'cmd_vel', self._obey, 10)
         self.create_timer(TICK, self._tick)
         self._action_server = ActionServer(
             self,
@@ -73,8 +94,11 @@ class NavigationActionServer(Node):
         position = (pose.position.x, pose.position.y, pose.position.z)
         turn = pose.orientation
         orientation = (turn.x, turn.y, turn.z, turn.w)
-        frame = goal.target_pose.header.frame_id
-        response = judged(self, lambda: refusal(frame, position, orientation, goal.timeout))
+        frame = goal.target_pose.header.frame_id.removeprefix(self._prefix)
+        response = judged(
+            self,
+            lambda: REFUSAL if self._stop.stopped else refusal(frame, position, orientation, goal.timeout),
+        )
         if response is GoalResponse.ACCEPT:
             self.get_logger().info(f'Goal accepted: ({position[0]:.2f}, {position[1]:.2f}) m')
         return response
@@ -84,12 +108,47 @@ class NavigationActionServer(Node):
         self._end(Ending(End.ABORTED, 'Pre-empted by a newer goal'))
         moment = now(self)
         drive = Drive(goal_handle, moment, moment)
+        self._told = None
         self._drives[bytes(goal_handle.goal_id.uuid)] = self._driving = drive
         self._stepped = moment  # the time since the last tick was not driven
         with or_abort(self, self._end):
             drive.target = target_of(goal_handle.request.target_pose.pose)
             self._base.drive_to(drive.target)
+        if self._stop.stopped:  # it was thrown between the goal's acceptance and its beginning
+            self._end(Ending(End.ABORTED, ENDED))
         goal_handle.execute()
+
+    def _obey(self, command: Twist) -> None:
+        """Move at a velocity. It takes over from a goal, but standing still is no wish to do so."""
+        wish = Velocity2D(command.linear.x, command.linear.y, command.angular.z)
+        log = self.get_logger()
+        if self._stop.stopped:
+            log.warning(f'Ignored cmd_vel: {REFUSAL}', throttle_duration_sec=1.0)
+            return
+        if not all(map(math.isfinite, (wish.x, wish.y, wish.yaw))):
+            log.warning(f'Ignored cmd_vel: {wish} is not finite', throttle_duration_sec=1.0)
+            return
+        if self._driving is not None and wish == STANDING:
+            return
+        self._end(Ending(End.ABORTED, 'Pre-empted by cmd_vel'))
+        self._base.drive_at(wish)
+        self._told = now(self)
+
+    def _emergency(self) -> None:
+        self._told = None
+        self._base.stop()
+        self._end(Ending(End.ABORTED, ENDED))
+
+    def _health(self) -> Health:
+        pose, doing = self._base.pose, 'standing'
+        if self._driving is not None:
+            doing = 'driving to a goal'
+        elif self._told is not None:
+            doing = 'driving by cmd_vel'
+        values = {'x': f'{pose.x:.3f}', 'y': f'{pose.y:.3f}', 'yaw': f'{pose.yaw:.3f}'}
+        if self._stop.stopped:
+            return Health('emergency stop', DiagnosticStatus.WARN, values)
+        return Health(doing, values=values)
 
     def _cancel(self, _goal_handle: ServerGoalHandle) -> CancelResponse:
         self.get_logger().info('Received cancel request')
@@ -106,26 +165,35 @@ class NavigationActionServer(Node):
         self.get_logger().info(ending.message)
         result = MoveToPosition.Result()
         result.success, result.message = ending.success, ending.message
-        result.final_pose = stamped(drive.stopped_at, stamp(self))
+        result.final_pose = stamped(drive.stopped_at, stamp(self), self._prefix)
         return result
 
     def _tick(self) -> None:
         moment = now(self)
         if self._driving is not None and self._driving.goal.is_cancel_requested:
             self._end(Ending(End.CANCELED, 'Goal canceled'))
+        if self._told is not None and not 0.0 <= moment - self._told <= VELOCITY_LASTS:
+            self._told = None
+            self._base.stop()
         with or_abort(self, self._end):
             self._base.step(moment - self._stepped)
             if self._driving is not None:
                 self._follow_up(self._driving, moment)
-        self._stepped = moment
-        self._odometry.publish(odometry(self._base, stamp(self)))
+        elapsed, self._stepped = moment - self._stepped, moment
+        told = odometry(self._base, stamp(self), self._prefix)
+        self._odometry.publish(told)
+        self._transforms.sendTransform(transform(told))
+        before, self._velocity = self._velocity, self._base.velocity
+        if self._imu is not None:
+            pose = self._base.pose
+            self._imu.publish(imu(pose, before, self._velocity, elapsed, told.header.stamp, self._prefix))
 
     def _follow_up(self, drive: Drive, moment: float) -> None:
         elapsed = moment - drive.began
         if moment >= drive.next_feedback:
             drive.next_feedback += FEEDBACK_EVERY
             feedback = MoveToPosition.Feedback()
-            feedback.current_pose = stamped(self._base.pose, stamp(self))
+            feedback.current_pose = stamped(self._base.pose, stamp(self), self._prefix)
             feedback.elapsed_time = elapsed
             feedback.distance_remaining = self._base.distance_to(drive.target)
             drive.goal.publish_feedback(feedback)

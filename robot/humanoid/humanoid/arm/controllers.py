@@ -1,0 +1,227 @@
+"""The actions that tools know: FollowJointTrajectory for an arm, GripperCommand for a hand.
+
+As in humanoid.arm.server, a tick decides how a goal ends, and the goal's coroutine carries it out. A newer
+goal takes over from the older one of its controller, which ends ABORTED. A goal for joints that move for
+`move_arm` is refused.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from control_msgs.action import FollowJointTrajectory, GripperCommand
+from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.action.server import ServerGoalHandle
+from rclpy.node import Node
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+from humanoid.arm.limbs import Limbs
+from humanoid.arm.motion import SIGHT_LOST_AFTER
+from humanoid.arm.trajectory import Following, refusal
+from humanoid.clock import duration_msg, now, stamp
+from humanoid.emergency import ENDED, REFUSAL, StopListener
+from humanoid.endings import Decision, End, Ending, judged, or_abort, settle
+from humanoid.model import JOINT_BY_NAME, MOVING_SPEED
+
+NEWER = 'Pre-empted by a newer goal'
+STALLED_AFTER = 0.3  # s without motion, short of the target: something is between the fingers
+FINGERS = 2  # each moves by half the gap
+
+
+@dataclass
+class Run:
+    """One accepted goal on its way. `decision` is made by a tick; `code` goes with it."""
+
+    goal: ServerGoalHandle
+    began: float
+    decision: Decision = field(default_factory=Decision)
+    code: int = FollowJointTrajectory.Result.INVALID_GOAL
+    following: Following | None = None
+    target: float = 0.0  # m, of one finger
+    moved: float = 0.0  # when it was last seen moving
+    stalled: bool = False
+
+
+class Controller:
+    """One goal at a time for joints of its own; what each kind does with it is in the classes below."""
+
+    def __init__(self, node: Node, limbs: Limbs, stop: StopListener, joints: Sequence[str]) -> None:
+        self.joints = joints
+        self._node, self._limbs, self._stop = node, limbs, stop
+        self._runs: dict[bytes, Run] = {}
+        self._running: Run | None = None
+        self._server: ActionServer | None = None
+
+    def offer(self, type_: type, name: str) -> None:
+        self._server = ActionServer(
+            self._node,
+            type_,
+            name,
+            execute_callback=self._execute,
+            goal_callback=self._judge,
+            handle_accepted_callback=self._accept,
+            cancel_callback=lambda _: CancelResponse.ACCEPT,
+        )
+
+    def destroy(self) -> None:
+        if self._server is not None:
+            self._server.destroy()
+
+    @property
+    def busy(self) -> bool:
+        return self._running is not None
+
+    def tick(self, moment: float) -> None:
+        run = self._running
+        if run is None:
+            return
+        with or_abort(self._node, self.end):
+            self._follow_up(run, moment)
+            if run is self._running and run.goal.is_cancel_requested:
+                self.end(Ending(End.CANCELED, 'Goal canceled'))
+
+    def end(self, ending: Ending) -> None:
+        """Decide how the goal in motion ends, where there is one; short of its target its joints hold."""
+        run, self._running = self._running, None
+        if run is not None:
+            self._limbs.release(self.joints)
+            run.decision.make(ending)
+            if not ending.success:
+                self._limbs.command(self.joints)
+
+    def _judge(self, goal: Any) -> GoalResponse:
+        taken = self._limbs.taken - set(self.joints) if self.busy else self._limbs.taken
+        return judged(self._node, lambda: REFUSAL if self._stop.stopped else self._refusal(goal, taken))
+
+    def _accept(self, handle: ServerGoalHandle) -> None:
+        """Goals begin in the order of their acceptance, so the one in motion is always the older one."""
+        self.end(Ending(End.ABORTED, NEWER))
+        moment = now(self._node)
+        run = self._runs[bytes(handle.goal_id.uuid)] = self._running = Run(handle, moment)
+        self._limbs.take(self.joints)
+        with or_abort(self._node, self.end):
+            self._begin(run, moment)
+        if self._stop.stopped:  # it was thrown between the goal's acceptance and its beginning
+            self.end(Ending(End.ABORTED, ENDED))
+        handle.execute()
+
+    async def _execute(self, handle: ServerGoalHandle) -> object:
+        key = bytes(handle.goal_id.uuid)
+        run = self._runs[key]
+        try:
+            ending = await run.decision.wait()
+        finally:
+            del self._runs[key]
+        settle(handle, ending)
+        self._node.get_logger().info(ending.message)
+        return self._result(run, ending)
+
+    def _refusal(self, goal: Any, taken: set[str]) -> str | None:
+        raise NotImplementedError
+
+    def _begin(self, run: Run, moment: float) -> None:
+        raise NotImplementedError
+
+    def _follow_up(self, run: Run, moment: float) -> None:
+        raise NotImplementedError
+
+    def _result(self, run: Run, ending: Ending) -> object:
+        raise NotImplementedError
+
+
+class TrajectoryController(Controller):
+    """FollowJointTrajectory. All joints of the controller are to be named; a goal with some is refused."""
+
+    def _refusal(self, goal: FollowJointTrajectory.Goal, taken: set[str]) -> str | None:
+        return refusal(goal, ours=self.joints, here=self._limbs.here, busy=taken, now=now(self._node))
+
+    def _begin(self, run: Run, moment: float) -> None:
+        run.following = Following(run.goal.request, self._limbs.here, moment)
+        self._limbs.send(run.goal.request.trajectory)
+
+    def _follow_up(self, run: Run, moment: float) -> None:
+        following, limbs = run.following, self._limbs
+        assert following is not None
+        feedback = FollowJointTrajectory.Feedback()
+        feedback.header.stamp = stamp(self._node)
+        feedback.joint_names = following.names
+        desired, actual = following.desired(moment), [limbs.here[name] for name in following.names]
+        off = [wanted - there for wanted, there in zip(desired, actual, strict=True)]
+        elapsed = duration_msg(max(moment - following.begins, 0.0))
+        for point, positions in (
+            (feedback.desired, desired),
+            (feedback.actual, actual),
+            (feedback.error, off),
+        ):
+            point.positions = positions
+            point.time_from_start = elapsed
+        feedback.actual.velocities = [limbs.speeds.get(name, 0.0) for name in following.names]
+        run.goal.publish_feedback(feedback)
+        verdict = following.verdict(limbs.here, limbs.seen, moment)
+        if verdict is not None:
+            run.code = verdict.code
+            done = verdict.code == FollowJointTrajectory.Result.SUCCESSFUL
+            self.end(Ending(End.SUCCEEDED if done else End.ABORTED, verdict.message))
+
+    def _result(self, run: Run, ending: Ending) -> FollowJointTrajectory.Result:
+        return FollowJointTrajectory.Result(error_code=run.code, error_string=ending.message)
+
+
+class GripperController(Controller):
+    """GripperCommand: the gap between two fingers, in m. Fingers that meet something have gripped it."""
+
+    @property
+    def _joint(self) -> str:
+        return self.joints[0]
+
+    def _refusal(self, goal: GripperCommand.Goal, taken: set[str]) -> str | None:
+        gap, effort, spec = goal.command.position, goal.command.max_effort, JOINT_BY_NAME[self._joint]
+        if not spec.lower * FINGERS <= gap <= spec.upper * FINGERS:  # NaN included
+            return f'a gap of {gap} m is not one from {spec.lower * FINGERS} to {spec.upper * FINGERS} m'
+        if not 0.0 <= effort <= math.inf:
+            return f'max_effort {effort} N is no force'
+        if self._joint in taken:
+            return f'{self._joint} is moving for another goal; cancel that one first'
+        if self._joint not in self._limbs.here:
+            return f'nothing is known of {self._joint} yet: no joint state has shown it'
+        return None
+
+    def _begin(self, run: Run, moment: float) -> None:
+        command, spec = run.goal.request.command, JOINT_BY_NAME[self._joint]
+        run.target, run.moved = command.position / FINGERS, moment
+        way = abs(run.target - self._limbs.here[self._joint])
+        trajectory = [JointTrajectoryPoint(positions=[run.target])]
+        trajectory[0].time_from_start = duration_msg(max(way / spec.max_velocity, 0.02))
+        if command.max_effort > 0.0:
+            trajectory[0].effort = [min(command.max_effort, spec.max_effort)]
+        self._limbs.send(JointTrajectory(joint_names=[self._joint], points=trajectory))
+
+    def _follow_up(self, run: Run, moment: float) -> None:
+        limbs, spec = self._limbs, JOINT_BY_NAME[self._joint]
+        if abs(limbs.speeds.get(self._joint, 0.0)) > MOVING_SPEED:
+            run.moved = moment
+        reached = abs(limbs.here[self._joint] - run.target) <= spec.arrived_within
+        run.stalled = not reached and moment - run.moved > STALLED_AFTER
+        feedback = GripperCommand.Feedback(reached_goal=reached, stalled=run.stalled)
+        feedback.position, feedback.effort = self._gap(), limbs.efforts.get(self._joint, 0.0)
+        run.goal.publish_feedback(feedback)
+        if moment - max(limbs.seen, run.began) > SIGHT_LOST_AFTER:
+            self.end(Ending(End.ABORTED, 'no joint states: is joint_state_service running?'))
+        elif reached:
+            self.end(Ending(End.SUCCEEDED, f'{self._joint} is {self._gap():.3f} m open'))
+        elif run.stalled:
+            self.end(Ending(End.SUCCEEDED, f'{self._joint} met something at {self._gap():.3f} m'))
+
+    def _gap(self) -> float:
+        return self._limbs.here[self._joint] * FINGERS
+
+    def _result(self, run: Run, ending: Ending) -> GripperCommand.Result:
+        return GripperCommand.Result(
+            position=self._gap(),
+            effort=self._limbs.efforts.get(self._joint, 0.0),
+            stalled=run.stalled,
+            reached_goal=ending.success and not run.stalled,
+        )

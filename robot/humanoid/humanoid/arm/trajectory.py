@@ -1,0 +1,173 @@
+"""Trajectories: which are refused, and how joints that follow one are judged on the way and at its end.
+
+Straight lines between the points, as everywhere with joint commands; velocities and accelerations of points
+are checked for their number alone.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+
+from control_msgs.action import FollowJointTrajectory
+from control_msgs.msg import JointTolerance
+
+from humanoid.arm.motion import PATIENCE, SIGHT_LOST_AFTER
+from humanoid.clock import seconds
+from humanoid.joints.commands import CommandRefused, Waypoint, plan
+from humanoid.joints.kinematic import Path
+from humanoid.model import JOINT_BY_NAME, JointSpec
+from humanoid.text import quoted
+
+JUMP = 0.05  # rad: so far from the joint a first point at time 0 may be
+LONGEST = 3600.0  # s from now to a trajectory's end
+Goal = FollowJointTrajectory.Goal
+Result = FollowJointTrajectory.Result
+
+
+def refusal(
+    goal: Goal,
+    *,
+    ours: Sequence[str],
+    here: Mapping[str, float],
+    busy: Collection[str],
+    now: float,
+    joints: Mapping[str, JointSpec] = JOINT_BY_NAME,
+) -> str | None:
+    """Why the goal cannot be taken by the controller of the joints `ours`, or None. `now` in s."""
+    trajectory = goal.trajectory
+    names = list(trajectory.joint_names)
+    if goal.multi_dof_trajectory.points or goal.multi_dof_trajectory.joint_names:
+        return 'it has a trajectory for joints of several degrees of freedom, of which there are none'
+    if sorted(names) != sorted(ours):
+        return _other_joints(names, ours)
+    if not trajectory.points:
+        return 'its trajectory has no points'
+    points = [(seconds(point.time_from_start), point.positions) for point in trajectory.points]
+    for point in trajectory.points:
+        for what in ('velocities', 'accelerations'):
+            count = len(getattr(point, what))
+            if count not in (0, len(names)):
+                return f'a point has {count} {what} for {len(names)} joints'
+    for each in (*goal.path_tolerance, *goal.goal_tolerance):
+        if each.name not in names:
+            return f'a tolerance names {quoted(each.name)}, which is no joint of the trajectory'
+        if not math.isfinite(each.position):
+            return f'the tolerance of {each.name} is {each.position}, not a number'
+    try:
+        planned = plan(names, points, joints)
+    except CommandRefused as refused:
+        return str(refused)
+    begins = seconds(trajectory.header.stamp) or now
+    if begins + points[-1][0] < now:
+        return f'it ended {now - begins - points[-1][0]:.1f} s ago: its stamp is old'
+    if begins + points[-1][0] > now + LONGEST:
+        return f'it ends more than {LONGEST:g} s from now'
+    for name in names:
+        if name in busy:
+            return f'{name} is moving for another goal; cancel that one first'
+        if name not in here:
+            return f'nothing is known of {name} yet: no joint state has shown it'
+        if reason := _too_fast(joints[name], here[name], planned[name]):
+            return reason
+    return None
+
+
+def _other_joints(names: Sequence[str], ours: Sequence[str]) -> str:
+    for name in names:
+        if name not in ours:
+            return f'{quoted(name)} is no joint of this controller; it has {", ".join(ours)}'
+    missing = [name for name in ours if name not in names]
+    if missing:
+        return f'it leaves out {", ".join(missing)}: a goal names all joints of its controller'
+    return 'it names a joint twice'
+
+
+def _too_fast(joint: JointSpec, here: float, waypoints: Sequence[Waypoint]) -> str | None:
+    before = Waypoint(0.0, here)
+    for point in waypoints:
+        way, time = abs(point.position - before.position), point.time - before.time
+        if time <= 0.0:
+            if way > JUMP:
+                return (
+                    f'{joint.name} would have to jump by {way:.2f} {joint.unit}: its first point is at time 0'
+                )
+        elif way / time > joint.max_velocity * (1.0 + 1e-6) + JUMP:
+            unit = f'{joint.unit}/s'
+            return (
+                f'{joint.name} would need {way / time:.2f} {unit}, its limit is {joint.max_velocity} {unit}'
+            )
+        before = point
+    return None
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """How a trajectory ends: a code of FollowJointTrajectory's result, and why."""
+
+    code: int
+    message: str
+
+
+class Following:
+    """One accepted trajectory."""
+
+    def __init__(self, goal: Goal, here: Mapping[str, float], now: float) -> None:
+        trajectory = goal.trajectory
+        self.names = list(trajectory.joint_names)
+        self.begins = seconds(trajectory.header.stamp) or now
+        self._began = now
+        self._paths = {}
+        for index, name in enumerate(self.names):
+            waypoints = [
+                Waypoint(seconds(point.time_from_start), point.positions[index])
+                for point in trajectory.points
+            ]
+            if waypoints[0].time > 0.0:
+                waypoints.insert(0, Waypoint(0.0, here[name]))
+            self._paths[name] = Path(self.begins, waypoints)
+        self.ends = self.begins + seconds(trajectory.points[-1].time_from_start)
+        late = seconds(goal.goal_time_tolerance)
+        self._patience = PATIENCE if late == 0.0 else late if late > 0.0 else LONGEST
+        self._path = _tolerances(goal.path_tolerance, dict.fromkeys(self.names, math.inf))
+        at_end = {name: JOINT_BY_NAME[name].arrived_within for name in self.names}
+        self._goal = _tolerances(goal.goal_tolerance, at_end)
+
+    def desired(self, now: float) -> Sequence[float]:
+        """Where the joints should be, in the order of `names`."""
+        return [self._paths[name].position_at(now) for name in self.names]
+
+    def verdict(self, here: Mapping[str, float], seen: float, now: float) -> Verdict | None:
+        """How it ends, or None where it goes on; `seen` is when the last joint states came."""
+        if now - max(seen, self._began) > SIGHT_LOST_AFTER:
+            lost = f'no joint states for {now - seen:.1f} s: is joint_state_service running?'
+            return Verdict(Result.PATH_TOLERANCE_VIOLATED, lost)
+        if now < self.ends:
+            astray = self._beyond(self._path, self.desired(now), here)
+            return Verdict(Result.PATH_TOLERANCE_VIOLATED, f'off the path: {astray}') if astray else None
+        short = self._beyond(self._goal, self.desired(self.ends), here)
+        if not short:
+            return Verdict(Result.SUCCESSFUL, 'Trajectory completed successfully')
+        if now > self.ends + self._patience:
+            return Verdict(Result.GOAL_TOLERANCE_VIOLATED, f'short of the goal: {short}')
+        return None
+
+    def _beyond(
+        self, tolerances: Mapping[str, float], wanted: Sequence[float], here: Mapping[str, float]
+    ) -> str:
+        """The joints that are farther off than they may be, and how far; '' where there are none."""
+        return ', '.join(
+            f'{name} by {abs(position - here[name]):.3f} {JOINT_BY_NAME[name].unit}'
+            for name, position in zip(self.names, wanted, strict=True)
+            if abs(position - here[name]) > tolerances[name]
+        )
+
+
+def _tolerances(given: Sequence[JointTolerance], defaults: Mapping[str, float]) -> Mapping[str, float]:
+    """Zero leaves the default, negative means no limit."""
+    tolerances = dict(defaults)
+    for each in given:
+        if each.position != 0.0:
+            tolerances[each.name] = each.position if each.position > 0.0 else math.inf
+    return tolerances

@@ -1,0 +1,27 @@
+"""Movements that the robot knows by name: one after the other, joints to angles in rad."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from humanoid.model import JOINT_BY_NAME, JOINTS
+
+QUICKEST = 0.4  # s for one movement
+UNHURRIED = 1.25  # of the time that a joint needs at its greatest velocity
+WAVES = 3
+
+Movement = Mapping[str, float]
+
+_RAISED = {'right_arm_shoulder': -2.4, 'right_arm_elbow': 0.4}
+WAVE: Sequence[Movement] = (
+    _RAISED,
+    *({'right_arm_elbow': angle} for _ in range(WAVES) for angle in (1.2, 0.4)),
+    {name: JOINT_BY_NAME[name].home for name in _RAISED},
+)
+STAND: Sequence[Movement] = ({joint.name: joint.home for joint in JOINTS},)
+
+
+def unhurried(movement: Movement, here: Mapping[str, float]) -> float:
+    """The seconds that a movement takes from where the joints are."""
+    ways = [abs(angle - here[name]) / JOINT_BY_NAME[name].max_velocity for name, angle in movement.items()]
+    return max(QUICKEST, UNHURRIED * max(ways))

@@ -1,0 +1,27 @@
+"""What the floor does to the soles of a kinematic robot: it carries the weight where a sole is low enough."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from xml.etree import ElementTree as ET
+
+from humanoid.description import urdf_text
+from humanoid.model import DESCRIPTION
+
+SOLES = ('left_sole', 'right_sole')
+TOUCHES_WITHIN = 0.005  # m above the lower sole
+GRAVITY = 9.80665  # m/s²
+
+
+def weight() -> float:
+    """The robot's weight in N. The description is ours, so it is read as it is."""
+    masses = ET.fromstring(urdf_text()).iter('mass')  # noqa: S314
+    return GRAVITY * sum(float(mass.get('value', '0')) for mass in masses)
+
+
+def loads(positions: Mapping[str, float], weight: float) -> Mapping[str, float]:
+    """Newtons on each sole, in equal parts on those that touch the floor. Positions as in joint_states."""
+    heights = {sole: DESCRIPTION.pose(sole, positions).translation[2] for sole in SOLES}
+    lowest = min(heights.values())
+    touching = [sole for sole, height in heights.items() if height - lowest <= TOUCHES_WITHIN]
+    return {sole: weight / len(touching) if sole in touching else 0.0 for sole in SOLES}

@@ -1,0 +1,228 @@
+"""The emergency stop: all goals end, every command is refused, until it is released."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack
+
+import pytest
+from control_msgs.action import FollowJointTrajectory, GripperCommand
+from geometry_msgs.msg import Twist
+from helpers.collector import Collector
+from helpers.robot import humanoid, robot_client
+from humanoid.arm.server import ArmActionServer
+from humanoid.joints.service import JointStateService
+from humanoid.mission.calls import GoalRun, call
+from humanoid.mission.robot import Robot
+from humanoid.model import HOME, JOINT_BY_NAME
+from humanoid.navigation.server import NavigationActionServer
+from nav_msgs.msg import Odometry
+from rclpy.action import ActionClient
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from std_msgs.msg import Bool
+from std_srvs.srv import SetBool, Trigger
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+from goalwire import QoS
+from goalwire.testing import Graph, VirtualClock
+
+LEFT = [name for name in JOINT_BY_NAME if name.startswith('left_arm_')]
+SLOWLY = 60  # s that each of the motions would take
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+@pytest.fixture
+def robot(gw_clock: VirtualClock, gw_graph: Graph) -> Iterator[Robot]:
+    for server in (JointStateService, NavigationActionServer, ArmActionServer):
+        gw_graph.start(server)
+    with Robot() as client:
+        yield client
+
+
+def slow_trajectory() -> FollowJointTrajectory.Goal:
+    goal = FollowJointTrajectory.Goal()
+    angles = [2.5 if name == 'left_arm_shoulder' else HOME.get(name, 0.0) for name in LEFT]
+    point = JointTrajectoryPoint(positions=angles)
+    point.time_from_start.sec = SLOWLY
+    goal.trajectory.joint_names, goal.trajectory.points = LEFT, [point]
+    return goal
+
+
+class Everything:
+    """A goal of every kind, each on joints of its own."""
+
+    def __init__(self, robot: Robot) -> None:
+        self._robot = robot
+        arm, hand = 'left_arm_controller/follow_joint_trajectory', 'left_gripper_controller/gripper_cmd'
+        self._arm = ActionClient(robot.node, FollowJointTrajectory, arm), arm
+        self._hand = ActionClient(robot.node, GripperCommand, hand), hand
+
+    def goals(self) -> list[GoalRun]:
+        return [
+            self._robot.drive(9.0, 9.0, allowed=50.0, timeout=60.0),
+            self._robot.reach({'right_arm_elbow': 2.0}, duration=float(SLOWLY), timeout=70.0),
+            self._robot.reach({'head_pan': 1.0}, duration=float(SLOWLY), timeout=70.0),
+            self._robot.reach({'left_knee': 1.0}, duration=float(SLOWLY), timeout=70.0),
+            GoalRun(*self._arm, slow_trajectory(), 70.0),
+        ]
+
+    def quick(self) -> GoalRun:
+        goal = GripperCommand.Goal()
+        goal.command.position = 0.02
+        return GoalRun(*self._hand, goal, 20.0)
+
+
+def throw(robot: Robot, *, stopped: bool) -> str:
+    client = robot.node.create_client(SetBool, 'emergency_stop')
+    answer = call(client, SetBool.Request(data=stopped), 20.0)
+    assert answer.success
+    return str(answer.message)
+
+
+def test_goals_of_every_kind_are_aborted_and_refused_until_it_is_released(
+    gw_graph: Graph, robot: Robot
+) -> None:
+    everything = Everything(robot)
+    runs = everything.goals()
+    assert all(run.accepted for run in runs)
+    assert throw(robot, stopped=True) == 'stopped'
+    for run in runs:
+        run.finish()
+        assert run.status == 'ABORTED'
+    assert {getattr(run.result, 'message', '') or run.result.error_string for run in runs} == {
+        'Emergency stop'
+    }
+    assert not any(run.accepted for run in (*everything.goals(), everything.quick()))
+    for gesture in ('wave', 'stand'):
+        answer = gw_graph.call(Trigger, gesture)
+        assert not answer.success
+        assert answer.message == 'emergency stop: nothing moves until emergency_stop is called with false'
+    assert throw(robot, stopped=False) == 'released'
+    with everything.quick() as run:
+        run.finish()
+    assert run.status == 'SUCCEEDED'
+    assert gw_graph.call(Trigger, 'stand', timeout=60.0).success
+
+
+def test_joints_and_base_stand_and_obey_no_command(gw_graph: Graph, robot: Robot) -> None:
+    odometry = gw_graph.record(Odometry, 'odom')
+    commands = gw_graph.publisher(JointTrajectory, 'joint_command')
+    velocities = gw_graph.publisher(Twist, 'cmd_vel')
+    commands.wait_for_subscriber()
+    velocities.wait_for_subscriber()
+
+    def disturb() -> None:
+        point = JointTrajectoryPoint(positions=[1.5])
+        point.time_from_start.sec = 1
+        commands.publish(JointTrajectory(joint_names=['left_knee'], points=[point]))
+        command = Twist()
+        command.linear.x = 0.5
+        velocities.publish(command)
+
+    disturb()
+    time.sleep(0.3)  # virtual
+    assert robot.joint('left_knee').is_moving
+    assert odometry.messages[-1].twist.twist.linear.x == 0.5
+    throw(robot, stopped=True)
+    time.sleep(0.1)
+    stood = robot.joint('left_knee').position
+    disturb()
+    time.sleep(1.0)
+    assert robot.joint('left_knee').position == stood
+    assert odometry.messages[-1].twist.twist.linear.x == 0.0
+    throw(robot, stopped=False)
+    time.sleep(1.0)
+    assert robot.joint('left_knee').position == stood, 'what was refused is not made up for'
+    disturb()
+    time.sleep(1.2)
+    assert robot.joint('left_knee').position == pytest.approx(1.5)
+
+
+def test_a_button_stops_and_only_the_service_releases(gw_graph: Graph, robot: Robot) -> None:
+    state = gw_graph.record(
+        Bool, 'emergency_stopped', qos=QoS(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    )
+    button = gw_graph.publisher(Bool, 'emergency_stop')
+    button.wait_for_subscriber()
+    assert state.wait_for()[0].data is False
+    button.publish(data=True)
+    assert state.wait_for(2)[-1].data is True
+    button.publish(data=False)
+    time.sleep(0.5)  # virtual
+    assert state.messages[-1].data is True
+    with robot.drive(1.0, 0.0, allowed=10.0, timeout=20.0) as run:
+        assert not run.accepted
+    throw(robot, stopped=False)
+    assert state.wait_for(3)[-1].data is False
+
+
+def test_a_server_that_comes_late_knows_that_it_is_stopped(gw_graph: Graph, gw_clock: VirtualClock) -> None:
+    gw_graph.start(JointStateService)
+    with Robot() as robot:
+        throw(robot, stopped=True)
+        gw_graph.start(NavigationActionServer)
+        time.sleep(0.5)  # virtual
+        with robot.drive(1.0, 0.0, allowed=10.0, timeout=20.0) as run:
+            assert not run.accepted
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(180)
+def test_it_stops_real_servers_under_load(world: dict[str, str]) -> None:
+    """Goals of all kinds, while velocities and joint commands pour in."""
+    with ExitStack() as stack:
+        for name in ('joint_state_service', 'navigation_action_server', 'arm_action_server'):
+            server = stack.enter_context(humanoid(name, env=world))
+            server.expect('ready')
+        robot = stack.enter_context(robot_client())
+        states: Collector[Bool] = Collector()
+        odometry: Collector[Odometry] = Collector()
+        robot.node.create_subscription(Bool, 'emergency_stopped', states, LATCHED)
+        robot.node.create_subscription(Odometry, 'odom', odometry, 10)
+        over = threading.Event()
+        flood = threading.Thread(target=_flood, args=[robot, over])
+        flood.start()
+        stack.callback(flood.join)
+        stack.callback(over.set)
+        everything = Everything(robot)
+        runs = [run for run in everything.goals()[1:] if run.accepted]  # cmd_vel ends drives at once
+        assert len(runs) == 4
+        throw(robot, stopped=True)
+        for run in runs:
+            run.finish()
+            assert run.status == 'ABORTED'
+        for _ in range(3):
+            assert not any(run.accepted for run in everything.goals())
+        came = len(odometry.items)
+        later = odometry.expect(came + 20)[came:]
+        assert all(each.twist.twist.linear.x == 0.0 for each in later[-10:])
+        before = {
+            name: robot.joint(name, timeout=20.0) for name in ('right_knee', 'left_arm_shoulder', 'head_pan')
+        }
+        odometry.expect(len(odometry.items) + 20)
+        for name, joint in before.items():
+            assert not joint.is_moving
+            assert robot.joint(name, timeout=20.0).position == joint.position
+        throw(robot, stopped=False)
+        while odometry.expect(len(odometry.items) + 1)[-1].twist.twist.linear.x == 0.0:
+            pass  # bounded by the test's time limit
+        with robot.reach({'head_tilt': 0.2}, duration=1.0, timeout=30.0) as run:
+            run.finish()
+        assert run.status == 'SUCCEEDED'
+
+
+def _flood(robot: Robot, over: threading.Event) -> None:
+    """Velocities and joint commands, 400 of them a second."""
+    velocities = robot.node.create_publisher(Twist, 'cmd_vel', 10)
+    commands = robot.node.create_publisher(JointTrajectory, 'joint_command', 10)
+    command = Twist()
+    command.linear.x = 0.5
+    angle = 0.1
+    while not over.wait(0.005):
+        angle = 0.6 - angle
+        point = JointTrajectoryPoint(positions=[angle])
+        point.time_from_start.nanosec = 500_000_000
+        velocities.publish(command)
+        commands.publish(JointTrajectory(joint_names=['right_knee'], points=[point]))
