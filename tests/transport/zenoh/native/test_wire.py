@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import select
 from collections.abc import Iterator
 from threading import Event, Thread
 
@@ -13,6 +14,8 @@ from goalwire.errors import TransportError
 from goalwire.transport.zenoh.native.dialler import Retry
 from goalwire.transport.zenoh.native.session import Settings
 from goalwire.transport.zenoh.native.wire import NativeWire
+from goalwire.transport.zenoh.protocol.channels import Buffer
+from goalwire.transport.zenoh.protocol.link import QUEUE_LIMIT
 from goalwire.transport.zenoh.protocol.transport import Role
 
 MEGABYTE = 1 << 20
@@ -61,6 +64,46 @@ def test_a_large_message_has_left_room_for_others_when_its_thread_goes_on(reader
         assert left_room == [True]
     finally:
         reader.may_go_on.set()
+        wire.close()
+
+
+def test_who_waits_for_room_goes_on_though_another_publisher_made_it(
+    reader: Reader, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A large message fills the queue, and its own thread empties that, without the socket being full."""
+    reader.may_go_on.set()
+    wire = NativeWire(Settings(listen=(), connect=(reader.where,)))
+    small = wire.declare_publisher('a', reliable=True, waits=True)
+    (link,) = wire.session.protocol.links
+    socket_link = wire.session._links[link]
+    is_filled, done = Event(), Event()
+    real = link._write_many
+
+    def write_all(buffers: list[Buffer]) -> int:
+        """Send everything, once somebody waits for room."""
+        is_filled.set()
+        if link.queue.size > QUEUE_LIMIT:
+            wait_for(lambda: socket_link.waiting, 'somebody who waits')
+        wait_for(lambda: select.select([], [socket_link._fd], [], 0)[1], 'room')
+        return real(buffers)
+
+    def put_small() -> None:
+        small.put(b'x', attachment=b'')
+        done.set()
+
+    monkeypatch.setattr(link, '_write_many', write_all)
+    threads = [
+        Thread(target=wire.put_waiting, args=('a', bytes(4 * MEGABYTE), b'')),
+        Thread(target=put_small),
+    ]
+    try:
+        threads[0].start()
+        assert is_filled.wait(PATIENCE)
+        threads[1].start()
+        assert done.wait(PATIENCE)
+    finally:
+        for thread in threads:
+            thread.join()
         wire.close()
 
 

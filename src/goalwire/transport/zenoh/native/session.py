@@ -468,6 +468,7 @@ class NativeSession:
                 if left <= 0:
                     self._poller.call(partial(self._close_full, socket_link))
                     return
+                socket_link.watch_room()
                 self.wire_poller.wait(sleeper, int(left * 1e9))
         finally:
             socket_link.waiting.discard(sleeper)
@@ -528,6 +529,8 @@ class NativeSession:
             left = deadline - monotonic()
             if left <= 0:
                 return
+            for each in links:
+                each.watch_room()
             self.wire_poller.wait(sleeper, int(left * 1e9))
 
 

@@ -118,6 +118,12 @@ class SocketLink:
         if self.link.overflowed:
             self._poller.call(self._check)
 
+    def watch_room(self) -> None:
+        """Have those that wait for room woken once there is some, whichever thread has made it."""
+        with self.link.lock:
+            if not self._has_ended:
+                self._when_full()
+
     # ---- what the poller says
 
     def on_ready(self, events: int) -> None:
