@@ -26,6 +26,7 @@ def robot_env() -> dict[str, str]:
     return isolated_env(NETWORK) | {
         'PYTHONPATH': str(ROOT / 'robot' / 'humanoid'),
         'GOALWIRE_INTERFACE_PATH': str(ROOT / 'robot'),
+        'HUMANOID_PHYSICS': '0',  # tests of the physics ask for it
     }
 
 

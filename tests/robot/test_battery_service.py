@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+import time
 
 import pytest
 from helpers.robot import humanoid
 from humanoid.mission.robot import Robot
 from humanoid.model import BATTERY
 from sensor_msgs.msg import BatteryState
+from std_msgs.msg import Float64
 
 pytestmark = pytest.mark.slow
 
@@ -42,3 +44,17 @@ def test_driving_drains_it_and_rest_charges_it(world: dict[str, str], robot: Rob
             low, status = status.battery.charge, robot.battery()
     assert status.battery.power_supply_status == BatteryState.POWER_SUPPLY_STATUS_CHARGING
     assert status.battery.charge >= low
+
+
+def test_it_pays_for_the_work_that_the_motors_tell(world: dict[str, str], robot: Robot) -> None:
+    told = robot.node.create_publisher(Float64, 'motor_power', 10)
+    with humanoid('battery_service', env=world):
+        robot.battery(timeout=15.0)
+        deadline = time.monotonic() + 30.0
+        state = robot.battery().battery
+        while state.current > -(BATTERY.idle_draw + 9.0):
+            assert time.monotonic() < deadline, state
+            for power in (500.0, math.nan, -7e9, 1e300):  # only the first is a power
+                told.publish(Float64(data=power))
+            state = robot.battery().battery
+        assert state.current == pytest.approx(-(BATTERY.idle_draw + 500.0 / state.voltage), rel=0.01)

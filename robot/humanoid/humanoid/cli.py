@@ -10,6 +10,7 @@ from collections.abc import Sequence
 
 from humanoid import lifeline
 from humanoid.domain import Taken
+from humanoid.physics.choice import NotInstalled
 
 PROGRAMS = {
     'joint_state_service': 'humanoid.joints.service',
@@ -17,6 +18,7 @@ PROGRAMS = {
     'battery_service': 'humanoid.battery.service',
     'arm_action_server': 'humanoid.arm.server',
     'robot_state_publisher': 'humanoid.state_publisher.node',
+    'simulation': 'humanoid.physics.program',
     'mission': 'humanoid.mission.program',
 }
 
@@ -33,18 +35,18 @@ def main(args: Sequence[str] | None = None) -> int:
         if options.command == 'demo':
             from humanoid.demo import demo
 
-            return demo()
+            return demo(physics=options.physics, sim_time=options.sim_time)
         if options.command != 'up':
             from humanoid.operate import operate
 
             return operate(options, ros_args)
         from humanoid.up import up
 
-        return up()
+        return up(physics=options.physics, sim_time=options.sim_time)
     except KeyboardInterrupt:
         return 130
-    except Taken as taken:
-        print(f'humanoid: {taken}', file=sys.stderr)
+    except (Taken, NotInstalled) as problem:
+        print(f'humanoid: {problem}', file=sys.stderr)
         return 1
     except ModuleNotFoundError as missing:
         print(_advice(missing.name or str(missing)), file=sys.stderr)
@@ -69,6 +71,8 @@ def _options(arguments: list[str]) -> tuple[argparse.Namespace, list[str]]:
     at = arguments.index('--ros-args') if '--ros-args' in arguments else len(arguments)
     parser = _parser()
     options = parser.parse_args(arguments[:at])
+    if options.command in {'up', 'demo'} and options.sim_time and options.physics is False:
+        parser.error('--sim-time needs the physics, which has the clock')
     if options.command in {'up', 'demo'} and arguments[at:]:
         parser.error(f'{options.command} takes no --ros-args; the programs that it starts do')
     return options, arguments[at:]
@@ -77,8 +81,17 @@ def _options(arguments: list[str]) -> tuple[argparse.Namespace, list[str]]:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog='humanoid', description='A humanoid robot in services and actions.')
     commands = parser.add_subparsers(dest='command', required=True, metavar='COMMAND')
-    commands.add_parser('up', help='start every server as its own process, until Ctrl-C')
-    commands.add_parser('demo', help='start the servers, run the mission, sum it up')
+    for name, help_text in (
+        ('up', 'start every server as its own process, until Ctrl-C'),
+        ('demo', 'start the servers, run the mission, sum it up'),
+    ):
+        command = commands.add_parser(name, help=help_text)
+        command.add_argument(
+            '--physics',
+            action=argparse.BooleanOptionalAction,
+            help='simulate the body by MuJoCo, or not; without either: where MuJoCo is installed',
+        )
+        command.add_argument('--sim-time', action='store_true', help="take the time from the physics' /clock")
     commands.add_parser('status', help='the joints, the base and the battery of the robot that is up')
     commands.add_parser('wave', help='have it wave its right hand')
     move = commands.add_parser('move', help='send its base to X Y, in m')

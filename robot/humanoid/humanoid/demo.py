@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 
 from humanoid.domain import claimed
 from humanoid.mission.display import display
 from humanoid.mission.events import Retrying, Sink, from_line
 from humanoid.mission.summary import Summary
+from humanoid.physics.choice import chosen, told
 from humanoid.supervisor import Ended, StopAsked, Supervisor, program
-from humanoid.up import SERVERS
+from humanoid.up import SIM_TIME, servers
 
 MISSION = 'mission'
 LATE = 'battery_service'  # started only after the mission has missed it
@@ -21,21 +23,24 @@ class Failed(Exception):
     """The demo cannot go on; the text says why, naming the program."""
 
 
-def demo() -> int:
+def demo(*, physics: bool | None = None, sim_time: bool = False) -> int:
     """0 only if every step of the mission ended as it should and no program ended before its time.
 
-    Raises Taken.
+    `physics` as in humanoid.physics.choice. Raises Taken and NotInstalled.
     """
     summary = Summary()
     problem = None
+    physics = chosen(physics)
+    arguments = SIM_TIME if sim_time else ()
     with claimed(may_move=True), Supervisor() as supervisor:
-        for name in SERVERS:
+        print(told(physics=physics), flush=True)
+        for name in servers(physics=physics):
             if name not in (LATE, FOR_VIEWERS):
-                _start(supervisor, name)
-        _start(supervisor, MISSION, '--events', '--battery-starts-late')
+                _start(supervisor, name, *arguments)
+        _start(supervisor, MISSION, '--events', '--battery-starts-late', *arguments)
         try:
             with display() as show:
-                _follow(supervisor, summary, show)
+                _follow(supervisor, summary, show, arguments)
         except Failed as failure:
             problem = str(failure)
             supervisor.stop(MISSION)  # while there are servers left to cancel its goals
@@ -53,7 +58,7 @@ def _start(supervisor: Supervisor, name: str, *arguments: str) -> None:
     print(f'started {name} (pid {pid})', flush=True)
 
 
-def _follow(supervisor: Supervisor, summary: Summary, show: Sink) -> None:
+def _follow(supervisor: Supervisor, summary: Summary, show: Sink, arguments: Sequence[str]) -> None:
     """Until the mission has ended. Raises Failed."""
     deadline = time.monotonic() + TIME_LIMIT
     late_started = False
@@ -72,8 +77,8 @@ def _follow(supervisor: Supervisor, summary: Summary, show: Sink) -> None:
             show(told)
             if isinstance(told, Retrying) and not late_started:
                 late_started = True
-                _start(supervisor, LATE)
-                _start(supervisor, FOR_VIEWERS)
+                _start(supervisor, LATE, *arguments)
+                _start(supervisor, FOR_VIEWERS, *arguments)
 
 
 def _judge_end(supervisor: Supervisor, summary: Summary, ended: Ended) -> None:

@@ -102,6 +102,7 @@ class BatterySpec:
     draw_per_base_speed: float = 25.0  # A per m/s
     draw_per_joint_speed: float = 6.0  # A per rad/s, summed over the joints
     charge_current: float = 12.0
+    idle_power: float = 1.0  # W: motors that work less than this are at rest
     rest_before_charging: float = 2.0  # s without motion until the dock's contacts close
 
 

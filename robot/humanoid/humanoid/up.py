@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from humanoid.domain import claimed
+from humanoid.physics.choice import chosen, told
 from humanoid.supervisor import Ended, Printed, StopAsked, Supervisor, program
 
 SERVERS = (
@@ -12,19 +15,33 @@ SERVERS = (
     'arm_action_server',
     'robot_state_publisher',
 )
+SIMULATED = ('joint_state_service', 'navigation_action_server')  # with physics one program does their work
+SIM_TIME = ('--ros-args', '-p', 'use_sim_time:=true')
 
 
-def up() -> int:
+def servers(*, physics: bool) -> Sequence[str]:
+    """The programs that make up a robot."""
+    if not physics:
+        return SERVERS
+    return ('simulation', *(name for name in SERVERS if name not in SIMULATED))
+
+
+def up(*, physics: bool | None = None, sim_time: bool = False) -> int:
     """Relay what the servers print. One that ends by itself leaves the others running, and 1 is returned.
 
-    Raises Taken.
+    `physics` as in humanoid.physics.choice. Raises Taken and NotInstalled.
     """
     died = 0
+    physics = chosen(physics)
+    names = servers(physics=physics)
+    arguments = SIM_TIME if sim_time else ()
     with claimed(may_move=False), Supervisor() as supervisor:
-        for name in SERVERS:
-            print(f'started {name} (pid {supervisor.start(name, program(name))})', flush=True)
+        print(told(physics=physics), flush=True)
+        for name in names:
+            pid = supervisor.start(name, program(name, *arguments))
+            print(f'started {name} (pid {pid})', flush=True)
         print('Ctrl-C stops them all', flush=True)
-        while died < len(SERVERS):
+        while died < len(names):
             event = supervisor.next_event()
             if isinstance(event, Printed):
                 print(f'[{event.name}] {event.line}', flush=True)

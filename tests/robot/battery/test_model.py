@@ -71,3 +71,18 @@ def test_while_charging_the_time_remaining_counts_the_idle_draw() -> None:
     battery.step(60.0, 0.0, 0.0)
     assert battery.current > 0.0
     assert battery.time_remaining == pytest.approx(battery.charge / BATTERY.idle_draw * 3600.0)
+
+
+def test_work_of_the_motors_drains_beside_the_idle_draw() -> None:
+    battery = Battery(0.5)
+    volts = battery.voltage
+    battery.step_power(1.0, 200.0)
+    assert battery.current == pytest.approx(-(BATTERY.idle_draw + 200.0 / volts))
+
+
+def test_motors_that_do_not_work_let_it_charge() -> None:
+    battery = Battery(0.5)
+    battery.step_power(BATTERY.rest_before_charging, 0.0)
+    assert battery.current == BATTERY.charge_current
+    battery.step_power(0.1, 50.0)
+    assert battery.current < 0.0

@@ -10,6 +10,6 @@ from humanoid.physics.world import World
 
 
 @pytest.fixture
-def world() -> World:
+def body() -> World:
     """The robot on its floor, at home."""
     return World(urdf_text(), {joint.name: joint.home for joint in JOINTS})

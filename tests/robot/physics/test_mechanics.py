@@ -138,13 +138,13 @@ def test_a_free_arm_swings_with_the_period_of_a_compound_pendulum(robot: Robot) 
 
 
 @pytest.mark.parametrize('angle', [0.4, 1.0, math.pi / 2])
-def test_a_lifted_arm_needs_the_torque_of_its_weight(world: World, angle: float) -> None:
-    world.limit_speed(SHOULDER, 2.0)
-    world.aim(SHOULDER, angle)
+def test_a_lifted_arm_needs_the_torque_of_its_weight(body: World, angle: float) -> None:
+    body.limit_speed(SHOULDER, 2.0)
+    body.aim(SHOULDER, angle)
     for _ in range(250):
-        world.tick()
-    positions = {name: world.joint(name)[0] for name in world.robot.names}
-    position, speed, torque = world.joint(SHOULDER)
+        body.tick()
+    positions = {name: body.joint(name)[0] for name in body.robot.names}
+    position, speed, torque = body.joint(SHOULDER)
     assert (position, speed) == pytest.approx((angle, 0.0), abs=2e-3)
     manager = frames(positions)
     pivot = manager.get_transform('left_shoulder', 'base_link')[:3, 3]
@@ -155,11 +155,10 @@ def test_a_lifted_arm_needs_the_torque_of_its_weight(world: World, angle: float)
     assert turning > 1.0
 
 
-def test_a_load_beyond_its_torque_pulls_the_arm_down(world: World) -> None:
-    body = world.robot.model.body('left_hand')
-    body.mass[:] = 60.0  # the shoulder has 40 N·m
-    world.aim(SHOULDER, math.pi / 2)
+def test_a_load_beyond_its_torque_pulls_the_arm_down(body: World) -> None:
+    body.robot.model.body('left_hand').mass[:] = 60.0  # the shoulder has 40 N·m
+    body.aim(SHOULDER, math.pi / 2)
     for _ in range(300):
-        world.tick()
-        assert abs(world.joint(SHOULDER)[2]) <= 40.0 + 1e-9
-    assert world.joint(SHOULDER)[0] < 1.0
+        body.tick()
+        assert abs(body.joint(SHOULDER)[2]) <= 40.0 + 1e-9
+    assert body.joint(SHOULDER)[0] < 1.0

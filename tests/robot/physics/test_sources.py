@@ -19,13 +19,13 @@ ARM = 'left_arm_shoulder'
 
 
 @pytest.fixture
-def joints(world: World) -> PhysicsJoints:
-    return PhysicsJoints(world, JOINT_BY_NAME, now=BEGAN)
+def joints(body: World) -> PhysicsJoints:
+    return PhysicsJoints(body, JOINT_BY_NAME, now=BEGAN)
 
 
-def ticks(world: World, seconds: float) -> None:
+def ticks(body: World, seconds: float) -> None:
     for _ in range(round(seconds / TICK)):
-        world.tick()
+        body.tick()
 
 
 def test_it_is_a_source_of_all_the_robots_joints(joints: PhysicsJoints) -> None:
@@ -36,48 +36,48 @@ def test_it_is_a_source_of_all_the_robots_joints(joints: PhysicsJoints) -> None:
     assert source.read(ARM).position == pytest.approx(0.5, abs=0.01)
 
 
-def test_a_trajectory_is_followed_in_the_nodes_time(world: World, joints: PhysicsJoints) -> None:
+def test_a_trajectory_is_followed_in_the_nodes_time(body: World, joints: PhysicsJoints) -> None:
     joints.follow({ARM: [Waypoint(1.0, 1.3), Waypoint(2.0, 0.9)]}, start=BEGAN + 0.5)
-    ticks(world, 0.5)
+    ticks(body, 0.5)
     assert joints.read(ARM).position == pytest.approx(0.5, abs=0.02)
-    ticks(world, 0.5)
+    ticks(body, 0.5)
     assert joints.read(ARM).position == pytest.approx(0.9, abs=0.03)
     assert joints.read(ARM).velocity == pytest.approx(0.8, abs=0.1)
     assert joints.read(ARM).is_moving
-    ticks(world, 0.5)
+    ticks(body, 0.5)
     assert joints.read(ARM).position == pytest.approx(1.3, abs=0.03)
-    ticks(world, 1.5)
+    ticks(body, 1.5)
     assert joints.read(ARM).position == pytest.approx(0.9, abs=0.002)
     assert not joints.read(ARM).is_moving
 
 
-def test_a_clock_that_is_ahead_of_the_world_makes_no_leap(world: World, joints: PhysicsJoints) -> None:
-    ticks(world, 0.5)
+def test_a_clock_that_is_ahead_of_the_world_makes_no_leap(body: World, joints: PhysicsJoints) -> None:
+    ticks(body, 0.5)
     joints.update(BEGAN + 3.0)  # the world fell behind by 2.5 s
     joints.follow({ARM: [Waypoint(1.0, 1.0)]}, start=BEGAN + 3.0)
-    world.tick()
+    body.tick()
     assert joints.read(ARM).position == pytest.approx(0.5, abs=0.01)
-    ticks(world, 1.2)
+    ticks(body, 1.2)
     assert joints.read(ARM).position == pytest.approx(1.0, abs=0.005)
 
 
-def test_no_joint_is_faster_than_its_limit(world: World, joints: PhysicsJoints) -> None:
+def test_no_joint_is_faster_than_its_limit(body: World, joints: PhysicsJoints) -> None:
     joints.follow({ARM: [Waypoint(0.0, 2.5)]}, start=BEGAN)
     fastest = 0.0
     for _ in range(150):
-        world.tick()
+        body.tick()
         fastest = max(fastest, joints.read(ARM).velocity)
     assert joints.read(ARM).position == pytest.approx(2.5, abs=0.005)
     limit = JOINT_BY_NAME[ARM].max_velocity
     assert 0.9 * limit < fastest < 1.3 * limit  # starting at once, it overshoots its speed for a moment
 
 
-def test_no_waypoints_hold_the_joint_where_it_is(world: World, joints: PhysicsJoints) -> None:
+def test_no_waypoints_hold_the_joint_where_it_is(body: World, joints: PhysicsJoints) -> None:
     joints.follow({ARM: [Waypoint(2.0, 2.0)]}, start=BEGAN)
-    ticks(world, 1.0)
+    ticks(body, 1.0)
     joints.follow({ARM: []}, start=BEGAN + 1.0)
     there = joints.read(ARM).position
-    ticks(world, 1.0)
+    ticks(body, 1.0)
     assert joints.read(ARM).position == pytest.approx(there, abs=0.03)
     assert not joints.read(ARM).is_moving
 
@@ -85,37 +85,37 @@ def test_no_waypoints_hold_the_joint_where_it_is(world: World, joints: PhysicsJo
 @pytest.mark.parametrize(
     'target', [Pose2D(1.2, 0.9), Pose2D(-0.8, 0.0), Pose2D(0.2, -0.2, 3.0), Pose2D(0.0, 0.0, -2.0)]
 )
-def test_the_base_arrives_and_stands(world: World, target: Pose2D) -> None:
-    base = PhysicsBase(world)
+def test_the_base_arrives_and_stands(body: World, target: Pose2D) -> None:
+    base = PhysicsBase(body)
     base.drive_to(target)
     while not base.arrived:
-        world.tick()
-        assert world.time < 15.0
+        body.tick()
+        assert body.time < 15.0
         assert math.hypot(base.velocity.x, base.velocity.y) < BASE.max_speed * 1.2
-    assert world.time > 0.5
+    assert body.time > 0.5
     assert base.distance_to(target) < 0.01
     base.stop()
-    ticks(world, 1.0)
+    ticks(body, 1.0)
     assert base.distance_to(target) < 0.01
     assert abs(math.remainder(base.pose.yaw - target.yaw, math.tau)) < 0.02
     assert base.velocity.x == pytest.approx(0.0, abs=1e-3)
 
 
-def test_a_base_that_is_already_there_has_arrived_soon(world: World) -> None:
-    base = PhysicsBase(world)
+def test_a_base_that_is_already_there_has_arrived_soon(body: World) -> None:
+    base = PhysicsBase(body)
     base.drive_to(base.pose)
-    world.tick()
-    world.tick()
+    body.tick()
+    body.tick()
     assert base.arrived
 
 
-def test_a_stop_takes_as_long_as_slowing_down(world: World) -> None:
-    base = PhysicsBase(world)
+def test_a_stop_takes_as_long_as_slowing_down(body: World) -> None:
+    base = PhysicsBase(body)
     base.drive_to(Pose2D(5.0))
-    ticks(world, 2.0)
+    ticks(body, 2.0)
     before = base.pose.x
     base.stop()
-    ticks(world, 2.0)
+    ticks(body, 2.0)
     assert base.pose.x - before == pytest.approx(BASE.max_speed**2 / (2.0 * ACCELERATION), abs=0.06)
     assert not base.arrived
 
@@ -130,15 +130,15 @@ def test_a_stop_takes_as_long_as_slowing_down(world: World) -> None:
     ],
 )
 def test_a_velocity_is_kept_as_far_as_legs_can(
-    world: World, asked: Velocity2D, bounds: tuple[float, float, float]
+    body: World, asked: Velocity2D, bounds: tuple[float, float, float]
 ) -> None:
-    base = PhysicsBase(world)
+    base = PhysicsBase(body)
     base.drive_at(asked)
-    ticks(world, 1.0)
+    ticks(body, 1.0)
     seen = []
     for _ in range(round(4 * (SWING + SHIFT) / TICK)):  # two whole cycles of the gait
-        world.tick()
+        body.tick()
         seen.append((base.velocity.x, base.velocity.y, base.velocity.yaw))
     for column, bound in zip(zip(*seen, strict=True), bounds, strict=True):
         assert sum(column) / len(column) == pytest.approx(bound, abs=0.05)
-    assert not world.fallen
+    assert not body.fallen

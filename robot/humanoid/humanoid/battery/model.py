@@ -20,11 +20,19 @@ class Battery:
     def step(self, elapsed: float, base_speed: float, joint_speed: float) -> None:
         """Let `elapsed` seconds pass: the base at m/s, the joints at rad/s, summed over all of them."""
         moving = base_speed > MOVING_SPEED or joint_speed > MOVING_SPEED
+        self._pass(elapsed, self._draw(base_speed, joint_speed), moving=moving)
+
+    def step_power(self, elapsed: float, power: float) -> None:
+        """Let `elapsed` seconds pass in which the motors do `power` W of work, braking included."""
+        draw = self.spec.idle_draw + power / self.voltage
+        self._pass(elapsed, draw, moving=power > self.spec.idle_power)
+
+    def _pass(self, elapsed: float, draw: float, *, moving: bool) -> None:
         self._resting = 0.0 if moving else self._resting + elapsed
         if self._resting >= self.spec.rest_before_charging:
             self.current = self.spec.charge_current if self.charge < self.spec.capacity else 0.0
         else:
-            self.current = -self._draw(base_speed, joint_speed)
+            self.current = -draw
         charge = self.charge + self.current * elapsed / SECONDS_PER_HOUR
         self.charge = min(max(charge, 0.0), self.spec.capacity)
 

@@ -1,4 +1,7 @@
-"""battery_service: watches `odom` and `joint_states`, tells `battery_state`, answers `get_battery_status`."""
+"""battery_service: watches `motor_power`, or `odom` and `joint_states`; tells `battery_state`.
+
+It answers `get_battery_status`.
+"""
 
 from __future__ import annotations
 
@@ -10,6 +13,7 @@ from humanoid_interfaces.srv import GetBatteryStatus
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from sensor_msgs.msg import BatteryState, JointState
+from std_msgs.msg import Float64
 
 from humanoid.battery.model import Battery
 from humanoid.clock import duration_msg, now, stamp
@@ -20,7 +24,9 @@ from humanoid.running import run
 TICK = 0.1  # s between battery steps
 TELL_EVERY = 1.0  # s
 LOW, EMPTY = 0.2, 0.05  # of the capacity: diagnostics warn, and call it an error
-STALE_AFTER = 0.5  # s: a speed that nobody confirms any longer counts as none
+STALE_AFTER = 0.5  # s: a speed or a power that nobody confirms any longer counts as none
+GREATEST_POWER = 100_000.0  # W: no motors of this kind do that, whatever a message says
+MOST_TOLD = 1000  # powers between two ticks
 FIRST_CHARGE = 0.8  # of the capacity
 
 
@@ -39,6 +45,29 @@ class Seen:
         return self._speed if at - self._at <= STALE_AFTER else 0.0
 
 
+class Power:
+    """The motors' power as they tell it, in W. What cannot be a power (NaN, -1, 1e300) is not heard."""
+
+    def __init__(self) -> None:
+        self._told: list[float] = []
+        self._last, self._at = 0.0, -math.inf
+
+    def note(self, power: float, at: float) -> None:
+        if 0.0 <= power <= GREATEST_POWER and len(self._told) < MOST_TOLD:
+            self._told.append(power)
+            self._at = at
+
+    def mean(self, at: float) -> float | None:
+        """The mean of what was told since the last call, or None where nobody tells it any longer."""
+        if at - self._at > STALE_AFTER:
+            self._told.clear()
+            return None
+        if self._told:
+            self._last = sum(self._told) / len(self._told)
+            self._told.clear()
+        return self._last
+
+
 class BatteryService(Node):
     """Drains the battery with the motion that the robot shows, and charges it at rest."""
 
@@ -47,11 +76,13 @@ class BatteryService(Node):
         self._battery = Battery(FIRST_CHARGE)
         self._base = Seen()
         self._joints = Seen()
+        self._power = Power()
         self._stepped = now(self)
         self.create_subscription(Odometry, 'odom', self._see_base, 10)
         self.create_subscription(JointState, 'joint_states', self._see_joints, 10)
         self._states = self.create_publisher(BatteryState, 'battery_state', 10)
         self._diagnostics = Diagnostics(self, 'battery', self._health)
+        self.create_subscription(Float64, 'motor_power', self._see_power, 10)
         self.create_timer(TICK, self._tick)
         self.create_timer(TELL_EVERY, lambda: self._states.publish(self._state()))
         self.create_service(GetBatteryStatus, 'get_battery_status', self._answer)
@@ -64,10 +95,17 @@ class BatteryService(Node):
     def _see_joints(self, states: JointState) -> None:
         self._joints.note(sum(abs(velocity) for velocity in states.velocity), now(self))
 
+    def _see_power(self, power: Float64) -> None:
+        self._power.note(power.data, now(self))
+
     def _tick(self) -> None:
         moment = now(self)
-        elapsed, self._stepped = moment - self._stepped, moment
-        self._battery.step(max(elapsed, 0.0), self._base.speed(moment), self._joints.speed(moment))
+        elapsed, self._stepped = max(moment - self._stepped, 0.0), moment
+        power = self._power.mean(moment)
+        if power is not None:
+            self._battery.step_power(elapsed, power)
+        else:
+            self._battery.step(elapsed, self._base.speed(moment), self._joints.speed(moment))
 
     def _answer(
         self, _request: GetBatteryStatus.Request, response: GetBatteryStatus.Response

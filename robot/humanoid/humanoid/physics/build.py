@@ -19,7 +19,7 @@ ROTOR_INERTIA = 0.01  # kg·m², as seen behind the gear; kg of a sliding joint
 BASE_STIFFNESS = 600.0  # 1/s²: the base follows its path with 24 rad/s, critically damped
 BASE_FORCE = 0.6  # of the robot's weight: what its soles could pass on to the floor
 BASE_TORQUE = 150.0  # N·m about the vertical
-GRAVITY = 9.81  # m/s²
+GRAVITY = 9.80665  # m/s²
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]

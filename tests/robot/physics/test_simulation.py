@@ -1,0 +1,110 @@
+"""The simulation as its own process, among the robot's other programs."""
+
+from __future__ import annotations
+
+import math
+import signal
+from collections.abc import Iterator
+
+import pytest
+import rclpy
+from geometry_msgs.msg import WrenchStamped
+from helpers.collector import Collector
+from helpers.processes import Program
+from helpers.robot import humanoid
+from humanoid.mission.robot import Robot
+from humanoid.physics.build import GRAVITY
+from humanoid.physics.program import Simulation
+from rclpy.qos import qos_profile_sensor_data
+from rclpy.signals import SignalHandlerOptions
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import Imu, JointState
+from std_msgs.msg import Float64
+
+pytestmark = pytest.mark.slow
+
+SIM_TIME = ('--ros-args', '-p', 'use_sim_time:=true')
+WITHIN = 30.0  # s
+
+
+@pytest.fixture
+def simulation(world: dict[str, str]) -> Iterator[Program]:
+    with humanoid('simulation', *SIM_TIME, env=world) as program:
+        program.expect('Simulation ready: 50.0 kg, 31 motors')
+        yield program
+
+
+def test_it_tells_the_time_and_what_its_sensors_show(simulation: Program, robot: Robot) -> None:
+    clock: Collector[Clock] = Collector()
+    factor: Collector[Float64] = Collector()
+    power: Collector[Float64] = Collector()
+    imu: Collector[Imu] = Collector()
+    left: Collector[WrenchStamped] = Collector()
+    right: Collector[WrenchStamped] = Collector()
+    states: Collector[JointState] = Collector()
+    node = robot.node
+    node.create_subscription(Clock, '/clock', clock, 10)
+    node.create_subscription(Float64, 'real_time_factor', factor, 10)
+    node.create_subscription(Float64, 'motor_power', power, 10)
+    node.create_subscription(JointState, 'joint_states', states, 10)
+    node.create_subscription(Imu, 'imu', imu, qos_profile_sensor_data)
+    node.create_subscription(WrenchStamped, 'left_sole/wrench', left, qos_profile_sensor_data)
+    node.create_subscription(WrenchStamped, 'right_sole/wrench', right, qos_profile_sensor_data)
+    moments = [tick.clock.sec + tick.clock.nanosec / 1e9 for tick in clock.expect(20, WITHIN)]
+    assert moments == sorted(moments)
+    assert moments[-1] < 600.0, "the time is the world's"
+    assert 0.0 < factor.expect(1, WITHIN)[0].data < 1.5
+    assert power.expect(1, WITHIN)[0].data < 1.0, 'W, standing'
+    shown = imu.expect(1, WITHIN)[0]
+    assert shown.linear_acceleration.z == pytest.approx(GRAVITY, abs=0.05)
+    assert shown.header.stamp.sec < 600
+    load = left.expect(1, WITHIN)[0].wrench.force.z + right.expect(1, WITHIN)[0].wrench.force.z
+    assert load == pytest.approx(50.0 * GRAVITY, rel=0.01)
+    state = states.expect(1, WITHIN)[0]
+    assert len(state.name) == len(state.effort)
+    assert state.header.stamp.sec < 600, 'its other nodes live by the same clock'
+
+
+def test_the_base_walks_to_a_goal(simulation: Program, robot: Robot) -> None:
+    loads: Collector[WrenchStamped] = Collector()
+    robot.node.create_subscription(WrenchStamped, 'left_sole/wrench', loads, qos_profile_sensor_data)
+    with robot.drive(0.8, 0.3, allowed=30.0, timeout=60.0) as run:
+        assert run.accepted
+        assert [feedback.distance_remaining for feedback in run.feedback()]
+        assert run.status == 'SUCCEEDED'
+        position = run.result.final_pose.pose.position
+    assert math.dist((position.x, position.y), (0.8, 0.3)) < 0.01
+    borne = [wrench.wrench.force.z for wrench in loads.expect(1, WITHIN)]
+    assert min(borne) == 0.0, 'the foot was in the air'
+    assert max(borne) > 400.0, 'it bore the robot alone'
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_it_ends_when_told_to(simulation: Program, number: signal.Signals) -> None:
+    simulation.send_signal(number)
+    assert simulation.wait() == 0, simulation.output
+    assert 'Traceback' not in simulation.output
+
+
+@pytest.mark.usefixtures('world')
+def test_numbers_that_are_none_end_it_with_the_reason(capfd: pytest.CaptureFixture[str]) -> None:
+    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+    node = Simulation()
+    node.world._data.qvel[4] = math.nan
+    executor = rclpy.executors.SingleThreadedExecutor()
+    executor.add_node(node)
+    executor.spin()
+    assert 'not a number' in (node.failure or '')
+    assert not rclpy.ok()
+    node.destroy_node()
+    assert 'the simulation ends: after' in capfd.readouterr().err
+
+
+@pytest.mark.timeout(180)
+def test_the_demo_on_physics_in_simulated_time_ends_well(world: dict[str, str]) -> None:
+    with humanoid('demo', '--physics', '--sim-time', env=world | {'COLUMNS': '160'}) as demo:
+        output = demo.succeed(timeout=150.0)
+    assert 'the body is simulated by MuJoCo' in output
+    assert '10 of 10 steps ended as they should' in output
+    assert 'started simulation (pid' in output
+    assert 'started joint_state_service' not in output
