@@ -18,7 +18,6 @@ TICK = 0.01  # s between two looks of the controller
 STEPS = 5  # of the physics in a tick
 STANDS_AT = 0.98  # of the pelvis' height above straight legs
 WALKS_AT = 0.94  # the same: room for long steps
-GAIT_SPEED = 12.0  # rad/s at most of a joint that the gait moves
 SINKS = 0.2  # m/s, from one to the other
 SCATTER = 0.002  # rad by which the seed lets joints start off their set-points
 SETTLE = 50  # ticks before the world's time begins, in which the robot comes to stand
@@ -204,8 +203,6 @@ class World:
         self.height += min(max(wanted_height - self.height, -SINKS * TICK), SINKS * TICK)
         self._place_legs(wanted, base)
         most = self._fastest * TICK
-        legs = self._leg_joints
-        most[legs[~self._held[legs]]] = GAIT_SPEED * TICK
         return self._set_points + np.minimum(np.maximum(wanted - self._set_points, -most), most)
 
     def _place_legs(self, angles: Array, base: Pose2D) -> None:
