@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Protocol
 
-from humanoid.model import BASE, BaseSpec
+from humanoid.model import BASE, DESCRIPTION, BaseSpec
 
 
 @dataclass(frozen=True)
@@ -28,6 +28,7 @@ class Velocity2D:
 
 
 STANDING = Velocity2D()
+PELVIS = -DESCRIPTION.pose('base_footprint', {}).translation[2]  # m, of base_link above straight legs
 
 
 class MobileBase(Protocol):
@@ -40,6 +41,10 @@ class MobileBase(Protocol):
     @property
     def pose(self) -> Pose2D:
         """Where it is now."""
+
+    @property
+    def height(self) -> float:
+        """How high base_link is above the floor now, in m."""
 
     @property
     def velocity(self) -> Velocity2D:
@@ -76,6 +81,7 @@ class Base:
         self._target: Pose2D | None = None
         self._asked = STANDING  # a velocity, where there is no target
         self.pose = Pose2D()
+        self.height = PELVIS
         self.velocity = STANDING
 
     def drive_to(self, target: Pose2D) -> None:

@@ -10,12 +10,10 @@ from geometry_msgs.msg import Pose, PoseStamped, TransformStamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 
-from humanoid.model import DESCRIPTION
 from humanoid.navigation.base import MobileBase, Pose2D, Velocity2D, yaw_of
 from humanoid.navigation.goal_check import FRAME
 
 BASE_LINK = 'base_link'
-PELVIS = -DESCRIPTION.pose('base_footprint', {}).translation[2]  # m, of base_link above the floor
 GRAVITY = 9.80665  # m/s²
 
 # Variances (m², rad², and the same per s²) of x, y, z and of the turns about them.
@@ -46,7 +44,7 @@ def odometry(base: MobileBase, stamp: TimeMsg, prefix: str = '') -> Odometry:
     message.header.stamp = stamp
     message.child_frame_id = f'{prefix}{BASE_LINK}'
     _fill(message.pose.pose, base.pose)
-    message.pose.pose.position.z = PELVIS
+    message.pose.pose.position.z = base.height
     message.pose.covariance = _diagonal(POSE_VARIANCES)
     message.twist.twist.linear.x = base.velocity.x
     message.twist.twist.linear.y = base.velocity.y

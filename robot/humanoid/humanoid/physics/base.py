@@ -35,6 +35,10 @@ class PhysicsBase:
         return self._world.pose
 
     @property
+    def height(self) -> float:
+        return self._world.pelvis_height
+
+    @property
     def velocity(self) -> Velocity2D:
         return self._world.velocity
 

@@ -22,6 +22,7 @@ from std_msgs.msg import Float64
 
 from humanoid.clock import NANOSECONDS, now, time_msg
 from humanoid.description import urdf_text
+from humanoid.joints.feet import SOLES
 from humanoid.joints.service import JointStateService
 from humanoid.model import JOINT_BY_NAME
 from humanoid.navigation.server import NavigationActionServer
@@ -35,7 +36,6 @@ if TYPE_CHECKING:
     from builtin_interfaces.msg import Time as TimeMsg
 
 PERIOD = 0.02  # s between two looks at the real clock: sensors and /clock come at 50 Hz
-SOLES = ('left_sole', 'right_sole')
 
 
 class Simulation(Node):
@@ -50,6 +50,8 @@ class Simulation(Node):
         self._pace: Pace | None = None
         self._told_factor, self._told_energy = 0.0, world.energy
         self._fallen = False
+        prefix = self.declare_parameter('frame_prefix', '').get_parameter_value().string_value
+        self._imu_frame, self._sole_frames = f'{prefix}imu_link', [f'{prefix}{sole}' for sole in SOLES]
         self._clock_out = (
             self.create_publisher(ClockMsg, '/clock', 10)
             if self.declare_parameter('publish_clock', True).value
@@ -87,10 +89,10 @@ class Simulation(Node):
         stamp = self._stamp()
         if self._clock_out is not None:
             self._clock_out.publish(ClockMsg(clock=time_msg(round(world.time * NANOSECONDS))))
-        self._imu.publish(_imu(world, stamp))
-        for publisher, sole, load in zip(self._soles, SOLES, world.loads, strict=True):
+        self._imu.publish(_imu(world, stamp, self._imu_frame))
+        for publisher, frame, load in zip(self._soles, self._sole_frames, world.loads, strict=True):
             wrench = WrenchStamped()
-            wrench.header.stamp, wrench.header.frame_id = stamp, sole
+            wrench.header.stamp, wrench.header.frame_id = stamp, frame
             wrench.wrench.force.z = load
             publisher.publish(wrench)
         energy, self._told_energy = self._told_energy, world.energy
@@ -109,9 +111,9 @@ class Simulation(Node):
         return time_msg(self.get_clock().now().nanoseconds)
 
 
-def _imu(world: World, stamp: TimeMsg) -> Imu:
+def _imu(world: World, stamp: TimeMsg, frame: str) -> Imu:
     message, shown, yaw = Imu(), world.inertial, world.pose.yaw
-    message.header.stamp, message.header.frame_id = stamp, 'imu_link'
+    message.header.stamp, message.header.frame_id = stamp, frame
     message.orientation.z, message.orientation.w = math.sin(yaw / 2.0), math.cos(yaw / 2.0)
     turn, pull = message.angular_velocity, message.linear_acceleration
     turn.x, turn.y, turn.z = shown.turn_rate
