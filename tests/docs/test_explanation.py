@@ -48,6 +48,34 @@ def test_the_walks_lead_past_what_there_is() -> None:
         assert name in _defined(ROOT / 'src' / 'goalwire' / file), f'{file} has no {name}'
 
 
+def test_the_page_on_execution_names_every_file_of_it() -> None:
+    text = (EXPLANATION / 'execution.md').read_text(encoding='utf-8')
+    folder = ROOT / 'src' / 'goalwire' / 'execution'
+    files = {file.relative_to(folder).as_posix() for file in folder.rglob('*.py')}
+    named = re.findall(r'`([\w/]+\.py)`', text[text.index('## Where it is in the code') :])
+    assert sorted(named) == sorted(file for file in files if not file.endswith('__init__.py'))
+
+
+def test_the_glossary_names_files_that_there_are() -> None:
+    text = (EXPLANATION / 'glossary.md').read_text(encoding='utf-8')
+    folder, found = ROOT / 'src' / 'goalwire', 0
+    for section in text.split('\n## ')[1:]:
+        named = re.search(r'`(\w+)/`', section.partition('\n')[0])
+        base = folder if ', ' in section.partition('\n')[0] or named is None else folder / named[1]
+        for row in re.findall(r'^\| .*\|$', section, re.MULTILINE):
+            for file in re.findall(r'`([\w/]+(?:\.py|/))`', row.rstrip('| ').rpartition('|')[2]):
+                assert (base / file).exists(), f'{file}: {row}'
+                found += 1
+    assert found > 30
+
+
+def test_the_list_of_zenohs_protocol_names_every_module_once() -> None:
+    package = ROOT / 'src' / 'goalwire' / 'transport' / 'zenoh' / 'protocol'
+    text = ast.get_docstring(ast.parse((package / '__init__.py').read_text(encoding='utf-8'))) or ''
+    modules = {file.stem for file in package.glob('*.py')} - {'__init__'}
+    assert sorted(re.findall(r'^    (\w+) {2,}\S', text, re.MULTILINE)) == sorted(modules)
+
+
 def _defined(file: Path) -> set[str]:
     """The functions and classes of a file, and the methods of its classes."""
     kinds = ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef

@@ -7,15 +7,18 @@ writes. What a user asks for, a put, a query, a declaration, is a method of the 
     primitives        numbers, texts, ids, extensions, timestamps: what messages are made of
     key_expressions   which keys match which: intersects, includes, canonical forms
     key_index         many expressions, and quickly those that match one key
-    transport         INIT, OPEN, CLOSE, KEEP_ALIVE and the heads of frames
+    transport         INIT, OPEN, CLOSE, KEEP_ALIVE: written and read
     handshake         two sides agree on their terms
     channels          sequence numbers, fragments, and what waits for the socket
     network           PUSH, REQUEST, RESPONSE, RESPONSE_FINAL: written and read
     declarations      DECLARE and INTEREST: written and read
-    link_state        OAM, by which routers tell of nodes; who then connects to whom
-    link              one link: bytes to messages and back, leases and keep-alives
+    expressions       the short numbers of keys
+    liveliness        tokens: which are there, and who is told
+    link_state        OAM, by which routers tell of nodes; which of two peers connects
+    link              one link: frames and fragments to messages and back, leases, keep-alives
     queries           queries on their way, their replies and their ends
-    session           everything declared, here and elsewhere; who gets what
+    senders           publications and queriers, each for one key
+    session           all declarations, of this side and of others, and the routing of messages
 
 Threads. Every method may be called on any thread, but what one link receives is handed to it by one thread
 at a time. `SessionProtocol.lock` is held over the tables of a session and of what its links have declared;
