@@ -157,7 +157,7 @@ class PendingCall(Future[Any]):
 
     def on_reply(self, sample: Sample) -> None:
         """Take the first reply; those of further servers of the same name are ignored, as in ROS 2."""
-        # hot path: `take_reply` and `set_raw` written out, three calls of the 45 that a service call enters
+        # hot path: `take_reply` and `set_raw` written out, three calls of the 43 that a service call makes
         if not self.end_lock.acquire(False):
             return
         client = self.awaited_by

@@ -283,7 +283,8 @@ class DdsClient(OpenPort, ClientPort):
         peer = self._known.get(publication)
         if peer is None or self._fast_dds is not None or call.servers != {peer.server}:
             self._answered(sequence, publication)
-        elif self._calls.pop(sequence, None) is not None:  # what `_answered` does where only one was asked
+        # hot path: `_answered` where only one was asked, 2 calls (1.2 us) and a lock less for each reply.
+        elif self._calls.pop(sequence, None) is not None:
             call.on_end(self._refusals.pop(sequence, ''))
 
     def _answered(self, sequence: int, publication: int, reason: str = '') -> None:
