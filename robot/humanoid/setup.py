@@ -69,6 +69,7 @@ setup(
             'battery_service = humanoid.battery.service:main',
             'arm_action_server = humanoid.arm.server:main',
             'robot_state_publisher = humanoid.state_publisher.node:main',
+            'motor_board = humanoid.driver.board:main',
             'mission = humanoid.mission.program:main',
         ],
         'goalwire.interfaces': [f'humanoid_interfaces = {definitions}'],

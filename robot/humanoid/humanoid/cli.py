@@ -19,6 +19,7 @@ PROGRAMS = {
     'arm_action_server': 'humanoid.arm.server',
     'robot_state_publisher': 'humanoid.state_publisher.node',
     'simulation': 'humanoid.physics.program',
+    'motor_board': 'humanoid.driver.board',
     'mission': 'humanoid.mission.program',
 }
 

@@ -5,6 +5,7 @@ It owns the joints, so it has the emergency stop too.
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -17,6 +18,7 @@ from trajectory_msgs.msg import JointTrajectory
 
 from humanoid.clock import now, seconds, stamp
 from humanoid.diagnostics import Diagnostics, Health
+from humanoid.driver.seam import HOLD_AFTER, DrivenJoints, DriverError
 from humanoid.emergency import REFUSAL, StopSwitch
 from humanoid.joints import feet
 from humanoid.joints.commands import CommandRefused, plan
@@ -33,7 +35,12 @@ class JointStateService(Node):
 
     def __init__(self, source: JointSource | None = None) -> None:
         super().__init__('joint_state_service')
+        port = self.declare_parameter('serial_port', '').get_parameter_value().string_value
+        hold_after = self.declare_parameter('hold_after', HOLD_AFTER).get_parameter_value().double_value
+        self._driven = _driven(port, now(self), hold_after) if port and source is None else None
+        source = source or self._driven
         self._source: JointSource = source or KinematicJoints(now=now(self))
+        self._trouble: str | None = None
         self._prefix = self.declare_parameter('frame_prefix', '').get_parameter_value().string_value
         self._weight = feet.weight()
         self._soles = {  # physics and real feet have sensors of their own
@@ -47,6 +54,11 @@ class JointStateService(Node):
         self.create_timer(1.0 / RATE, self._tick)
         self.create_service(GetJointState, 'get_joint_state', self._answer)
         self.get_logger().info('Joint State Service ready')
+
+    def destroy_node(self) -> None:
+        if self._driven is not None:
+            self._driven.close()
+        super().destroy_node()
 
     def _answer(
         self, request: GetJointState.Request, response: GetJointState.Response
@@ -74,6 +86,8 @@ class JointStateService(Node):
     def _health(self) -> Health:
         moving = [name for name, sample in read_all(self._source) if sample.is_moving]
         values = {'joints': len(self._source.joints), 'moving': brief(', '.join(moving)) or 'none'}
+        if self._trouble is not None:
+            return Health(brief(self._trouble), DiagnosticStatus.ERROR, values)
         if self._stop.stopped:
             return Health('emergency stop', DiagnosticStatus.WARN, values)
         return Health('moving' if moving else 'still', values=values)
@@ -92,7 +106,12 @@ class JointStateService(Node):
         self._source.follow(motion, seconds(command.header.stamp) or now(self))
 
     def _tick(self) -> None:
-        self._source.update(now(self))
+        try:
+            self._source.update(now(self))
+        except Exception as error:  # no joint states, then: what they would show is old
+            self._trouble = f'{type(error).__name__}: {error}'
+            raise
+        self._trouble = None
         states = JointState()
         states.header.stamp = stamp(self)
         for name, sample in read_all(self._source):
@@ -113,8 +132,19 @@ class JointStateService(Node):
             self._soles[sole].publish(wrench)
 
 
+def _driven(port: str, moment: float, hold_after: float) -> DrivenJoints:
+    """Raises DriverError."""
+    from humanoid.driver.serial import SerialMotors  # POSIX alone has it
+
+    return DrivenJoints(SerialMotors(port), now=moment, hold_after=hold_after)
+
+
 def main(args: Sequence[str] | None = None) -> int:
-    return run(JointStateService, args)
+    try:
+        return run(JointStateService, args)
+    except DriverError as error:
+        print(f'joint_state_service: {brief(str(error))}', file=sys.stderr)
+        return 1
 
 
 if __name__ == '__main__':
