@@ -38,12 +38,15 @@ class Wire:
         self.data = bytearray()
         self.room: int | None = None
         self.wants_room = 0
+        self.writes = 0
+        self.held = 0
         self.waits = 0
 
     def write(self, data: Buffer) -> int:
         taken = len(data) if self.room is None else min(self.room, len(data))
         if self.room is not None:
             self.room -= taken
+        self.writes += 1
         self.data += bytes(data[:taken])
         return taken
 
@@ -55,6 +58,9 @@ class Wire:
 
     def wait_for_room(self) -> None:
         self.waits += 1
+
+    def when_held(self, _link: Link) -> None:
+        self.held += 1
 
     def take(self) -> bytes:
         data, self.data = bytes(self.data), bytearray()
@@ -89,6 +95,9 @@ class Session(SessionProtocol):
     def callback_failed(self, error: Exception) -> None:
         self.failures.append(error)
 
+    holds_back = False
+    """Whether its links may hold messages back in a flood."""
+
     def new_link(self, *, connects: bool, expected: bytes | None = None) -> tuple[Link, Wire]:
         wire = Wire()
         handshake = Handshake(
@@ -105,6 +114,7 @@ class Session(SessionProtocol):
             write_many=wire.write_many,
             when_full=wire.when_full,
             wait_for_room=wire.wait_for_room,
+            when_held=wire.when_held if self.holds_back else None,
             lease_ms=self.identity.lease_ms,
         )
         return link, wire

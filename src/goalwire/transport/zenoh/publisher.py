@@ -90,7 +90,7 @@ class ZenohPublisher(OpenPort, PublisherPort):
         self._refusals: tuple[type[Exception], ...] = (*context.errors, MemoryError)
         self._next_sequence = count(1).__next__
         self._turn = turn
-        self._lock = turn.lock
+        self._acquire, self._release = turn.lock.acquire, turn.lock.release
         self._large = large
         self._dropped = 0
 
@@ -105,17 +105,22 @@ class ZenohPublisher(OpenPort, PublisherPort):
         if state.closed or state.guard.is_silent:  # in a forked child the turn may be another thread's
             state.check_sending()
         try:
-            with self._lock:
-                if state.guard.is_silent:  # since then: the turn may have been long in coming
-                    state.check_sending()
-                if len(payload) >= LARGE or self._turn.is_busy:
-                    self._publish_large(payload)
-                    return
+            self._acquire()  # hot path, and inside `try`: see protocol.link.Link.send
+            if state.guard.is_silent:  # since then: the turn may have been long in coming
+                state.check_sending()
+            if len(payload) >= LARGE or self._turn.is_busy:
+                self._publish_large(payload)
+            else:
                 self._put(payload, attachment=encode(self._next_sequence(), time_ns(), GID_SIZE, self.gid))
         except self._context.errors as error:
             state.check()  # closed by another thread in the meantime
             reason = self._context.wire.explain(error)
             raise TransportError(f'{state.title}: zenoh refused a message: {reason}') from None
+        finally:
+            try:  # noqa: SIM105
+                self._release()
+            except RuntimeError:  # a signal's handler raised while this waited for its turn
+                pass
 
     def _publish_large(self, payload: bytes) -> None:
         """Publish a large message, or one behind such; the turn is held."""

@@ -12,7 +12,7 @@ import os
 import select
 import selectors
 import socket
-from collections.abc import Callable
+from collections.abc import Callable, Sized
 from contextlib import suppress
 from itertools import count
 from threading import Lock
@@ -133,10 +133,20 @@ class _SocketPair:
 class Poller:
     """One session's descriptors and timers. One thread at a time waits; any may change what is waited for."""
 
-    def __init__(self, name: str, *, portable: bool = not hasattr(select, 'epoll')) -> None:
-        """`name` is for what handlers raise; `portable` to do without what only Linux has."""
+    def __init__(
+        self,
+        name: str,
+        *,
+        portable: bool = not hasattr(select, 'epoll'),
+        before_sleep: tuple[Sized, Callable[[], object]] = ((), bool),
+    ) -> None:
+        """`name` is for what handlers raise; `portable` to do without what only Linux has.
+
+        `before_sleep` are a collection, and what is called before a sleep where there is something in it.
+        """
         self.closed = False
         self._name = name
+        self._unsent, self._send_unsent = before_sleep
         self._portable = portable
         self._poller: select.epoll | _Portable = _Portable() if portable else select.epoll()
         self._bell: _EventFd | _SocketPair = _SocketPair() if portable else _EventFd()
@@ -221,6 +231,8 @@ class Poller:
         """Return how much there is to `serve`, after `timeout_ns` at most; negative once this was closed."""
         if self.closed:
             return -1
+        if self._unsent:
+            self._send_unsent()
         timeout = timeout_ns * 1e-9
         if self._next_due != float('inf'):
             timeout = max(min(timeout, self._next_due - monotonic()), 0)

@@ -19,6 +19,7 @@ from goalwire.transport.reports import LOGGER
 from goalwire.transport.wire_poller import LeaderFollowers
 from goalwire.transport.zenoh.native.dialler import Dial, Retry
 from goalwire.transport.zenoh.native.endpoints import TlsFiles, locators_of, parse, resolve
+from goalwire.transport.zenoh.native.flusher import Flusher
 from goalwire.transport.zenoh.native.poller import IN, Poller
 from goalwire.transport.zenoh.native.socket_link import SocketLink
 from goalwire.transport.zenoh.protocol.handshake import Handshake, Identity
@@ -155,7 +156,12 @@ class NativeSession:
         self._must_connect = (
             settings.role is Role.CLIENT if settings.must_connect is None else settings.must_connect
         )
-        self._poller = Poller(f'Zenoh session {self.id}', portable=settings.portable)
+        self._flusher = Flusher(f'{name} flusher')
+        self._poller = Poller(
+            f'Zenoh session {self.id}',
+            portable=settings.portable,
+            before_sleep=(self._flusher.held, self._flusher.flush),
+        )
         self.wire_poller = LeaderFollowers(self._poller, name)
         self._lock = Lock()
         self._links: dict[Link, SocketLink] = {}
@@ -292,6 +298,7 @@ class NativeSession:
             lease_ms=self._settings.lease_ms,
             when_ended=self._ended,
             wait_for_room=self._wait_for_room,
+            when_held=self._flusher.hold,
         )
         self._links[new.link] = new
         if dial is not None:
@@ -492,6 +499,7 @@ class NativeSession:
             return
         for dial in list(self._dials.values()):
             dial.close()
+        self._flusher.close()
         links = list(self._links.values())
         if any(each.link.queue.size for each in links):
             self._flush(links)

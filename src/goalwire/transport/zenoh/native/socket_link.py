@@ -50,6 +50,7 @@ class SocketLink:
         lease_ms: int,
         when_ended: Callable[[SocketLink, str, bool], None],
         wait_for_room: Callable[[SocketLink], None],
+        when_held: Callable[[Link], None],
     ) -> None:
         """`when_ended` is told why, and whether the other side broke the rules."""
         self._socket = sock
@@ -68,6 +69,7 @@ class SocketLink:
             write_many=self._write_many,
             when_full=self._when_full,
             wait_for_room=lambda: wait_for_room(self),
+            when_held=when_held,
             lease_ms=lease_ms,
         )
         self.connects = handshake.connects

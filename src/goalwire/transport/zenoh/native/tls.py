@@ -23,7 +23,7 @@ from goalwire.transport.zenoh.native.socket_link import SocketLink
 if TYPE_CHECKING:
     from goalwire.transport.zenoh.protocol.channels import Buffer
     from goalwire.transport.zenoh.protocol.handshake import Handshake
-    from goalwire.transport.zenoh.protocol.link import LinkOwner
+    from goalwire.transport.zenoh.protocol.link import Link, LinkOwner
 
 _AT_ONCE = 1 << 16
 """Bytes that are encrypted before the socket is asked to take them."""
@@ -208,6 +208,7 @@ class TlsSocketLink(SocketLink):
         lease_ms: int,
         when_ended: Callable[[SocketLink, str, bool], None],
         wait_for_room: Callable[[SocketLink], None],
+        when_held: Callable[[Link], None],
     ) -> None:
         """See SocketLink; `tls` is the stream on `sock`."""
         super().__init__(
@@ -219,6 +220,7 @@ class TlsSocketLink(SocketLink):
             lease_ms=lease_ms,
             when_ended=when_ended,
             wait_for_room=wait_for_room,
+            when_held=when_held,
         )
         self._tls = tls
         self._is_secure = False

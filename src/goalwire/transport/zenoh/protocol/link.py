@@ -2,10 +2,11 @@
 
 `receive` takes bytes as they came, in any pieces. It runs the handshake, checks numbers, joins fragments, and
 hands each network message to the session. `send` numbers a message, makes a batch of it and writes it at
-once. If the socket is full, the batch waits in the queue of its priority. If more than QUEUE_LIMIT bytes wait
-already, a message that may be dropped is dropped and counted. One that may not be dropped waits for room
-first, if its thread may wait: the session's owner knows that. A link is dead when it has heard nothing for
-the other side's lease. When it has sent nothing for a quarter of its own lease, it sends KEEP_ALIVE.
+once. If the socket is full, the message waits in the queue of its priority, in one frame with others. In a
+flood, small messages wait for a moment to share a frame, although the socket has room. If more than
+QUEUE_LIMIT bytes wait already, a message that may be dropped is dropped and counted. One that may not be
+dropped waits for room first, if its thread may wait: the session's owner knows that. A link is dead when it
+has heard nothing for the other side's lease. When it has sent nothing for a quarter of its own lease, it sends KEEP_ALIVE.
 """
 
 from __future__ import annotations
@@ -46,15 +47,19 @@ from goalwire.transport.zenoh.protocol.handshake import Handshake, Terms
 from goalwire.transport.zenoh.protocol.key_index import KeyIndex
 from goalwire.transport.zenoh.protocol.link_state import LinkStates, Node
 from goalwire.transport.zenoh.protocol.network import (
+    ATTACHMENT_OF_PUT,
     DECLARE,
     INTEREST,
     IS_SENDERS,
+    LARGE,
     OAM,
     PUSH,
+    PUT_OF_ROS,
     REQUEST,
     RESPONSE,
     RESPONSE_FINAL,
     Sample,
+    new_sample,
     read_body,
     read_extensions,
     read_query,
@@ -71,6 +76,7 @@ from goalwire.transport.zenoh.protocol.primitives import (
     UNRESPONSIVE,
     Reader,
     ZenohProtocolError,
+    decode_z,
     encode_padded,
 )
 from goalwire.transport.zenoh.protocol.transport import (
@@ -102,6 +108,9 @@ KEEP_ALIVES = 4
 ROUTES_LIMIT = 4096
 """Keys whose receivers one link remembers."""
 _AT_ONCE = 64
+HELD_SIZE = 8192
+"""Bytes that are held back at most. A system call for 45 messages of 180 bytes costs each 0.05 µs, not 1.7;
+the first of them waits for 0.1 ms."""
 
 _PRIORITY = PRIORITY_EXTENSION & EXTENSION
 
@@ -115,6 +124,30 @@ class Receivers(NamedTuple):
 
     key: str
     callbacks: tuple[Callable[[Sample], None], ...]
+
+
+class PushForm(NamedTuple):
+    """What is the same in all messages of one publisher that have a stamp, an attachment, and nothing else.
+
+    So has everything that ROS publishes. Behind `head` come nine bytes of time, then `middle` (the session's
+    id, the attachment's length), the attachment, the payload's length, the payload.
+    """
+
+    head: bytes
+    middle: bytes
+    middle_at: int
+    attachment_at: int
+    attachment_size: int
+    key: str
+    callbacks: tuple[Callable[[Sample], None], ...]
+
+
+TIME_SIZE = 9
+"""Bytes of the time in a stamp, since 1970 was half a year old."""
+FORM_KEY_SIZE = 3
+"""Bytes of a message by which its form is looked up: its header and its key's number."""
+LEAST_ID = 8
+"""Bytes of a session's id from which forms are remembered: no other message has it in the same place."""
 
 
 class LinkOwner(Protocol):
@@ -165,9 +198,13 @@ class Link:
         write_many: Callable[[list[Buffer]], int],
         when_full: Callable[[], None],
         wait_for_room: Callable[[], None],
+        when_held: Callable[[Link], None] | None = None,
         lease_ms: int = 60_000,
     ) -> None:
-        """`when_full` asks for a `flush` once the socket has room; `wait_for_room` blocks, where it may."""
+        """`when_full` asks for a `flush` once the socket has room; `wait_for_room` blocks, where it may.
+
+        `when_held` asks for a `release` soon; without it nothing is held back.
+        """
         self.owner = owner
         self.handshake = handshake
         self.terms: Terms | None = None
@@ -176,6 +213,7 @@ class Link:
         self.is_open = True
         self.is_up = False
         self.lock = RLock()
+        self._acquire, self._release = self.lock.acquire, self.lock.release
         # what the other side has
         self.expressions: dict[int, str] = {}
         self.expression_ids: dict[str, int] = {}
@@ -192,6 +230,7 @@ class Link:
         self.link_states = LinkStates()
         # the receivers of each key, looked up once
         self.push_receivers: dict[object, Receivers] = {}
+        self.push_forms: dict[bytes, PushForm] = {}
         # time
         self.keep_alive_s = lease_ms / 1000 / KEEP_ALIVES
         self.heard = True
@@ -205,6 +244,9 @@ class Link:
         self._write_many = write_many
         self._when_full = when_full
         self._wait_for_room = wait_for_room
+        self._when_held = when_held
+        self.is_held = False
+        """Whether what waits does so for others to join it, and not for the socket."""
         self._sent = [0] * CHANNELS
         self.room = MAX_BATCH - HEAD_SIZE
         """Bytes of messages that fit one frame."""
@@ -230,40 +272,85 @@ class Link:
         if first:
             self.send_transport(first)
 
-    def send(self, channel: int, message: bytes, *, droppable: bool = False) -> bool:
-        """Send network messages as one frame, or in pieces; False: dropped, or the link is gone.
+    def send(self, channel: int, message: bytes, droppable: bool = False, may_wait: bool = False) -> bool:
+        """Send network messages in one frame, or in pieces; False: dropped, or the link is gone.
 
-        What is not droppable waits for room before, where its thread may.
+        What is not droppable waits for room before, where its thread may. Where the link can hold messages
+        back, one that `may_wait` does so, to go out together with those that follow.
         """
-        if self.queue.size > QUEUE_LIMIT and not self._finds_room(droppable=droppable):
+        queue = self.queue
+        if queue.size > QUEUE_LIMIT and not self._finds_room(droppable=droppable):
             return False
-        if len(message) > self.room:
+        size = len(message)
+        if size > self.room:
             return self._send_pieces(channel, (message,))
-        with self.lock:
+        # hot path: `with` takes 0.25 µs more for a lock that a thread may take twice (Python 3.11). The lock
+        # is taken inside `try`, since a signal's handler may raise as soon as it is.
+        try:
+            self._acquire()
             if not self.is_open:
                 return False
             self.spoke = True
-            sent = self._sent
+            if queue.size or (may_wait and self._when_held):
+                frame = queue.open[channel]
+                if frame is not None and may_wait and self.is_held and queue.size + size < HELD_SIZE:
+                    frame.parts.append(message)  # hot path: in a flood, 44 of 45 messages end here
+                    frame.size += size
+                    queue.size += size
+                    return True
+                return self._send_together(channel, message, may_wait=may_wait)
             if channel == DATA_CHANNEL:
+                sent = self._sent
                 number = sent[DATA_CHANNEL]
                 sent[DATA_CHANNEL] = (number + 1) & MASK
                 # hot path: a call of encode_padded less
-                batch = b'%b%%%b%b%b' % (
-                    (len(message) + 5).to_bytes(2, 'little'),
-                    PADDED_LOW[number & 0x3FFF],
-                    PADDED_HIGH[number >> 14],
-                    message,
-                )
+                low, high = PADDED_LOW[number & 0x3FFF], PADDED_HIGH[number >> 14]
+                batch = b''.join(((size + 5).to_bytes(2, 'little'), b'%', low, high, message))
             else:
                 batch = self._frame(channel, message)
-            if self.queue.size:
-                self.queue.add(channel >> 1, (batch,))
-                return self._is_bearable()
             taken = self._write(batch)
             if taken != len(batch):
-                self.queue.add_rest(memoryview(batch)[taken:])
+                queue.add_rest(memoryview(batch)[taken:])
                 self._when_full()
+            return True
+        finally:
+            try:  # noqa: SIM105
+                self._release()
+            except RuntimeError:  # a signal's handler raised while this waited for the lock
+                pass
+
+    def _send_together(self, channel: int, message: bytes, *, may_wait: bool) -> bool:
+        """Have a message wait, in one frame with others; under the lock.
+
+        They wait since the socket is full, or because they may (`is_held`): then until HELD_SIZE bytes do, or
+        something comes that may not wait, or whoever was told by `when_held` calls `release`.
+        """
+        queue = self.queue
+        is_first = not queue.size
+        if is_first:
+            self.is_held = True
+        if not self._has_priorities:
+            channel = 2 * DATA_PRIORITY | channel & 1
+        size, frame = len(message), queue.open[channel]
+        if frame is not None and frame.size + size <= self.room:
+            frame.parts.append(message)
+            frame.size += size
+            queue.size += size
+        else:
+            queue.begin(channel, self._head(channel), message)
+        if not self.is_held:
+            return self._is_bearable()
+        if not may_wait or queue.size >= HELD_SIZE:
+            self.release()
+        elif is_first and self._when_held:
+            self._when_held(self)
         return True
+
+    def release(self) -> None:
+        """Send what was held back. Any thread."""
+        with self.lock:
+            if self.is_held and not self._flush():
+                self._when_full()
 
     def send_large(self, channel: int, message: Sequence[Buffer], *, droppable: bool) -> bool:
         """The same for a message in parts, which are not copied, and so must never change."""
@@ -287,10 +374,14 @@ class Link:
     def _frame(self, channel: int, message: bytes) -> bytes:
         if not self._has_priorities:
             channel = 2 * DATA_PRIORITY | channel & 1
+        head = self._head(channel)
+        return (len(head) + len(message)).to_bytes(2, 'little') + head + message
+
+    def _head(self, channel: int) -> bytes:
+        """Return the head of a channel's next frame."""
         number = self._sent[channel]
         self._sent[channel] = (number + 1) & MASK
-        head = frame_head(channel, number)
-        return (len(head) + len(message)).to_bytes(2, 'little') + head + message
+        return frame_head(channel, number)
 
     def _send_pieces(self, channel: int, message: Sequence[Buffer]) -> bool:
         if not self._has_priorities:
@@ -300,7 +391,7 @@ class Link:
             if not self.is_open:
                 return False
             self.spoke = True
-            was_empty = not self.queue.size
+            is_free = self.is_held or not self.queue.size
             marks_first = self._marks_first
             for piece in pieces(message, self.room):
                 size = sum(map(len, piece))
@@ -310,7 +401,7 @@ class Link:
                 head = fragment_head(channel, number, marks_first=marks_first, more=left > 0)
                 marks_first = False
                 self.queue.add(channel >> 1, ((len(head) + size).to_bytes(2, 'little') + head, *piece))
-            if was_empty and not self._flush():
+            if is_free and not self._flush():
                 self._when_full()
             return self._is_bearable()
 
@@ -358,9 +449,9 @@ class Link:
             self._put_batch(priority, len(message).to_bytes(2, 'little') + message)
 
     def _put_batch(self, priority: int, batch: bytes) -> None:
-        was_empty = not self.queue.size
+        is_free = self.is_held or not self.queue.size
         self.queue.add(priority, (batch,))
-        if was_empty and not self._flush():
+        if is_free and not self._flush():
             self._when_full()
 
     def flush(self) -> bool:
@@ -370,6 +461,7 @@ class Link:
 
     def _flush(self) -> bool:
         queue = self.queue
+        self.is_held = False
         while queue.size:
             taken = self._write_many(queue.next_buffers(_AT_ONCE))
             if not taken:
@@ -535,7 +627,11 @@ class Link:
             header = data[at]
             kind = header & MESSAGE_ID
             if kind == PUSH:
-                at = self._take_push(data, at, end)
+                form = self.push_forms.get(data[at : at + FORM_KEY_SIZE])
+                if form is not None and data.startswith(form.head, at):
+                    at = self._take_alike(data, at, end, form)
+                else:
+                    at = self._take_push(data, at, end)
             elif kind == RESPONSE:
                 at = self._take_response(data, at, end)
             elif kind == RESPONSE_FINAL:
@@ -560,7 +656,40 @@ class Link:
                 raise ZenohProtocolError('a message is cut off')
         return at
 
+    def _take_alike(self, data: bytes, at: int, end: int, form: PushForm) -> int:
+        """Take all messages of one form that follow one another; return where they end.
+
+        hot path: what a flood consists of. A message so takes 1.0 µs, not 2.4 as any other.
+        """
+        head, middle, middle_at, attachment_at, attachment_size, key, callbacks = form
+        stamp_at, stamp_end = len(head), attachment_at - 2
+        while data.startswith(middle, at + middle_at):
+            start = at + attachment_at
+            size_at = start + attachment_size
+            size = data[size_at]
+            payload_at = size_at + 1
+            if size > 0x7F:
+                size, payload_at = decode_z(data, size_at)
+                if size >= LARGE:
+                    break
+            next_at = payload_at + size
+            if next_at > end:
+                raise ZenohProtocolError('a PUT is cut off')
+            stamp = data[at + stamp_at : at + stamp_end]
+            sample = new_sample((key, data[payload_at:next_at], data[start:size_at], stamp, None))
+            at = next_at
+            for callback in callbacks:
+                try:
+                    callback(sample)
+                except Exception as error:
+                    self.owner.callback_failed(error)
+            if at == end or not data.startswith(head, at):
+                return at
+        return self._take_push(data, at, end)
+
     def _take_push(self, data: bytes, at: int, end: int) -> int:
+        """Take one message of any form; return where it ends."""
+        begin = at
         header = data[at]
         scope, suffix, at = read_wire_key(data, at + 1, header)
         if header & MORE:
@@ -570,13 +699,42 @@ class Link:
         receivers = self.push_receivers.get(where)
         if receivers is None:
             receivers = self.owner.receivers(self, scope, suffix, is_senders)
+        body = at
         sample, at = read_body(data, at, end, receivers.key)
+        if not suffix and sample.attachment is not None and data[body] == PUT_OF_ROS:
+            self._note_form(data[begin : body + 1], sample, receivers, where)
         for callback in receivers.callbacks:
             try:
                 callback(sample)
             except Exception as error:
                 self.owner.callback_failed(error)
         return at
+
+    def _note_form(self, head: bytes, sample: Sample, receivers: Receivers, where: object) -> None:
+        """Remember the form of a message, so that the next ones like it are read in one step."""
+        stamp, attachment = sample.stamp, sample.attachment
+        assert stamp is not None
+        assert attachment is not None
+        if (
+            sample.source is not None
+            or len(stamp) <= TIME_SIZE + LEAST_ID
+            or stamp[TIME_SIZE] != len(stamp) - TIME_SIZE - 1
+            or len(attachment) > 0x7F
+            or len(self.push_forms) >= ROUTES_LIMIT
+        ):
+            return
+        middle = stamp[TIME_SIZE:] + bytes((ATTACHMENT_OF_PUT, len(attachment)))
+        middle_at = len(head) + TIME_SIZE
+        self.push_forms[head[:FORM_KEY_SIZE]] = PushForm(
+            head, middle, middle_at, middle_at + len(middle), len(attachment), *receivers
+        )
+        if self.push_receivers.get(where) is not receivers:  # forgotten meanwhile, by another thread
+            self.push_forms.clear()
+
+    def forget_receivers(self) -> None:
+        """Who gets what is put has changed, or what a key's number means."""
+        self.push_receivers.clear()
+        self.push_forms.clear()
 
     def _take_request(self, data: bytes, at: int, end: int) -> int:
         header = data[at]

@@ -30,7 +30,8 @@ EXTENSION = 0x6F
 MAX_ID = 16
 """Bytes of a Zenoh id at most."""
 
-_SMALL = 16384
+SMALL_END = 16384
+"""Numbers below are in SMALL_Z."""
 
 GENERIC, UNSUPPORTED, INVALID, MAX_SESSIONS, MAX_LINKS, EXPIRED, UNRESPONSIVE, TO_SELF = range(8)
 """Why a link is closed, as CLOSE says it."""
@@ -53,10 +54,10 @@ def _long_z(number: int) -> bytes:
     return bytes(out)
 
 
-PADDED_HIGH = [(number & 0x7F | 0x80 | number >> 7 << 8).to_bytes(2, 'little') for number in range(_SMALL)]
+PADDED_HIGH = [(number & 0x7F | 0x80 | number >> 7 << 8).to_bytes(2, 'little') for number in range(SMALL_END)]
 """The last two bytes of a number that is written in full length."""
 PADDED_LOW = [
-    (number & 0x7F | 0x80 | (number >> 7 | 0x80) << 8).to_bytes(2, 'little') for number in range(_SMALL)
+    (number & 0x7F | 0x80 | (number >> 7 | 0x80) << 8).to_bytes(2, 'little') for number in range(SMALL_END)
 ]
 """Two bytes of a longer number, for each 14 bits of it: more bytes follow."""
 SMALL_Z = [bytes((number,)) for number in range(0x80)] + PADDED_HIGH[0x80:]
@@ -65,7 +66,7 @@ SMALL_Z = [bytes((number,)) for number in range(0x80)] + PADDED_HIGH[0x80:]
 
 def encode_z(number: int) -> bytes:
     """Return a number of up to 64 bits in as few bytes as it needs."""
-    return SMALL_Z[number] if number < _SMALL else _long_z(number)
+    return SMALL_Z[number] if number < SMALL_END else _long_z(number)
 
 
 def encode_padded(number: int) -> bytes:

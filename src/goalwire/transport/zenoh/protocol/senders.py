@@ -35,6 +35,11 @@ from goalwire.transport.zenoh.protocol.primitives import MORE, SourceInfo, encod
 from goalwire.transport.zenoh.protocol.queries import ANY_KEY, Answer, LocalQuery, PendingQuery
 from goalwire.transport.zenoh.protocol.session import Queryable, SessionProtocol
 
+FLOOD = 32
+"""So many messages put in a row are a flood (see `Stamps.burst`): those that follow may wait a moment, to go
+out together. Fewer never do: a callback that publishes twenty floods nobody."""
+SMALL = 2048
+"""Bytes of a message that may wait. A system call costs a larger one little."""
 _HERE = object()
 """Stands for a session's own queryables among those that a query waits for."""
 
@@ -79,12 +84,14 @@ class Publication:
             stamp = session.stamp()
         encoded_source = None if source is None else encode_source(source)
         if self._links:
-            if len(payload) >= LARGE:
-                self._put_large(bytes(payload), put_head(len(payload), attachment, stamp, encoded_source))
+            size = len(payload)
+            if size >= LARGE:
+                self._put_large(bytes(payload), put_head(size, attachment, stamp, encoded_source))
             else:
                 body = put_body(payload, attachment, stamp, encoded_source)
+                may_wait = size < SMALL and session.stamps.burst > FLOOD
                 for link, head in self._links:
-                    link.send(self._channel, head + body, droppable=self._droppable)
+                    link.send(self._channel, head + body, self._droppable, may_wait)
         if self._own:
             sample = new_sample((self._key, payload, attachment, stamp, encoded_source))
             self._deliver(sample)
@@ -113,7 +120,7 @@ class Publication:
         stamp = session.stamp()
         body = del_body(None, stamp)
         for link, head in self._links:
-            link.send(self._channel, head + body, droppable=self._droppable)
+            link.send(self._channel, head + body, self._droppable)
         self._deliver(Sample(self._key, None, None, stamp))
 
     def _deliver(self, sample: Sample) -> None:
@@ -244,7 +251,7 @@ class Querier:
         body = tail + query_body(self._consolidation, self._parameters, payload, attachment)
         channel = channel_of(self._qos & 7)
         for link, header, rest in links:
-            if not link.send(channel, header + number + rest + body, droppable=not self._qos & BLOCK):
+            if not link.send(channel, header + number + rest + body, not self._qos & BLOCK):
                 self._session.last_word(link, request)
 
     def _ask_own(

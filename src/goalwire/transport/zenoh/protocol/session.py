@@ -46,11 +46,10 @@ from goalwire.transport.zenoh.protocol.primitives import (
     MAX_LINKS,
     ZenohProtocolError,
     encode_replier,
-    encode_timestamp,
-    ntp64,
     show_id,
 )
 from goalwire.transport.zenoh.protocol.queries import TIMEOUT, Answer, PendingQuery, Query, RemoteQuery
+from goalwire.transport.zenoh.protocol.stamps import Stamps
 from goalwire.transport.zenoh.protocol.transport import Role
 
 MOST_INTERESTS = 65536
@@ -125,28 +124,20 @@ class SessionProtocol:
         self.next_timeout = float('inf')
         """When a query's time is over, or before: `expire` is to be called then."""
         self.clock = clock
+        self.stamps = Stamps(identity.zid, wall_clock_ns)
+        self.stamp: Callable[[], bytes] = self.stamps.next
+        """Returns a timestamp later than any before it, as the wire has it."""
         self.next_number = count(1).__next__
         self._next_request = count(1).__next__
-        self._wall_clock_ns = wall_clock_ns
         self._when_told = when_told
         self._when_changed = when_changed
         self._when_sooner = when_sooner
         self._close_link = close_link
         self._tokens: dict[int, str] = {}
         self._answerers: dict[tuple[Link, int, bytes, int], Answerers] = {}
-        self._last_time = 0
         self._changes = 0
 
     # ---- times
-
-    def stamp(self) -> bytes:
-        """Return a timestamp later than any before it, as the wire has it."""
-        now = ntp64(self._wall_clock_ns())
-        with self.lock:
-            if now <= self._last_time:
-                now = self._last_time + 1
-            self._last_time = now
-        return encode_timestamp(now, self.zid)
 
     def expire(self) -> None:
         """End the queries whose time is over."""
@@ -280,7 +271,7 @@ class SessionProtocol:
         self.version += 1
         self._answerers.clear()
         for link in self.links:
-            link.push_receivers.clear()
+            link.forget_receivers()
 
     # ---- links
 
@@ -379,7 +370,7 @@ class SessionProtocol:
             if number and number not in link.expressions:
                 link.expressions[number] = key
                 link.expression_ids[key] = number
-                link.push_receivers.clear()
+                link.forget_receivers()
             return
         if not number and declaration.interest is not None:
             return  # the answer to a question about the present alone
@@ -464,7 +455,7 @@ class SessionProtocol:
             receivers = Receivers(key, found)
             where = (scope, is_senders, suffix) if suffix else scope | is_senders << 16
             if len(link.push_receivers) >= ROUTES_LIMIT:
-                link.push_receivers.clear()
+                link.forget_receivers()
             link.push_receivers[where] = receivers
         return receivers
 
