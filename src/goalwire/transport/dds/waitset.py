@@ -26,6 +26,9 @@ _INTERRUPTED = 0
 class WaitSet:
     """The conditions of one participant, with their callbacks. One thread at a time waits here."""
 
+    awaited = ()
+    """See WireSet: what is likely to come is known by what came before alone."""
+
     def __init__(self, participant: Participant, name: str) -> None:
         self.on_interrupt: Callable[[], None] | None = None
         """Called by the waiting thread after each `interrupt`."""

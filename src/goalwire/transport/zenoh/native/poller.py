@@ -139,13 +139,16 @@ class Poller:
         *,
         portable: bool = not hasattr(select, 'epoll'),
         before_sleep: tuple[Sized, Callable[[], object]] = ((), bool),
+        awaited: Sized = (),
     ) -> None:
         """`name` is for what handlers raise; `portable` to do without what only Linux has.
 
-        `before_sleep` are a collection, and what is called before a sleep where there is something in it.
+        `before_sleep` are a collection, and what is called before a sleep where there is something in it;
+        `awaited` is for `WireSet.awaited`.
         """
         self.closed = False
         self._name = name
+        self.awaited = awaited
         self._unsent, self._send_unsent = before_sleep
         self._portable = portable
         self._poller: select.epoll | _Portable = _Portable() if portable else select.epoll()

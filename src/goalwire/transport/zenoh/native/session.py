@@ -161,6 +161,7 @@ class NativeSession:
             f'Zenoh session {self.id}',
             portable=settings.portable,
             before_sleep=(self._flusher.held, self._flusher.flush),
+            awaited=self.protocol.pending,
         )
         self.wire_poller = LeaderFollowers(self._poller, name)
         self._lock = Lock()
