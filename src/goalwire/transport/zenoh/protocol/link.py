@@ -6,7 +6,8 @@ once. If the socket is full, the message waits in the queue of its priority, in 
 flood, small messages wait for a moment to share a frame, although the socket has room. If more than
 QUEUE_LIMIT bytes wait already, a message that may be dropped is dropped and counted. One that may not be
 dropped waits for room first, if its thread may wait: the session's owner knows that. A link is dead when it
-has heard nothing for the other side's lease. When it has sent nothing for a quarter of its own lease, it sends KEEP_ALIVE.
+has heard nothing for the other side's lease. When it has sent nothing for a quarter of its own lease, it
+sends KEEP_ALIVE.
 """
 
 from __future__ import annotations
