@@ -107,5 +107,5 @@ def test_what_comes_late_or_twice_is_not_lost() -> None:
 def test_a_publisher_that_went_is_forgotten() -> None:
     gaps = SequenceGaps()
     gaps.missed_before(b'a', 1)
-    gaps.forget(b'a')
+    gaps.discard(b'a')
     assert gaps.missed_before(b'a', 9) == 0

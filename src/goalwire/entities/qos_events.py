@@ -189,7 +189,7 @@ class EndpointEvents:
             self._meet(peer)
             return
         with self.lock:
-            self._gaps.forget(peer.gid)
+            self._gaps.discard(peer.gid)
         if peer.gid in self._matched:
             self._matched.discard(peer.gid)
             self._add(_FROM_GRAPH[self.endpoint.kind].matched, current_count=-1)

@@ -244,14 +244,14 @@ def _handle(number: int, frame: FrameType | None) -> None:
         previous(number, frame)
 
 
-def _forget_in_child() -> None:
+def _reset_in_child() -> None:
     """After fork: signals to the child must not be written into the pipe that it shares with its parent."""
     while _listeners:
         _listeners.pop().close()
 
 
 if hasattr(os, 'register_at_fork'):
-    os.register_at_fork(after_in_child=_forget_in_child)
+    os.register_at_fork(after_in_child=_reset_in_child)
 atexit.register(uninstall_signal_handlers)
 
 

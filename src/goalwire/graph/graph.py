@@ -254,8 +254,8 @@ class Graph(GraphListener):
         if node is None:
             return False
         for endpoint in node.endpoints.values():
-            self._forget_endpoint(endpoint)
-        self._forget_node(node)
+            self._discard_endpoint(endpoint)
+        self._discard_node(node)
         return True
 
     def _remove_endpoint(self, entity: GraphEntity) -> bool:
@@ -263,19 +263,19 @@ class Graph(GraphListener):
         known = node.endpoints.pop(entity.gid, None) if node else None
         if node is None or known is None:
             return False
-        self._forget_endpoint(known)
+        self._discard_endpoint(known)
         if not node.endpoints and not node.is_declared:
-            self._forget_node(node)
+            self._discard_node(node)
         return True
 
-    def _forget_endpoint(self, entity: GraphEntity) -> None:
+    def _discard_endpoint(self, entity: GraphEntity) -> None:
         self._counterparts.note(entity, is_there=False)
         by_name = self._endpoints[entity.kind]
         del by_name[entity.name][entity.gid]
         if not by_name[entity.name]:
             del by_name[entity.name]
 
-    def _forget_node(self, node: _Node) -> None:
+    def _discard_node(self, node: _Node) -> None:
         key = node.entity.session, node.entity.node_id
         name = node.entity.node.namespace, node.entity.node.name
         del self._nodes[key]

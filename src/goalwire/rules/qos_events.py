@@ -219,6 +219,6 @@ class SequenceGaps:
         self._newest[publisher] = sequence
         return 0 if newest is None else sequence - newest - 1
 
-    def forget(self, publisher: bytes) -> None:
+    def discard(self, publisher: bytes) -> None:
         """The publisher has gone."""
         self._newest.pop(publisher, None)

@@ -140,7 +140,7 @@ class Run(Generic[ResultT, FeedbackT]):
                 raise ShutDownError(attempt.title)
             self._take(sending)
         except asyncio.CancelledError:
-            await self._give_up(sending)
+            await self._cancel_late(sending)
             raise
         if attempt.deadline is not None:
             delay = delay_s(attempt.deadline - context.shutdown_signal.clock.now())
@@ -192,7 +192,7 @@ class Run(Generic[ResultT, FeedbackT]):
     def _limit(self) -> CallContext:
         return CallContext(self._core.node.context, 'action', self._core.full_name, self._limits.grace)
 
-    async def _give_up(self, sending: Future[ClientGoalHandle[Any, Any, Any]]) -> None:
+    async def _cancel_late(self, sending: Future[ClientGoalHandle[Any, Any, Any]]) -> None:
         """Nobody waits for this goal any more, which the server may take yet: cancel it then."""
         limit = self._limit()
         try:

@@ -48,13 +48,13 @@ class Running:
     """System time minus steady time."""
 
 
-def _forget_in_child() -> None:
+def _reset_in_child() -> None:
     """After fork: none of the threads that would have to wait is there."""
     Running.scheduler = None
 
 
 if hasattr(os, 'register_at_fork'):
-    os.register_at_fork(after_in_child=_forget_in_child)
+    os.register_at_fork(after_in_child=_reset_in_child)
 
 
 def _here() -> tuple[Scheduler, Child] | None:
