@@ -54,6 +54,7 @@ def robot(world: dict[str, str]) -> Iterator[Program]:
 
 def test_the_launch_file_starts_the_servers(robot: Program, world: dict[str, str]) -> None:
     pids = [int(robot.expect(r'process started with pid \[(\d+)\]')[1]) for _ in SERVERS]
+    robot.expect('Battery Service ready')
     called = CommandLine(world)(
         'service', 'call', '/h1/get_battery_status', 'humanoid_interfaces/srv/GetBatteryStatus', '{}'
     )
@@ -68,7 +69,7 @@ def test_the_launch_file_starts_the_servers(robot: Program, world: dict[str, str
 def test_its_arguments_are_told(world: dict[str, str]) -> None:
     shown = CommandLine(world).ok('launch', 'humanoid', 'humanoid.launch.py', '--show-args')
     names = [line.strip(" ':") for line in shown.splitlines() if line.startswith("    '")]
-    assert names == ['namespace', 'use_sim_time', 'mission', 'log_level']
+    assert names == ['namespace', 'frame_prefix', 'use_sim_time', 'mission', 'log_level']
 
 
 def test_the_package_installs_it() -> None:

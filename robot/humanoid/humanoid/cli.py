@@ -10,6 +10,7 @@ from collections.abc import Sequence
 
 from humanoid import lifeline
 from humanoid.domain import Taken
+from humanoid.fleet import BadName
 from humanoid.physics.choice import NotInstalled
 
 PROGRAMS = {
@@ -43,10 +44,10 @@ def main(args: Sequence[str] | None = None) -> int:
             return operate(options, ros_args)
         from humanoid.up import up
 
-        return up(physics=options.physics, sim_time=options.sim_time)
+        return up(physics=options.physics, sim_time=options.sim_time, names=options.name)
     except KeyboardInterrupt:
         return 130
-    except (Taken, NotInstalled) as problem:
+    except (Taken, NotInstalled, BadName) as problem:
         print(f'humanoid: {problem}', file=sys.stderr)
         return 1
     except ModuleNotFoundError as missing:
@@ -74,6 +75,8 @@ def _options(arguments: list[str]) -> tuple[argparse.Namespace, list[str]]:
     options = parser.parse_args(arguments[:at])
     if options.command in {'up', 'demo'} and options.sim_time and options.physics is False:
         parser.error('--sim-time needs the physics, which has the clock')
+    if options.command == 'up' and options.sim_time and options.name:
+        parser.error('--sim-time is for one robot without a name: each simulation has a time of its own')
     if options.command in {'up', 'demo'} and arguments[at:]:
         parser.error(f'{options.command} takes no --ros-args; the programs that it starts do')
     return options, arguments[at:]
@@ -93,8 +96,14 @@ def _parser() -> argparse.ArgumentParser:
             help='simulate the body by MuJoCo, or not; without either: where MuJoCo is installed',
         )
         command.add_argument('--sim-time', action='store_true', help="take the time from the physics' /clock")
-    commands.add_parser('status', help='the joints, the base and the battery of the robot that is up')
-    commands.add_parser('wave', help='have it wave its right hand')
+        if name == 'up':
+            command.add_argument(
+                '--name', action='append', default=[], help='a robot of that name; may be given several times'
+            )
+    operated = [
+        commands.add_parser('status', help='the joints, the base and the battery of the robot that is up'),
+        commands.add_parser('wave', help='have it wave its right hand'),
+    ]
     move = commands.add_parser('move', help='send its base to X Y, in m')
     move.add_argument('x', type=float)
     move.add_argument('y', type=float)
@@ -103,7 +112,9 @@ def _parser() -> argparse.ArgumentParser:
     arm.add_argument('joint')
     arm.add_argument('position', type=float)
     arm.add_argument('--duration', type=float, help='s that it takes; without, as fast as is unhurried')
-    commands.add_parser('watch', help='a line a second: where it is and what moves, until Ctrl-C')
+    watch = commands.add_parser('watch', help='a line a second: where it is and what moves, until Ctrl-C')
+    for command in (*operated, move, arm, watch):
+        command.add_argument('--name', help='of the robot, where it was brought up with one')
     for name in PROGRAMS:
         commands.add_parser(name, help='one program in this process', add_help=False)
     return parser

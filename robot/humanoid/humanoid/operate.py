@@ -39,7 +39,10 @@ def operate(options: argparse.Namespace, ros_args: list[str]) -> int:
     """Carry out one of COMMANDS; its exit code. Ctrl-C cancels the goal under way and waits for its end."""
     # Ctrl-C must reach this program before it reaches ROS: goals in motion are cancelled first.
     try:
-        rclpy.init(args=ros_args, signal_handler_options=SignalHandlerOptions.NO)
+        rclpy.init(
+            args=[*(ros_args or ['--ros-args']), *_namespace(options.name)],
+            signal_handler_options=SignalHandlerOptions.NO,
+        )
     except RuntimeError as error:  # ROS 2's arguments say what cannot be
         return _complain(options.command, brief(str(error)))
     signal.signal(signal.SIGTERM, _interrupt)
@@ -55,6 +58,10 @@ def operate(options: argparse.Namespace, ros_args: list[str]) -> int:
         return _complain(options.command, f'{silence}; is the robot up? start it with: humanoid up')
     finally:
         rclpy.try_shutdown()
+
+
+def _namespace(name: str | None) -> list[str]:
+    return ['-r', f'__ns:=/{name}'] if name else []
 
 
 def _interrupt(_number: int, _frame: FrameType | None) -> NoReturn:

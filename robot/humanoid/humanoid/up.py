@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Sequence
+from pathlib import Path
 
 from humanoid.domain import claimed
+from humanoid.fleet import fleet
 from humanoid.physics.choice import chosen, told
 from humanoid.supervisor import Ended, Printed, StopAsked, Supervisor, program
 
@@ -26,22 +29,30 @@ def servers(*, physics: bool) -> Sequence[str]:
     return ('simulation', *(name for name in SERVERS if name not in SIMULATED))
 
 
-def up(*, physics: bool | None = None, sim_time: bool = False) -> int:
+def up(*, physics: bool | None = None, sim_time: bool = False, names: Sequence[str] = ()) -> int:
     """Relay what the servers print. One that ends by itself leaves the others running, and 1 is returned.
 
-    `physics` as in humanoid.physics.choice. Raises Taken and NotInstalled.
+    `physics` as in humanoid.physics.choice, `names` as in humanoid.fleet: a robot for each. Raises Taken,
+    NotInstalled and BadName.
     """
-    died = 0
+    died = started = 0
+    robots = fleet(names)
     physics = chosen(physics)
-    names = servers(physics=physics)
-    arguments = SIM_TIME if sim_time else ()
-    with claimed(may_move=False), Supervisor() as supervisor:
+    times = SIM_TIME if sim_time else ()
+    with (
+        claimed(may_move=False),
+        tempfile.TemporaryDirectory(prefix='humanoid_') as folder,
+        Supervisor() as supervisor,
+    ):
         print(told(physics=physics), flush=True)
-        for name in names:
-            pid = supervisor.start(name, program(name, *arguments))
-            print(f'started {name} (pid {pid})', flush=True)
+        for robot in robots:
+            for name in servers(physics=physics):
+                label = robot.label(name)
+                command = program(name, *robot.arguments(name, Path(folder)), *times)
+                print(f'started {label} (pid {supervisor.start(label, command)})', flush=True)
+                started += 1
         print('Ctrl-C stops them all', flush=True)
-        while died < len(names):
+        while died < started:
             event = supervisor.next_event()
             if isinstance(event, Printed):
                 print(f'[{event.name}] {event.line}', flush=True)

@@ -9,6 +9,7 @@ from launch.actions import DeclareLaunchArgument, GroupAction, Shutdown
 from launch.conditions import IfCondition
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node, PushRosNamespace, SetParameter
+from launch_ros.parameter_descriptions import ParameterValue
 
 SERVERS = (
     'joint_state_service',
@@ -22,6 +23,7 @@ SERVERS = (
 def generate_launch_description() -> LaunchDescription:
     arguments = [
         DeclareLaunchArgument('namespace', default_value='', description='Namespace of all nodes'),
+        DeclareLaunchArgument('frame_prefix', default_value='', description='Before the names of all frames'),
         DeclareLaunchArgument('use_sim_time', default_value='false', description='Take the time from /clock'),
         DeclareLaunchArgument('mission', default_value='false', description='Run a mission, and end with it'),
         DeclareLaunchArgument('log_level', default_value='info', description='Log level of all nodes'),
@@ -42,5 +44,6 @@ def generate_launch_description() -> LaunchDescription:
     scope = [
         PushRosNamespace(LaunchConfiguration('namespace')),
         SetParameter('use_sim_time', LaunchConfiguration('use_sim_time')),
+        SetParameter('frame_prefix', ParameterValue(LaunchConfiguration('frame_prefix'), value_type=str)),
     ]
     return LaunchDescription([*arguments, GroupAction([*scope, *servers, mission])])

@@ -64,6 +64,17 @@ def transform(odometry: Odometry) -> TransformStamped:
     return message
 
 
+def placed(frame: str, place: Pose2D, stamp: TimeMsg, prefix: str) -> TransformStamped:
+    """Where odom lies in `frame`."""
+    message = TransformStamped(child_frame_id=f'{prefix}{FRAME}')
+    message.header.frame_id = frame
+    message.header.stamp = stamp
+    message.transform.translation.x, message.transform.translation.y = place.x, place.y
+    turn = message.transform.rotation
+    turn.z, turn.w = math.sin(place.yaw / 2.0), math.cos(place.yaw / 2.0)
+    return message
+
+
 def imu(
     pose: Pose2D, before: Velocity2D, after: Velocity2D, elapsed: float, stamp: TimeMsg, prefix: str
 ) -> Imu:

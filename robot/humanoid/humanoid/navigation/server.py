@@ -19,7 +19,7 @@ from rclpy.action.server import ServerGoalHandle
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import Imu
-from tf2_ros import TransformBroadcaster
+from tf2_ros import StaticTransformBroadcaster, TransformBroadcaster
 
 from humanoid.clock import now, stamp
 from humanoid.diagnostics import Diagnostics, Health
@@ -27,7 +27,7 @@ from humanoid.emergency import ENDED, REFUSAL, StopListener
 from humanoid.endings import Decision, End, Ending, judged, or_abort, settle
 from humanoid.navigation.base import STANDING, Base, MobileBase, Pose2D, Velocity2D
 from humanoid.navigation.goal_check import refusal
-from humanoid.navigation.messages import imu, odometry, stamped, target_of, transform
+from humanoid.navigation.messages import imu, odometry, placed, stamped, target_of, transform
 from humanoid.running import run
 
 TICK = 0.02  # s between control steps: 50 Hz
@@ -68,6 +68,7 @@ class NavigationActionServer(Node):
         self._velocity = STANDING
         self._odometry = self.create_publisher(Odometry, 'odom', 10)
         self._transforms = TransformBroadcaster(self)
+        self._map = self._told_place()
         # Physics and real bases have a sensor of their own.
         self._imu = self.create_publisher(Imu, 'imu', qos_profile_sensor_data) if base is None else None
         self._stop = StopListener(self, self._emergency)
@@ -84,6 +85,16 @@ class NavigationActionServer(Node):
             cancel_callback=self._cancel,
         )
         self.get_logger().info('Navigation Action Server ready')
+
+    def _told_place(self) -> StaticTransformBroadcaster | None:
+        """Tell where `odom` lies in a map, where there is one: so several robots stand beside each other."""
+        frame = self.declare_parameter('map_frame', '').get_parameter_value().string_value
+        place = self.declare_parameter('place', [0.0, 0.0, 0.0]).get_parameter_value().double_array_value
+        if not frame or len(place) != 3:
+            return None
+        broadcaster = StaticTransformBroadcaster(self)
+        broadcaster.sendTransform(placed(frame, Pose2D(*place), stamp(self), self._prefix))
+        return broadcaster
 
     def destroy_node(self) -> None:
         self._action_server.destroy()

@@ -1,0 +1,74 @@
+"""Several robots in one domain: each has a name (its namespace, and the prefix of its frames) and colours."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from humanoid.description import urdf_text
+
+MAP = 'map'  # the frame in which the robots of a fleet stand beside each other
+APART = 1.5  # m
+VIEWED = 'robot_state_publisher'
+BASED = ('navigation_action_server', 'simulation')
+CLOCKED = 'simulation'
+
+# Body and accent, as red, green and blue; robots beyond the last begin with the first again.
+COLOURS = (
+    ((0.87, 0.89, 0.92), (0.16, 0.47, 0.80)),
+    ((0.94, 0.87, 0.80), (0.85, 0.42, 0.12)),
+    ((0.84, 0.91, 0.85), (0.16, 0.56, 0.31)),
+    ((0.90, 0.85, 0.92), (0.52, 0.27, 0.66)),
+    ((0.93, 0.84, 0.85), (0.76, 0.17, 0.22)),
+)
+
+
+class BadName(ValueError):
+    """A robot cannot be called so; the text says why."""
+
+
+@dataclass(frozen=True)
+class Member:
+    """One robot of a fleet; `name` is '' where it is the only one, and has none."""
+
+    name: str = ''
+    number: int = 0
+
+    def label(self, program: str) -> str:
+        """What its program is called in the output."""
+        return f'{self.name}/{program}' if self.name else program
+
+    def arguments(self, program: str, folder: Path) -> Sequence[str]:
+        """What its program is started with; `folder` has the files that it needs."""
+        if not self.name:
+            return []
+        arguments = ['--ros-args', '-r', f'__ns:=/{self.name}', '-p', f'frame_prefix:={self.name}/']
+        if program in BASED:
+            arguments += ['-p', f'map_frame:={MAP}', '-p', f'place:=[0.0, {-APART * self.number}, 0.0]']
+        if program == CLOCKED:
+            arguments += ['-p', 'publish_clock:=false']  # there is one /clock, and each has its own time
+        if program == VIEWED:
+            file = folder / f'{self.name}.urdf'
+            file.write_text(coloured(urdf_text(), self.number), encoding='utf-8')
+            return [str(file), *arguments]
+        return arguments
+
+
+def fleet(names: Sequence[str]) -> Sequence[Member]:
+    """The robots of these names, or the one without a name. Raises BadName."""
+    for name in names:
+        if not re.fullmatch('[A-Za-z][A-Za-z0-9_]{0,39}', name, re.ASCII):
+            raise BadName(f'a robot cannot be called {name!r}: use letters, digits and _, a letter first')
+        if names.count(name) > 1:
+            raise BadName(f'two robots cannot both be called {name!r}')
+    return [Member(name, number) for number, name in enumerate(names)] or [Member()]
+
+
+def coloured(text: str, number: int) -> str:
+    """The description with the colours of robot `number`."""
+    for material, colour in zip(('body', 'accent'), COLOURS[number % len(COLOURS)], strict=True):
+        rgba = ' '.join(f'{part:g}' for part in (*colour, 1.0))
+        text = re.sub(rf'(<material name="{material}"><color rgba=")[^"]*', rf'\g<1>{rgba}', text)
+    return text
