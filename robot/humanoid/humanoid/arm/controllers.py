@@ -28,6 +28,7 @@ from humanoid.model import JOINT_BY_NAME, MOVING_SPEED
 
 NEWER = 'Pre-empted by a newer goal'
 STALLED_AFTER = 0.3  # s without motion, short of the target: something is between the fingers
+STALLED_FOR = 15  # joint states that show it; a server that had no time to look has seen none
 FINGERS = 2  # each moves by half the gap
 
 
@@ -42,6 +43,7 @@ class Run:
     following: Following | None = None
     target: float = 0.0  # m, of one finger
     moved: float = 0.0  # when it was last seen moving
+    sights: int = 0  # how many joint states had come by then
     stalled: bool = False
 
 
@@ -191,7 +193,7 @@ class GripperController(Controller):
 
     def _begin(self, run: Run, moment: float) -> None:
         command, spec = run.goal.request.command, JOINT_BY_NAME[self._joint]
-        run.target, run.moved = command.position / FINGERS, moment
+        run.target, run.moved, run.sights = command.position / FINGERS, moment, self._limbs.sights
         way = abs(run.target - self._limbs.here[self._joint])
         trajectory = [JointTrajectoryPoint(positions=[run.target])]
         trajectory[0].time_from_start = duration_msg(max(way / spec.max_velocity, 0.02))
@@ -202,9 +204,10 @@ class GripperController(Controller):
     def _follow_up(self, run: Run, moment: float) -> None:
         limbs, spec = self._limbs, JOINT_BY_NAME[self._joint]
         if abs(limbs.speeds.get(self._joint, 0.0)) > MOVING_SPEED:
-            run.moved = moment
+            run.moved, run.sights = moment, limbs.sights
         reached = abs(limbs.here[self._joint] - run.target) <= spec.arrived_within
-        run.stalled = not reached and moment - run.moved > STALLED_AFTER
+        still = moment - run.moved > STALLED_AFTER and limbs.sights - run.sights >= STALLED_FOR
+        run.stalled = still and not reached
         feedback = GripperCommand.Feedback(reached_goal=reached, stalled=run.stalled)
         feedback.position, feedback.effort = self._gap(), limbs.efforts.get(self._joint, 0.0)
         run.goal.publish_feedback(feedback)

@@ -21,6 +21,7 @@ class Limbs:
         self.here: dict[str, float] = {}  # rad or m
         self.speeds: dict[str, float] = {}
         self.efforts: dict[str, float] = {}
+        self.sights = 0  # how many joint states have come
         self.seen = 0.0  # s of the node's clock
         self.taken: set[str] = set()  # joints that move for a goal
         self._node, self._on_sight = node, on_sight
@@ -36,6 +37,7 @@ class Limbs:
         self.speeds.update(_numbers(states.name, states.velocity))
         self.efforts.update(_numbers(states.name, states.effort))
         self.seen = now(self._node)
+        self.sights += 1
         self._on_sight()
 
     def command(self, names: Sequence[str], target: Sequence[float] = (), duration: float = 0.0) -> None:
