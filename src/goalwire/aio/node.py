@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
 
 from goalwire.aio.action.client import ActionClient
 from goalwire.aio.action.server import ActionServer, Goal
+from goalwire.aio.graph import GraphView
 from goalwire.aio.parameters import Parameters, ParameterStore
 from goalwire.aio.services import Client, LoggedService, Service
 from goalwire.aio.timer import Timer
@@ -222,6 +223,11 @@ class Node:
         """Its parameters."""
         self._open_core()
         return self._parameters
+
+    @property
+    def graph(self) -> GraphView:
+        """Who is there: nodes, endpoints, what keeps them apart, and when that changes."""
+        return GraphView(self._open_core())
 
     def statistics(self) -> NodeStatistics:
         """Return what everything that it has counts, its built-in services included."""

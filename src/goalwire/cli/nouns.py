@@ -13,6 +13,7 @@ NOUNS = {
     'check': ('goalwire.cli.check', 'Check interface files and launch files'),
     'completion': ('goalwire.cli.completion', 'Print what makes a shell complete these commands'),
     'component': ('goalwire.cli.component', 'Various component related sub-commands'),
+    'console': ('goalwire.cli.console', 'Show the robot in the browser, and operate it there'),
     'doctor': ('goalwire.cli.doctor', 'Check what works here, and say what to do next'),
     'interface': ('goalwire.cli.interface', 'Show information about ROS interfaces'),
     'launch': ('goalwire.cli.launch', 'Run a launch file'),

@@ -144,6 +144,16 @@ class Graph(GraphListener):
         with self._lock:
             return list(self._endpoints[kind].get(name, {}).values())
 
+    def endpoints(self) -> list[GraphEntity]:
+        """Return every endpoint, those of one kind and name in the order of their appearance."""
+        with self._lock:
+            return [
+                endpoint
+                for by_name in self._endpoints.values()
+                for endpoints in by_name.values()
+                for endpoint in endpoints.values()
+            ]
+
     def count(self, kind: EndpointKind, name: str) -> int:
         """Return how many endpoints of one kind and name there are, whatever their types and QoS."""
         with self._lock:

@@ -1,0 +1,140 @@
+"""Who is there: the nodes and endpoints that a node sees, what keeps them apart, and when that changes."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from typing import TYPE_CHECKING
+
+from goalwire.aio.entity import Entity
+from goalwire.execution.asyncio.waiting import AsyncQueue
+from goalwire.graph.mismatch import find_mismatches, opposite
+from goalwire.records import record
+from goalwire.rules.qos_compatibility import QoSCompatibility, check_compatible
+from goalwire.transport.contract import EndpointKind, GraphEntity
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+    from typing import Self
+
+    from goalwire.entities.node import NodeCore
+    from goalwire.graph.graph import Graph
+    from goalwire.graph.names import NamesAndTypes
+
+__all__ = ['EndpointKind', 'GraphChanges', 'GraphEntity', 'GraphProblem', 'GraphView']
+
+
+@record
+class GraphProblem:
+    """Endpoints that do not go together."""
+
+    name: str
+    """Of their topic or service."""
+    text: str
+    """What is wrong, and what to do."""
+    endpoints: tuple[GraphEntity, ...]
+
+
+class GraphView:
+    """Node.graph: what discovery shows, this node included. Each answer is that of the moment."""
+
+    def __init__(self, node: NodeCore) -> None:
+        self._node = node
+
+    @property
+    def _graph(self) -> Graph:
+        self._node.check_open()
+        return self._node.graph
+
+    @property
+    def version(self) -> int:
+        """Another number after each change."""
+        return self._graph.version
+
+    def nodes(self) -> list[str]:
+        """Return the full name of every node; two nodes of one name are two entries."""
+        return sorted(entity.node.qualified for entity in self._graph.nodes())
+
+    def endpoints(self) -> list[GraphEntity]:
+        """Return every publisher, subscription, service and client, with node, type and QoS."""
+        return self._graph.endpoints()
+
+    def publishers(self, topic: str) -> list[GraphEntity]:
+        """Return the publishers of a topic, which is given in full."""
+        return self._graph.entities(EndpointKind.PUBLISHER, topic)
+
+    def topics(self) -> NamesAndTypes:
+        """Return every topic with its types."""
+        return self._graph.topic_names_and_types()
+
+    def services(self) -> NamesAndTypes:
+        """Return every service with its types."""
+        return self._graph.service_names_and_types()
+
+    def actions(self) -> NamesAndTypes:
+        """Return every action with its types."""
+        return self._graph.action_names_and_types()
+
+    def problems(self) -> list[GraphProblem]:
+        """Return what does not go together, among all nodes: types, definitions, QoS, servers of one name."""
+        return list(_problems(self._graph.endpoints()))
+
+    def changes(self) -> GraphChanges:
+        """Return an async iterator that gives the graph's version after changes, until it is closed."""
+        return GraphChanges(self._node)
+
+
+class GraphChanges(Entity):
+    """Made by GraphView.changes. Changes that nobody waited for are one, the latest."""
+
+    def __init__(self, node: NodeCore) -> None:
+        self.name = node.name.qualified
+        self._node = node
+        self._stream: AsyncQueue[int] = AsyncQueue(1)
+        graph = node.graph
+        self._watch = graph.on_change(lambda: self._stream.deliver(graph.version))
+        node.own(self)
+
+    def __aiter__(self) -> Self:
+        return self
+
+    async def __anext__(self) -> int:
+        """Wait for the next change."""
+        return await anext(self._stream)
+
+    def close(self) -> None:
+        """Hear of no more changes. Idempotent."""
+        if self._stream.closed:
+            return
+        self._node.disown(self)
+        self._watch.close()
+        self._stream.close()
+
+    destroy = close
+
+
+def _problems(endpoints: Iterable[GraphEntity]) -> Iterator[GraphProblem]:
+    """Hold each endpoint against those of its name that came before it, so that each pair is told once."""
+    known: dict[tuple[EndpointKind, str], list[GraphEntity]] = defaultdict(list)
+    for each in endpoints:
+        fellows = known[each.kind, each.name]
+        counterparts = known[opposite(each.kind), each.name]
+        for mismatch in find_mismatches(each, counterparts, fellows):
+            yield GraphProblem(mismatch.name, str(mismatch), (mismatch.first, mismatch.second))
+        if each.kind in {EndpointKind.PUBLISHER, EndpointKind.SUBSCRIPTION}:
+            for other in counterparts:
+                yield from _qos_problem(each, other)
+        fellows.append(each)
+
+
+def _qos_problem(one: GraphEntity, other: GraphEntity) -> Iterator[GraphProblem]:
+    publisher, subscription = (one, other) if one.kind is EndpointKind.PUBLISHER else (other, one)
+    verdict, reasons = check_compatible(publisher.qos.stated(), subscription.qos.stated())
+    if verdict is not QoSCompatibility.ERROR:
+        return
+    told = '; '.join(reason.removeprefix('ERROR: ') for reason in reasons.split(';') if reason)
+    yield GraphProblem(
+        one.name,
+        f"the QoS of publisher '{publisher.node.qualified}' and subscription '{subscription.node.qualified}' "
+        f"on '{one.name}' do not go together: {told}; give both the same",
+        (publisher, subscription),
+    )

@@ -1,0 +1,116 @@
+"""goalwire console: any ROS 2 robot in the browser, until Ctrl-C."""
+
+from __future__ import annotations
+
+import os
+from argparse import ArgumentParser, ArgumentTypeError, Namespace
+from typing import TYPE_CHECKING
+
+from goalwire.cli.live import live
+from goalwire.cli.outcome import CommandError, Outcome
+from goalwire.cli.verbs import Noun, Verb
+
+if TYPE_CHECKING:
+    import goalwire
+    from goalwire.cli.output import Output
+    from goalwire.console.settings import Settings
+
+TOKEN = 'GOALWIRE_CONSOLE_TOKEN'  # noqa: S105 - the name of the variable
+
+
+def _port(text: str) -> int:
+    number = int(text)
+    if not 0 <= number < 65536:
+        raise ArgumentTypeError('give a number from 0 to 65535')
+    return number
+
+
+def _arguments(parser: ArgumentParser) -> None:
+    parser.add_argument(
+        '--port', metavar='N', type=_port, default=8420, help='TCP port (8420); 0: any that is free'
+    )
+    parser.add_argument(
+        '--host',
+        metavar='ADDRESS',
+        default='127.0.0.1',
+        help='Where to listen (127.0.0.1: this machine alone); elsewhere browsers need a token',
+    )
+    parser.add_argument(
+        '--token',
+        metavar='TEXT',
+        help=f'What browsers must show, as ?token=TEXT; better in {TOKEN}, which other users do not see',
+    )
+    parser.add_argument('--tls-cert', metavar='FILE', help='Certificate, for https')
+    parser.add_argument('--tls-key', metavar='FILE', help='Its key')
+    parser.add_argument('--read-only', action='store_true', help='Send nothing: look alone')
+    parser.add_argument(
+        '--allow',
+        metavar='PATTERN',
+        action='append',
+        default=[],
+        help="Send to no name that does not match (e.g. '/arm/*'); may be repeated",
+    )
+    parser.add_argument('--no-open', action='store_true', help='Open no browser')
+
+
+def _settings(arguments: Namespace) -> Settings:
+    from goalwire.console.settings import Settings, is_loopback, new_token
+
+    token = arguments.token if arguments.token is not None else os.environ.get(TOKEN, '')
+    if not is_loopback(arguments.host):
+        token = token or new_token()
+    if bool(arguments.tls_cert) != bool(arguments.tls_key):
+        raise CommandError(Outcome.USAGE, 'a certificate needs its key', 'give both --tls-cert and --tls-key')
+    if token and not all(each.isalnum() or each in '-_.~' for each in token):
+        raise CommandError(
+            Outcome.BAD_VALUE, 'a token is made of letters, digits and -_.~', 'leave it out, and one is made'
+        )
+    return Settings(
+        arguments.host,
+        arguments.port,
+        token,
+        arguments.tls_cert or '',
+        arguments.tls_key or '',
+        arguments.read_only,
+        tuple(arguments.allow),
+    )
+
+
+def _console(arguments: Namespace, output: Output) -> Outcome:
+    settings = _settings(arguments)
+    try:
+        from goalwire.console.server import serve
+    except ModuleNotFoundError as error:
+        raise CommandError(
+            Outcome.NOT_FOUND,
+            f"the console needs the package '{error.name}'",
+            "install it: pip install 'goalwire[console]'",
+        ) from None
+
+    def ready(url: str) -> None:
+        if output.json:
+            output.data({'url': url})
+        else:
+            output.line(f'the console is at {url}; Ctrl-C ends it')
+            if not settings.is_loopback and not settings.tls_cert:
+                output.line('other machines reach it, unencrypted: give --tls-cert and --tls-key')
+        output.flush()
+        if not arguments.no_open:
+            _open(url)
+
+    async def run(node: goalwire.Node) -> None:
+        await serve(node, settings, ready)
+
+    return live(run, f'goalwire_console_{os.getpid()}')
+
+
+def _open(url: str) -> None:
+    """Open the user's browser, where there is one; a thread, for some browsers hold up who starts them."""
+    import webbrowser
+    from threading import Thread
+
+    Thread(target=webbrowser.open, args=(url,), daemon=True, name='console-browser').start()
+
+
+_SUMMARY = 'Show the robot in the browser, and operate it there'
+NOUN = Noun('console', _SUMMARY, (Verb('console', _SUMMARY, _console, _arguments),))

@@ -1,0 +1,394 @@
+"""What a form for a message looks like, made from its definition: fields, units, bounds, choices, defaults.
+
+Values of a form are plain data, as YAML has them: numbers, texts, lists, and mappings for nested messages.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from typing import Any, Literal, TypeAlias
+
+import yaml
+
+from goalwire.errors import GoalwireError
+from goalwire.idl.model import FLOATS, Field, MessageDefinition, Shape, integer_range
+from goalwire.idl.registry import message_definition
+from goalwire.records import record
+
+Kind: TypeAlias = Literal['bool', 'integer', 'float', 'text', 'time', 'message', 'list', 'messages']
+
+NOW = 'now'
+"""A time that is read from the clock when the message is sent."""
+_TIME = 'builtin_interfaces/msg/Time'
+_UNITS = frozenset(
+    (
+        *(
+            'm',
+            'mm',
+            'cm',
+            'km',
+            's',
+            'ms',
+            'us',
+            'ns',
+            'min',
+            'h',
+            'rad',
+            'deg',
+            '°',
+            'm/s',
+            'm/s^2',
+            'm/s²',
+        ),
+        *(
+            'rad/s',
+            'rad/s^2',
+            'rad/s²',
+            'kg',
+            'g',
+            'N',
+            'Nm',
+            'N*m',
+            'Nm/rad',
+            'J',
+            'W',
+            'Wh',
+            'V',
+            'A',
+            'Ah',
+        ),
+        *('mAh', 'Hz', 'kHz', '%', 'Pa', 'bar', 'K', '°C', 'T', 'px', 'pixels'),
+    )
+)
+_NUMBER = r'[-+]?\d+(?:\.\d+)?'
+_RANGE = re.compile(rf'(?<![\w.])\[?\s*({_NUMBER})\s*(?:to|\.\.\.?|,)\s*({_NUMBER})\s*\]?(?![\w.])')
+_FIRST_WORD = re.compile(r'[:\s]*\(?([^\s,;:.()]+)')
+
+
+class FormError(GoalwireError):
+    """A form's value does not fit; `path` says which."""
+
+    def __init__(self, path: str, problem: str) -> None:
+        super().__init__(f'{path}: {problem}' if path else problem)
+        self.path = path
+        self.problem = problem
+
+
+@record
+class FormField:
+    """One line of a form, or a group of lines."""
+
+    name: str
+    kind: Kind
+    type_text: str
+    """The type as the definition writes it."""
+    base: str
+    comment: str = ''
+    unit: str = ''
+    least: float | None = None
+    most: float | None = None
+    hint: str = ''
+    """A range that the comment names; what lies outside is not refused, for it is a comment."""
+    capacity: int | None = None
+    """Characters of a text, or items of a list."""
+    exact: bool = False
+    """Whether a list has just `capacity` items."""
+    choices: tuple[tuple[str, Any], ...] = ()
+    """Names and values of the constants that are meant for this field."""
+    fields: tuple[FormField, ...] = ()
+    """Those of a nested message, or of each item of a list of messages."""
+
+
+def form_of(type_name: str) -> tuple[FormField, ...]:
+    """Return the form of 'pkg/msg/Name', or of a part: 'pkg/srv/Name_Request', 'pkg/action/Name_Goal'.
+
+    Raises UnknownInterfaceError and InterfaceSyntaxError.
+    """
+    definition = message_definition(type_name)
+    return tuple(_field(each, definition) for each in definition.fields)
+
+
+def _field(field: Field, owner: MessageDefinition) -> FormField:
+    kind = field.type
+    comment = field.comment.strip()
+    unit = field.unit or _unit(comment)
+    text = _type_text(field)
+    found = _RANGE.search(comment)
+    hint = f'{found[1]} to {found[2]}' if found else ''
+    several = kind.shape is not Shape.SINGLE
+    capacity = kind.capacity if kind.shape in {Shape.ARRAY, Shape.BOUNDED} else None
+    exact = kind.shape is Shape.ARRAY
+    nested = form_of(kind.base) if kind.is_message and kind.base != _TIME else ()
+    if kind.is_message and several:
+        return FormField(
+            field.name,
+            'messages',
+            text,
+            kind.base,
+            comment,
+            unit,
+            capacity=capacity,
+            exact=exact,
+            fields=nested,
+        )
+    if kind.base == _TIME and not several:
+        return FormField(field.name, 'time', text, kind.base, comment, unit)
+    if kind.is_message:
+        return FormField(field.name, 'message', text, kind.base, comment, unit, fields=nested)
+    least, most = _bounds(kind.base)
+    if several:
+        return FormField(
+            field.name, 'list', text, kind.base, comment, unit, least, most, hint, capacity, exact
+        )
+    if kind.is_string:
+        choices = _choices(field, owner)
+        return FormField(
+            field.name,
+            'text',
+            text,
+            kind.base,
+            comment,
+            capacity=kind.string_capacity or None,
+            choices=choices,
+        )
+    plain: Kind = 'bool' if kind.base == 'bool' else 'float' if kind.base in FLOATS else 'integer'
+    choices = _choices(field, owner)
+    return FormField(field.name, plain, text, kind.base, comment, unit, least, most, hint, choices=choices)
+
+
+def _bounds(base: str) -> tuple[float | None, float | None]:
+    if base == 'byte':
+        return 0, 255
+    return integer_range(base) if 'int' in base or base == 'char' else (None, None)
+
+
+def _type_text(field: Field) -> str:
+    kind = field.type
+    base = kind.base.replace('/msg/', '/')
+    if kind.string_capacity:
+        base = f'{base}<={kind.string_capacity}'
+    ends = {Shape.SINGLE: '', Shape.UNBOUNDED: '[]', Shape.ARRAY: f'[{kind.capacity}]'}
+    return base + ends.get(kind.shape, f'[<={kind.capacity}]')
+
+
+def _unit(comment: str) -> str:
+    """Return the unit with which a comment begins, as in `# rad, positive` or `# (m/s) forwards`."""
+    found = _FIRST_WORD.match(comment)
+    return found[1] if found and found[1] in _UNITS else ''
+
+
+def _choices(field: Field, owner: MessageDefinition) -> tuple[tuple[str, Any], ...]:
+    """Return the constants that name a field's values.
+
+    Those that begin with the field's name; else all of the field's type, if it is the one field of that type.
+    """
+    same = [constant for constant in owner.constants if constant.base == field.type.base]
+    prefix = f'{field.name.upper()}_'
+    named = [constant for constant in same if constant.name.startswith(prefix)]
+    if not named and same:
+        fellows = [each for each in owner.fields if each.type.base == field.type.base]
+        named = [*same] if len(fellows) == 1 and field.type.shape is Shape.SINGLE else []
+    return tuple((constant.name.removeprefix(prefix), constant.value) for constant in named)
+
+
+# -- values --------------------------------------------------------------------------------------------------
+
+
+def defaults_of(fields: tuple[FormField, ...], message: Any) -> dict[str, Any]:
+    """Return the values of a new message; a stamp in a header is the time of sending."""
+    from rosidl_runtime_py import message_to_ordereddict
+
+    return _with_now(fields, dict(message_to_ordereddict(message)), in_header=False)
+
+
+def _with_now(fields: tuple[FormField, ...], values: dict[str, Any], *, in_header: bool) -> dict[str, Any]:
+    known = {field.name: field for field in fields}
+    for name, value in values.items():
+        field = known.get(name)
+        if field is None:
+            continue
+        if field.kind == 'time' and in_header:
+            values[name] = NOW
+        elif field.kind == 'message' and isinstance(value, dict):
+            values[name] = _with_now(field.fields, dict(value), in_header=field.base == 'std_msgs/msg/Header')
+    return values
+
+
+def check(fields: tuple[FormField, ...], values: Mapping[str, Any], path: str = '') -> dict[str, Any]:
+    """Return the values as they will be sent. Raises FormError for the first that does not fit."""
+    known = {field.name: field for field in fields}
+    for name in values:
+        if name not in known:
+            there = ', '.join(known) or 'none'
+            raise FormError(path, f"there is no field '{name}'; the fields are: {there}")
+    return {
+        name: _checked(known[name], value, f'{path}.{name}' if path else str(name))
+        for name, value in values.items()
+    }
+
+
+def _checked(field: FormField, value: Any, path: str) -> Any:
+    if field.kind == 'message':
+        if not isinstance(value, Mapping):
+            raise FormError(path, f'give the fields of a {field.type_text}')
+        return check(field.fields, value, path)
+    if field.kind == 'time':
+        return _time(value, path)
+    if field.kind in {'list', 'messages'}:
+        return _list(field, value, path)
+    return _scalar(field, value, path)
+
+
+def _list(field: FormField, value: Any, path: str) -> list[Any]:
+    if isinstance(value, str):
+        value = parse_list(value, path)
+    if not isinstance(value, list | tuple):
+        raise FormError(path, 'give a list: 1, 2, 3')
+    if field.exact and len(value) != field.capacity:
+        raise FormError(path, f'there must be {field.capacity} items, not {len(value)}')
+    if field.capacity is not None and len(value) > field.capacity:
+        raise FormError(path, f'there may be {field.capacity} items at most, not {len(value)}')
+    if field.kind == 'messages':
+        for number, item in enumerate(value):
+            if not isinstance(item, Mapping):
+                raise FormError(f'{path}[{number}]', f'give the fields of a {field.base}')
+        return [check(field.fields, item, f'{path}[{number}]') for number, item in enumerate(value)]
+    return [_scalar(field, item, f'{path}[{number}]') for number, item in enumerate(value)]
+
+
+def _scalar(field: FormField, value: Any, path: str) -> Any:
+    base = field.base
+    if base == 'bool':
+        if isinstance(value, bool):
+            return value
+        raise FormError(path, f'give true or false, not {_shown(value)}')
+    if base in {'string', 'wstring'}:
+        if not isinstance(value, str):
+            raise FormError(path, f'give a text, not {_shown(value)}')
+        if field.kind == 'text' and field.capacity is not None and len(value.encode()) > field.capacity:
+            raise FormError(path, f'{field.capacity} characters at most')
+        return value
+    number = _number(value, path)
+    if base in FLOATS:
+        return float(number)
+    if number != int(number):
+        raise FormError(path, f'give a whole number, not {_shown(value)}')
+    number = int(number)
+    if field.least is not None and field.most is not None and not field.least <= number <= field.most:
+        raise FormError(path, f'give a number from {field.least} to {field.most}, not {number}')
+    return number
+
+
+def _number(value: Any, path: str) -> float | int:
+    if isinstance(value, bool) or value is None:
+        raise FormError(path, f'give a number, not {_shown(value)}')
+    if isinstance(value, int | float):
+        if isinstance(value, float) and not math.isfinite(value):
+            raise FormError(path, 'give a finite number')
+        return value
+    for read in (_integer, float):  # not YAML's, for which 1e-3 is a text
+        try:
+            number = read(value) if isinstance(value, str) else math.nan
+        except ValueError:
+            continue
+        if math.isfinite(number):
+            return number
+    raise FormError(path, f'give a number, not {_shown(value)}')
+
+
+def _integer(text: str) -> int:
+    return int(text, 0)
+
+
+def _time(value: Any, path: str) -> Any:
+    if value in {NOW, 'auto'} if isinstance(value, str) else False:
+        return NOW
+    if isinstance(value, Mapping):
+        if set(value) <= {'sec', 'nanosec'}:
+            return {name: int(_number(part, f'{path}.{name}')) for name, part in value.items()}
+        raise FormError(path, 'a time has sec and nanosec')
+    seconds = _number(value, path)
+    if not 0 <= seconds < 2**31:
+        raise FormError(path, "give seconds since 1970, or 'now'")
+    return {'sec': int(seconds), 'nanosec': round(seconds % 1 * 1e9) % 1_000_000_000}
+
+
+def _shown(value: Any) -> str:
+    return "''" if value == '' else repr(value)[:60]
+
+
+def parse_list(text: str, path: str = '') -> list[Any]:
+    """Read '1, 2, 3' or '[1, 2, 3]'. Raises FormError."""
+    inner = text.strip()
+    if not inner.startswith('['):
+        inner = f'[{inner}]'
+    try:
+        value = yaml.safe_load(inner)
+    except yaml.YAMLError:
+        raise FormError(path, 'that is no list; write 1, 2, 3') from None
+    if not isinstance(value, list):
+        raise FormError(path, 'that is no list; write 1, 2, 3')
+    return value
+
+
+def parse_yaml(text: str) -> dict[str, Any]:
+    """Read the values of a form from YAML or JSON. Raises FormError."""
+    try:
+        value = yaml.safe_load(text)
+    except yaml.YAMLError as error:
+        mark = getattr(error, 'problem_mark', None)
+        where = f' (line {mark.line + 1}, column {mark.column + 1})' if mark else ''
+        problem = getattr(error, 'problem', None) or 'it cannot be read'
+        raise FormError('', f'that is no YAML: {problem}{where}') from None
+    except RecursionError:
+        raise FormError('', 'that is nested too deeply') from None
+    if value is None:
+        return {}
+    if not isinstance(value, dict):
+        raise FormError('', 'give fields and values: data: 1')
+    return value
+
+
+def to_yaml(values: Any) -> str:
+    """Write values as YAML, lists of numbers on one line."""
+    text: str = yaml.dump(
+        plain(values), allow_unicode=True, sort_keys=False, default_flow_style=None, width=100
+    )
+    return text
+
+
+def plain(value: Any) -> Any:
+    """Return values without the subclasses that YAML would name."""
+    if isinstance(value, Mapping):
+        return {str(name): plain(item) for name, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    return value
+
+
+def filled(cls: Any, values: Mapping[str, Any], now: Any) -> Any:
+    """Return a message with these values; 'now' becomes the time message `now`. Raises FormError."""
+    from rosidl_runtime_py import set_message_fields
+
+    message = cls()
+    try:
+        for stamp in set_message_fields(message, dict(values), expand_header_auto=True, expand_time_now=True):
+            stamp(now)
+    except (AssertionError, AttributeError, OverflowError, TypeError, ValueError) as error:
+        raise FormError('', ' '.join(str(error).split())) from None
+    return message
+
+
+def without_defaults(values: Mapping[str, Any], defaults: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what a form changes: values that are not the message's own."""
+    left: dict[str, Any] = {}
+    for name, value in values.items():
+        default = defaults.get(name)
+        if isinstance(value, Mapping) and isinstance(default, Mapping):
+            if inner := without_defaults(value, default):
+                left[name] = inner
+        elif value != default:
+            left[name] = value
+    return left

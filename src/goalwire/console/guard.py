@@ -1,0 +1,177 @@
+"""Who may talk to the page: an ASGI application around it that lets nothing else pass.
+
+A page on another site can make a browser send requests here, with this site's cookies, and open web sockets,
+which know no same-origin policy. A name of its own that it points at this machine (DNS rebinding) makes its
+requests look like those of this site. So: `Host` must be a name of this machine where there is no token,
+`Origin` must be the address that was asked for, and with a token, a cookie must show it.
+"""
+
+from __future__ import annotations
+
+import hmac
+from collections.abc import Awaitable, Callable, MutableMapping
+from http.cookies import CookieError, SimpleCookie
+from typing import Any, TypeAlias
+from urllib.parse import parse_qsl, quote, urlencode, urlsplit
+
+from goalwire.console.settings import Settings, is_loopback
+
+Scope: TypeAlias = MutableMapping[str, Any]
+Message: TypeAlias = MutableMapping[str, Any]
+Receive: TypeAlias = Callable[[], Awaitable[Message]]
+Send: TypeAlias = Callable[[Message], Awaitable[None]]
+Application: TypeAlias = Callable[[Scope, Receive, Send], Awaitable[None]]
+
+COOKIE = 'goalwire_console'
+MOST_BYTES = 1 << 20
+"""Of a request's body, and of a web socket's message."""
+
+_POLICY = (
+    "default-src 'self'; script-src 'self' 'unsafe-inline' 'unsafe-eval'; style-src 'self' 'unsafe-inline'; "
+    "img-src 'self' data: blob:; font-src 'self' data:; connect-src 'self' ws: wss:; "
+    "worker-src 'self' blob:; "
+    "object-src 'none'; base-uri 'none'; form-action 'self'; frame-ancestors 'none'"
+)
+_HEADERS = [
+    (b'content-security-policy', _POLICY.encode()),
+    (b'x-content-type-options', b'nosniff'),
+    (b'referrer-policy', b'no-referrer'),
+    (b'cross-origin-opener-policy', b'same-origin'),
+    (b'cross-origin-resource-policy', b'same-origin'),
+]
+
+
+class TooLargeError(Exception):
+    """A request's body is larger than MOST_BYTES."""
+
+
+class Guard:
+    """Wraps an application; refuses strangers, limits sizes, and adds the headers that bind a browser."""
+
+    def __init__(self, application: Application, settings: Settings) -> None:
+        self._application = application
+        self._settings = settings
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve one connection."""
+        if scope['type'] == 'lifespan':
+            await self._application(scope, receive, send)
+            return
+        headers = {
+            name.decode('latin-1').lower(): value.decode('latin-1') for name, value in scope['headers']
+        }
+        reason = self._refusal(headers)
+        if not reason and not self._shows_token(headers):
+            if self._asks_with_token(scope):
+                await _redirect(scope, send, self._cookie(), _without_token(scope))
+                return
+            reason = 'open the address that the console printed: it has the token'
+        if reason:
+            await _refuse(scope, send, 403, reason)
+        elif scope['type'] == 'http':
+            await self._serve(scope, headers, receive, send)
+        else:
+            await self._application(scope, receive, send)
+
+    def _refusal(self, headers: dict[str, str]) -> str:
+        """Return why a request is none of ours, '' where it is."""
+        host = headers.get('host', '')
+        if not self._settings.token and not is_loopback(_host_name(host)):
+            return 'this page is served to this machine alone, under the name localhost'
+        origin = headers.get('origin')
+        if origin is not None and origin.lower() != f'{self._settings.scheme}://{host}'.lower():
+            return 'another site may not talk to this page'
+        if headers.get('sec-fetch-site') == 'cross-site' and headers.get('sec-fetch-mode') != 'navigate':
+            return 'another site may not talk to this page'
+        return ''
+
+    def _shows_token(self, headers: dict[str, str]) -> bool:
+        token = self._settings.token
+        if not token:
+            return True
+        authorization = headers.get('authorization', '').removeprefix('Bearer ')
+        try:
+            morsel = SimpleCookie(headers.get('cookie', '')).get(COOKIE)
+        except CookieError:
+            morsel = None
+        return any(_same(shown, token) for shown in (authorization, morsel.value if morsel else ''))
+
+    def _asks_with_token(self, scope: Scope) -> bool:
+        if scope['type'] != 'http' or scope['method'] != 'GET':
+            return False
+        query = dict(parse_qsl(scope.get('query_string', b'').decode('latin-1')))
+        return _same(query.get('token', ''), self._settings.token)
+
+    def _cookie(self) -> str:
+        secure = '; Secure' if self._settings.tls_cert else ''
+        return f'{COOKIE}={self._settings.token}; HttpOnly; SameSite=Strict; Path=/{secure}'
+
+    async def _serve(self, scope: Scope, headers: dict[str, str], receive: Receive, send: Send) -> None:
+        length = headers.get('content-length', '0')
+        if not length.isdecimal() or int(length) > MOST_BYTES:
+            await _refuse(scope, send, 413, 'that is too large')
+            return
+        received = 0
+
+        async def limited() -> Message:
+            nonlocal received
+            message = await receive()
+            received += len(message.get('body', b''))
+            if received > MOST_BYTES:
+                raise TooLargeError
+            return message
+
+        begun = False
+
+        async def with_headers(message: Message) -> None:
+            nonlocal begun
+            if message['type'] == 'http.response.start':
+                begun = True
+                message['headers'] = [*message.get('headers', ()), *_HEADERS]
+            await send(message)
+
+        try:
+            await self._application(scope, limited, with_headers)
+        except TooLargeError:
+            if not begun:
+                await _refuse(scope, send, 413, 'that is too large')
+
+
+def _same(shown: str, token: str) -> bool:
+    return hmac.compare_digest(shown.encode(), token.encode())
+
+
+def _host_name(host: str) -> str:
+    """Return the name in 'name:port' or '[::1]:port'; '' for what is none."""
+    try:
+        return urlsplit(f'//{host}').hostname or ''
+    except ValueError:
+        return ''
+
+
+def _without_token(scope: Scope) -> str:
+    query = parse_qsl(scope.get('query_string', b'').decode('latin-1'))
+    left = urlencode([(name, value) for name, value in query if name != 'token'])
+    path = '/' + quote(scope['path'].lstrip('/'))  # never '//elsewhere', which is another site
+    return path + (f'?{left}' if left else '')
+
+
+async def _redirect(scope: Scope, send: Send, cookie: str, target: str) -> None:
+    del scope
+    headers = [
+        (b'location', target.encode('latin-1')),
+        (b'set-cookie', cookie.encode('latin-1')),
+        (b'cache-control', b'no-store'),
+        *_HEADERS,
+    ]
+    await send({'type': 'http.response.start', 'status': 303, 'headers': headers})
+    await send({'type': 'http.response.body', 'body': b''})
+
+
+async def _refuse(scope: Scope, send: Send, status: int, reason: str) -> None:
+    if scope['type'] == 'websocket':
+        await send({'type': 'websocket.close', 'code': 1008, 'reason': reason})  # before accepting: a 403
+        return
+    headers = [(b'content-type', b'text/plain; charset=utf-8'), (b'connection', b'close'), *_HEADERS]
+    await send({'type': 'http.response.start', 'status': status, 'headers': headers})
+    await send({'type': 'http.response.body', 'body': f'{reason}\n'.encode()})

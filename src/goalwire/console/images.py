@@ -1,0 +1,93 @@
+"""Pictures of sensor_msgs as browsers know them: PNG is made here, JPEG and PNG are passed on."""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from base64 import b64encode
+from typing import Any
+
+import numpy as np
+
+from goalwire.errors import GoalwireError
+
+IMAGE = 'sensor_msgs/msg/Image'
+COMPRESSED = 'sensor_msgs/msg/CompressedImage'
+_WIDEST = 640
+"""Pixels; of a wider picture each second, third, … pixel is shown."""
+_MOST_COMPRESSED = 4 << 20
+_CHANNELS = {'rgb8': 3, 'bgr8': 3, 'rgba8': 4, 'bgra8': 4, 'mono8': 1, '8UC1': 1, '8UC3': 3}
+_MAGIC = {b'\x89PNG\r\n\x1a\n': 'image/png', b'\xff\xd8\xff': 'image/jpeg'}
+
+
+class PictureError(GoalwireError):
+    """A picture that cannot be shown; the text says why."""
+
+
+def as_data_url(message: Any) -> str:
+    """Return an Image or CompressedImage as an address that holds it. Raises PictureError."""
+    if hasattr(message, 'format'):
+        data = bytes(message.data)
+        for magic, kind in _MAGIC.items():
+            if data.startswith(magic) and len(data) <= _MOST_COMPRESSED:
+                return f'data:{kind};base64,{b64encode(data).decode()}'
+        raise PictureError('only JPEG and PNG pictures of up to 4 MB are shown')
+    return f'data:image/png;base64,{b64encode(png(_pixels(message))).decode()}'
+
+
+def _pixels(message: Any) -> np.ndarray[Any, Any]:
+    """Return height x width x channels in bytes, in the order red, green, blue."""
+    height, width, step, encoding = message.height, message.width, message.step, message.encoding
+    data = np.frombuffer(message.data, np.uint8)
+    if encoding in {'mono16', '16UC1', '32FC1'}:
+        size, dtype = (4, np.float32) if encoding == '32FC1' else (2, np.uint16)
+        kind = (
+            np.dtype(dtype).newbyteorder('>') if message.is_bigendian else np.dtype(dtype).newbyteorder('<')
+        )
+        depth = _rows(data, height, width * size, step).reshape(-1).view(kind)
+        return _stretched(depth.reshape(height, width).astype(np.float64))[:, :, None][
+            :: _skip(width), :: _skip(width)
+        ]
+    channels = _CHANNELS.get(encoding)
+    if channels is None:
+        raise PictureError(f'pictures in {encoding[:40]!r} are not shown')
+    rows = _rows(data, height, width * channels, step).reshape(height, width, channels)
+    rows = rows[:: _skip(width), :: _skip(width)]
+    if encoding.startswith('bgr'):
+        rows = rows[:, :, [2, 1, 0, *range(3, channels)]]
+    return rows
+
+
+def _skip(width: int) -> int:
+    return max(1, -(-width // _WIDEST))
+
+
+def _rows(data: np.ndarray[Any, Any], height: int, row: int, step: int) -> np.ndarray[Any, Any]:
+    step = step or row
+    if not height or not row or step < row or len(data) < step * height:
+        raise PictureError('the picture has fewer bytes than its size needs')
+    return np.ascontiguousarray(data[: step * height].reshape(height, step)[:, :row])
+
+
+def _stretched(values: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+    """Spread depths over black to white; what was not measured is black."""
+    known = np.isfinite(values) & (values > 0)
+    if not known.any():
+        return np.zeros(values.shape, np.uint8)
+    low, high = float(values[known].min()), float(values[known].max())
+    spread = (np.where(known, values, low) - low) / ((high - low) or 1.0)
+    return np.where(known, 255 - spread * 215, 0).astype(np.uint8)
+
+
+def png(pixels: np.ndarray[Any, Any]) -> bytes:
+    """Return height x width x (1, 3 or 4) bytes as a PNG file."""
+    height, width, channels = pixels.shape
+    kind = {1: 0, 3: 2, 4: 6}[channels]
+    lines = np.zeros((height, width * channels + 1), np.uint8)  # each line begins with its filter: none
+    lines[:, 1:] = pixels.reshape(height, -1)
+    header = struct.pack('>IIBBBBB', width, height, 8, kind, 0, 0, 0)
+    parts = ((b'IHDR', header), (b'IDAT', zlib.compress(lines.tobytes(), 1)), (b'IEND', b''))
+    return b'\x89PNG\r\n\x1a\n' + b''.join(
+        struct.pack('>I', len(data)) + name + data + struct.pack('>I', zlib.crc32(name + data))
+        for name, data in parts
+    )

@@ -1,0 +1,114 @@
+"""Elements that several views use: live tables, trees of messages, text to copy."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from nicegui import ui
+from nicegui.element import Element
+
+
+class LiveTable(Element, component='live_table.js'):
+    """A table; `put` sends only the rows that have changed."""
+
+    def __init__(
+        self, columns: Sequence[Mapping[str, Any]], *, empty: str, on_row: Callable[[str], Any] | None = None
+    ) -> None:
+        super().__init__()
+        self._props['columns'] = [dict(column) for column in columns]
+        self._props['empty'] = empty
+        self._sent: dict[str, Any] = {}
+        self._order: list[str] = []
+        if on_row is not None:
+            self.on('row', lambda event: on_row(str(event.args)))
+
+    def put(self, rows: Sequence[Mapping[str, Any]]) -> None:
+        """Show rows: each has `key`, `cells` (texts, or {text, tone, sort, title}) and perhaps `tone`."""
+        order = [row['key'] for row in rows]
+        changed = {row['key']: dict(row) for row in rows if self._sent.get(row['key']) != row}
+        if not changed and order == self._order:
+            return
+        update: dict[str, Any] = {'rows': changed}
+        if order != self._order:
+            update['order'] = order
+        self._sent = {row['key']: dict(row) for row in rows}
+        self._order = order
+        self.run_method('show', update)
+
+    def again(self) -> None:
+        """Forget what was sent: the browser has made the element anew."""
+        self._sent, self._order = {}, []
+
+    def choose(self, key: str | None) -> None:
+        """Mark a row."""
+        self.run_method('choose', key)
+
+
+class ValueTree(Element, component='value_tree.js'):
+    """A message as a tree."""
+
+    def __init__(self, *, empty: str, on_plot: Callable[[str], Any] | None = None) -> None:
+        super().__init__()
+        self._props['plots'] = on_plot is not None
+        self._props['empty'] = empty
+        self._sent: Any = None
+        if on_plot is not None:
+            self.on('plot', lambda event: on_plot(str(event.args)))
+
+    def put(self, value: Any) -> None:
+        """Show a value."""
+        if value is not self._sent:
+            self._sent = value
+            self.run_method('show', value)
+
+
+class SwimLanes(Element, component='swim_lanes.js'):
+    """Goals over time."""
+
+    def __init__(self, on_goal: Callable[[str, str], Any]) -> None:
+        super().__init__()
+        self.on('goal', lambda event: on_goal(str(event.args['action']), str(event.args['id'])))
+
+    def put(self, data: Mapping[str, Any]) -> None:
+        """Show goals."""
+        self.run_method('show', dict(data))
+
+    def set_dark(self, dark: bool) -> None:
+        """Choose the colours."""
+        self.props['dark'] = dark
+        self.update()
+
+
+def head(title: str, icon: str = '') -> None:
+    """Write a card's title."""
+    if icon:
+        ui.icon(icon, size='18px').classes('gw-dim')
+    ui.label(title).classes('gw-title')
+
+
+def chip(text: str, tone: str = '') -> ui.label:
+    """Write a small label."""
+    return ui.label(text).classes(f'gw-chip {tone}')
+
+
+def text_block(text: str) -> ui.label:
+    """Show text as it is."""
+    return ui.label(text).classes('gw-code')
+
+
+def copy_buttons(python: Callable[[], str | None], command: Callable[[], str | None]) -> None:
+    """Two buttons that copy what `python` and `command` return; None where there is nothing to copy."""
+
+    def copy(make: Callable[[], str | None], what: str) -> None:
+        text = make()
+        if text is not None:
+            ui.clipboard.write(text)
+            ui.notify(f'{what} copied', position='bottom-right', type='positive')
+
+    ui.button('Copy as Python', icon='content_copy', on_click=lambda: copy(python, 'Program')).props(
+        'flat dense no-caps size=sm'
+    ).classes('gw-quiet')
+    ui.button('Copy as command', icon='terminal', on_click=lambda: copy(command, 'Command')).props(
+        'flat dense no-caps size=sm'
+    ).classes('gw-quiet')

@@ -1,0 +1,362 @@
+// A robot in 3D: shapes on links, whose poses the server sends; the browser moves smoothly between them.
+import { CSS2DObject, CSS2DRenderer, GLTFLoader, OrbitControls, STLLoader, THREE } from "nicegui-scene";
+
+const THEMES = {
+  light: { sky: 0xe9eef6, floor: 0xf4f7fb, line: 0x94a3b8, strong: 0x64748b, trail: 0x4f46e5, hemi: 2.0 },
+  dark: { sky: 0x111a2a, floor: 0x1c2940, line: 0x4a5d80, strong: 0x7288b3, trail: 0x818cf8, hemi: 1.7 },
+};
+const FRAMES = 30; // 1/s, at most
+const DETAIL = [
+  { shadows: true, scale: 1 }, { shadows: false, scale: 1 }, { shadows: false, scale: 0.75 }, { shadows: false, scale: 0.5 },
+];
+const SMOOTH = 14; // 1/s: how quickly a link follows the pose that was sent
+
+export default {
+  template: `<div class="gw-scene"><canvas></canvas><div class="gw-scene-labels"></div>
+    <div class="gw-scene-none" style="display:none">This browser shows no 3D (WebGL is off).</div></div>`,
+  props: { dark: Boolean },
+  emits: ["floor"],
+  mounted() {
+    this.links = new Map();
+    this.goals = new Map();
+    this.dirty = true;
+    this.follow = true;
+    this.level = 0;
+    const canvas = this.$el.querySelector("canvas");
+    try {
+      this.renderer = new THREE.WebGLRenderer({ antialias: true, canvas, preserveDrawingBuffer: true });
+    } catch {
+      this.$el.querySelector(".gw-scene-none").style.display = "flex";
+      return;
+    }
+    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio || 1, 2));
+    this.renderer.shadowMap.enabled = true;
+    this.renderer.shadowMap.type = THREE.PCFSoftShadowMap;
+    this.scene = new THREE.Scene();
+    this.camera = new THREE.PerspectiveCamera(42, 1, 0.1, 90);
+    this.camera.up.set(0, 0, 1);
+    this.camera.position.set(2.6, -2.6, 1.7);
+    this.controls = new OrbitControls(this.camera, canvas);
+    this.controls.target.set(0, 0, 0.6);
+    this.controls.enableDamping = true;
+    this.controls.dampingFactor = 0.12;
+    this.controls.maxPolarAngle = Math.PI / 2 - 0.02;
+    this.controls.addEventListener("change", () => (this.dirty = true));
+    this.labels = new CSS2DRenderer({ element: this.$el.querySelector(".gw-scene-labels") });
+    this.add_lights();
+    this.robot = new THREE.Group();
+    this.marks = new THREE.Group();
+    this.scene.add(this.robot, this.marks);
+    this.paint_theme();
+    this.add_trail();
+    this.listen(canvas);
+    this.observer = new ResizeObserver(() => this.resize());
+    this.observer.observe(this.$el);
+    this.resize();
+    this.last = performance.now();
+    this.loop = this.loop.bind(this);
+    this.request = requestAnimationFrame(this.loop);
+    window.goalwireScene = this; // for tests
+  },
+  unmounted() {
+    cancelAnimationFrame(this.request);
+    this.observer?.disconnect();
+    this.controls?.dispose();
+    this.renderer?.dispose();
+    if (window.goalwireScene === this) delete window.goalwireScene;
+  },
+  watch: {
+    dark() {
+      this.paint_theme();
+    },
+  },
+  methods: {
+    add_lights() {
+      this.hemi = new THREE.HemisphereLight(0xffffff, 0x8a93a3, 1.4);
+      this.sun = new THREE.DirectionalLight(0xffffff, 1.9);
+      this.sun.castShadow = true;
+      this.sun.shadow.mapSize.set(1024, 1024);
+      const box = this.sun.shadow.camera;
+      [box.left, box.right, box.top, box.bottom, box.near, box.far] = [-2, 2, 2, -2, 0.1, 12];
+      this.sun.shadow.radius = 5;
+      this.sun.shadow.bias = -0.0008;
+      this.scene.add(this.hemi, this.sun, this.sun.target);
+    },
+    paint_theme() {
+      if (!this.renderer) return;
+      const theme = THEMES[this.dark ? "dark" : "light"];
+      this.scene.background = new THREE.Color(theme.sky);
+      this.scene.fog = new THREE.Fog(theme.sky, 9, 28);
+      this.hemi.intensity = theme.hemi;
+      if (this.floor) this.scene.remove(this.floor);
+      this.floor = new THREE.Group();
+      const material = new THREE.MeshStandardMaterial({
+        color: theme.floor, roughness: 1, polygonOffset: true, polygonOffsetFactor: 2, polygonOffsetUnits: 4,
+      });
+      const plane = new THREE.Mesh(new THREE.PlaneGeometry(80, 80), material);
+      plane.receiveShadow = true;
+      plane.position.z = -0.004;
+      const fine = new THREE.GridHelper(40, 80, theme.line, theme.line);
+      const coarse = new THREE.GridHelper(40, 20, theme.strong, theme.strong);
+      for (const [grid, height, opacity] of [[fine, 0.004, 0.5], [coarse, 0.006, 0.6]]) {
+        grid.rotation.x = Math.PI / 2;
+        grid.position.z = height;
+        grid.material.transparent = true;
+        grid.material.opacity = opacity;
+        grid.material.depthWrite = false;
+        this.floor.add(grid);
+      }
+      this.floor.add(plane);
+      this.scene.add(this.floor);
+      if (this.trail) this.trail.material.color.setHex(theme.trail);
+      this.dirty = true;
+    },
+    add_trail() {
+      const material = new THREE.MeshBasicMaterial({
+        color: THEMES[this.dark ? "dark" : "light"].trail, transparent: true, opacity: 0.75, side: THREE.DoubleSide,
+      });
+      this.trail = new THREE.Mesh(new THREE.BufferGeometry(), material);
+      this.trail.frustumCulled = false;
+      this.scene.add(this.trail);
+    },
+    listen(canvas) {
+      let down = null;
+      canvas.addEventListener("pointerdown", (event) => (down = [event.clientX, event.clientY, event.button]));
+      canvas.addEventListener("pointerup", (event) => {
+        if (!down || down[2] !== 0) return;
+        if (Math.hypot(event.clientX - down[0], event.clientY - down[1]) < 5) this.clicked(event);
+        down = null;
+      });
+      canvas.addEventListener("dblclick", (event) => event.preventDefault());
+      this.controls.addEventListener("start", () => (this.dragging = true));
+      this.controls.addEventListener("end", () => (this.dragging = false));
+    },
+    clicked(event) {
+      const point = this.floor_at(event.clientX, event.clientY);
+      if (point) this.$emit("floor", { x: point.x, y: point.y });
+    },
+    floor_at(clientX, clientY) {
+      const box = this.renderer.domElement.getBoundingClientRect();
+      const at = new THREE.Vector2(
+        ((clientX - box.left) / box.width) * 2 - 1, (-(clientY - box.top) / box.height) * 2 + 1);
+      const ray = new THREE.Raycaster();
+      ray.setFromCamera(at, this.camera);
+      return ray.ray.intersectPlane(new THREE.Plane(new THREE.Vector3(0, 0, 1), 0), new THREE.Vector3());
+    },
+    screen_of(x, y, z) { // for tests: where a point of the floor is on the screen
+      const box = this.renderer.domElement.getBoundingClientRect();
+      const point = new THREE.Vector3(x, y, z || 0).project(this.camera);
+      return [box.left + ((point.x + 1) / 2) * box.width, box.top + ((1 - point.y) / 2) * box.height];
+    },
+    poses() { // for tests: where links are drawn
+      const found = {};
+      for (const [name, link] of this.links) {
+        found[name] = [...link.group.position.toArray(), ...link.group.quaternion.toArray()];
+      }
+      return found;
+    },
+    resize() {
+      const { clientWidth: width, clientHeight: height } = this.$el;
+      if (!width || !height) return;
+      this.renderer.setSize(width, height, false);
+      this.labels.setSize(width, height);
+      this.camera.aspect = width / height;
+      this.camera.updateProjectionMatrix();
+      this.dirty = true;
+    },
+    set_model(shapes) {
+      for (const link of this.links.values()) this.robot.remove(link.group);
+      this.links.clear();
+      this.placed = false;
+      for (const shape of shapes) {
+        const mesh = this.mesh_of(shape);
+        const link = this.link(shape.link);
+        mesh.position.set(...shape.xyz);
+        mesh.quaternion.set(...shape.quat);
+        link.group.add(mesh);
+      }
+      this.dirty = true;
+      return shapes.length;
+    },
+    link(name) {
+      if (!this.links.has(name)) {
+        const group = new THREE.Group();
+        this.robot.add(group);
+        this.links.set(name, { group, position: new THREE.Vector3(), turn: new THREE.Quaternion(), fresh: true });
+      }
+      return this.links.get(name);
+    },
+    mesh_of(shape) {
+      const [r, g, b, a] = shape.rgba;
+      const material = new THREE.MeshStandardMaterial({
+        color: new THREE.Color().setRGB(r, g, b, THREE.SRGBColorSpace),
+        roughness: 0.55, metalness: 0.08, transparent: a < 1, opacity: a,
+      });
+      let object;
+      if (shape.kind === "box") {
+        object = new THREE.Mesh(new THREE.BoxGeometry(...shape.size), material);
+      } else if (shape.kind === "sphere") {
+        object = new THREE.Mesh(new THREE.SphereGeometry(shape.size[0], 32, 20), material);
+      } else if (shape.kind === "cylinder") {
+        const geometry = new THREE.CylinderGeometry(shape.size[0], shape.size[0], shape.size[1], 36);
+        geometry.rotateX(Math.PI / 2); // a URDF's cylinder stands along z
+        object = new THREE.Mesh(geometry, material);
+      } else {
+        object = new THREE.Group();
+        object.scale.set(...shape.size);
+        this.load(shape.url, object, material);
+      }
+      object.traverse((each) => (each.castShadow = each.receiveShadow = true));
+      return object;
+    },
+    load(url, group, material) {
+      const added = (object) => {
+        object.traverse((each) => (each.castShadow = true));
+        group.add(object);
+        this.dirty = true;
+      };
+      if (url.endsWith(".stl")) {
+        new STLLoader().load(url, (geometry) => added(new THREE.Mesh(geometry, material)));
+      } else {
+        new GLTFLoader().load(url, (loaded) => added(loaded.scene));
+      }
+    },
+    frame(update) { // {links: [[name, [x, y, z, qx, qy, qz, qw]]], trail, base, goals}
+      for (const [name, pose] of update.links || []) {
+        const link = this.link(name);
+        link.position.set(pose[0], pose[1], pose[2]);
+        link.turn.set(pose[3], pose[4], pose[5], pose[6]);
+        if (link.fresh) {
+          link.group.position.copy(link.position);
+          link.group.quaternion.copy(link.turn);
+          link.fresh = false;
+        }
+      }
+      if (update.trail) this.draw_trail(update.trail);
+      if (update.goals) this.draw_goals(update.goals);
+      if (update.base) this.look_at(update.base);
+      this.moving = true;
+      return true;
+    },
+    draw_trail(points) { // a ribbon on the floor
+      const spots = [];
+      for (let i = 0; i < points.length; i++) {
+        const [x, y] = points[i];
+        const [px, py] = points[Math.max(0, i - 1)];
+        const [nx, ny] = points[Math.min(points.length - 1, i + 1)];
+        const length = Math.hypot(nx - px, ny - py) || 1;
+        const [sx, sy] = [(-(ny - py) / length) * 0.018, ((nx - px) / length) * 0.018];
+        spots.push(x + sx, y + sy, 0.008, x - sx, y - sy, 0.008);
+      }
+      const index = [];
+      for (let i = 0; i + 1 < points.length; i++) index.push(2 * i, 2 * i + 1, 2 * i + 2, 2 * i + 1, 2 * i + 3, 2 * i + 2);
+      this.trail.geometry.dispose();
+      this.trail.geometry = new THREE.BufferGeometry();
+      this.trail.geometry.setAttribute("position", new THREE.Float32BufferAttribute(spots, 3));
+      this.trail.geometry.setIndex(index);
+      this.dirty = true;
+    },
+    draw_goals(goals) { // [{id, x, y, yaw, status, text}]
+      const wanted = new Set(goals.map((goal) => goal.id));
+      for (const [id, mark] of this.goals) {
+        if (!wanted.has(id)) {
+          mark.traverse((each) => each.element?.remove());
+          this.marks.remove(mark);
+          this.goals.delete(id);
+        }
+      }
+      for (const goal of goals) {
+        if (!this.goals.has(goal.id)) {
+          const mark = this.goal_mark(goal);
+          this.goals.set(goal.id, mark);
+          this.marks.add(mark);
+        }
+        const mark = this.goals.get(goal.id);
+        mark.position.set(goal.x, goal.y, 0.006);
+        mark.rotation.z = goal.yaw;
+        mark.label.textContent = goal.text;
+      }
+      this.dirty = true;
+    },
+    goal_mark(goal) {
+      const colour = goal.id === "new" ? 0xf59e0b : 0x10b981;
+      const material = new THREE.MeshBasicMaterial({ color: colour, transparent: true, opacity: 0.9, side: THREE.DoubleSide });
+      const mark = new THREE.Group();
+      const arrow = new THREE.Shape([[0.3, 0], [0.12, 0.08], [0.12, -0.08]].map(([x, y]) => new THREE.Vector2(x, y)));
+      mark.add(
+        new THREE.Mesh(new THREE.RingGeometry(0.15, 0.19, 48), material),
+        new THREE.Mesh(new THREE.CircleGeometry(0.045, 32), material),
+        new THREE.Mesh(new THREE.ShapeGeometry(arrow).translate(0.1, 0, 0), material),
+      );
+      mark.label = document.createElement("div");
+      mark.label.className = "gw-scene-label";
+      const label = new CSS2DObject(mark.label);
+      label.position.set(0, 0, 0.25);
+      mark.add(label);
+      return mark;
+    },
+    look_at([x, y, z]) {
+      const target = new THREE.Vector3(x, y, Math.max(0.45, z * 0.75));
+      if (!this.placed) {
+        this.camera.position.add(target.clone().sub(this.controls.target));
+        this.controls.target.copy(target);
+        this.placed = true;
+      }
+      this.goal_target = this.follow ? target : null;
+      this.sun.target.position.set(x, y, 0.5);
+      this.sun.position.set(x + 2.2, y - 1.6, 4.2);
+    },
+    set_follow(follow) {
+      this.follow = follow;
+      if (!follow) this.goal_target = null;
+    },
+    view_from(name) {
+      const target = this.controls.target;
+      const distance = this.camera.position.distanceTo(target);
+      const ways = { front: [1, 0, 0.25], side: [0, -1, 0.25], top: [0.001, 0, 1], free: [0.62, -0.62, 0.42] };
+      this.camera.position.copy(target).addScaledVector(new THREE.Vector3(...ways[name]).normalize(), distance);
+      this.dirty = true;
+    },
+    adapt(now) { // less detail where this computer is too slow for it
+      const took = now - (this.rendered || 0);
+      if (took > 1000) return;
+      this.slow = took > 70 ? (this.slow || 0) + 1 : Math.max(0, (this.slow || 0) - 0.25);
+      if (this.slow < 8 || this.level >= DETAIL.length - 1) return;
+      this.slow = 0;
+      this.level = (this.level || 0) + 1;
+      const detail = DETAIL[this.level];
+      this.sun.castShadow = detail.shadows;
+      this.renderer.setPixelRatio(Math.min(window.devicePixelRatio || 1, 2) * detail.scale);
+      this.resize();
+    },
+    loop(now) {
+      this.request = requestAnimationFrame(this.loop);
+      const share = 1 - Math.exp((-SMOOTH * Math.min(now - this.last, 200)) / 1000);
+      this.last = now;
+      if (this.moving) {
+        let left = 0;
+        for (const link of this.links.values()) {
+          left = Math.max(left, link.group.position.distanceTo(link.position), link.group.quaternion.angleTo(link.turn));
+          link.group.position.lerp(link.position, share);
+          link.group.quaternion.slerp(link.turn, share);
+        }
+        if (this.goal_target && !this.dragging) {
+          const step = this.goal_target.clone().sub(this.controls.target).multiplyScalar(share * 0.5);
+          left = Math.max(left, step.length());
+          this.controls.target.add(step);
+          this.camera.position.add(step);
+        }
+        this.moving = left > 1e-4;
+        this.dirty = true;
+      }
+      this.controls.update();
+      if (now - (this.rendered || 0) < 1000 / FRAMES - 4) return;
+      if (!this.dirty || document.hidden) return;
+      this.dirty = false;
+      this.adapt(now);
+      this.rendered = now;
+      this.renderer.render(this.scene, this.camera);
+      this.labels.render(this.scene, this.camera);
+    },
+  },
+};

@@ -1,0 +1,202 @@
+"""The frame around the views: the bar with stop and battery, the list of views, the routes."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from pathlib import Path
+from typing import Any
+
+from fastapi import FastAPI
+from fastapi.responses import FileResponse, PlainTextResponse, Response
+from nicegui import Client, app, background_tasks, ui
+
+from goalwire.console.page.actions_view import ActionsView
+from goalwire.console.page.graph_view import GraphViewPage
+from goalwire.console.page.logs_view import LogsView
+from goalwire.console.page.parameters_view import ParametersView
+from goalwire.console.page.robot_view import RobotView
+from goalwire.console.page.services_view import ServicesView
+from goalwire.console.page.statistics_view import StatisticsView
+from goalwire.console.page.topics_view import TopicsView
+from goalwire.console.page.view import Page, View
+from goalwire.console.session import Session
+from goalwire.errors import GoalwireError, peer_text
+
+VIEWS: tuple[type[View], ...] = (
+    RobotView,
+    ActionsView,
+    ServicesView,
+    TopicsView,
+    ParametersView,
+    GraphViewPage,
+    LogsView,
+    StatisticsView,
+)
+_STYLE = Path(__file__).with_name('style.css')
+
+
+def install(application: FastAPI, session: Session) -> None:
+    """Put the page on an application. Once in a process."""
+    app.add_static_file(local_file=_STYLE, url_path='/console/style.css', max_cache_age=3600)
+
+    @app.get('/console/mesh/{key}', include_in_schema=False)
+    def mesh(key: str) -> Response:
+        file = session.meshes.file(key)
+        if file is None:
+            return PlainTextResponse('there is no such mesh\n', 404)
+        return FileResponse(file, media_type='application/octet-stream')
+
+    version = hashlib.sha256(_STYLE.read_bytes()).hexdigest()[:12]
+
+    @ui.page('/')
+    def page(view: str = '') -> None:
+        Shell(ui.context.client, session, version).build(view)
+
+    app.config.socket_io_js_transports = ['websocket']
+    ui.run_with(
+        application,
+        title='goalwire console',
+        favicon=None,
+        dark=None,
+        tailwind=False,
+        reconnect_timeout=10.0,
+        message_history_length=100,
+        binding_refresh_interval=None,
+        show_welcome_message=False,
+    )
+
+
+class Shell:
+    """Builds one browser's page."""
+
+    def __init__(self, client: Client, session: Session, style: str) -> None:
+        self._page = Page(client, session)
+        self._session = session
+        self._style = style
+        self._tabs: dict[str, Any] = {}
+        self._view = ''
+
+    def build(self, view: str) -> None:
+        """Make the page and begin to refresh it."""
+        page = self._page
+        ui.add_head_html(f'<link rel="stylesheet" href="/console/style.css?{self._style}">')
+        self._dark = ui.dark_mode(value=None)
+        ui.colors(
+            primary='#4f46e5', negative='#dc2626', positive='#059669', warning='#b45309', dark='#131c2b'
+        )
+        with ui.element('div').classes('gw-shell'):
+            with ui.element('header').classes('gw-top'):
+                self._bar()
+            with ui.element('nav').classes('gw-rail'):
+                for kind in VIEWS:
+                    self._tab(kind)
+            self._main = ui.element('main').classes('gw-main')
+        page.header = self._refresh_bar
+        page.client.on_delete(page.close)
+        names = {kind.name for kind in VIEWS}
+        self._show(view if view in names else ('robot' if self._session.robot_names() else 'graph'))
+        background_tasks.create(self._begin())
+
+    async def _begin(self) -> None:
+        page = self._page
+        await page.client.connected()
+        try:
+            chosen = await page.client.run_javascript(
+                "return localStorage.getItem('goalwire-dark') ?? "
+                "String(matchMedia('(prefers-color-scheme: dark)').matches)",
+                timeout=5.0,
+            )
+        except TimeoutError:
+            chosen = 'false'
+        with page.client:
+            self._set_dark(chosen == 'true')
+        await page.pace()
+
+    # -- the bar ---------------------------------------------------------------------------------------------
+
+    def _bar(self) -> None:
+        node = self._session.node
+        ui.element('span').classes('gw-brand-mark')
+        ui.label('goalwire console').classes('gw-brand')
+        wire = 'DDS' if 'cyclone' in os.environ.get('RMW_IMPLEMENTATION', '') else 'Zenoh'
+        ui.label(f'{wire} · domain {node.context.get_domain_id()}').classes('gw-chip')
+        self._nodes = ui.label('').classes('gw-chip')
+        self._problems = ui.label('').classes('gw-chip bad').style('cursor: pointer')
+        self._problems.on('click', lambda: self._show('graph'))
+        if self._session.settings.read_only:
+            ui.label('read-only').classes('gw-chip warn')
+        ui.element('div').classes('gw-spread')
+        self._goals = ui.label('').classes('gw-chip info').style('cursor: pointer')
+        self._goals.on('click', lambda: self._show('actions'))
+        self._battery = ui.label('').classes('gw-chip').props('data-battery')
+        self._theme = ui.button(icon='dark_mode', on_click=self._switch_dark).props(
+            'flat dense round size=sm'
+        )
+        self._theme.classes('gw-quiet').tooltip('Dark or light')
+        self._stop = ui.button('STOP', icon='pan_tool', on_click=self._emergency_stop)
+        self._stop.classes('gw-stop').props(
+            'unelevated dense no-caps color=negative data-estop padding="4px 14px"'
+        )
+        self._stop.tooltip('Calls every emergency stop at once. It never asks.')
+        self._seen_version = -1
+
+    def _refresh_bar(self) -> None:
+        session = self._session
+        graph = session.node.graph
+        if graph.version != self._seen_version:
+            self._seen_version = graph.version
+            count = len(graph.nodes())
+            self._nodes.set_text(f'{count} node' + ('s' if count != 1 else ''))
+            problems = len(graph.problems())
+            self._problems.set_text(f'{problems} mismatch' + ('es' if problems != 1 else ''))
+            self._problems.set_visibility(problems > 0)
+        self._stop.set_visibility(bool(session.stops) and not session.settings.read_only)
+        active = len(session.goals.active())
+        self._goals.set_text(f'{active} goal' + ('s' if active != 1 else '') + ' active')
+        self._goals.set_visibility(active > 0)
+        battery = session.battery
+        self._battery.set_visibility(battery is not None)
+        if battery is not None:
+            self._battery.set_text(f'battery {battery * 100:.0f} %')
+            tone = 'good' if battery > 0.4 else 'warn' if battery > 0.15 else 'bad'
+            self._battery.classes(add=tone, remove=' '.join({'good', 'warn', 'bad'} - {tone}))
+
+    async def _emergency_stop(self) -> None:
+        try:
+            answers = await self._session.emergency_stop()
+        except GoalwireError as error:
+            answers = [peer_text(error)]
+        for answer in answers:
+            self._page.tell(answer, 'positive' if answer.endswith(': stopped') else 'negative')
+
+    def _switch_dark(self) -> None:
+        self._set_dark(not self._page.is_dark)
+        ui.run_javascript(f"localStorage.setItem('goalwire-dark', '{str(self._page.is_dark).lower()}')")
+
+    def _set_dark(self, dark: bool) -> None:
+        self._page.is_dark = dark
+        self._dark.set_value(dark)
+        self._theme.props(f'icon={"light_mode" if dark else "dark_mode"}')
+        if self._page.view is not None:
+            self._page.view.set_dark(dark)
+
+    # -- views -----------------------------------------------------------------------------------------------
+
+    def _tab(self, kind: type[View]) -> None:
+        with ui.element('button').classes('gw-tab').props(f'data-view={kind.name} type=button') as tab:
+            ui.icon(kind.icon)
+            ui.label(kind.title)
+        tab.on('click', lambda: self._show(kind.name))
+        self._tabs[kind.name] = tab
+
+    def _show(self, name: str) -> None:
+        if name == self._view:
+            return
+        self._view = name
+        for each, tab in self._tabs.items():
+            tab.classes(add='chosen') if each == name else tab.classes(remove='chosen')
+        kind = next(kind for kind in VIEWS if kind.name == name)
+        with self._page.client:
+            self._page.show(kind(self._page), self._main)
+            ui.run_javascript(f"history.replaceState(null, '', '?view={name}')")

@@ -1,0 +1,155 @@
+"""The parameters of other nodes, by the services that every ROS 2 node has."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from goalwire.errors import GoalwireError
+from goalwire.records import record
+
+if TYPE_CHECKING:
+    from goalwire.console.sending import Sender
+    from goalwire.console.settings import Settings
+
+_LIST = '/list_parameters'
+_ANSWER_S = 5.0
+_FIELDS = (
+    '',
+    'bool_value',
+    'integer_value',
+    'double_value',
+    'string_value',
+    'byte_array_value',
+    'bool_array_value',
+    'integer_array_value',
+    'double_array_value',
+    'string_array_value',
+)
+"""Of rcl_interfaces/msg/ParameterValue, by the number of the type."""
+_KINDS = (
+    'not set',
+    'bool',
+    'integer',
+    'double',
+    'string',
+    'byte array',
+    'bool array',
+    'integer array',
+    'double array',
+    'string array',
+)
+_SCALARS: tuple[type, ...] = (type(None), bool, int, float, str)
+
+
+class ParameterRefusedError(GoalwireError):
+    """The node did not take the value; the text is its reason."""
+
+
+@record
+class RemoteParameter:
+    """A parameter of another node."""
+
+    name: str
+    number: int
+    """Of the type, as in rcl_interfaces/msg/ParameterType."""
+    value: Any
+    description: str = ''
+    constraints: str = ''
+    read_only: bool = False
+    least: float | None = None
+    most: float | None = None
+    step: float = 0.0
+
+    @property
+    def kind(self) -> str:
+        """The type's name."""
+        return _KINDS[self.number] if self.number < len(_KINDS) else 'unknown'
+
+
+def nodes_with_parameters(services: list[tuple[str, list[str]]]) -> list[str]:
+    """Return the nodes that can be asked for their parameters."""
+    return [
+        name.removesuffix(_LIST)
+        for name, types in services
+        if name.endswith(_LIST) and 'rcl_interfaces/srv/ListParameters' in types
+    ]
+
+
+async def read_parameters(sender: Sender, node: str) -> list[RemoteParameter]:
+    """Ask a node for its parameters, with descriptors. Raises goalwire's errors where it is silent."""
+    from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters
+
+    lister = sender.client(ListParameters, f'{node}{_LIST}', 'ListParameters')
+    names = list((await lister.call(timeout=_ANSWER_S)).result.names)
+    getter = sender.client(GetParameters, f'{node}/get_parameters', 'GetParameters')
+    describer = sender.client(DescribeParameters, f'{node}/describe_parameters', 'DescribeParameters')
+    values = (await getter.call(names=names, timeout=_ANSWER_S)).values
+    described = (await describer.call(names=names, timeout=_ANSWER_S)).descriptors
+    found = [
+        _parameter(name, value, about) for name, value, about in zip(names, values, described, strict=False)
+    ]
+    return sorted(found, key=lambda parameter: parameter.name)
+
+
+def _parameter(name: str, value: Any, about: Any) -> RemoteParameter:
+    number = value.type if value.type < len(_FIELDS) else 0
+    held: Any = getattr(value, _FIELDS[number]) if number else None
+    if number == 5:
+        held = [each[0] if isinstance(each, bytes) else int(each) for each in held]
+    elif number > 5:
+        held = list(held)
+    bounds = [*about.floating_point_range, *about.integer_range]
+    bound = bounds[0] if bounds else None
+    return RemoteParameter(
+        name,
+        number,
+        held,
+        about.description,
+        about.additional_constraints,
+        about.read_only,
+        None if bound is None else bound.from_value,
+        None if bound is None else bound.to_value,
+        0.0 if bound is None else float(bound.step),
+    )
+
+
+async def set_parameter(
+    sender: Sender, settings: Settings, node: str, parameter: RemoteParameter, value: Any
+) -> None:
+    """Set a parameter to a value of its type.
+
+    Raises NotAllowedError, TypeError for a value of another type, ParameterRefusedError where the node says
+    no, goalwire's own errors where it does not answer.
+    """
+    from rcl_interfaces.msg import Parameter, ParameterValue
+    from rcl_interfaces.srv import SetParameters
+
+    settings.check_may_send(node)
+    held = _fitting(parameter, value)
+    message = Parameter(name=parameter.name, value=ParameterValue(type=parameter.number))
+    setattr(message.value, _FIELDS[parameter.number], held)
+    client = sender.client(SetParameters, f'{node}/set_parameters', 'SetParameters')
+    [result] = (await client.call(parameters=[message], timeout=_ANSWER_S)).results
+    if not result.successful:
+        raise ParameterRefusedError(result.reason or 'the node refused the value')
+
+
+def _fitting(parameter: RemoteParameter, value: Any) -> Any:
+    number = parameter.number
+    if number == 0:
+        raise TypeError('this parameter is not set and has no type')
+    if number < len(_SCALARS):
+        return _scalar(_SCALARS[number], value, parameter.kind)
+    if not isinstance(value, list):
+        raise TypeError(f'give a list for a {parameter.kind}')
+    if number == 5:
+        return [bytes([_scalar(int, each, 'byte')]) for each in value]
+    return [_scalar(_SCALARS[number - 5], each, _KINDS[number - 5]) for each in value]
+
+
+def _scalar(wanted: type, value: Any, kind: str) -> Any:
+    if wanted is float and isinstance(value, int) and not isinstance(value, bool):
+        return float(value)
+    if type(value) is not wanted:
+        raise TypeError(f'give a value of type {kind}, not {value!r}')
+    return value

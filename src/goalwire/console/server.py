@@ -1,0 +1,147 @@
+"""Serves the page from the node's own loop, until it is cancelled."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import os
+import socket
+import traceback
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import uvicorn
+from fastapi import FastAPI
+
+import goalwire
+from goalwire.console.guard import MOST_BYTES, Guard
+from goalwire.console.page.shell import install
+from goalwire.console.session import Session
+from goalwire.console.settings import Settings
+from goalwire.errors import TransportError, peer_text
+
+_GRACE_S = 2
+"""How long browsers have to go when the console ends."""
+
+
+_LOGGERS = ('uvicorn', 'nicegui', 'engineio', 'socketio', 'asyncio')
+
+
+class _OneLine(logging.Handler):
+    """Has the node's logger say in one line what the web server logs.
+
+    Whoever reaches the port can make that log: no traceback for each malformed frame. With
+    GOALWIRE_FULL_TRACEBACKS=1 there is one.
+    """
+
+    def __init__(self, node: goalwire.Node) -> None:
+        super().__init__(logging.WARNING)
+        self._node = node
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Log a record."""
+        text = record.getMessage()
+        error = record.exc_info[1] if record.exc_info else None
+        if error is not None:
+            frames = traceback.extract_tb(error.__traceback__)
+            place = f' at {frames[-1].filename}:{frames[-1].lineno}' if frames else ''
+            text = f'{text.splitlines()[0] if text else ""}: {error!r}{place}'
+            if os.environ.get('GOALWIRE_FULL_TRACEBACKS') == '1':
+                traceback.print_exception(error)
+        self._node.logger.warning(f'web server: {peer_text(text, 500)}', throttle_duration_sec=0.2)
+
+
+@contextmanager
+def _logged_by(node: goalwire.Node) -> Iterator[None]:
+    handler = _OneLine(node)
+    loggers = [logging.getLogger(name) for name in _LOGGERS]
+    for name in ('engineio.server', 'socketio.server'):
+        logging.getLogger(name).handlers.clear()  # theirs print tracebacks
+    for logger in loggers:
+        logger.addHandler(handler)
+        logger.propagate = False
+    try:
+        yield
+    finally:
+        for logger in loggers:
+            logger.removeHandler(handler)
+            logger.propagate = True
+
+
+class _Server(uvicorn.Server):
+    """Says when it has started, and leaves signals to the command that runs it."""
+
+    def __init__(self, config: uvicorn.Config) -> None:
+        super().__init__(config)
+        self.taking = asyncio.Event()
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        await super().startup(sockets)
+        self.taking.set()
+
+    @contextmanager
+    def capture_signals(self) -> Iterator[None]:
+        yield
+
+
+async def serve(node: goalwire.Node, settings: Settings, ready: Callable[[str], object]) -> None:
+    """Serve the page; `ready` is told its address when it can be opened.
+
+    Once in a process, for the page's routes are the process's. Raises TransportError where the port is taken
+    or the TLS files cannot be read.
+    """
+    listener = _listen(settings)
+    with listener, _logged_by(node):
+        port = listener.getsockname()[1]
+        async with Session(node, settings) as session:
+            application = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
+            install(application, session)
+            server = _Server(_config(application, settings))
+            serving = asyncio.get_running_loop().create_task(server.serve(sockets=[listener]))
+            try:
+                taking = asyncio.get_running_loop().create_task(server.taking.wait())
+                await asyncio.wait([taking, serving], return_when=asyncio.FIRST_COMPLETED)
+                if not taking.done():
+                    taking.cancel()
+                    raise TransportError('the page cannot be served: see the lines above')
+                ready(settings.url(port))
+                await asyncio.shield(serving)
+            finally:
+                server.should_exit = True
+                await asyncio.wait([serving])
+
+
+def _listen(settings: Settings) -> socket.socket:
+    family = socket.AF_INET6 if ':' in settings.host else socket.AF_INET
+    try:
+        return socket.create_server((settings.host, settings.port), family=family, backlog=128)
+    except (OSError, OverflowError) as error:
+        reason = getattr(error, 'strerror', None) or error
+        raise TransportError(
+            f'cannot serve the page on {settings.host}:{settings.port}: {reason}; choose another --port'
+        ) from None
+
+
+def _config(application: FastAPI, settings: Settings) -> uvicorn.Config:
+    config = uvicorn.Config(
+        Guard(application, settings),  # type: ignore[arg-type, unused-ignore] # the same thing, typed alike
+        log_config=None,
+        log_level='warning',
+        access_log=False,
+        server_header=False,
+        ws_max_size=MOST_BYTES,
+        ws_ping_interval=20,
+        h11_max_incomplete_event_size=64 << 10,
+        limit_concurrency=400,
+        timeout_graceful_shutdown=_GRACE_S,
+        proxy_headers=False,
+        ssl_certfile=settings.tls_cert or None,
+        ssl_keyfile=settings.tls_key or None,
+    )
+    try:
+        config.load()
+    except OSError as error:
+        raise TransportError(
+            f'the TLS files cannot be used: {error}; give --tls-cert and --tls-key'
+        ) from None
+    return config

@@ -1,0 +1,187 @@
+"""Topics: how often messages come, and the messages themselves for whoever looks, once for all browsers."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from contextlib import suppress
+from time import time
+from typing import Any
+
+import goalwire
+from goalwire.console.measuring import Rate
+from goalwire.console.types import UnknownTypeError, interface
+
+HEAVY = frozenset(
+    {
+        'sensor_msgs/msg/Image',
+        'sensor_msgs/msg/CompressedImage',
+        'sensor_msgs/msg/PointCloud',
+        'sensor_msgs/msg/PointCloud2',
+        'nav_msgs/msg/OccupancyGrid',
+    }
+)
+"""Types whose topics are not subscribed to for their rate alone."""
+_READ_DEPTH = 100
+
+Listener = Callable[[Any, float], object]
+"""Hears of each message, and of when it came: s since 1970."""
+
+
+def suiting(node: goalwire.Node, topic: str, depth: int) -> goalwire.QoS:
+    """Return a QoS that goes together with every publisher: reliable, and with history, where all are."""
+    publishers = node.graph.publishers(topic)
+    reliable = bool(publishers) and all(each.qos.stated().is_reliable for each in publishers)
+    latched = bool(publishers) and all(each.qos.is_transient_local for each in publishers)
+    return goalwire.QoS(
+        depth=depth,
+        reliability=goalwire.ReliabilityPolicy.RELIABLE
+        if reliable
+        else goalwire.ReliabilityPolicy.BEST_EFFORT,
+        durability=goalwire.DurabilityPolicy.TRANSIENT_LOCAL
+        if latched
+        else goalwire.DurabilityPolicy.VOLATILE,
+    )
+
+
+class Reader:
+    """One subscription for all who listen to a topic. What comes is decoded once."""
+
+    def __init__(
+        self, node: goalwire.Node, topic: str, type_name: str, qos: goalwire.QoS | None = None
+    ) -> None:
+        """Raises UnknownTypeError."""
+        self.topic = topic
+        self.type_name = type_name
+        self.latest: Any = None
+        self.latest_at = 0.0
+        self.count = 0
+        self.listeners: list[Listener] = []
+        self._subscription: goalwire.Subscription[Any] = node.subscription(
+            interface(type_name), topic, qos=qos or suiting(node, topic, _READ_DEPTH)
+        )
+        self._task = asyncio.get_running_loop().create_task(self._follow())
+
+    async def _follow(self) -> None:
+        async for message in self._subscription:
+            now = time()
+            self.latest, self.latest_at = message, now
+            self.count += 1
+            for listener in list(self.listeners):
+                listener(message, now)
+
+    def close(self) -> None:
+        """Listen no more."""
+        self._task.cancel()
+        self._subscription.close()
+
+
+class Reading:
+    """One party's use of a reader; `close` ends it."""
+
+    def __init__(self, topics: Topics, reader: Reader, listener: Listener | None) -> None:
+        self._topics = topics
+        self._listener = listener
+        self.reader = reader
+        self.closed = False
+        if listener is not None:
+            reader.listeners.append(listener)
+            if reader.latest is not None:
+                listener(reader.latest, reader.latest_at)
+
+    def close(self) -> None:
+        """Idempotent."""
+        if self.closed:
+            return
+        self.closed = True
+        if self._listener is not None:
+            self.reader.listeners.remove(self._listener)
+        self._topics.release(self.reader)
+
+
+class Topics:
+    """What is subscribed to, and for how many."""
+
+    def __init__(self, node: goalwire.Node) -> None:
+        self._node = node
+        self._readers: dict[tuple[str, str], tuple[Reader, int]] = {}
+        self._meters: dict[tuple[str, str], tuple[goalwire.Subscription[Any], Rate]] = {}
+        self._measuring = 0
+        self.rates: dict[str, float] = {}
+        """Messages a second by topic, of those that are measured."""
+        self.counts: dict[str, int] = {}
+
+    def read(
+        self,
+        topic: str,
+        type_name: str,
+        listener: Listener | None = None,
+        qos: goalwire.QoS | None = None,
+    ) -> Reading:
+        """Listen to a topic, together with whoever does already; without `qos`, as suits the publishers.
+
+        Raises UnknownTypeError.
+        """
+        key = (topic, type_name)
+        reader, users = self._readers.get(key, (None, 0))
+        if reader is None:
+            reader = Reader(self._node, topic, type_name, qos)
+        self._readers[key] = (reader, users + 1)
+        return Reading(self, reader, listener)
+
+    def release(self, reader: Reader) -> None:
+        """One party less needs it."""
+        key = (reader.topic, reader.type_name)
+        known, users = self._readers[key]
+        if users > 1:
+            self._readers[key] = (known, users - 1)
+        else:
+            del self._readers[key]
+            reader.close()
+
+    # -- rates -----------------------------------------------------------------------------------------------
+
+    def start_measuring(self) -> None:
+        """Somebody looks at the rates of all topics."""
+        self._measuring += 1
+
+    def stop_measuring(self) -> None:
+        """Somebody looks at them no more; after the last, nothing is subscribed to for them."""
+        self._measuring -= 1
+        if not self._measuring:
+            for subscription, _ in self._meters.values():
+                subscription.close()
+            self._meters.clear()
+            self.rates.clear()
+            self.counts.clear()
+
+    def measure(self) -> None:
+        """Read the counts; topics that are new are subscribed to, those that have gone are left."""
+        if not self._measuring:
+            return
+        wanted = {(name, types[0]) for name, types in self._node.graph.topics() if types[0] not in HEAVY}
+        for key in self._meters.keys() - wanted:
+            subscription, _ = self._meters.pop(key)
+            subscription.close()
+            self.rates.pop(key[0], None)
+            self.counts.pop(key[0], None)
+        for topic, type_name in sorted(wanted - self._meters.keys()):
+            with suppress(UnknownTypeError, goalwire.GoalwireError):
+                qos = suiting(self._node, topic, 1)
+                self._meters[topic, type_name] = (
+                    self._node.subscription(interface(type_name), topic, qos=qos, raw=True),
+                    Rate(),
+                )
+        for (topic, _), (subscription, rate) in self._meters.items():
+            count = subscription.statistics().received
+            self.counts[topic] = count
+            self.rates[topic] = rate.read(count)
+
+    def close(self) -> None:
+        """End all subscriptions."""
+        for reader, _ in self._readers.values():
+            reader.close()
+        self._readers.clear()
+        for subscription, _ in self._meters.values():
+            subscription.close()
+        self._meters.clear()

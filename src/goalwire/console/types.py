@@ -1,0 +1,57 @@
+"""Message classes by the names of their types, and messages as plain data for the page."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from goalwire.errors import GoalwireError, peer_text
+
+_MOST_ITEMS = 200
+_MOST_TEXT = 2000
+
+
+class UnknownTypeError(GoalwireError):
+    """A type that the graph names and this machine does not have."""
+
+
+def interface(type_name: str) -> Any:
+    """Return the class of 'pkg/kind/Name'. Raises UnknownTypeError."""
+    from rosidl_runtime_py.utilities import get_interface
+
+    try:
+        return get_interface(type_name)
+    except (ImportError, AttributeError, ValueError, GoalwireError) as error:
+        raise UnknownTypeError(
+            f"the type '{peer_text(type_name, 200)}' is not known here ({peer_text(error, 200)}): install "
+            'its package, or name its folder in GOALWIRE_INTERFACE_PATH'
+        ) from None
+
+
+def as_data(value: Any) -> Any:
+    """Return a message as JSON has it: long arrays and texts cut, what is no finite number as a text."""
+    if hasattr(value, 'get_fields_and_field_types'):
+        return {name: as_data(getattr(value, name)) for name in value.get_fields_and_field_types()}
+    if isinstance(value, bool) or value is None:
+        return value
+    if isinstance(value, int):
+        return value if abs(value) < 2**53 else str(value)  # JavaScript's numbers are doubles
+    if isinstance(value, float):
+        return value if math.isfinite(value) else str(value)
+    if isinstance(value, str):
+        return value if len(value) <= _MOST_TEXT else f'{value[:_MOST_TEXT]}… ({len(value)} characters)'
+    if isinstance(value, bytes | bytearray | memoryview):
+        return as_data(list(value[: _MOST_ITEMS + 1]))
+    if hasattr(value, 'item') and not hasattr(value, '__len__'):
+        return as_data(value.item())
+    if hasattr(value, '__len__'):
+        items = [as_data(value[at]) for at in range(min(len(value), _MOST_ITEMS))]
+        return [*items, f'… {len(value)} items'] if len(value) > _MOST_ITEMS else items
+    return str(value)
+
+
+def full_data(message: Any) -> dict[str, Any]:
+    """Return all of a message."""
+    from rosidl_runtime_py import message_to_ordereddict
+
+    return dict(message_to_ordereddict(message))

@@ -1,0 +1,105 @@
+"""A robot for the console: it stands at the origin, goes where it is sent, waves, and can be stopped.
+
+Arguments: the file of its URDF.
+"""
+
+import asyncio
+import math
+import sys
+from pathlib import Path
+
+from console_interfaces.action import GoTo
+from example_interfaces.action import Fibonacci
+from geometry_msgs.msg import TransformStamped
+from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
+from sensor_msgs.msg import BatteryState, Image, JointState
+from std_msgs.msg import Float64, String
+from std_srvs.srv import SetBool, Trigger
+from tf2_msgs.msg import TFMessage
+
+import goalwire
+
+PERIOD_S = 0.05
+
+
+class Robot:
+    def __init__(self, node):
+        self.node = node
+        self.x = self.y = self.clock = 0.0
+        self.stopped = False
+
+    async def go(self, goal):
+        target = goal.request.x, goal.request.y
+        while not self.stopped:
+            left = math.dist((self.x, self.y), target)
+            goal.feedback(distance_remaining=left)
+            if left < 0.02:
+                return GoTo.Result(arrived=True)
+            step = min(goal.request.speed * PERIOD_S, left)
+            self.x += (target[0] - self.x) / left * step
+            self.y += (target[1] - self.y) / left * step
+            await asyncio.sleep(PERIOD_S)
+        raise goalwire.GoalAborted('stopped', result=GoTo.Result(arrived=False))
+
+    async def count(self, goal):
+        numbers = [0, 1]
+        for _ in range(goal.request.order):
+            numbers.append((numbers[-1] + numbers[-2]) % 1000)
+            goal.feedback(sequence=numbers)
+            await asyncio.sleep(0.2)
+        return Fibonacci.Result(sequence=numbers)
+
+    async def stop(self, _request):
+        self.stopped = True
+        self.node.logger.error('emergency stop')
+        print('stopped', flush=True)
+        return Trigger.Response(success=True, message='stopped')
+
+    async def lamp(self, request):
+        print('lamp', request.data, flush=True)
+        return SetBool.Response(success=True, message='on <b>and bright</b>' if request.data else 'off')
+
+
+async def main(urdf):
+    node = goalwire.Node('robot')
+    async with node, goalwire.Node('mischief') as mischief:
+        robot = Robot(node)
+        latched = goalwire.QoS(depth=1, durability=goalwire.DurabilityPolicy.TRANSIENT_LOCAL)
+        description = node.publisher(String, 'robot_description', qos=latched)
+        description.publish(data=urdf)
+        joints, frames = node.publisher(JointState, 'joint_states'), node.publisher(TFMessage, 'tf')
+        battery, load = node.publisher(BatteryState, 'battery'), node.publisher(Float64, 'load')
+        camera = node.publisher(Image, 'camera')
+        node.parameters.declare('greeting', 'hello')
+        bounds = [FloatingPointRange(from_value=0.0, to_value=2.0)]
+        node.parameters.declare(
+            'speed', 0.5, descriptor=ParameterDescriptor(description='m/s', floating_point_range=bounds)
+        )
+        node.service(Trigger, 'estop', robot.stop)
+        node.service(SetBool, 'lamp', robot.lamp)
+        node.action_server(GoTo, 'go_to', robot.go)
+        node.action_server(Fibonacci, 'count', robot.count, accept=lambda goal: goal.order < 100)
+        mischief.publisher(String, 'quarrel')
+        mischief.subscription(Float64, 'quarrel')
+        node.logger.info('<script>window.hacked = 1</script><img src=x onerror="window.hacked = 1">')
+        texts = node.publisher(String, 'texts', qos=latched)
+        texts.publish(data='<script>window.hacked = 1</script> javascript:window.hacked=1')
+        print('ready', flush=True)
+        async for _ in node.timer(PERIOD_S):
+            if not robot.stopped:
+                robot.clock += PERIOD_S
+            waving = 0.8 * math.sin(2 * robot.clock)
+            joints.publish(name=['left_joint', 'head_joint'], position=[waving, 0.5 * waving])
+            pose = TransformStamped()
+            pose.header.frame_id, pose.child_frame_id = 'odom', 'base_link'
+            pose.transform.translation.x, pose.transform.translation.y = robot.x, robot.y
+            frames.publish(transforms=[pose])
+            battery.publish(percentage=0.62)
+            load.publish(data=3.0 + waving)
+            if round(robot.clock / PERIOD_S) % 10 == 1:
+                camera.publish(
+                    height=48, width=64, encoding='rgb8', step=192, data=bytes([200, 60, 20]) * 3072
+                )
+
+
+asyncio.run(main(Path(sys.argv[1]).read_text(encoding='utf-8')))

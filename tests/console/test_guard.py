@@ -1,0 +1,314 @@
+"""Who is let in: the guard alone, and the whole server on a real socket."""
+
+from __future__ import annotations
+
+import asyncio
+import base64
+import os
+import re
+import signal
+import socket
+import ssl
+from pathlib import Path
+from typing import Any
+
+import pytest
+from helpers.console import Stage
+from helpers.patience import PATIENCE
+
+from goalwire.console.guard import COOKIE, MOST_BYTES, Guard
+from goalwire.console.settings import NotAllowedError, Settings, is_loopback, new_token
+
+LOCAL = {'host': 'localhost:8420'}
+TOKEN = 'a-token'
+
+
+async def application(scope: Any, receive: Any, send: Any) -> None:
+    if scope['type'] == 'websocket':
+        await send({'type': 'websocket.accept'})
+        return
+    while (await receive()).get('more_body'):
+        pass
+    await send({'type': 'http.response.start', 'status': 200, 'headers': []})
+    await send({'type': 'http.response.body', 'body': b'the page'})
+
+
+def ask(settings: Settings, headers: dict[str, str], **changes: Any) -> list[dict[str, Any]]:
+    """Return what a guard answers to one request."""
+    chunks = changes.pop('chunks', [b''])
+    scope = {
+        'type': 'http',
+        'method': 'GET',
+        'path': '/',
+        'query_string': b'',
+        'headers': [(name.encode(), value.encode()) for name, value in headers.items()],
+        **changes,
+    }
+    sent: list[dict[str, Any]] = []
+    bodies = [
+        {'type': 'http.request', 'body': chunk, 'more_body': at + 1 < len(chunks)}
+        for at, chunk in enumerate(chunks)
+    ]
+
+    async def receive() -> dict[str, Any]:
+        return bodies.pop(0)
+
+    async def send(message: Any) -> None:
+        sent.append(dict(message))
+
+    asyncio.run(Guard(application, settings)(scope, receive, send))
+    return sent
+
+
+def status(sent: list[dict[str, Any]]) -> int | str:
+    first = sent[0]
+    told: int | str = first['status'] if 'status' in first else first['type']
+    return told
+
+
+@pytest.mark.parametrize('host', ['localhost:8420', '127.0.0.1:8420', '[::1]:8420', 'localhost'])
+def test_this_machine_is_let_in(host: str) -> None:
+    assert status(ask(Settings(), {'host': host, 'origin': f'http://{host}'})) == 200
+
+
+@pytest.mark.parametrize(
+    'headers',
+    [
+        {},
+        {'host': 'evil.example'},
+        {'host': 'localhost.evil.example:8420'},
+        {'host': '192.168.0.7:8420'},
+        {'host': 'localhost:8420@evil.example'},
+        {**LOCAL, 'origin': 'http://evil.example'},
+        {**LOCAL, 'origin': 'http://localhost:9999'},
+        {**LOCAL, 'origin': 'https://localhost:8420'},
+        {**LOCAL, 'origin': 'null'},
+        {**LOCAL, 'sec-fetch-site': 'cross-site', 'sec-fetch-mode': 'no-cors'},
+    ],
+)
+@pytest.mark.parametrize('kind', ['http', 'websocket'])
+def test_strangers_are_not(headers: dict[str, str], kind: str) -> None:
+    answer = status(ask(Settings(), headers, type=kind))
+    assert answer == (403 if kind == 'http' else 'websocket.close')
+
+
+def test_the_token_becomes_a_cookie_and_leaves_the_address() -> None:
+    settings = Settings(host='0.0.0.0', token=TOKEN)
+    headers = {'host': 'robot.local:8420'}
+    assert status(ask(settings, headers)) == 403
+    assert status(ask(settings, headers, query_string=b'token=wrong')) == 403
+    assert status(ask(settings, headers, type='websocket', query_string=f'token={TOKEN}'.encode())) != 200
+    [first, _] = ask(
+        settings, headers, path='//evil.example', query_string=f'view=topics&token={TOKEN}'.encode()
+    )
+    given = {name.decode(): value.decode() for name, value in first['headers']}
+    assert (first['status'], given['location']) == (303, '/evil.example?view=topics')
+    assert 'HttpOnly; SameSite=Strict' in given['set-cookie']
+    assert status(ask(settings, {**headers, 'cookie': f'x=1; {COOKIE}={TOKEN}'})) == 200
+    assert status(ask(settings, {**headers, 'authorization': f'Bearer {TOKEN}'})) == 200
+    assert status(ask(settings, {**headers, 'cookie': f'{COOKIE}=wrong'})) == 403
+    crossed = {**headers, 'cookie': f'{COOKIE}={TOKEN}', 'origin': 'http://evil.example'}
+    assert status(ask(settings, crossed, type='websocket')) == 'websocket.close'
+
+
+def test_bodies_are_bounded_whether_they_say_their_size_or_not() -> None:
+    assert status(ask(Settings(), {**LOCAL, 'content-length': str(MOST_BYTES + 1)})) == 413
+    assert status(ask(Settings(), {**LOCAL, 'content-length': 'x'})) == 413
+    assert status(ask(Settings(), LOCAL, chunks=[b'x' * MOST_BYTES, b'x'])) == 413
+    assert status(ask(Settings(), LOCAL, chunks=[b'x' * MOST_BYTES])) == 200
+
+
+def test_browsers_are_bound_by_headers() -> None:
+    given = {name.decode(): value.decode() for name, value in ask(Settings(), LOCAL)[0]['headers']}
+    assert "frame-ancestors 'none'" in given['content-security-policy']
+    assert "default-src 'self'" in given['content-security-policy']
+    assert given['x-content-type-options'] == 'nosniff'
+
+
+# -- what may be sent ----------------------------------------------------------------------------------------
+
+
+def test_the_allow_list_and_read_only() -> None:
+    arm = Settings(allow=('/arm/*', '/lamp'))
+    assert [arm.may_send(name) for name in ('/arm/move', '/arm/a/b', '/lamp', '/lamps', '/leg')] == [
+        True,
+        True,
+        True,
+        False,
+        False,
+    ]
+    assert Settings().may_send('/anything')
+    with pytest.raises(NotAllowedError, match='read-only'):
+        Settings(read_only=True, allow=('/arm/*',)).check_may_send('/arm/move')
+
+
+def test_addresses() -> None:
+    assert Settings(port=0).url(81) == 'http://localhost:81/'
+    assert Settings(host='0.0.0.0', token='t', tls_cert='c').url(81) == 'https://localhost:81/?token=t'
+    assert Settings(host='fe80::1').url(81) == 'http://[fe80::1]:81/'
+    assert [is_loopback(host) for host in ('127.9.9.9', '::1', '0.0.0.0', 'robot')] == [
+        True,
+        True,
+        False,
+        False,
+    ]
+    assert len({new_token() for _ in range(100)}) == 100
+
+
+# -- the server ----------------------------------------------------------------------------------------------
+
+
+def exchange(port: int, request: bytes, secure: ssl.SSLContext | None = None) -> bytes:
+    """Send bytes, and return all that comes back until the server closes."""
+    with socket.create_connection(('127.0.0.1', port), timeout=PATIENCE) as plain:
+        link = plain if secure is None else secure.wrap_socket(plain, server_hostname='localhost')
+        with link:
+            link.sendall(request)
+            answer = b''
+            try:
+                while chunk := link.recv(65536):
+                    answer += chunk
+            except ConnectionResetError:
+                pass
+            return answer
+
+
+def get(port: int, path: str, **headers: str) -> bytes:
+    lines = [f'GET {path} HTTP/1.1', f'Host: {headers.pop("host", f"localhost:{port}")}', 'Connection: close']
+    lines += [f'{name.replace("_", "-")}: {value}' for name, value in headers.items()]
+    return ('\r\n'.join(lines) + '\r\n\r\n').encode()
+
+
+def upgrade(port: int, **headers: str) -> bytes:
+    key = base64.b64encode(os.urandom(16)).decode()
+    path = '/_nicegui_ws/socket.io/?EIO=4&transport=websocket'
+    return (
+        f'GET {path} HTTP/1.1\r\nHost: localhost:{port}\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n'
+        f'Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: {key}\r\n'
+        + ''.join(f'{name}: {value}\r\n' for name, value in headers.items())
+        + '\r\n'
+    ).encode()
+
+
+def port_of(url: str) -> int:
+    found = re.search(r':(\d+)/', url)
+    assert found is not None
+    return int(found[1])
+
+
+def frame(opcode: int, payload: bytes) -> bytes:
+    """Make a masked web-socket frame, as clients send them."""
+    size = (
+        bytes([128 | len(payload)]) if len(payload) < 126 else bytes([255]) + len(payload).to_bytes(8, 'big')
+    )
+    return bytes([128 | opcode]) + size + bytes(4) + payload
+
+
+def closes(port: int, sent: bytes) -> bool:
+    """Open a web socket, send bytes, and return whether the server then closes it."""
+    with socket.create_connection(('127.0.0.1', port), timeout=PATIENCE) as link:
+        link.sendall(upgrade(port, Origin=f'http://localhost:{port}'))
+        answer = b''
+        while b'\r\n\r\n' not in answer:
+            answer += link.recv(65536)
+        assert answer.startswith(b'HTTP/1.1 101 ')
+        try:
+            link.sendall(sent)
+            while link.recv(65536):
+                pass
+        except TimeoutError:
+            return False
+        except ConnectionError:
+            return True
+        return True
+
+
+@pytest.mark.slow
+def test_strangers_at_the_door(stage: Stage) -> None:
+    console, url = stage.console()
+    port = port_of(url)
+    assert b' 200 OK' in exchange(port, get(port, '/'))
+    assert b' 403 ' in exchange(port, get(port, '/', host='evil.example'))
+    assert b' 403 ' in exchange(port, get(port, '/', origin='http://evil.example'))
+    assert b' 403 ' in exchange(port, upgrade(port, Origin='http://evil.example'))
+    for path in (
+        '/_nicegui/../../../../../../etc/passwd',
+        '/console/%2e%2e/%2e%2e/%2e%2e/etc/passwd',
+        '/console/mesh/../../../etc/passwd',
+        '/console/mesh/%2fetc%2fpasswd',
+        '/../../etc/passwd',
+    ):
+        answer = exchange(port, get(port, path))
+        assert b' 404 ' in answer or b' 400 ' in answer or b' 403 ' in answer, path
+        assert b'root:' not in answer
+    large = exchange(
+        port, f'POST / HTTP/1.1\r\nHost: localhost\r\nContent-Length: {100 << 20}\r\n\r\n'.encode()
+    )
+    assert b' 413 ' in large
+    assert b' 400 ' in exchange(port, b'\x00\x01 nonsense\r\n\r\n')
+    for bad in (
+        b'\x8f\x80\0\0\0\0',  # a reserved kind of frame
+        b'\x81\x05hello',  # a frame without a mask
+        frame(1, b'\xff\xfe\xff'),  # text that is no UTF-8
+        bytes([129, 255])
+        + (100 << 20).to_bytes(8, 'big')
+        + bytes(4)
+        + bytes(1 << 16),  # 100 MB are announced
+    ):
+        assert closes(port, bad), bad[:10]
+    good_bye = frame(8, b'\x03\xe8')
+    for text in (
+        b'42["event", 7]',
+        b'42[',
+        b'42["event",{"client_id":[]}]',
+        b'45-["x"]',
+        b'4' + b'[' * 50_000,
+    ):
+        assert closes(port, frame(1, b'40') + frame(1, text) + good_bye), text[:20]
+    assert b' 200 OK' in exchange(port, get(port, '/'))
+    console.send_signal(signal.SIGTERM)
+    assert console.wait() == 143
+    assert 'Traceback' not in console.output
+
+
+@pytest.mark.slow
+def test_beyond_this_machine_a_token_is_needed_and_tls_is_spoken(stage: Stage, tmp_path: Path) -> None:
+    trustme = pytest.importorskip('trustme')
+    authority = trustme.CA()
+    certificate = authority.issue_cert('localhost')
+    key, chain = tmp_path / 'key.pem', tmp_path / 'cert.pem'
+    certificate.private_key_pem.write_to_path(str(key))
+    certificate.cert_chain_pems[0].write_to_path(str(chain))
+    console, url = stage.console('--host', '0.0.0.0', '--tls-cert', str(chain), '--tls-key', str(key))
+    found = re.fullmatch(r'https://localhost:(\d+)/\?token=([\w-]{20,})', url)
+    assert found is not None
+    port, token = int(found[1]), found[2]
+    trusting = ssl.create_default_context()
+    authority.configure_trust(trusting)
+    assert b' 403 ' in exchange(port, get(port, '/'), trusting)
+    assert b' 403 ' in exchange(port, get(port, '/?token=x'), trusting)
+    assert b' 303 ' in exchange(port, get(port, f'/?token={token}'), trusting)
+    assert b' 200 OK' in exchange(port, get(port, '/', cookie=f'{COOKIE}={token}'), trusting)
+    console.send_signal(signal.SIGINT)
+    assert console.wait() == 130
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ('arguments', 'problem'),
+    [
+        (['--tls-cert', '/nowhere'], 'give both --tls-cert and --tls-key'),
+        (['--tls-cert', '/nowhere', '--tls-key', '/nowhere'], 'the TLS files cannot be used'),
+        (['--token', 'a b'], 'a token is made of'),
+        (['--host', '203.0.113.7'], 'choose another --port'),
+        (['--port', '70000'], 'give a number from 0 to 65535'),
+    ],
+)
+def test_what_cannot_be_served_is_told_in_one_line(stage: Stage, arguments: list[str], problem: str) -> None:
+    from helpers.console import CONSOLE
+
+    console = stage.program(CONSOLE, 'console', '--no-open', '--port', '0', *arguments)
+    assert 0 < console.wait() < 12
+    told = [line for line in console.output.splitlines() if not line.startswith('[')]
+    assert problem in told[-1]
+    assert 'Traceback' not in console.output

@@ -1,0 +1,195 @@
+"""Rates, latencies, series, goals, logs and pictures: what the page shows, without a page."""
+
+from __future__ import annotations
+
+import zlib
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from geometry_msgs.msg import PoseStamped
+from rcl_interfaces.msg import Log
+from sensor_msgs.msg import CompressedImage, Image, JointState
+
+from goalwire.console.goal_table import KEPT, GoalTable, lanes
+from goalwire.console.images import PictureError, as_data_url, png
+from goalwire.console.logs import LogBook
+from goalwire.console.measuring import Latencies, Rate, Series, as_csv, numbers_in
+from goalwire.console.types import as_data
+
+# -- measuring -----------------------------------------------------------------------------------------------
+
+
+def test_a_rate_is_that_of_the_last_seconds() -> None:
+    rate = Rate()
+    assert rate.read(0, 0.0) == 0.0
+    for second in range(1, 11):
+        told = rate.read(second * 20, float(second))
+    assert told == pytest.approx(20.0)
+    for second in range(11, 16):
+        told = rate.read(200, float(second))
+    assert told == 0.0
+
+
+def test_percentiles_are_those_of_the_nearest_rank() -> None:
+    latencies = Latencies()
+    assert (latencies.percentile(0.5), latencies.histogram()) == (0.0, ([], []))
+    for number in range(1, 101):
+        latencies.note(number / 1000)
+    assert [latencies.percentile(share) for share in (0.5, 0.95, 0.99, 1.0)] == [0.05, 0.095, 0.099, 0.1]
+    edges, counts = latencies.histogram(8)
+    assert (len(edges), sum(counts)) == (9, 100)
+    assert edges == sorted(edges)
+
+
+def test_a_ring_keeps_the_latest_and_no_peak_is_lost() -> None:
+    series = Series('x', capacity=1000)
+    for number in range(2500):
+        series.append(float(number), 99.0 if number == 1999 else 0.0)
+    times, _ = series.arrays()
+    assert (len(series), times[0], times[-1]) == (1000, 1500.0, 2499.0)
+    points = series.points(0.0, 100)
+    assert len(points) <= 100
+    assert (1999.0, 99.0) in points
+    assert [time for time, _ in series.points(2490.0)] == list(range(2490, 2500))
+
+
+def test_csv_holds_every_value_and_no_formula() -> None:
+    series = Series('=cmd()')
+    series.append(1.5, 2.25)
+    assert as_csv([series]).splitlines() == ['series,time,value', "'=cmd(),1.5,2.25"]
+
+
+def test_every_number_of_a_message_can_be_plotted() -> None:
+    found = dict(numbers_in(JointState(name=['a'], position=[1.0, 2.0])))
+    assert (found['position[1]'], 'name[0]' in found) == (2.0, False)
+    assert dict(numbers_in(PoseStamped()))['pose.orientation.w'] == 1.0
+
+
+def test_messages_become_data_that_json_can_hold() -> None:
+    data = as_data(JointState(name=['x' * 5000], position=[float('nan'), *range(500)]))
+    assert data['position'][0] == 'nan'
+    assert len(data['position']) == 201
+    assert data['position'][-1] == '… 501 items'
+    assert len(data['name'][0]) < 2100
+    assert as_data(2**60) == str(2**60)
+
+
+# -- goals ---------------------------------------------------------------------------------------------------
+
+
+def test_goals_of_everybody_are_followed_to_their_end() -> None:
+    table = GoalTable()
+    mine = table.note_sent('/go', 'aa', {'x': 1.0}, 10.0)
+    assert [goal.goal_id for goal in table.take_statuses('/go', [('aa', 2, 9.9), ('bb', 1, 9.8)], 11.0)] == [
+        'aa',
+        'bb',
+    ]
+    table.take_feedback('/go', 'aa', {'distance_remaining': 4.0}, 12.0)
+    table.take_feedback('/go', 'aa', {'distance_remaining': 1.0}, 13.0)
+    other = table.get('/go', 'bb')
+    assert other is not None
+    assert (mine.is_mine, other.is_mine, mine.progress, list(mine.ticks)) == (True, False, 0.75, [12.0, 13.0])
+    table.take_statuses('/go', [('aa', 4, 9.9), ('bb', 6, 9.8)], 14.0)
+    assert (mine.status, mine.ended, mine.progress, other.status) == ('SUCCEEDED', 14.0, 1.0, 'ABORTED')
+    assert table.take_statuses('/go', [('aa', 2, 9.9)], 15.0) == []  # late news of a goal that has ended
+    assert table.active() == []
+
+
+def test_a_goal_that_had_ended_before_it_was_seen_is_a_moment_of_the_past() -> None:
+    table = GoalTable()
+    table.take_statuses('/go', [('aa', 4, 100.0)], 500.0)
+    goal = table.get('/go', 'aa')
+    assert goal is not None
+    assert (goal.began, goal.ended) == (100.0, 100.0)
+
+
+@pytest.mark.parametrize(
+    ('feedback', 'progress'),
+    [({'fraction_done': 0.4}, 0.4), ({'percent': 40.0}, 0.4), ({'progress': 3.0}, 1.0), ({'x': 1.0}, None)],
+)
+def test_progress_is_read_from_fields_that_say_it(feedback: dict[str, Any], progress: float | None) -> None:
+    assert GoalTable().take_feedback('/a', 'x', feedback, 0.0).progress == progress
+
+
+def test_old_goals_go_and_active_ones_stay() -> None:
+    table = GoalTable()
+    table.take_statuses('/a', [('first', 2, 0.0)], 0.0)
+    for number in range(KEPT + 50):
+        table.take_statuses('/a', [(f'{number}', 4, 1.0)], 1.0)
+    assert len(table) == KEPT
+    assert table.get('/a', 'first') is not None
+
+
+def test_goals_that_overlap_have_lanes_of_their_own() -> None:
+    table = GoalTable()
+    for goal_id, began, ended in (('a', 0.0, 5.0), ('b', 1.0, 3.0), ('c', 4.0, 6.0), ('d', 5.5, None)):
+        goal = table.note_sent('/a', goal_id, {}, began)
+        if ended is not None:
+            table.end(goal, 'ABORTED', '', ended)
+    assert [(goal.goal_id, row) for goal, row in lanes(table, 7.0)] == [
+        ('a', 0),
+        ('b', 1),
+        ('c', 1),
+        ('d', 0),
+    ]
+    assert [row for _, row in lanes(table, 7.0, margin=2.0)] == [0, 1, 2, 1]
+
+
+# -- logs ----------------------------------------------------------------------------------------------------
+
+
+def test_log_lines_are_found_by_level_node_and_text() -> None:
+    book = LogBook()
+    for number in range(20):
+        level = 40 if number % 10 == 0 else 20
+        book.take(Log(level=level, name='arm' if number % 2 else 'leg', msg=f'line {number}'))
+    assert [line.text for line in book.latest(3)] == ['line 19', 'line 18', 'line 17']
+    assert [line.text for line in book.latest(9, least_level=40)] == ['line 10', 'line 0']
+    assert len(book.latest(99, node='arm')) == 10
+    assert [line.text for line in book.latest(99, text='LINE 1')][-1] == 'line 1'
+    assert book.nodes == ['arm', 'leg']
+
+
+# -- pictures ------------------------------------------------------------------------------------------------
+
+
+def decoded(file: bytes, width: int, height: int, channels: int) -> np.ndarray[Any, Any]:
+    start = file.index(b'IDAT') + 4
+    size = int.from_bytes(file[start - 8 : start - 4], 'big')
+    lines = np.frombuffer(zlib.decompress(file[start : start + size]), np.uint8)
+    return lines.reshape(height, width * channels + 1)[:, 1:].reshape(height, width, channels)
+
+
+def test_a_png_holds_the_pixels() -> None:
+    pixels = np.arange(4 * 5 * 3, dtype=np.uint8).reshape(4, 5, 3)
+    assert (decoded(png(pixels), 5, 4, 3) == pixels).all()
+
+
+@pytest.mark.parametrize(
+    ('encoding', 'size'), [('rgb8', 3), ('bgra8', 4), ('mono8', 1), ('mono16', 2), ('32FC1', 4)]
+)
+def test_pictures_of_known_encodings_are_shown(encoding: str, size: int) -> None:
+    message = Image(height=2, width=3, step=3 * size + 1, encoding=encoding, data=bytes(2 * (3 * size + 1)))
+    assert as_data_url(message).startswith('data:image/png;base64,')
+
+
+@pytest.mark.parametrize(
+    'message',
+    [
+        Image(height=2, width=3, step=9, encoding='rgb8', data=bytes(17)),
+        Image(height=2**31, width=2**31, step=9, encoding='rgb8', data=bytes(17)),
+        Image(height=0, width=0, encoding='rgb8'),
+        Image(height=1, width=1, step=3, encoding='<script>', data=bytes(3)),
+        CompressedImage(format='svg', data=b'<svg onload="x()">'),
+    ],
+)
+def test_pictures_that_are_none_are_refused(message: Any) -> None:
+    with pytest.raises(PictureError):
+        as_data_url(message)
+
+
+def test_a_jpeg_is_passed_on() -> None:
+    given = SimpleNamespace(format='jpeg', data=b'\xff\xd8\xff\xe0abc')
+    assert as_data_url(given).startswith('data:image/jpeg;base64,')
