@@ -516,6 +516,19 @@ class TooManyCallsError(LocalError, RuntimeError):
     """A client has so many calls under way that another one would be a leak."""
 
 
+class NotAllowedError(LocalError):
+    """A console was started so that it does not send that."""
+
+
+class FormError(LocalError, ValueError):
+    """A form's value does not fit its field; `path` names that, '' where the whole does not fit."""
+
+    def __init__(self, path: str, problem: str) -> None:
+        super().__init__(f'{path}: {problem}' if path else problem)
+        self.path = path
+        self.problem = problem
+
+
 class LaunchError(LocalError, RuntimeError):
     """A launch file asks for what cannot be done; `located` where the text begins with file and line."""
 

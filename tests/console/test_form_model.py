@@ -9,7 +9,6 @@ from builtin_interfaces.msg import Time
 from geometry_msgs.msg import PoseStamped
 
 from goalwire.console.form_model import (
-    FormError,
     FormField,
     check,
     defaults_of,
@@ -19,6 +18,7 @@ from goalwire.console.form_model import (
     to_yaml,
     without_defaults,
 )
+from goalwire.errors import FormError
 from goalwire.idl.registry import register_definitions
 
 register_definitions(

@@ -17,7 +17,8 @@ from helpers.console import Stage
 from helpers.patience import PATIENCE
 
 from goalwire.console.guard import COOKIE, MOST_BYTES, Guard
-from goalwire.console.settings import NotAllowedError, Settings, is_loopback, new_token
+from goalwire.console.settings import Settings, is_loopback, new_token
+from goalwire.errors import NotAllowedError
 
 LOCAL = {'host': 'localhost:8420'}
 TOKEN = 'a-token'

@@ -13,10 +13,11 @@ from rcl_interfaces.msg import Log
 from sensor_msgs.msg import CompressedImage, Image, JointState
 
 from goalwire.console.goal_table import KEPT, GoalTable, lanes
-from goalwire.console.images import PictureError, as_data_url, png
+from goalwire.console.images import as_data_url, png
 from goalwire.console.logs import LogBook
 from goalwire.console.measuring import Latencies, Rate, Series, as_csv, numbers_in
 from goalwire.console.types import as_data
+from goalwire.errors import RemoteError
 
 # -- measuring -----------------------------------------------------------------------------------------------
 
@@ -186,7 +187,7 @@ def test_pictures_of_known_encodings_are_shown(encoding: str, size: int) -> None
     ],
 )
 def test_pictures_that_are_none_are_refused(message: Any) -> None:
-    with pytest.raises(PictureError):
+    with pytest.raises(RemoteError):
         as_data_url(message)
 
 

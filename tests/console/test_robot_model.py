@@ -11,7 +11,7 @@ import pytest
 from helpers.console import DATA
 
 from goalwire.console.form_model import form_of
-from goalwire.console.robot_model import DescriptionError, as_scene, mesh_file, read_urdf, root_pose
+from goalwire.console.robot_model import as_scene, mesh_file, read_urdf, root_pose
 from goalwire.console.robot_watch import (
     RobotWatch,
     namespaces,
@@ -19,6 +19,7 @@ from goalwire.console.robot_watch import (
     place_values,
     stop_services,
 )
+from goalwire.errors import RemoteError
 from goalwire.transforms.rigid import IDENTITY, Rigid
 
 URDF = (DATA / 'robot.urdf').read_text(encoding='utf-8')
@@ -97,7 +98,7 @@ _LOOSE = '<link name="a"/><joint name="j"><parent link="a"/><child link="b"/></j
     ids=lambda given: given[:20],
 )
 def test_a_description_that_is_none_is_told(text: str, problem: str) -> None:
-    with pytest.raises(DescriptionError, match=problem):
+    with pytest.raises(RemoteError, match=problem):
         read_urdf(text)
 
 
@@ -125,7 +126,7 @@ def test_meshes_are_files_of_packages_alone(tmp_path: Path, monkeypatch: pytest.
         'package://../x.stl',
         'package://nobody/x.stl',
     ):
-        with pytest.raises(DescriptionError):
+        with pytest.raises(RemoteError):
             mesh_file(name)
 
 

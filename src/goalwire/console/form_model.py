@@ -12,7 +12,7 @@ from typing import Any, Literal, TypeAlias
 
 import yaml
 
-from goalwire.errors import GoalwireError
+from goalwire.errors import FormError
 from goalwire.idl.model import FLOATS, Field, MessageDefinition, Shape, integer_range
 from goalwire.idl.registry import message_definition
 from goalwire.records import record
@@ -65,15 +65,6 @@ _UNITS = frozenset(
 _NUMBER = r'[-+]?\d+(?:\.\d+)?'
 _RANGE = re.compile(rf'(?<![\w.])\[?\s*({_NUMBER})\s*(?:to|\.\.\.?|,)\s*({_NUMBER})\s*\]?(?![\w.])')
 _FIRST_WORD = re.compile(r'[:\s]*\(?([^\s,;:.()]+)')
-
-
-class FormError(GoalwireError):
-    """A form's value does not fit; `path` says which."""
-
-    def __init__(self, path: str, problem: str) -> None:
-        super().__init__(f'{path}: {problem}' if path else problem)
-        self.path = path
-        self.problem = problem
 
 
 @record

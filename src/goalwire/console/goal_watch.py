@@ -7,7 +7,8 @@ from time import time
 from typing import TYPE_CHECKING, Any
 
 import goalwire
-from goalwire.console.types import UnknownTypeError, as_data, interface
+from goalwire.console.types import as_data, interface
+from goalwire.errors import UnknownInterfaceError
 
 if TYPE_CHECKING:
     from goalwire.console.goal_table import GoalTable
@@ -20,7 +21,7 @@ class ActionWatch:
     def __init__(
         self, node: goalwire.Node, name: str, type_name: str, goals: GoalTable, sender: Sender
     ) -> None:
-        """Raises UnknownTypeError."""
+        """Raises UnknownInterfaceError."""
         from action_msgs.msg import GoalStatusArray
 
         self.name = name
@@ -94,7 +95,7 @@ class GoalWatch:
         for name, type_name in sorted(served - self._watches.keys()):
             try:
                 watch = ActionWatch(self._node, name, type_name, self._goals, self._sender)
-            except (UnknownTypeError, goalwire.GoalwireError) as error:
+            except (UnknownInterfaceError, goalwire.GoalwireError) as error:
                 self._node.logger.warning(f"goals of '{name}' are not shown: {error}", once=True)
                 continue
             self._watches[name, type_name] = watch

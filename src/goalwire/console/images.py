@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from goalwire.errors import GoalwireError
+from goalwire.errors import RemoteError
 
 IMAGE = 'sensor_msgs/msg/Image'
 COMPRESSED = 'sensor_msgs/msg/CompressedImage'
@@ -20,18 +20,14 @@ _CHANNELS = {'rgb8': 3, 'bgr8': 3, 'rgba8': 4, 'bgra8': 4, 'mono8': 1, '8UC1': 1
 _MAGIC = {b'\x89PNG\r\n\x1a\n': 'image/png', b'\xff\xd8\xff': 'image/jpeg'}
 
 
-class PictureError(GoalwireError):
-    """A picture that cannot be shown; the text says why."""
-
-
 def as_data_url(message: Any) -> str:
-    """Return an Image or CompressedImage as an address that holds it. Raises PictureError."""
+    """Return an Image or CompressedImage as an address that holds it. Raises RemoteError."""
     if hasattr(message, 'format'):
         data = bytes(message.data)
         for magic, kind in _MAGIC.items():
             if data.startswith(magic) and len(data) <= _MOST_COMPRESSED:
                 return f'data:{kind};base64,{b64encode(data).decode()}'
-        raise PictureError('only JPEG and PNG pictures of up to 4 MB are shown')
+        raise RemoteError('only JPEG and PNG pictures of up to 4 MB are shown')
     return f'data:image/png;base64,{b64encode(png(_pixels(message))).decode()}'
 
 
@@ -50,7 +46,7 @@ def _pixels(message: Any) -> np.ndarray[Any, Any]:
         ]
     channels = _CHANNELS.get(encoding)
     if channels is None:
-        raise PictureError(f'pictures in {encoding[:40]!r} are not shown')
+        raise RemoteError(f'pictures in {encoding[:40]!r} are not shown')
     rows = _rows(data, height, width * channels, step).reshape(height, width, channels)
     rows = rows[:: _skip(width), :: _skip(width)]
     if encoding.startswith('bgr'):
@@ -65,7 +61,7 @@ def _skip(width: int) -> int:
 def _rows(data: np.ndarray[Any, Any], height: int, row: int, step: int) -> np.ndarray[Any, Any]:
     step = step or row
     if not height or not row or step < row or len(data) < step * height:
-        raise PictureError('the picture has fewer bytes than its size needs')
+        raise RemoteError('the picture has fewer bytes than its size needs')
     return np.ascontiguousarray(data[: step * height].reshape(height, step)[:, :row])
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from goalwire.errors import GoalwireError
+from goalwire.errors import RemoteError
 from goalwire.records import record
 
 if TYPE_CHECKING:
@@ -39,10 +39,6 @@ _KINDS = (
     'string array',
 )
 _SCALARS: tuple[type, ...] = (type(None), bool, int, float, str)
-
-
-class ParameterRefusedError(GoalwireError):
-    """The node did not take the value; the text is its reason."""
 
 
 @record
@@ -118,7 +114,7 @@ async def set_parameter(
 ) -> None:
     """Set a parameter to a value of its type.
 
-    Raises NotAllowedError, TypeError for a value of another type, ParameterRefusedError where the node says
+    Raises NotAllowedError, TypeError for a value of another type, RemoteError where the node says
     no, goalwire's own errors where it does not answer.
     """
     from rcl_interfaces.msg import Parameter, ParameterValue
@@ -131,7 +127,7 @@ async def set_parameter(
     client = sender.client(SetParameters, f'{node}/set_parameters', 'SetParameters')
     [result] = (await client.call(parameters=[message], timeout=_ANSWER_S)).results
     if not result.successful:
-        raise ParameterRefusedError(result.reason or 'the node refused the value')
+        raise RemoteError(result.reason or 'the node refused the value')
 
 
 def _fitting(parameter: RemoteParameter, value: Any) -> Any:

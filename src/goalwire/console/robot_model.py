@@ -14,7 +14,7 @@ from typing import Any, Literal, TypeAlias
 from urllib.parse import unquote
 from xml.etree.ElementTree import Element, ParseError, TreeBuilder, XMLParser
 
-from goalwire.errors import GoalwireError
+from goalwire.errors import RemoteError
 from goalwire.records import record
 from goalwire.transforms.rigid import IDENTITY, Quaternion, Rigid, Vector
 
@@ -26,10 +26,6 @@ _MOST_LINKS = 500
 ShapeKind: TypeAlias = Literal['box', 'cylinder', 'sphere', 'mesh']
 Colour: TypeAlias = tuple[float, float, float, float]
 _GREY: Colour = (0.62, 0.66, 0.72, 1.0)
-
-
-class DescriptionError(GoalwireError):
-    """A robot_description that cannot be shown; the text says why."""
 
 
 @record
@@ -134,24 +130,24 @@ class _PlainTree(TreeBuilder):
     """Refuses what can blow a document up: a document type, and so entities."""
 
     def doctype(self, *_given: object) -> None:
-        raise DescriptionError('the robot_description declares a document type, which a URDF does not')
+        raise RemoteError('the robot_description declares a document type, which a URDF does not')
 
 
 def read_urdf(text: str) -> RobotModel:
-    """Return the model of a URDF. Raises DescriptionError."""
+    """Return the model of a URDF. Raises RemoteError."""
     if len(text) > MOST_CHARACTERS:
-        raise DescriptionError(f'the robot_description has {len(text)} characters: too many')
+        raise RemoteError(f'the robot_description has {len(text)} characters: too many')
     parser = XMLParser(target=_PlainTree())  # noqa: S314 - entities are refused, and the size is bounded
     try:
         parser.feed(text)
         top = parser.close()
     except ParseError as error:
-        raise DescriptionError(f'the robot_description is no XML: {error}') from None
+        raise RemoteError(f'the robot_description is no XML: {error}') from None
     if top.tag != 'robot':
-        raise DescriptionError(f'the robot_description is no URDF: it begins with <{top.tag}>, not <robot>')
+        raise RemoteError(f'the robot_description is no URDF: it begins with <{top.tag}>, not <robot>')
     links = [each.get('name', '') for each in top.findall('link')]
     if not links or len(links) > _MOST_LINKS or len(set(links)) != len(links):
-        raise DescriptionError(
+        raise RemoteError(
             f'the robot_description has {len(links)} links; 1 to {_MOST_LINKS} of different names'
         )
     try:
@@ -159,7 +155,7 @@ def read_urdf(text: str) -> RobotModel:
         materials = {each.get('name', ''): _colour(each) for each in top.findall('material')}
         visuals = [visual for link in top.findall('link') for visual in _visuals(link, materials)]
     except ValueError as error:
-        raise DescriptionError(f'the robot_description has a number that is none: {error}') from None
+        raise RemoteError(f'the robot_description has a number that is none: {error}') from None
     root, ordered = _ordered(links, joints)
     return RobotModel(top.get('name', ''), root, tuple(links), tuple(ordered), tuple(visuals))
 
@@ -169,23 +165,23 @@ def _ordered(links: list[str], joints: list[Joint]) -> tuple[str, list[Joint]]:
     children = {joint.child for joint in joints}
     roots = [link for link in links if link not in children]
     if len(roots) != 1:
-        raise DescriptionError(f'the robot_description has {len(roots)} root links, not one')
+        raise RemoteError(f'the robot_description has {len(roots)} root links, not one')
     by_parent: dict[str, list[Joint]] = {}
     for joint in joints:
         if joint.parent not in links or joint.child not in links:
-            raise DescriptionError(f"the joint '{joint.name}' joins a link that there is not")
+            raise RemoteError(f"the joint '{joint.name}' joins a link that there is not")
         by_parent.setdefault(joint.parent, []).append(joint)
     ordered: list[Joint] = []
     reached, at = [roots[0]], 0
     while at < len(reached):
         for joint in by_parent.get(reached[at], ()):
             if joint.child in reached:
-                raise DescriptionError(f"the link '{joint.child}' hangs on two joints")
+                raise RemoteError(f"the link '{joint.child}' hangs on two joints")
             ordered.append(joint)
             reached.append(joint.child)
         at += 1
     if len(reached) != len(links):
-        raise DescriptionError('the robot_description has links in a circle')
+        raise RemoteError('the robot_description has links in a circle')
     return roots[0], ordered
 
 
@@ -293,22 +289,22 @@ def _attribute(owner: Element, tag: str, name: str) -> str:
 
 
 def mesh_file(name: str) -> Path:
-    """Return the file of a mesh that is named package://PACKAGE/…; raises DescriptionError for all else."""
+    """Return the file of a mesh that is named package://PACKAGE/…; raises RemoteError for all else."""
     from ament_index_python.packages import PackageNotFoundError, get_package_share_directory
 
     prefix = 'package://'
     if not name.startswith(prefix):
-        raise DescriptionError(f'meshes are taken from package://…, not from {name[:80]!r}')
+        raise RemoteError(f'meshes are taken from package://…, not from {name[:80]!r}')
     package, _, inner = unquote(name.removeprefix(prefix)).partition('/')
     try:
         share = Path(get_package_share_directory(package)).resolve()
     except (PackageNotFoundError, ValueError):
-        raise DescriptionError(f"the package '{package[:80]}' is not installed here") from None
+        raise RemoteError(f"the package '{package[:80]}' is not installed here") from None
     file = (share / inner).resolve()
     if not file.is_relative_to(share) or file.suffix.lower() not in MESH_SUFFIXES:
-        raise DescriptionError(f'{name[:80]!r} is no mesh of the package: {", ".join(sorted(MESH_SUFFIXES))}')
+        raise RemoteError(f'{name[:80]!r} is no mesh of the package: {", ".join(sorted(MESH_SUFFIXES))}')
     if not file.is_file() or file.stat().st_size > MOST_MESH_BYTES:
-        raise DescriptionError(f'{name[:80]!r} is not there, or too large')
+        raise RemoteError(f'{name[:80]!r} is not there, or too large')
     return file
 
 
@@ -319,7 +315,7 @@ class Meshes:
         self._files: dict[str, Path] = {}
 
     def url(self, name: str) -> str:
-        """Return the address of a mesh; raises DescriptionError where it may not, or cannot, be served."""
+        """Return the address of a mesh; raises RemoteError where it may not, or cannot, be served."""
         file = mesh_file(name)
         key = sha256(str(file).encode()).hexdigest()[:24] + file.suffix.lower()
         self._files[key] = file

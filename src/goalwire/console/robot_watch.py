@@ -9,9 +9,8 @@ from time import time
 from typing import TYPE_CHECKING, Any
 
 import goalwire
-from goalwire.console.robot_model import DescriptionError, RobotModel, read_urdf, root_pose
-from goalwire.console.types import UnknownTypeError
-from goalwire.errors import peer_text
+from goalwire.console.robot_model import RobotModel, read_urdf, root_pose
+from goalwire.errors import RemoteError, UnknownInterfaceError, peer_text
 from goalwire.records import record
 from goalwire.transforms.rigid import Rigid
 
@@ -91,14 +90,14 @@ class RobotWatch:
             elif has_publisher and type_name in there.get(topic, ()):
                 try:
                     self._readings[topic] = self._topics.read(topic, type_name, listener)
-                except UnknownTypeError as error:
+                except UnknownInterfaceError as error:
                     self.problem = str(error)
 
     def _take_description(self, message: Any, _at: float) -> None:
         try:
             self.model = read_urdf(message.data)
             self.problem = ''
-        except DescriptionError as error:
+        except RemoteError as error:
             self.model, self.problem = None, peer_text(error, 300)
         self.version += 1
 

@@ -46,7 +46,7 @@ class Target:
     """A service, action or topic that can be sent to, with its form."""
 
     def __init__(self, kind: str, name: str, type_name: str) -> None:
-        """Raises UnknownTypeError, and what its definition raises."""
+        """Raises UnknownInterfaceError, and what its definition raises."""
         self.kind = kind
         self.name = name
         self.type_name = type_name
@@ -84,7 +84,7 @@ class Sender:
         """By service."""
 
     def target(self, kind: str, name: str, type_name: str) -> Target:
-        """Return what can be sent to; raises UnknownTypeError."""
+        """Return what can be sent to; raises UnknownInterfaceError."""
         return Target(kind, name, type_name)
 
     def _now(self) -> Any:

@@ -21,7 +21,7 @@ from goalwire.console.robot_watch import (
 from goalwire.console.sending import Sender
 from goalwire.console.settings import Settings
 from goalwire.console.topics import Reading, Topics
-from goalwire.console.types import UnknownTypeError
+from goalwire.errors import UnknownInterfaceError
 
 _TICK_S = 1.0
 
@@ -90,7 +90,7 @@ class Session:
             self._battery_reading, self.battery = None, None
         self.battery_topic = topic
         if topic:
-            with suppress(UnknownTypeError):
+            with suppress(UnknownInterfaceError):
                 self._battery_reading = self.topics.read(topic, BATTERY, self._take_battery)
 
     def _take_battery(self, message: Any, _at: float) -> None:

@@ -6,14 +6,10 @@ import secrets
 from fnmatch import fnmatchcase
 from ipaddress import ip_address
 
-from goalwire.errors import GoalwireError
+from goalwire.errors import NotAllowedError
 from goalwire.records import record
 
 DEFAULT_PORT = 8420
-
-
-class NotAllowedError(GoalwireError):
-    """This console was started so that it does not send that."""
 
 
 @record

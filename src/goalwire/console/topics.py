@@ -10,7 +10,8 @@ from typing import Any
 
 import goalwire
 from goalwire.console.measuring import Rate
-from goalwire.console.types import UnknownTypeError, interface
+from goalwire.console.types import interface
+from goalwire.errors import UnknownInterfaceError
 
 HEAVY = frozenset(
     {
@@ -50,7 +51,7 @@ class Reader:
     def __init__(
         self, node: goalwire.Node, topic: str, type_name: str, qos: goalwire.QoS | None = None
     ) -> None:
-        """Raises UnknownTypeError."""
+        """Raises UnknownInterfaceError."""
         self.topic = topic
         self.type_name = type_name
         self.latest: Any = None
@@ -120,7 +121,7 @@ class Topics:
     ) -> Reading:
         """Listen to a topic, together with whoever does already; without `qos`, as suits the publishers.
 
-        Raises UnknownTypeError.
+        Raises UnknownInterfaceError.
         """
         key = (topic, type_name)
         reader, users = self._readers.get(key, (None, 0))
@@ -166,7 +167,7 @@ class Topics:
             self.rates.pop(key[0], None)
             self.counts.pop(key[0], None)
         for topic, type_name in sorted(wanted - self._meters.keys()):
-            with suppress(UnknownTypeError, goalwire.GoalwireError):
+            with suppress(UnknownInterfaceError, goalwire.GoalwireError):
                 qos = suiting(self._node, topic, 1)
                 self._meters[topic, type_name] = (
                     self._node.subscription(interface(type_name), topic, qos=qos, raw=True),

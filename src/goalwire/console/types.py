@@ -5,24 +5,20 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from goalwire.errors import GoalwireError, peer_text
+from goalwire.errors import GoalwireError, UnknownInterfaceError, peer_text
 
 _MOST_ITEMS = 200
 _MOST_TEXT = 2000
 
 
-class UnknownTypeError(GoalwireError):
-    """A type that the graph names and this machine does not have."""
-
-
 def interface(type_name: str) -> Any:
-    """Return the class of 'pkg/kind/Name'. Raises UnknownTypeError."""
+    """Return the class of 'pkg/kind/Name'. Raises UnknownInterfaceError."""
     from rosidl_runtime_py.utilities import get_interface
 
     try:
         return get_interface(type_name)
     except (ImportError, AttributeError, ValueError, GoalwireError) as error:
-        raise UnknownTypeError(
+        raise UnknownInterfaceError(
             f"the type '{peer_text(type_name, 200)}' is not known here ({peer_text(error, 200)}): install "
             'its package, or name its folder in GOALWIRE_INTERFACE_PATH'
         ) from None

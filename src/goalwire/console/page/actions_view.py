@@ -8,14 +8,13 @@ from typing import Any
 
 from nicegui import ui
 
-from goalwire.console.form_model import FormError
 from goalwire.console.goal_table import TrackedGoal, lanes
 from goalwire.console.page.forms import Form
 from goalwire.console.page.parts import LiveTable, SwimLanes, ValueTree, copy_buttons, head
 from goalwire.console.page.view import View, duration
 from goalwire.console.sending import Target
 from goalwire.console.snippets import Sending, as_command, as_python
-from goalwire.errors import GoalwireError, peer_text
+from goalwire.errors import FormError, GoalwireError, peer_text
 
 TONES = {
     'EXECUTING': 'info',

@@ -8,7 +8,8 @@ from typing import Any
 import yaml
 from nicegui import ui
 
-from goalwire.console.form_model import FormError, FormField, check, parse_yaml, plain, to_yaml
+from goalwire.console.form_model import FormField, check, parse_yaml, plain, to_yaml
+from goalwire.errors import FormError
 
 
 class Form:

@@ -10,17 +10,15 @@ import nicegui
 from nicegui import ui
 from nicegui.element import Element
 
-from goalwire.console.form_model import FormError
 from goalwire.console.page.forms import Form
 from goalwire.console.page.joints import JointSliders
 from goalwire.console.page.parts import copy_buttons, head
 from goalwire.console.page.view import View
-from goalwire.console.robot_model import DescriptionError, as_scene
+from goalwire.console.robot_model import as_scene
 from goalwire.console.robot_watch import NavigationTarget, navigation_target, place_values
 from goalwire.console.sending import Target
 from goalwire.console.snippets import as_command, as_python
-from goalwire.console.types import UnknownTypeError
-from goalwire.errors import GoalwireError
+from goalwire.errors import FormError, GoalwireError, RemoteError, UnknownInterfaceError
 
 if TYPE_CHECKING:
     from goalwire.console.robot_watch import RobotWatch
@@ -145,7 +143,7 @@ class RobotView(View):
         for name, type_name in self.session.goal_watch.served.items():
             try:
                 target = self.session.sender.target('action', name, type_name)
-            except (UnknownTypeError, GoalwireError):
+            except (UnknownInterfaceError, GoalwireError):
                 continue
             way = navigation_target(name, type_name, target.fields)
             if way is not None and self.settings.may_send(name):
@@ -211,7 +209,7 @@ class RobotView(View):
             if visual.kind == 'mesh' and visual.mesh not in urls:
                 try:
                     urls[visual.mesh] = self.session.meshes.url(visual.mesh)
-                except DescriptionError as error:
+                except RemoteError as error:
                     missing += 1
                     self._problem.set_visibility(True)
                     self._problem.set_text(str(error))

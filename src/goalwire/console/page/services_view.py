@@ -7,14 +7,14 @@ from typing import Any
 
 from nicegui import ui
 
-from goalwire.console.form_model import FormError, to_yaml
+from goalwire.console.form_model import to_yaml
 from goalwire.console.page.forms import Form
 from goalwire.console.page.graph_view import PARAMETER_SERVICES
 from goalwire.console.page.parts import LiveTable, ValueTree, copy_buttons, head
 from goalwire.console.page.view import View, duration
 from goalwire.console.sending import Sent, Target
 from goalwire.console.snippets import Sending, as_command, as_python
-from goalwire.errors import GoalwireError, peer_text
+from goalwire.errors import FormError, GoalwireError, peer_text
 
 _TIMEOUT_S = 5.0
 

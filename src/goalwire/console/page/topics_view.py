@@ -7,7 +7,7 @@ from typing import Any
 
 from nicegui import ui
 
-from goalwire.console.images import COMPRESSED, IMAGE, PictureError, as_data_url
+from goalwire.console.images import COMPRESSED, IMAGE, as_data_url
 from goalwire.console.measuring import Series, as_csv, numbers_in
 from goalwire.console.page.forms import Form
 from goalwire.console.page.parts import LiveTable, ValueTree, copy_buttons, head
@@ -15,7 +15,7 @@ from goalwire.console.page.view import View
 from goalwire.console.snippets import Sending, as_command, as_python
 from goalwire.console.topics import Reading
 from goalwire.console.types import as_data
-from goalwire.errors import GoalwireError, peer_text
+from goalwire.errors import GoalwireError, RemoteError, peer_text
 from goalwire.records import record
 
 _SPANS = {10: '10 s', 30: '30 s', 60: '1 min', 300: '5 min'}
@@ -173,7 +173,7 @@ class TopicsView(View):
         if self._type in {IMAGE, COMPRESSED}:
             try:
                 self._picture.set_source(as_data_url(reader.latest))
-            except PictureError as error:
+            except RemoteError as error:
                 self._info.set_text(str(error))
 
     # -- publishing ------------------------------------------------------------------------------------------

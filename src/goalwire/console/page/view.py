@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 from nicegui import Client, background_tasks, ui
 
-from goalwire.console.form_model import FormError
-from goalwire.errors import GoalwireError, peer_text
+from goalwire.errors import FormError, GoalwireError, peer_text
 
 if TYPE_CHECKING:
     from goalwire.console.session import Session
