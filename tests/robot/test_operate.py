@@ -97,9 +97,13 @@ def test_without_a_robot_it_says_how_to_start_one() -> None:
     assert 'get_joint_state: no server within 2.0 s; is the robot up? start it with: humanoid up' in output
 
 
-def test_arguments_of_ros_2_that_cannot_be_read_are_told_in_one_line(env: dict[str, str]) -> None:
-    output = said(env, 'status', '--ros-args', '-r', 'bad::=:', code=1)
-    assert "humanoid status: failed to initialize rcl: Couldn't parse remap rule: '-r bad::=:'" in output
+@pytest.mark.parametrize('command', ['status', 'mission', 'battery_service'])
+def test_arguments_of_ros_2_that_cannot_be_read_are_told_in_one_line(
+    env: dict[str, str], command: str
+) -> None:
+    output = said(env, command, '--ros-args', '-r', 'bad::=:', code=1)
+    assert "failed to initialize rcl: Couldn't parse remap rule: '-r bad::=:'" in output
+    assert output.startswith('humanoid')
     assert len(output.splitlines()) == 1
 
 

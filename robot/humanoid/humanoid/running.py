@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Sequence
 import rclpy
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
 
 from humanoid.domain import taking_part
 from humanoid.text import brief
@@ -24,7 +25,7 @@ def run(make: Callable[[], Node | Iterable[Node]], args: Sequence[str] | None = 
     with taking_part():
         nodes: list[Node] = []
         try:
-            rclpy.init(args=args)
+            join(args)
             made = make()
             executor = SingleThreadedExecutor()
             for node in [made] if isinstance(made, Node) else made:
@@ -42,6 +43,14 @@ def run(make: Callable[[], Node | Iterable[Node]], args: Sequence[str] | None = 
                 node.destroy_node()
             rclpy.try_shutdown()
     return 0
+
+
+def join(args: Sequence[str] | None, handlers: SignalHandlerOptions | None = None) -> None:
+    """Initialise ROS 2. Arguments that it cannot read end the program with one line and exit code 1."""
+    try:
+        rclpy.init(args=args, signal_handler_options=handlers)
+    except RuntimeError as error:  # it says which argument, and what is wrong with it
+        raise SystemExit(f'humanoid: {brief(str(error))}') from None
 
 
 def _spin(executor: SingleThreadedExecutor, node: Node) -> None:

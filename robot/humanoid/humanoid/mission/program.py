@@ -17,6 +17,7 @@ from humanoid.mission.retry import NoAnswer
 from humanoid.mission.robot import Robot
 from humanoid.mission.steps import NotAsExpected, Report, Step, steps
 from humanoid.mission.summary import Summary
+from humanoid.running import join
 
 
 def carry_out(robot: Robot, mission: Sequence[Step], tell: Sink) -> None:
@@ -43,7 +44,7 @@ def main(args: Sequence[str] | None = None) -> int:
     options, ros_args = _parser().parse_known_args(args)
     mission = steps(battery_starts_late=options.battery_starts_late)
     # Ctrl-C must reach the mission before it reaches ROS: goals in motion are cancelled first.
-    rclpy.init(args=ros_args, signal_handler_options=SignalHandlerOptions.NO)
+    join(ros_args, SignalHandlerOptions.NO)
     signal.signal(signal.SIGTERM, _interrupt)
     summary = Summary(len(mission))
     try:
