@@ -1,0 +1,43 @@
+"""The ten steps where servers and mission have different Zenoh sessions, and meet in either way."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import ExitStack
+
+import pytest
+from helpers.processes import Program
+from helpers.robot import humanoid
+
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(120)]
+
+AT_FIRST = ('joint_state_service', 'navigation_action_server', 'arm_action_server')
+GOALWIRE = 'from goalwire.cli.main import main; raise SystemExit(main())'
+KINDS = {'native': 'eclipse', 'eclipse': 'native'}
+
+
+@pytest.fixture(params=['the rendezvous', 'a router'])
+def met_by(request: pytest.FixtureRequest, world: dict[str, str]) -> Iterator[dict[str, str]]:
+    """The world, in which somebody's rendezvous is offered, or in which there is a router of its own."""
+    if request.param == 'the rendezvous':
+        yield world
+        return
+    with Program(
+        'from goalwire.cli.main import main; raise SystemExit(main())', 'router', env=world
+    ) as router:
+        router.expect('Ctrl-C ends it')
+        yield world | {'GOALWIRE_ROUTER': 'off'}
+
+
+@pytest.mark.parametrize('servers', KINDS)
+def test_the_ten_steps_end_well(met_by: dict[str, str], servers: str) -> None:
+    serving = met_by | {'GOALWIRE_ZENOH': servers}
+    with ExitStack() as running:
+        for name in AT_FIRST:
+            running.enter_context(humanoid(name, env=serving))
+        asking = met_by | {'GOALWIRE_ZENOH': KINDS[servers], 'COLUMNS': '160'}
+        mission = running.enter_context(humanoid('mission', '--battery-starts-late', env=asking))
+        mission.expect('attempt 1')
+        running.enter_context(humanoid('battery_service', env=serving))
+        output = mission.succeed(timeout=80.0)
+    assert '10 of 10 steps ended as they should' in output
