@@ -18,6 +18,7 @@ from goalwire.records import replace
 from goalwire.transport.zenoh.native import session as native_session
 from goalwire.transport.zenoh.native.configuration import BeyondOursError, native_settings
 from goalwire.transport.zenoh.native.endpoints import TlsFiles, parse
+from goalwire.transport.zenoh.native.tls import TlsStream, client_context, server_context
 
 PAIRS = [(Ours, Ours), (Ours, Theirs), (Theirs, Ours), (Portable, Portable)]
 MAKES = pytest.mark.parametrize('makes', PAIRS, ids=lambda pair: f'{pair[0].make}-{pair[1].make}')
@@ -188,6 +189,59 @@ def test_a_full_link_loses_nothing(certificates: Certificates, open_side: Open) 
     for number in range(40):
         one.put('big', bytes((number,)) * 500_000)
     assert [payload[:1] for _, payload in heard.wait(40) if payload] == [bytes((n,)) for n in range(40)]
+
+
+class Interrupted:
+    """A connected socket: after each time that it has sent, a signal's handler runs."""
+
+    def __init__(self, sock: socket.socket) -> None:
+        self.recv = sock.recv
+        self.handler: Callable[[], None] | None = None
+        self._send = sock.send
+
+    def send(self, data: memoryview) -> int:
+        sent = self._send(data[:1000])
+        handler, self.handler = self.handler, None
+        if handler is not None:
+            handler()
+        return sent
+
+
+@pytest.mark.parametrize('flushes', [False, True])
+def test_a_signals_handler_that_sends_does_not_tear_the_stream(
+    certificates: Certificates, flushes: bool
+) -> None:
+    """It runs within `send` or `flush`, on the same thread: nothing is sent twice, or between two halves."""
+    near, far = socket.socketpair()
+    near.setblocking(False)
+    far.setblocking(False)
+    interrupted = Interrupted(near)
+    ours = TlsStream(interrupted, client_context(certificates.files), '127.0.0.1')  # type: ignore[arg-type]
+    theirs = TlsStream(far, server_context(certificates.files), None)
+    done = [False, False]
+    while not all(done):
+        done = [ours.shake_hands() or done[0], theirs.shake_hands() or done[1]]
+    late: list[bytes] = []
+
+    def handler() -> None:
+        try:
+            assert ours.send(b'late') == 4
+        except BlockingIOError:
+            late.append(b'late')  # a link keeps it, and sends it when there is room
+
+    sent = b'x' * 5000
+    if flushes:  # what was encrypted waits, and is flushed when the socket has room
+        ours._tls.write(sent)
+        interrupted.handler = handler
+        assert ours.flush()
+    else:
+        interrupted.handler = handler
+        assert ours.send(sent) == len(sent)
+    for each in late:
+        ours.send(each)
+    assert theirs.recv(65536) == sent + b'late'
+    near.close()
+    far.close()
 
 
 @pytest.mark.parametrize(

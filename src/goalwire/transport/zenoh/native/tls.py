@@ -102,6 +102,8 @@ class TlsStream:
             self._incoming, self._outgoing, server_side=server_name is None, server_hostname=server_name
         )
         self._unsent = memoryview(b'')
+        self._is_sending = False
+        """Whether bytes are on their way to the socket: a signal's handler puts nothing between them."""
         self._is_over = False
         # Reentrant: a signal's handler may publish while its thread is in here.
         self._lock = RLock()
@@ -151,16 +153,24 @@ class TlsStream:
     def send(self, data: Buffer) -> int:
         """Encrypt and send; return how much was taken. Raises BlockingIOError while what was taken waits."""
         with self._lock:
-            if not self.flush():
+            if self._is_sending:
                 raise BlockingIOError
-            taken = 0
-            view = memoryview(data)
-            while taken < len(view) and not self._unsent:
-                end = min(len(view), taken + _AT_ONCE)
-                while taken < end:
-                    taken += self._tls.write(view[taken:end])
-                self.flush()
-            return taken
+            self._is_sending = True
+            try:
+                return self._send(memoryview(data))
+            finally:
+                self._is_sending = False
+
+    def _send(self, data: memoryview) -> int:
+        if not self._flush():
+            raise BlockingIOError
+        taken = 0
+        while taken < len(data) and not self._unsent:
+            end = min(len(data), taken + _AT_ONCE)
+            while taken < end:
+                taken += self._tls.write(data[taken:end])
+            self._flush()
+        return taken
 
     def sendmsg(self, buffers: Sequence[Buffer]) -> int:
         """Send the first of several buffers, small ones joined."""
@@ -174,16 +184,25 @@ class TlsStream:
         return self.send(joined[0] if len(joined) == 1 else b''.join(joined))
 
     def flush(self) -> bool:
-        """Send what is encrypted; False where the socket takes no more."""
+        """Send what is encrypted; False where the socket takes no more, or is being written to."""
         with self._lock:
-            while self._unsent or self._outgoing.pending:
-                if not self._unsent:
-                    self._unsent = memoryview(self._outgoing.read())
-                try:
-                    self._unsent = self._unsent[self._socket.send(self._unsent) :]
-                except (BlockingIOError, InterruptedError):
-                    return False
-            return True
+            if self._is_sending:
+                return False
+            self._is_sending = True
+            try:
+                return self._flush()
+            finally:
+                self._is_sending = False
+
+    def _flush(self) -> bool:
+        while self._unsent or self._outgoing.pending:
+            if not self._unsent:
+                self._unsent = memoryview(self._outgoing.read())
+            try:
+                self._unsent = self._unsent[self._socket.send(self._unsent) :]
+            except (BlockingIOError, InterruptedError):
+                return False
+        return True
 
     def end(self) -> None:
         """Tell the other side that nothing more comes, where the socket takes that at once."""
