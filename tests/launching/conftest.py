@@ -159,7 +159,6 @@ def world(prefix: Path, tmp_path: Path) -> dict[str, str]:
         **isolated_env(NETWORK),
         'AMENT_PREFIX_PATH': str(prefix),
         'ROS_LOG_DIR': str(tmp_path / 'log'),
-        'GOALWIRE_ROUTER': 'on',  # with AMENT_PREFIX_PATH one is expected to run
         'PROBE_PIPE': str(pipe),
         'PYTHONWARNINGS': 'error::ResourceWarning',
     }

@@ -39,7 +39,7 @@ def world(tmp_path: Path) -> dict[str, str]:
         call = f'from humanoid.cli import main\nimport sys\nsys.argv.insert(1, {name!r})\nsys.exit(main())\n'
         program.write_text(f'#!{sys.executable}\n{call}')
         program.chmod(0o755)
-    return {**robot_env(), 'AMENT_PREFIX_PATH': str(tmp_path), 'GOALWIRE_ROUTER': 'on'}
+    return {**robot_env(), 'AMENT_PREFIX_PATH': str(tmp_path)}
 
 
 @pytest.fixture

@@ -132,8 +132,7 @@ def test_the_rendezvous_keeps_its_own_place_whatever_the_session_is_told(
     [
         ({}, True),
         ({'GOALWIRE_ROUTER': 'off'}, False),
-        ({'AMENT_PREFIX_PATH': '/opt/ros/jazzy'}, False),
-        ({'AMENT_PREFIX_PATH': '/opt/ros/jazzy', 'GOALWIRE_ROUTER': 'on'}, True),
+        ({'AMENT_PREFIX_PATH': '/a/workspace'}, True),
         ({'ZENOH_CONFIG_OVERRIDE': FAR_AWAY}, False),
         ({'ZENOH_CONFIG_OVERRIDE': FAR_AWAY, 'GOALWIRE_ROUTER': 'on'}, True),
         ({'ZENOH_CONFIG_OVERRIDE': 'mode="client"'}, True),

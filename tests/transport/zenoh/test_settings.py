@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from goalwire.errors import TransportError
@@ -34,12 +36,20 @@ def test_a_port_that_is_none_is_refused(text: str) -> None:
         ({}, RendezvousChoice.AUTO),
         ({'GOALWIRE_ROUTER': 'on'}, RendezvousChoice.ON),
         ({'GOALWIRE_ROUTER': 'off'}, RendezvousChoice.OFF),
-        ({'AMENT_PREFIX_PATH': '/opt/ros/jazzy'}, RendezvousChoice.OFF),
-        ({'AMENT_PREFIX_PATH': '/opt/ros/jazzy', 'GOALWIRE_ROUTER': 'on'}, RendezvousChoice.ON),
+        ({'AMENT_PREFIX_PATH': '/a/workspace:{ros}'}, RendezvousChoice.OFF),
+        ({'AMENT_PREFIX_PATH': '{ros}', 'GOALWIRE_ROUTER': 'on'}, RendezvousChoice.ON),
+        ({'AMENT_PREFIX_PATH': '/a/workspace'}, RendezvousChoice.AUTO),
         ({'AMENT_PREFIX_PATH': ''}, RendezvousChoice.AUTO),
     ],
 )
-def test_a_machine_with_ros_2_keeps_its_router_port(env: dict[str, str], choice: RendezvousChoice) -> None:
+def test_a_machine_with_rmw_zenoh_keeps_its_router_port(
+    env: dict[str, str], choice: RendezvousChoice, tmp_path: Path
+) -> None:
+    """A workspace of goalwire's users alone has no rmw_zenohd: its programs meet by themselves."""
+    marker = tmp_path / 'share/ament_index/resource_index/packages/rmw_zenoh_cpp'
+    marker.parent.mkdir(parents=True)
+    marker.touch()
+    env = {name: text.replace('{ros}', str(tmp_path)) for name, text in env.items()}
     assert rendezvous_choice(env) is choice
 
 

@@ -174,15 +174,24 @@ def router_port(env: Mapping[str, str] = os.environ) -> int:
 
 
 def rendezvous_choice(env: Mapping[str, str] = os.environ) -> RendezvousChoice:
-    """Return what GOALWIRE_ROUTER says; where ROS 2 is set up (AMENT_PREFIX_PATH), auto means off."""
+    """Return what GOALWIRE_ROUTER says; where rmw_zenoh is set up, and so rmw_zenohd, auto means off."""
     text = env.get('GOALWIRE_ROUTER') or 'auto'
     try:
         choice = RendezvousChoice(text)
     except ValueError:
         raise TransportError(f"GOALWIRE_ROUTER is '{text}'; set it to auto, on or off") from None
-    if choice is RendezvousChoice.AUTO and env.get('AMENT_PREFIX_PATH'):
+    if choice is RendezvousChoice.AUTO and _has_rmw_zenoh(env.get('AMENT_PREFIX_PATH', '')):
         return RendezvousChoice.OFF
     return choice
+
+
+def _has_rmw_zenoh(prefixes: str) -> bool:
+    """Whether a prefix of ament's has rmw_zenoh. A workspace without ROS 2 has prefixes, and no router."""
+    return any(
+        os.path.exists(f'{prefix}/share/ament_index/resource_index/packages/rmw_zenoh_cpp')  # noqa: PTH110
+        for prefix in prefixes.split(os.pathsep)
+        if prefix
+    )
 
 
 def overrides(env: Mapping[str, str] = os.environ) -> tuple[list[Override], list[str]]:
