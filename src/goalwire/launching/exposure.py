@@ -45,6 +45,7 @@ def load_extensions() -> None:
     import goalwire.launching.actions
     import goalwire.launching.process
     import goalwire.launching.ros
+    import goalwire.launching.scopes
     import goalwire.launching.sources  # noqa: F401 - their classes expose themselves
 
     for point in entry_points(group='launch.frontend.launch_extension'):

@@ -337,3 +337,12 @@ def _broken(location: Location, text: str) -> InvalidFrontendLaunchFileError:
 
 def _absolute(name: str) -> str:
     return name if name.startswith('<') else str(Path(name).absolute())
+
+
+def substituted(entity: Entity, parser: Parser, *names: str, **renamed: str) -> dict[str, Any]:
+    """Arguments of an action from attributes of its tag, as texts with $(…) in them.
+
+    `renamed` has those that the tag calls otherwise: src='from'.
+    """
+    tagged = dict(zip(names, names, strict=True)) | renamed
+    return {argument: parser.parse_substitution(entity.get_attr(name)) for argument, name in tagged.items()}

@@ -16,11 +16,6 @@ from goalwire.files import read_regular, shown
 from goalwire.launching.actions import (
     DeclareLaunchArgument,
     OpaqueFunction,
-    PopEnvironment,
-    PopLaunchConfigurations,
-    PushEnvironment,
-    PushLaunchConfigurations,
-    SetLaunchConfiguration,
 )
 from goalwire.launching.errors import Location, located, remember_launch_file
 from goalwire.launching.exposure import expose_action
@@ -32,6 +27,13 @@ from goalwire.launching.model import (
     LaunchDescriptionEntity,
     SomeSubstitutions,
     Substitution,
+)
+from goalwire.launching.scopes import (
+    PopEnvironment,
+    PopLaunchConfigurations,
+    PushEnvironment,
+    PushLaunchConfigurations,
+    SetLaunchConfiguration,
 )
 from goalwire.launching.values import (
     describe_text,

@@ -8,7 +8,7 @@ from typing import Any
 from goalwire.errors import LaunchError
 from goalwire.launching.actions import TimerAction
 from goalwire.launching.exposure import expose_action
-from goalwire.launching.frontend import Entity, Parser
+from goalwire.launching.frontend import Entity, Parser, substituted
 from goalwire.launching.model import Action, LaunchContext, SomeSubstitutions, Substitution
 from goalwire.launching.ros.node import joined_namespace
 from goalwire.launching.ros.parameters import ParameterFile, evaluate_dictionary
@@ -32,8 +32,7 @@ class PushROSNamespace(Action):
     @classmethod
     def parse(cls, entity: Entity, parser: Parser) -> tuple[type[Action], dict[str, Any]]:
         _, arguments = super().parse(entity, parser)
-        arguments['namespace'] = parser.parse_substitution(entity.get_attr('namespace'))
-        return cls, arguments
+        return cls, arguments | substituted(entity, parser, 'namespace')
 
     @property
     def namespace(self) -> list[Substitution]:
@@ -67,9 +66,7 @@ class SetParameter(Action):
     @classmethod
     def parse(cls, entity: Entity, parser: Parser) -> tuple[type[Action], dict[str, Any]]:
         _, arguments = super().parse(entity, parser)
-        arguments['name'] = parser.parse_substitution(entity.get_attr('name'))
-        arguments['value'] = parser.parse_substitution(entity.get_attr('value'))
-        return cls, arguments
+        return cls, arguments | substituted(entity, parser, 'name', 'value')
 
     @property
     def name(self) -> tuple[Substitution, ...]:
@@ -89,8 +86,7 @@ class SetParameter(Action):
             if len(value) == 1:
                 value = value[0]
         found = evaluate_dictionary(context, {self._name: value})
-        known = list(context.launch_configurations.get('global_params', ()))
-        context.launch_configurations['global_params'] = [*known, *found.items()]
+        _append(context, 'global_params', *found.items())
 
 
 @expose_action('set_parameters_from_file')
@@ -104,15 +100,13 @@ class SetParametersFromFile(Action):
     @classmethod
     def parse(cls, entity: Entity, parser: Parser) -> tuple[type[Action], dict[str, Any]]:
         _, arguments = super().parse(entity, parser)
-        arguments['filename'] = parser.parse_substitution(entity.get_attr('filename'))
-        return cls, arguments
+        return cls, arguments | substituted(entity, parser, 'filename')
 
     def execute(self, context: LaunchContext) -> None:
         path = self._file.evaluate(context)
         if not path.is_file():
             raise LaunchError(f'the parameter file {path} does not exist')
-        known = list(context.launch_configurations.get('global_params', ()))
-        context.launch_configurations['global_params'] = [*known, str(path.absolute())]
+        _append(context, 'global_params', str(path.absolute()))
 
 
 @expose_action('set_use_sim_time')
@@ -125,8 +119,7 @@ class SetUseSimTime(SetParameter):
     @classmethod
     def parse(cls, entity: Entity, parser: Parser) -> tuple[type[Action], dict[str, Any]]:
         _, arguments = Action.parse(entity, parser)
-        arguments['value'] = parser.parse_substitution(entity.get_attr('value'))
-        return cls, arguments
+        return cls, arguments | substituted(entity, parser, 'value')
 
 
 @expose_action('set_remap')
@@ -141,9 +134,7 @@ class SetRemap(Action):
     @classmethod
     def parse(cls, entity: Entity, parser: Parser) -> tuple[type[Action], dict[str, Any]]:
         _, arguments = super().parse(entity, parser)
-        arguments['src'] = parser.parse_substitution(entity.get_attr('from'))
-        arguments['dst'] = parser.parse_substitution(entity.get_attr('to'))
-        return cls, arguments
+        return cls, arguments | substituted(entity, parser, src='from', dst='to')
 
     @property
     def src(self) -> list[Substitution]:
@@ -158,8 +149,7 @@ class SetRemap(Action):
 
     def execute(self, context: LaunchContext) -> None:
         rule = perform_substitutions(context, self._src), perform_substitutions(context, self._dst)
-        known = list(context.launch_configurations.get('ros_remaps', ()))
-        context.launch_configurations['ros_remaps'] = [*known, rule]
+        _append(context, 'ros_remaps', rule)
 
 
 class SetROSLogDir(Action):
@@ -180,3 +170,8 @@ class SetROSLogDir(Action):
 @expose_action('ros_timer')
 class RosTimer(TimerAction):
     """As TimerAction; the seconds are those of the system's clock."""
+
+
+def _append(context: LaunchContext, name: str, *items: object) -> None:
+    """Add to what the nodes that follow get; the list of the scope outside stays as it is."""
+    context.launch_configurations[name] = [*context.launch_configurations.get(name, ()), *items]

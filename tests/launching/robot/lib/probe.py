@@ -39,15 +39,15 @@ told['pid'], told['parent'] = os.getpid(), os.getppid()
 
 if program == 'stubborn':
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-with open(os.environ['PROBE_PIPE'], 'a') as pipe:
-    pipe.write(json.dumps(told) + '\n')
-print(f'{program} is up', flush=True)
-print('an error line', file=sys.stderr, flush=True)
-if program == 'short':
-    sys.exit(0)
-if program == 'faulty':
-    sys.exit(3)
-try:
+try:  # Ctrl-C may come as soon as the test has been told
+    with open(os.environ['PROBE_PIPE'], 'a') as pipe:
+        pipe.write(json.dumps(told) + '\n')
+    print(f'{program} is up', flush=True)
+    print('an error line', file=sys.stderr, flush=True)
+    if program == 'short':
+        sys.exit(0)
+    if program == 'faulty':
+        sys.exit(3)
     while True:
         time.sleep(100)
 except KeyboardInterrupt:

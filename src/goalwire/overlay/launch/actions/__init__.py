@@ -1,35 +1,37 @@
 """launch.actions: what a launch file does."""
 
 from goalwire.launching.actions import (
-    AppendEnvironmentVariable,
     DeclareLaunchArgument,
     EmitEvent,
     ForEach,
     ForLoop,
-    GroupAction,
     Log,
     LogInfo,
     OpaqueCoroutine,
     OpaqueFunction,
-    PopEnvironment,
-    PopLaunchConfigurations,
-    PushEnvironment,
-    PushLaunchConfigurations,
     RegisterEventHandler,
-    ResetEnvironment,
-    ResetLaunchConfigurations,
-    SetEnvironmentVariable,
-    SetLaunchConfiguration,
     Shutdown,
     TimerAction,
     UnregisterEventHandler,
-    UnsetEnvironmentVariable,
-    UnsetLaunchConfiguration,
 )
 from goalwire.launching.aliases import add_modules
 from goalwire.launching.process import (
     ExecuteLocal,
     ExecuteProcess,
+)
+from goalwire.launching.scopes import (
+    AppendEnvironmentVariable,
+    GroupAction,
+    PopEnvironment,
+    PopLaunchConfigurations,
+    PushEnvironment,
+    PushLaunchConfigurations,
+    ResetEnvironment,
+    ResetLaunchConfigurations,
+    SetEnvironmentVariable,
+    SetLaunchConfiguration,
+    UnsetEnvironmentVariable,
+    UnsetLaunchConfiguration,
 )
 from goalwire.launching.sources import (
     IncludeLaunchDescription,

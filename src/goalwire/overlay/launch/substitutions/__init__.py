@@ -1,60 +1,9 @@
 """launch.substitutions: texts that are found out when the launch runs."""
 
-from goalwire.errors import SubstitutionFailure
+from goalwire.launching import substitutions as _substitutions
 from goalwire.launching.aliases import add_modules
-from goalwire.launching.substitutions import (
-    AllSubstitution,
-    AndSubstitution,
-    AnonName,
-    AnySubstitution,
-    BooleanSubstitution,
-    Command,
-    EnvironmentVariable,
-    EqualsSubstitution,
-    FileContent,
-    FindExecutable,
-    IfElseSubstitution,
-    LaunchConfiguration,
-    LaunchLogDir,
-    LocalSubstitution,
-    NotEqualsSubstitution,
-    NotSubstitution,
-    OrSubstitution,
-    PathJoinSubstitution,
-    PathSubstitution,
-    PythonExpression,
-    StringJoinSubstitution,
-    TextSubstitution,
-    ThisLaunchFile,
-    ThisLaunchFileDir,
-)
+from goalwire.launching.substitutions import *  # noqa: F403 - what it exports is what ROS 2's does
 
-__all__ = [
-    'AllSubstitution',
-    'AndSubstitution',
-    'AnonName',
-    'AnySubstitution',
-    'BooleanSubstitution',
-    'Command',
-    'EnvironmentVariable',
-    'EqualsSubstitution',
-    'FileContent',
-    'FindExecutable',
-    'IfElseSubstitution',
-    'LaunchConfiguration',
-    'LaunchLogDir',
-    'LocalSubstitution',
-    'NotEqualsSubstitution',
-    'NotSubstitution',
-    'OrSubstitution',
-    'PathJoinSubstitution',
-    'PathSubstitution',
-    'PythonExpression',
-    'StringJoinSubstitution',
-    'SubstitutionFailure',
-    'TextSubstitution',
-    'ThisLaunchFile',
-    'ThisLaunchFileDir',
-]
+__all__ = _substitutions.__all__
 
 add_modules(__name__)
