@@ -145,6 +145,7 @@ def test_goals_are_listed_and_cancelled(ros2: CommandLine, begin: Begin) -> None
         == f'Canceling goal {ids[0]}\n'
     )
     assert first.wait() == 9
+    assert 'no goal to cancel' in ros2.fails('action', 'cancel', 'lab/fibonacci', '--before', '1h', code=3)
     assert f'Canceling goal {ids[1]}' in ros2.ok('action', 'cancel', 'lab/fibonacci', '--before', '0s')
     assert second.wait() == 9
 

@@ -83,6 +83,11 @@ def test_echo_filters(ros2: CommandLine, sensor: Program) -> None:
     out = ros2.ok('topic', 'echo', 'point', '--once', '--field', 'point.x', '--filter', 'm.point.x % 10 == 3')
     assert float(out.splitlines()[0]) % 10 == 3
     assert 'not to be used' in ros2.fails('topic', 'echo', 'point', '--filter', '__import__("os")', code=4)
+    wrong = ros2.fails('topic', 'echo', 'point', 'std_msgs/msg/String', '--once', '--timeout', '20', code=4)
+    assert wrong == (
+        "ros2: '/point' has the type geometry_msgs/msg/PointStamped, not std_msgs/msg/String; "
+        'leave the type out'
+    )
     assert "there is no 'w'" in ros2.fails('topic', 'echo', 'point', '--field', 'point.w', code=4)
     assert 'no message came' in ros2.fails('topic', 'echo', 'lab/orders', '--timeout', '0.2', code=5)
 

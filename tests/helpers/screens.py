@@ -9,6 +9,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from pathlib import Path
 from select import select
 from time import monotonic
 from typing import Any
@@ -105,11 +106,12 @@ class Screen:
 def screen(
     env: Mapping[str, str],
     *arguments: str,
+    program: str | Path | None = None,
     size: tuple[int, int] = (80, 24),
     ignores_hangup: bool = False,
     **variables: str,
 ) -> Iterator[Screen]:
-    """Run a command on a terminal of so many columns and lines."""
+    """Run `ros2`, or another program, on a terminal of so many columns and lines."""
 
     def begin() -> None:
         fcntl.ioctl(0, termios.TIOCSCTTY, 0)  # the session's own terminal, so that ^C becomes SIGINT
@@ -122,7 +124,7 @@ def screen(
     try:
         termios.tcsetwinsize(slave, (lines, columns))
         process = subprocess.Popen(
-            [executable(), *arguments],
+            [program or executable(), *arguments],
             env={
                 **with_bytecode(env),
                 'TERM': 'xterm',

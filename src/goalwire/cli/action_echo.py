@@ -10,6 +10,7 @@ import goalwire
 from goalwire.cli import lookup
 from goalwire.cli.live import live
 from goalwire.cli.messages import add_style_arguments, as_dict, message_yaml, style_of
+from goalwire.cli.named import ACTIONS
 from goalwire.cli.outcome import CommandError, Outcome
 from goalwire.cli.service_echo import name_step
 
@@ -34,8 +35,6 @@ def echo_arguments(parser: ArgumentParser) -> None:
 
 def echo(arguments: Namespace, output: Output) -> Outcome:
     """Print what comes until Ctrl-C."""
-    from goalwire.cli.action import type_in_graph
-
     wanted = [part.strip() for part in arguments.interfaces.split(',') if part.strip()]
     for part in wanted:
         if part not in INTERFACES:
@@ -48,7 +47,7 @@ def echo(arguments: Namespace, output: Output) -> Outcome:
         name = lookup.full_name(arguments.action_name, 'action')
         type_name = lookup.type_name(arguments.action_type, 'action')
     else:
-        name, type_name = type_in_graph(arguments)
+        name, type_name = ACTIONS.name_and_type(arguments)
     parts = _parts(name, type_name)
 
     async def follow(node: goalwire.Node) -> None:

@@ -30,7 +30,7 @@ compdef _goalwire_complete ros2 goalwire
 """,
     'fish': """for program in ros2 goalwire
     complete -c $program -f -a \\
-        "(set -l said (commandline -opc); $program _complete $said[2..] (commandline -ct) 2>/dev/null)"
+        "(set -l said (commandline -opc); $program _complete \\$said[2..] (commandline -ct) 2>/dev/null)"
 end
 """,
 }

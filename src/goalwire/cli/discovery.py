@@ -54,12 +54,16 @@ def add_graph_arguments(parser: argparse.ArgumentParser) -> None:
 
 @contextmanager
 def discovered(
-    arguments: argparse.Namespace, found: Callable[[Graph], bool] | None = None, *, wait: float = 0.0
+    arguments: argparse.Namespace,
+    found: Callable[[Graph], bool] | None = None,
+    *,
+    wait: float = 0.0,
+    whole: bool = False,
 ) -> Iterator[Graph]:
     """Yield the graph of the domain: complete, or as soon as `found(graph)` says that it suffices.
 
-    Where it is not there, `wait` s more are given to it, and half a second at least. Raises TransportError,
-    CommandError.
+    Where it is not there, `wait` s more are given to it, and half a second at least. With `whole` it is
+    complete in any case. Raises TransportError, CommandError.
     """
     from goalwire.graph.graph import Graph
 
@@ -73,7 +77,7 @@ def discovered(
             session.watch_graph(graph)
             if not session.discovers_at_once:
                 limit = SPIN_TIME_S if spin_time is None else spin_time
-                changes.settle(limit, found, session.has_heard_all)
+                changes.settle(limit, None if whole else found, session.has_heard_all)
             elif not graph.nodes():
                 changes.wait_for(lambda graph: bool(graph.nodes()), NOBODY_S)
             if found is not None:  # what is not there is told after a second look: the others may be busy

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import goalwire
 from goalwire.cli.live import live
+from goalwire.cli.named import ACTIONS
 from goalwire.cli.numbers import positive
 from goalwire.cli.outcome import CommandError, Outcome
 from goalwire.cli.service_call import PATIENCE_S
@@ -25,6 +26,7 @@ STATUSES = ('UNKNOWN', 'ACCEPTED', 'EXECUTING', 'CANCELING', 'SUCCEEDED', 'CANCE
 ACTIVE = frozenset({'ACCEPTED', 'EXECUTING', 'CANCELING'})
 LOOK_S = 2.0
 """How long a server's status may take to come; one that has had no goal sends none."""
+_UNITS_S = {'s': 1.0, 'm': 60.0, 'h': 3600.0}
 CODES = {
     1: (Outcome.REFUSED, 'the server rejects the request'),
     2: (Outcome.NOT_FOUND, 'the server knows no such goal'),
@@ -94,9 +96,7 @@ def goals_arguments(parser: ArgumentParser) -> None:
 
 def goals(arguments: Namespace, output: Output) -> Outcome:
     """Print the goals that the server knows."""
-    from goalwire.cli.action import type_in_graph
-
-    name, _ = type_in_graph(arguments)
+    name, _ = ACTIONS.name_and_type(arguments)
 
     async def look(node: goalwire.Node) -> None:
         found = await known_goals(node, name, arguments.timeout)
@@ -130,7 +130,8 @@ def cancel_arguments(parser: ArgumentParser) -> None:
     what.add_argument(
         '--before',
         metavar='TIME',
-        help='Goals accepted at that time or earlier: seconds since 1970, an ISO time, or how long ago (10s)',
+        help='Goals accepted at that time or earlier: seconds since 1970, an ISO time, or how long ago '
+        '(10s, 5m, 1h)',
     )
     parser.add_argument(
         '--timeout',
@@ -143,10 +144,8 @@ def cancel_arguments(parser: ArgumentParser) -> None:
 
 def cancel(arguments: Namespace, output: Output) -> Outcome:
     """Have goals cancelled, and print which."""
-    from goalwire.cli.action import type_in_graph
-
     before = _time(arguments.before) if arguments.before else 0.0
-    name, _ = type_in_graph(arguments)
+    name, _ = ACTIONS.name_and_type(arguments)
 
     async def ask(node: goalwire.Node) -> Outcome:
         from action_msgs.srv import CancelGoal
@@ -202,8 +201,8 @@ def only_id(text: str, name: str, ids: Iterable[str]) -> str:
 def _time(text: str) -> float:
     """Return seconds since the epoch; raises CommandError."""
     try:
-        if text.endswith('s'):
-            seconds = time() - float(text[:-1])
+        if text[-1:] in _UNITS_S:
+            seconds = time() - float(text[:-1]) * _UNITS_S[text[-1]]
         elif text.replace('.', '', 1).isdigit():
             seconds = float(text)
         else:
@@ -212,6 +211,8 @@ def _time(text: str) -> float:
         seconds = 0.0
     if not 0 < seconds < 2**31:
         raise CommandError(
-            Outcome.BAD_VALUE, f"'{text}' is no time", 'write 1700000000.5, 2026-01-31T12:00:00 or 10s (ago)'
+            Outcome.BAD_VALUE,
+            f"'{text}' is no time",
+            'write 1700000000.5, 2026-01-31T12:00:00, or how long ago: 10s, 5m, 1h',
         )
     return seconds

@@ -10,6 +10,7 @@ import goalwire
 from goalwire.cli import lookup, progress, values
 from goalwire.cli.live import live, refuse_other_type, tell_types_ourselves, types_there
 from goalwire.cli.messages import as_dict
+from goalwire.cli.named import ACTIONS
 from goalwire.cli.numbers import positive
 from goalwire.cli.outcome import CommandError, Outcome
 from goalwire.cli.output import tell
@@ -50,14 +51,12 @@ class _Goal:
 
     def __init__(self, arguments: Namespace, output: Output) -> None:
         """Read the command line; raises CommandError."""
-        from goalwire.cli.action import type_in_graph
-
         self._arguments = arguments
         self._output = output
         self._name = lookup.full_name(arguments.action_name, 'action')
         type_name, words = lookup.split_type(arguments.words, 'action')
         if type_name is None:
-            self._name, type_name = type_in_graph(arguments)
+            self._name, type_name = ACTIONS.name_and_type(arguments)
         self._type_name = type_name
         self._cls = lookup.interface(type_name)
         self._progress = progress.Progress(arguments.progress) if arguments.progress else None

@@ -12,6 +12,7 @@ import goalwire
 from goalwire.cli import lookup, values
 from goalwire.cli.live import live, refuse_other_type, tell_types_ourselves, types_there
 from goalwire.cli.messages import as_dict
+from goalwire.cli.named import SERVICES
 from goalwire.cli.numbers import count, positive
 from goalwire.cli.outcome import Outcome
 from goalwire.cli.output import tell
@@ -203,26 +204,9 @@ def call(arguments: Namespace, output: Output) -> Outcome:
     name = lookup.full_name(arguments.service_name, 'service')
     type_name, words = lookup.split_type(arguments.words, 'srv')
     if type_name is None:
-        type_name = type_in_graph(name, arguments)
+        name, type_name = SERVICES.name_and_type(arguments)
     cls = lookup.interface(type_name)
     given = values.read_values(words, cls.Request, stdin=arguments.stdin)
     request = values.filled(cls.Request, given, type_name)
     what = _Call(name, cls, type_name, request, arguments)
     return live(lambda node: what.perform(node, output))
-
-
-def type_in_graph(name: str, arguments: Namespace) -> str:
-    """Return the type that a service has in the graph; raises CommandError where it is not there."""
-    from goalwire.cli.discovery import discovered
-
-    with discovered(
-        arguments, lambda graph: bool(lookup.types_of(graph.service_names_and_types(), name))
-    ) as graph:
-        found = graph.service_names_and_types()
-    types = lookup.types_of(found, name)
-    if types is None:
-        from goalwire.graph.names import without_hidden
-
-        known = [each for each, _ in without_hidden(found)]
-        raise lookup.unknown('service', name, known, 'ros2 service list')
-    return lookup.only_type(types, 'service', name, arguments.prog)

@@ -9,6 +9,7 @@ import goalwire
 from goalwire.cli import lookup
 from goalwire.cli.live import live
 from goalwire.cli.messages import as_dict, message_yaml, style_of
+from goalwire.cli.named import SERVICES
 from goalwire.cli.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -20,13 +21,11 @@ STEPS = ('REQUEST_SENT', 'REQUEST_RECEIVED', 'RESPONSE_SENT', 'RESPONSE_RECEIVED
 
 def echo(arguments: Namespace, output: Output) -> Outcome:
     """Print events until Ctrl-C."""
-    from goalwire.cli.service_call import type_in_graph
-
     name = lookup.full_name(arguments.service_name, 'service')
     if arguments.service_type:
         type_name = lookup.type_name(arguments.service_type, 'srv')
     else:
-        type_name = type_in_graph(name, arguments)
+        name, type_name = SERVICES.name_and_type(arguments)
     event = lookup.interface(type_name).Event
 
     async def follow(node: goalwire.Node) -> None:

@@ -12,6 +12,7 @@ from goalwire.cli import lookup, values
 from goalwire.cli.discovery import add_graph_arguments
 from goalwire.cli.live import live, refuse_other_type, tell_types_ourselves, types_there
 from goalwire.cli.messages import as_dict
+from goalwire.cli.named import TOPICS
 from goalwire.cli.numbers import length, positive
 from goalwire.cli.outcome import CommandError, Outcome
 from goalwire.cli.qos import add_qos_arguments, chosen_qos
@@ -73,15 +74,12 @@ class _Publication:
 
     def __init__(self, arguments: Namespace, output: Output) -> None:
         """Read the command line; raises CommandError."""
-        from goalwire.cli.topic import one_topic
-
         self._arguments = arguments
         self._output = output
         self._name = lookup.full_name(arguments.topic_name, 'topic')
         type_name, words = lookup.split_type(arguments.words, 'msg')
         if type_name is None:
-            _, types, _ = one_topic(arguments)
-            type_name = lookup.only_type(types, 'topic', self._name, arguments.prog)
+            _, type_name = TOPICS.name_and_type(arguments)
         self._type_name = type_name
         self._cls = lookup.interface(type_name)
         self._message: Any = self._cls()

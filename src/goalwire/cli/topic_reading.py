@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import goalwire
 from goalwire.cli import lookup
+from goalwire.cli.live import refuse_other_type
+from goalwire.cli.named import TOPICS
 from goalwire.cli.numbers import count
 from goalwire.cli.qos import chosen_qos, suiting
 
@@ -27,14 +29,15 @@ class Source(NamedTuple):
 
 def source(arguments: Namespace, given: str, type_name: str | None = None) -> Source:
     """Return the topic that is named, its class, and a QoS that suits. Raises CommandError."""
-    from goalwire.cli.topic import one_topic
     from goalwire.transport.contract import EndpointKind
 
     name = lookup.full_name(given, 'topic')
     if type_name is not None:
-        cls = lookup.interface(lookup.type_name(type_name, 'msg'))
-        return Source(name, cls, _qos(arguments, _publishers(arguments, name)))
-    name, types, graph = one_topic(arguments, given)
+        wanted = lookup.type_name(type_name, 'msg')
+        cls, publishers = lookup.interface(wanted), _publishers(arguments, name)
+        refuse_other_type(name, wanted, sorted({each.type_name for each in publishers}))
+        return Source(name, cls, _qos(arguments, publishers))
+    name, types, graph = TOPICS.one(arguments, given)
     found = lookup.only_type(types, 'topic', name, arguments.prog)
     return Source(
         name, lookup.interface(found), _qos(arguments, graph.entities(EndpointKind.PUBLISHER, name))

@@ -13,6 +13,7 @@ from goalwire.cli import lookup, progress
 from goalwire.cli.goals import GoalLine, goal_lines, status_subscription
 from goalwire.cli.live import live
 from goalwire.cli.messages import as_dict
+from goalwire.cli.named import ACTIONS
 from goalwire.cli.outcome import Outcome
 from goalwire.cli.output import escaped, json_text
 
@@ -110,9 +111,7 @@ class _Table:
 
 def watch(arguments: Namespace, output: Output) -> Outcome:
     """Show goals until Ctrl-C."""
-    from goalwire.cli.action import type_in_graph
-
-    name, type_name = type_in_graph(arguments)
+    name, type_name = ACTIONS.name_and_type(arguments)
     feedback_type = lookup.interface(type_name).Impl.FeedbackMessage
     table = _Table(name, arguments.progress, output)
 
