@@ -1,6 +1,6 @@
 """A context: one domain's session, graph and arguments, from init() to shutdown().
 
-Both fronts use it. The session opens with the first node, so that a program may fork after init().
+Both APIs use it. The session opens with the first node, so that a program may fork after init().
 """
 
 from __future__ import annotations

@@ -59,7 +59,7 @@ class NodeCore:
         self.clock = ROSClock(source=context.shutdown_signal.clock)
         """The node's clock: system time, or /clock under `use_sim_time`."""
         self.make_service: MakeService[Any]
-        """How its front makes a service of its own kind, for those that every node has; the front sets it."""
+        """How its API makes the services that every node has, as services of its kind. The API sets it."""
         self.call_timeout: float | None = None
         """s that calls of this node may take where their client gives them none; None: the context's."""
         self._port: NodePort | None = context.session.node(self.name)

@@ -25,7 +25,7 @@ T_co = TypeVar('T_co', covariant=True)
 
 
 class MakeService(Protocol[T_co]):
-    """How a front makes a service of its own kind, one of those that every node has."""
+    """How an API makes one of the services that every node has, as a service of its own kind."""
 
     def __call__(
         self,

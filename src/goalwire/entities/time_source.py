@@ -56,7 +56,7 @@ class TimeSourceCore:
             self._unsubscribe()
 
     def _subscribe(self) -> None:
-        """Begin to listen to /clock; a front does that."""
+        """Begin to listen to /clock. The node's API calls this."""
 
     def _unsubscribe(self) -> None:
         """End listening to /clock."""

@@ -376,12 +376,12 @@ _provider: list[Callable[[], ContextLike]] = []
 
 
 def provide_default_context(provider: Callable[[], ContextLike]) -> None:
-    """Say where `default_context` finds the default context; the front does, once."""
+    """Say where `default_context` finds the default context; rclpy does that once."""
     _provider[:] = [provider]
 
 
 def default_context() -> ContextLike:
-    """The context for what was made without one. Raises RuntimeError where no front was imported."""
+    """The context for what was made without one. Raises RuntimeError if rclpy was not imported."""
     if not _provider:
         raise RuntimeError('there is no default context: pass context=..., or import rclpy first')
     return _provider[0]()

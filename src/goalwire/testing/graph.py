@@ -43,7 +43,7 @@ EVERYTHING = QoS(history=HistoryPolicy.KEEP_ALL)
 
 
 class Graph:
-    """`with Graph() as graph:` what this process opens in the block, on either front, meets nobody else.
+    """`with Graph() as graph:` what this process opens in the block, with either API, meets nobody else.
 
     The end of the block ends what was started through it. It raises an AssertionError for what else was left
     open, and for what the callbacks of the nodes raised.
@@ -146,7 +146,7 @@ class Graph:
 
     @property
     def context(self) -> Context:
-        """A context in this graph, for nodes of either front: `Node('name', context=graph.context)`."""
+        """A context in this graph, for nodes of either API: `Node('name', context=graph.context)`."""
         if self._context is None:
             self._context = Context()
             self._context.init(args=[], domain_id=self._world.domain)
