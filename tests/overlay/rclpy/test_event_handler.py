@@ -232,7 +232,7 @@ def test_counts_of_matches_ask_the_qos_where_the_wire_does(
     wait_until(context, lambda: matching.get_publisher_count() == 1)
     wait_until(context, lambda: node.count_subscribers('chat') == 2)
     separated = transport_name == DDS
-    assert publisher.get_subscription_count() == (1 if separated else 2)
+    wait_until(context, lambda: publisher.get_subscription_count() == (1 if separated else 2))
     assert asking.get_publisher_count() == (0 if separated else 1)
 
 

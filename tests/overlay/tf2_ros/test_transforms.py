@@ -211,7 +211,7 @@ def test_a_listener_with_its_own_thread_needs_no_spinning(context: Context, node
     assert x_of(buffer.lookup_transform('map', 'base', LATEST, LONG_ENOUGH)) == 1.0
     listener.unregister()
     assert not listener.dedicated_listener_thread.is_alive()
-    assert sender.pub_tf.get_subscription_count() == 0
+    wait_until(context, lambda: sender.pub_tf.get_subscription_count() == 0)
 
 
 def test_a_listeners_thread_listens_while_another_executor_has_the_node_and_its_thread_waits(
