@@ -18,6 +18,7 @@ writes. What a user asks for, a put, a query, a declaration, is a method of the 
     link              one link: frames and fragments to messages and back, leases, keep-alives
     queries           queries on their way, their replies and their ends
     senders           publications and queriers, each for one key
+    stamps            timestamps of a session, each later than all before it
     session           all declarations, of this side and of others, and the routing of messages
 
 Threads. Every method may be called on any thread, but what one link receives is handed to it by one thread
