@@ -3,7 +3,10 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 RMW ?= rmw_zenoh_cpp
-EXTRA := $(if $(filter rmw_cyclonedds_cpp,$(RMW)),[dds])
+comma := ,
+empty :=
+with = $(if $(strip $(1)),[$(subst $(empty) ,$(comma),$(strip $(1)))])
+EXTRA := $(call with,$(if $(filter rmw_cyclonedds_cpp,$(RMW)),dds) $(if $(VIEW),console))
 
 .PHONY: demo set-up test quick fuzz lint types bench bench-curves bench-short clean reliability zenoh-versions
 
@@ -11,11 +14,12 @@ EXTRA := $(if $(filter rmw_cyclonedds_cpp,$(RMW)),[dds])
 LOCKED := $(if $(shell command -v flock 2>/dev/null),flock Makefile)
 ROBOT := $(wildcard $(addprefix robot/,humanoid/setup.py humanoid/humanoid/*.py humanoid/humanoid/*/*.py humanoid_interfaces/*/* humanoid_description/*/*))
 
+# make demo VIEW=1 shows the robot in the browser while the mission runs.
 demo:
 	@$(LOCKED) $(MAKE) --no-print-directory set-up
-	RMW_IMPLEMENTATION=$(RMW) $(BIN)/humanoid demo
+	RMW_IMPLEMENTATION=$(RMW) $(BIN)/humanoid demo $(if $(VIEW),--view)
 
-set-up: $(VENV)/.run-$(RMW)
+set-up: $(VENV)/.run-$(RMW)$(if $(VIEW),-view)
 	@:
 
 # make test ZENOH=native (or eclipse): whose Zenoh sessions the tests and their programs open.
@@ -53,7 +57,7 @@ bench-short: $(VENV)/.dev
 $(BIN)/python:
 	$(PYTHON) -m venv $(VENV)
 
-$(VENV)/.run-$(RMW): pyproject.toml $(ROBOT) | $(BIN)/python
+$(VENV)/.run-$(RMW)$(if $(VIEW),-view): pyproject.toml $(ROBOT) | $(BIN)/python
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.$(EXTRA)' ./robot/humanoid
 	@touch $@
 

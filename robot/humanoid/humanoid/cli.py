@@ -12,6 +12,7 @@ from humanoid import lifeline
 from humanoid.domain import Taken
 from humanoid.fleet import BadName
 from humanoid.physics.choice import NotInstalled
+from humanoid.view import NoView
 
 PROGRAMS = {
     'joint_state_service': 'humanoid.joints.service',
@@ -37,17 +38,17 @@ def main(args: Sequence[str] | None = None) -> int:
         if options.command == 'demo':
             from humanoid.demo import demo
 
-            return demo(physics=options.physics, sim_time=options.sim_time)
+            return demo(physics=options.physics, sim_time=options.sim_time, view=options.view)
         if options.command != 'up':
             from humanoid.operate import operate
 
             return operate(options, ros_args)
         from humanoid.up import up
 
-        return up(physics=options.physics, sim_time=options.sim_time, names=options.name)
+        return up(physics=options.physics, sim_time=options.sim_time, names=options.name, view=options.view)
     except KeyboardInterrupt:
         return 130
-    except (Taken, NotInstalled, BadName) as problem:
+    except (Taken, NotInstalled, BadName, NoView) as problem:
         print(f'humanoid: {problem}', file=sys.stderr)
         return 1
     except ModuleNotFoundError as missing:
@@ -96,6 +97,7 @@ def _parser() -> argparse.ArgumentParser:
             help='simulate the body by MuJoCo, or not; without either: where MuJoCo is installed',
         )
         command.add_argument('--sim-time', action='store_true', help="take the time from the physics' /clock")
+        command.add_argument('--view', action='store_true', help='show it in the browser (goalwire[console])')
         if name == 'up':
             command.add_argument(
                 '--name', action='append', default=[], help='a robot of that name; may be given several times'

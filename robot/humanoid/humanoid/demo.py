@@ -5,12 +5,13 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 
+from humanoid import view as console
 from humanoid.domain import claimed
 from humanoid.mission.display import display
 from humanoid.mission.events import Retrying, Sink, from_line
 from humanoid.mission.summary import Summary
 from humanoid.physics.choice import chosen, told
-from humanoid.supervisor import Ended, StopAsked, Supervisor, program
+from humanoid.supervisor import Ended, Printed, StopAsked, Supervisor, program
 from humanoid.up import SIM_TIME, servers
 
 MISSION = 'mission'
@@ -23,17 +24,21 @@ class Failed(Exception):
     """The demo cannot go on; the text says why, naming the program."""
 
 
-def demo(*, physics: bool | None = None, sim_time: bool = False) -> int:
+def demo(*, physics: bool | None = None, sim_time: bool = False, view: bool = False) -> int:
     """0 only if every step of the mission ended as it should and no program ended before its time.
 
-    `physics` as in humanoid.physics.choice. Raises Taken and NotInstalled.
+    `physics` as in humanoid.physics.choice, `view`: with the page in the browser. Raises Taken, NotInstalled
+    and NoView.
     """
     summary = Summary()
     problem = None
     physics = chosen(physics)
     arguments = SIM_TIME if sim_time else ()
+    page = console.command() if view else None
     with claimed(may_move=True), Supervisor() as supervisor:
         print(told(physics=physics), flush=True)
+        if page is not None:
+            supervisor.start(console.NAME, page)
         for name in servers(physics=physics):
             if name not in (LATE, FOR_VIEWERS):
                 _start(supervisor, name, *arguments)
@@ -68,6 +73,9 @@ def _follow(supervisor: Supervisor, summary: Summary, show: Sink, arguments: Seq
             raise Failed(f'the mission did not end within {TIME_LIMIT:.0f} s')
         if isinstance(event, StopAsked):
             raise Failed('stopped on request')
+        if event.name == console.NAME:
+            print(event.line if isinstance(event, Printed) else f'{event}; the demo goes on', flush=True)
+            continue
         if isinstance(event, Ended):
             _judge_end(supervisor, summary, event)
             return
@@ -86,7 +94,7 @@ def _judge_end(supervisor: Supervisor, summary: Summary, ended: Ended) -> None:
     if ended.name == MISSION:
         # A server's death may be what the mission stumbled over, and be next in the queue.
         while event := supervisor.next_event(time.monotonic()):
-            if isinstance(event, Ended):
+            if isinstance(event, Ended) and event.name != console.NAME:
                 ended = event
                 break
     if ended.name != MISSION or not summary.complete:

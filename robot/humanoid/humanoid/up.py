@@ -6,6 +6,7 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
+from humanoid import view as console
 from humanoid.domain import claimed
 from humanoid.fleet import fleet
 from humanoid.physics.choice import chosen, told
@@ -29,16 +30,19 @@ def servers(*, physics: bool) -> Sequence[str]:
     return ('simulation', *(name for name in SERVERS if name not in SIMULATED))
 
 
-def up(*, physics: bool | None = None, sim_time: bool = False, names: Sequence[str] = ()) -> int:
+def up(
+    *, physics: bool | None = None, sim_time: bool = False, names: Sequence[str] = (), view: bool = False
+) -> int:
     """Relay what the servers print. One that ends by itself leaves the others running, and 1 is returned.
 
-    `physics` as in humanoid.physics.choice, `names` as in humanoid.fleet: a robot for each. Raises Taken,
-    NotInstalled and BadName.
+    `physics` as in humanoid.physics.choice, `names` as in humanoid.fleet: a robot for each, `view`: with the
+    page in the browser. Raises Taken, NotInstalled, BadName and NoView.
     """
     died = started = 0
     robots = fleet(names)
     physics = chosen(physics)
     times = SIM_TIME if sim_time else ()
+    page = console.command() if view else None
     with (
         claimed(may_move=False),
         tempfile.TemporaryDirectory(prefix='humanoid_') as folder,
@@ -51,13 +55,15 @@ def up(*, physics: bool | None = None, sim_time: bool = False, names: Sequence[s
                 command = program(name, *robot.arguments(name, Path(folder)), *times)
                 print(f'started {label} (pid {supervisor.start(label, command)})', flush=True)
                 started += 1
+        if page is not None:
+            supervisor.start(console.NAME, page)
         print('Ctrl-C stops them all', flush=True)
         while died < started:
             event = supervisor.next_event()
             if isinstance(event, Printed):
                 print(f'[{event.name}] {event.line}', flush=True)
             elif isinstance(event, Ended):
-                died += 1
+                died += event.name != console.NAME
                 print(f'{event}; the others go on', flush=True)
             elif isinstance(event, StopAsked):
                 print('stopping', flush=True)

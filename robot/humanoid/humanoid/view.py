@@ -1,0 +1,41 @@
+"""The page in the browser beside the robot: goalwire's console, where that is installed.
+
+`python -m humanoid.view` is a program like the others: it ends with the process that started it.
+"""
+
+from __future__ import annotations
+
+import os
+import runpy
+import sys
+from collections.abc import Sequence
+from importlib.util import find_spec
+
+from humanoid import lifeline
+
+NAME = 'view'
+NEEDED = 'nicegui'
+
+
+class NoView(Exception):
+    """The console is not installed; the text says what to do."""
+
+
+def command() -> Sequence[str]:
+    """The command that serves the page on a free port and opens it. Raises NoView."""
+    for package in ('goalwire', NEEDED):
+        if find_spec(package) is None:
+            raise NoView(f"--view needs the package {package}: pip install 'goalwire[console]'")
+    return [sys.executable, '-m', 'humanoid.view']
+
+
+def main() -> None:
+    """Run `goalwire console` in this process."""
+    lifeline.hold(os.environ)
+    print(f'pid {os.getpid()}', flush=True)
+    sys.argv = ['goalwire', 'console', '--port', '0']
+    runpy.run_module('goalwire.cli', run_name='__main__')
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,70 @@
+"""Draws docs/console.png: the humanoid on its way, as the console shows it. Needs Chromium and playwright.
+
+python tools/console_picture.py
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from contextlib import ExitStack
+from pathlib import Path
+
+from playwright.sync_api import Page, sync_playwright
+
+ROOT = Path(__file__).parents[1]
+PICTURE = ROOT / 'docs' / 'console.png'
+MOST_BYTES = 1_000_000
+FLAGS = ['--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader']
+PATIENCE_MS = 120_000
+GOAL = (1.6, -1.1)
+
+
+def main() -> int:
+    """Start the robot and a console, take the picture, end both."""
+    environment = os.environ | {'ROS_DOMAIN_ID': '97', 'PYTHONPATH': str(ROOT / 'robot' / 'humanoid')}
+    with ExitStack() as ends:
+        for command in (['-m', 'humanoid', 'up'], ['-m', 'goalwire.cli', 'console', *_FLAGS]):
+            process = subprocess.Popen(
+                [sys.executable, *command], env=environment, cwd=ROOT, stdout=subprocess.PIPE, text=True
+            )
+            ends.callback(process.wait)
+            ends.callback(process.terminate)
+        assert process.stdout is not None
+        url = json.loads(process.stdout.readline())['url']
+        driver = ends.enter_context(sync_playwright())
+        browser = driver.chromium.launch(executable_path=shutil.which('chromium'), args=FLAGS)
+        ends.callback(browser.close)
+        page = browser.new_page(viewport={'width': 1280, 'height': 800})
+        page.set_default_timeout(PATIENCE_MS)
+        page.goto(f'{url}?view=robot')
+        _send(page)
+        page.screenshot(path=str(PICTURE))
+    size = PICTURE.stat().st_size
+    print(f'{PICTURE.relative_to(ROOT)}: {size} bytes')
+    return 0 if size < MOST_BYTES else 1
+
+
+_FLAGS = ['--no-open', '--json', '--port', '0']
+
+
+def _send(page: Page) -> None:
+    """Click where it is to go, answer the question, and wait until it is half way."""
+    page.wait_for_selector('[data-way]:visible')
+    page.wait_for_function('() => (window.goalwireScene?.links?.size ?? 0) > 10')
+    x, y = page.evaluate('([x, y]) => goalwireScene.screen_of(x, y, 0)', list(GOAL))
+    page.mouse.click(x, y)
+    page.click('.q-dialog [data-send]')
+    page.wait_for_function(
+        '([x, y]) => { const base = goalwireScene.poses().base_link;'
+        ' return Math.hypot(base[0], base[1]) > 0.55 * Math.hypot(x, y) }',
+        arg=list(GOAL),
+    )
+    page.mouse.move(500, 760)
+
+
+if __name__ == '__main__':
+    sys.exit(main())
