@@ -44,7 +44,9 @@ def open_page(chromium: Any) -> Iterator[Callable[[str], Any]]:
     contexts = []
 
     def open_one(url: str) -> Any:
-        context = chromium.new_context(viewport={'width': 1280, 'height': 800}, accept_downloads=True)
+        context = chromium.new_context(
+            viewport={'width': 1100, 'height': 700}, accept_downloads=True, reduced_motion='reduce'
+        )
         contexts.append(context)
         context.set_default_timeout(PATIENCE_MS)
         page = context.new_page()

@@ -15,7 +15,7 @@ from helpers.wires import DDS, require
 
 OpenPage = Callable[[str], Any]
 
-pytestmark = [pytest.mark.slow, pytest.mark.timeout(240)]
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(400)]
 
 
 @pytest.fixture(autouse=True)
@@ -240,14 +240,16 @@ def test_what_is_copied_runs(stage: Stage, open_page: OpenPage, tmp_path: Path) 
     page.click('text=Copy as Python')
     page.wait_for_selector('.q-notification:has-text("copied")')
     program = tmp_path / 'copied.py'
+    until(page, "async () => (await navigator.clipboard.readText()).startsWith('import asyncio')")
     program.write_text(page.evaluate('() => navigator.clipboard.readText()'), encoding='utf-8')
     ran = stage.program(program)
     assert 'on <b>and bright</b>' in ran.succeed()
     robot.expect('lamp True')
     page.click('text=Copy as command')
     page.wait_for_selector('.q-notification:has-text("Command copied")')
+    copied = "async () => (await navigator.clipboard.readText()).startsWith('ros2 service call ')"
+    until(page, copied)
     command = page.evaluate('() => navigator.clipboard.readText()')
-    assert command.startswith('ros2 service call ')
     done = subprocess.run(
         ['sh', '-c', command.replace('ros2', f'{sys.executable} -m goalwire.cli', 1)],
         env=stage.env,

@@ -14,7 +14,7 @@ from helpers.markdown import ROOT
 from helpers.processes import Program
 
 CHROMIUM = shutil.which('chromium') or shutil.which('chromium-browser') or shutil.which('google-chrome')
-PATIENCE_MS = 45_000
+PATIENCE_MS = 90_000
 """How long the page may take for what must happen: only a failure takes it."""
 DATA = ROOT / 'tests' / 'data'
 PROGRAMS = ROOT / 'tests' / 'console' / 'programs'

@@ -23,8 +23,10 @@ export default {
     this.follow = true;
     this.level = 0;
     const canvas = this.$el.querySelector("canvas");
+    const calm = matchMedia("(prefers-reduced-motion: reduce)").matches; // then it moves as it comes
+    if (calm) this.smooth = 1e6;
     try {
-      this.renderer = new THREE.WebGLRenderer({ antialias: true, canvas, preserveDrawingBuffer: true });
+      this.renderer = new THREE.WebGLRenderer({ antialias: !calm, canvas, preserveDrawingBuffer: true });
     } catch {
       this.$el.querySelector(".gw-scene-none").style.display = "flex";
       return;
@@ -44,6 +46,7 @@ export default {
     this.controls.addEventListener("change", () => (this.dirty = true));
     this.labels = new CSS2DRenderer({ element: this.$el.querySelector(".gw-scene-labels") });
     this.add_lights();
+    this.sun.castShadow = !calm;
     this.robot = new THREE.Group();
     this.marks = new THREE.Group();
     this.scene.add(this.robot, this.marks);
@@ -90,11 +93,11 @@ export default {
       this.hemi.intensity = theme.hemi;
       if (this.floor) this.scene.remove(this.floor);
       this.floor = new THREE.Group();
-      const material = new THREE.MeshStandardMaterial({
-        color: theme.floor, roughness: 1, polygonOffset: true, polygonOffsetFactor: 2, polygonOffsetUnits: 4,
-      });
+      // It writes no depth and comes first, so that the grid is never hidden by it.
+      const material = new THREE.MeshStandardMaterial({ color: theme.floor, roughness: 1, depthWrite: false });
       const plane = new THREE.Mesh(new THREE.PlaneGeometry(80, 80), material);
       plane.receiveShadow = true;
+      plane.renderOrder = -1;
       plane.position.z = -0.004;
       const fine = new THREE.GridHelper(40, 80, theme.line, theme.line);
       const coarse = new THREE.GridHelper(40, 20, theme.strong, theme.strong);
@@ -331,7 +334,7 @@ export default {
     },
     loop(now) {
       this.request = requestAnimationFrame(this.loop);
-      const share = 1 - Math.exp((-SMOOTH * Math.min(now - this.last, 200)) / 1000);
+      const share = 1 - Math.exp((-(this.smooth ?? SMOOTH) * Math.min(now - this.last, 200)) / 1000);
       this.last = now;
       if (this.moving) {
         let left = 0;
