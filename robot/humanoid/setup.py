@@ -70,6 +70,7 @@ setup(
             'arm_action_server = humanoid.arm.server:main',
             'robot_state_publisher = humanoid.state_publisher.node:main',
             'motor_board = humanoid.driver.board:main',
+            'simulation = humanoid.physics.program:main',
             'mission = humanoid.mission.program:main',
         ],
         'goalwire.interfaces': [f'humanoid_interfaces = {definitions}'],

@@ -34,7 +34,7 @@ def world(tmp_path: Path) -> dict[str, str]:
     (index / 'humanoid').touch()
     programs = tmp_path / 'lib' / 'humanoid'
     programs.mkdir(parents=True)
-    for name in (*SERVERS, 'mission'):
+    for name in (*SERVERS, 'simulation', 'mission'):
         program = programs / name
         call = f'from humanoid.cli import main\nimport sys\nsys.argv.insert(1, {name!r})\nsys.exit(main())\n'
         program.write_text(f'#!{sys.executable}\n{call}')
@@ -66,10 +66,21 @@ def test_the_launch_file_starts_the_servers(robot: Program, world: dict[str, str
     assert all(wait_until_gone(pid, 10.0) for pid in pids)
 
 
+def test_with_physics_one_simulation_stands_in_for_joints_and_base(world: dict[str, str]) -> None:
+    pytest.importorskip('mujoco', reason='the physics is MuJoCo')
+    arguments = ['humanoid', 'humanoid.launch.py', 'namespace:=h1', 'physics:=true', 'use_sim_time:=true']
+    with Program(executable(), 'launch', *arguments, env=world) as launched:
+        started = [launched.expect(r'\[(\w+)-\d+\]: process started with pid')[1] for _ in range(4)]
+        assert sorted(started) == sorted({'simulation', *SERVERS} - set(SERVERS[:2]))
+        launched.expect('h1.simulation.*Simulation ready')
+        launched.send_signal(signal.SIGINT)
+        assert launched.wait() == 0, launched.output
+
+
 def test_its_arguments_are_told(world: dict[str, str]) -> None:
     shown = CommandLine(world).ok('launch', 'humanoid', 'humanoid.launch.py', '--show-args')
     names = [line.strip(" ':") for line in shown.splitlines() if line.startswith("    '")]
-    assert names == ['namespace', 'frame_prefix', 'use_sim_time', 'mission', 'log_level']
+    assert names == ['namespace', 'frame_prefix', 'physics', 'use_sim_time', 'mission', 'log_level']
 
 
 def test_the_package_installs_it() -> None:

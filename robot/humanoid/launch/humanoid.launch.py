@@ -2,11 +2,12 @@
 
 ros2 launch humanoid humanoid.launch.py
 ros2 launch humanoid humanoid.launch.py mission:=true namespace:=h1
+ros2 launch humanoid humanoid.launch.py physics:=true use_sim_time:=true
 """
 
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, GroupAction, Shutdown
-from launch.conditions import IfCondition
+from launch.conditions import IfCondition, UnlessCondition
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node, PushRosNamespace, SetParameter
 from launch_ros.parameter_descriptions import ParameterValue
@@ -18,21 +19,38 @@ SERVERS = (
     'arm_action_server',
     'robot_state_publisher',
 )
+SIMULATED = ('joint_state_service', 'navigation_action_server')  # with physics the simulation has them
 
 
 def generate_launch_description() -> LaunchDescription:
     arguments = [
         DeclareLaunchArgument('namespace', default_value='', description='Namespace of all nodes'),
         DeclareLaunchArgument('frame_prefix', default_value='', description='Before the names of all frames'),
+        DeclareLaunchArgument('physics', default_value='false', description='Simulate the body by MuJoCo'),
         DeclareLaunchArgument('use_sim_time', default_value='false', description='Take the time from /clock'),
         DeclareLaunchArgument('mission', default_value='false', description='Run a mission, and end with it'),
         DeclareLaunchArgument('log_level', default_value='info', description='Log level of all nodes'),
     ]
     level = ['--log-level', LaunchConfiguration('log_level')]
+    physics = LaunchConfiguration('physics')
     servers = [
-        Node(package='humanoid', executable=name, name=name, output='screen', ros_arguments=level)
+        Node(
+            package='humanoid',
+            executable=name,
+            name=name,
+            output='screen',
+            ros_arguments=level,
+            condition=UnlessCondition(physics) if name in SIMULATED else None,
+        )
         for name in SERVERS
     ]
+    simulation = Node(  # several nodes in one process, so it is given no name
+        package='humanoid',
+        executable='simulation',
+        output='screen',
+        ros_arguments=level,
+        condition=IfCondition(physics),
+    )
     mission = Node(
         package='humanoid',
         executable='mission',
@@ -46,4 +64,4 @@ def generate_launch_description() -> LaunchDescription:
         SetParameter('use_sim_time', LaunchConfiguration('use_sim_time')),
         SetParameter('frame_prefix', ParameterValue(LaunchConfiguration('frame_prefix'), value_type=str)),
     ]
-    return LaunchDescription([*arguments, GroupAction([*scope, *servers, mission])])
+    return LaunchDescription([*arguments, GroupAction([*scope, simulation, *servers, mission])])
