@@ -98,7 +98,7 @@ def _sphere(radius: float, at: Vector = NOWHERE, material: str = 'joint') -> Sha
     return Shape('sphere', (radius,), at, material)
 
 
-PELVIS = Link('base_link', 6.0, (_box(0.14, 0.24, 0.12),))
+PELVIS = Link('base_link', 6.0, (_box(0.14, 0.24, 0.12), _cylinder(0.07, 0.05, (0.0, 0.0, 0.08), 'joint')))
 
 TRUNK = (
     Joint('base_footprint_joint', 'base_link', Link('base_footprint'), (0.0, 0.0, -0.80)),
