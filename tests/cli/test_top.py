@@ -206,7 +206,7 @@ def test_what_is_too_much_is_measured_for_a_moment(
 
             def is_paused() -> bool:
                 if '/camera' in on.listened_to():
-                    publisher.publish(data='x' * 300)
+                    publisher.publish(data='x' * 100_000)
                 return 'measured for a moment' in tab._rows['/camera'][-1].plain
 
             await on.until(is_paused)
@@ -214,9 +214,12 @@ def test_what_is_too_much_is_measured_for_a_moment(
             await on.until(lambda: tab.chosen == '/camera')
             await on.pilot.press('m')
             await on.until(lambda: '/camera' in on.listened_to())
-            for _ in range(20):
-                publisher.publish(data='x' * 300)
-            await on.until(lambda: float(tab._rows['/camera'][1].plain or 0) > 0)
+
+            def has_rate() -> bool:
+                publisher.publish(data='x' * 100_000)
+                return float(tab._rows['/camera'][1].plain or 0) > 0
+
+            await on.until(has_rate)
             assert '/camera' in on.listened_to()
 
     run(test())
@@ -449,6 +452,15 @@ async def test_a_filter_leaves_what_fits() -> None:
         await on.sees('filter: left')
         await on.pilot.press('slash', 'escape')
         await on.until(lambda: '/right/state' in tab._rows)
+
+
+@scenario
+async def test_a_tick_while_it_is_taken_down_is_no_fault() -> None:
+    async with shown() as on:
+        await on.app.query_one('#head').remove()
+        on.app.repaint()
+        await on.app.query_one('#details').remove()
+        on.app.say('too late')
 
 
 def test_a_fault_ends_it_and_is_kept(isolated: dict[str, str]) -> None:

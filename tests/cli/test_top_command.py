@@ -45,15 +45,26 @@ def fill(shown: Screen, text: bytes) -> None:
     shown.sees('y sends it; any other key goes back')
 
 
+def choose(shown: Screen, tab: bytes, name: str) -> None:
+    """Leave one name on a tab, however much else the robot has."""
+    shown.press(tab)
+    shown.sees(f'(?m)^ /{name}')
+    shown.press(b'/')
+    shown.sees('show names with')
+    shown.press(name.encode())
+    shown.sees(f'filter: {name}')
+    shown.sees(rf'\n +{name}')  # in the field
+    shown.press(b'\r')
+    shown.misses(rf'\n +{name}')  # the field is closed
+
+
 def test_it_shows_a_robot_and_calls_it(robot: dict[str, str]) -> None:
     with screen(robot, 'top', size=SIZE) as shown:
-        shown.sees('[45] nodes, .* 2 services, 2 actions')
-        shown.sees('/navigation_action_server +3')
+        shown.sees(r'\d+ nodes, \d+ topics, \d+ services, \d+ actions')
+        shown.sees(r'/navigation_action_server +\d')
         shown.press(b'2')
         shown.sees(r'/joint_states +\d+(\.\d+)? +\d+(\.\d+)? KB +1 +')
-        shown.press(b'3')
-        shown.sees('/get_joint_state')
-        shown.press(DOWN)
+        choose(shown, b'3', 'get_joint_state')
         shown.press(b'c')
         shown.sees("joint_name: ''")
         fill(shown, b'joint_name: left_arm_elbow')
@@ -69,9 +80,7 @@ def test_it_shows_a_robot_and_calls_it(robot: dict[str, str]) -> None:
 def test_it_sends_a_goal_follows_it_and_cancels_it(robot: dict[str, str]) -> None:
     with screen(robot, 'top', size=SIZE) as shown:
         shown.sees('/arm_action_server')
-        shown.press(b'4')
-        shown.sees('/move_to_position')
-        shown.press(DOWN)
+        choose(shown, b'4', 'move_to_position')
         shown.press(b'g')
         shown.sees('send a goal to /move_to_position')
         fill(shown, b'{timeout: 120, target_pose: {pose: {position: {x: 40.0}, orientation: {w: 1.0}}}}')
@@ -122,8 +131,8 @@ def test_it_ends_when_the_terminal_is_closed(robot: dict[str, str], ignored: boo
 
 def test_a_goal_that_goes_on_is_told_when_it_is_ended_by_a_signal(robot: dict[str, str]) -> None:
     with screen(robot, 'top', size=SIZE) as shown:
-        shown.press(b'4')
-        shown.sees('/move_arm')
+        shown.sees('/arm_action_server')
+        choose(shown, b'4', 'move_arm')
         shown.press(b'g')
         shown.sees('send a goal to /move_arm')
         fill(shown, b'{joint_names: [left_arm_elbow], positions: [0.1], duration: 20.0}')
@@ -176,14 +185,7 @@ def test_names_of_peers_do_not_steer_it(world: dict[str, str], workshop: Program
     """The workshop's state has an escape sequence in it."""
     with screen(world, 'top', size=SIZE) as shown:
         shown.sees('/lab/workshop')
-        shown.press(b'2')
-        shown.sees('/lab/state +.*std_msgs')
-        shown.press(b'/')
-        shown.sees('show names with')
-        shown.press(b'lab/state')
-        shown.sees('filter: lab/state')
-        shown.press(b'\r')
-        shown.sees('e Echo')
+        choose(shown, b'2', 'lab/state')
         shown.press(b'e')
         shown.sees(r'data: "ready \\e\[31m"')
         assert '\x1b[31m' not in shown.text

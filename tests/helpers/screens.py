@@ -53,9 +53,9 @@ class Screen:
         """Read until a pattern is found on the screen."""
         return self._read_until(pattern, lambda: self.seen)
 
-    def misses(self, text: str) -> None:
-        """Read until a text is no longer on the screen."""
-        self._read_until(r'\A(?![\s\S]*' + re.escape(text) + ')', lambda: self.seen)
+    def misses(self, pattern: str) -> None:
+        """Read until a pattern is no longer found on the screen."""
+        self._read_until(rf'\A(?![\s\S]*(?:{pattern}))', lambda: self.seen)
 
     def _read_until(self, pattern: str, text: Callable[[], str]) -> re.Match[str]:
         end = monotonic() + PATIENCE_S

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import asyncio
+from contextlib import suppress
 from typing import TYPE_CHECKING, ClassVar
 
 from rich.text import Text
 from textual.app import App
 from textual.binding import Binding
 from textual.containers import VerticalScroll
+from textual.css.query import NoMatches
 from textual.widgets import Footer, Input, Static, TabbedContent
 
 import goalwire
@@ -119,6 +121,10 @@ class Top(App[Outcome]):
 
     def repaint(self) -> None:
         """Draw what is known by now."""
+        with suppress(NoMatches):  # a clock may tick while the screen is being taken down
+            self._repaint()
+
+    def _repaint(self) -> None:
         graph = self._graph
         found = (
             (sum(self._view.nodes(graph).values()), 'nodes'),
@@ -164,8 +170,9 @@ class Top(App[Outcome]):
 
     def say(self, text: str, style: str = '') -> None:
         """Show a text in the pane of details."""
-        self.query_one('#text', Static).update(Text(escaped(text), style))
-        self.query_one('#details').display = True
+        with suppress(NoMatches):  # an answer may come while the screen is being taken down
+            self.query_one('#text', Static).update(Text(escaped(text), style))
+            self.query_one('#details').display = True
 
     def _show_echo(self, text: str) -> None:
         self.say(f'{spelt(self._echoed)}\n{text}')
