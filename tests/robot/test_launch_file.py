@@ -56,8 +56,9 @@ def test_the_launch_file_starts_the_servers(robot: Program, world: dict[str, str
     pids = [int(robot.expect(r'process started with pid \[(\d+)\]')[1]) for _ in SERVERS]
     robot.expect('Battery Service ready')
     called = CommandLine(world)(
-        'service', 'call', '/h1/get_battery_status', 'humanoid_interfaces/srv/GetBatteryStatus', '{}'
-    )
+        'service', 'call', '/h1/get_battery_status', 'humanoid_interfaces/srv/GetBatteryStatus', '{}',
+        '--timeout', '30',  # five programs start at once
+    )  # fmt: skip
     assert called.code == 0
     assert 'percentage' in called.out
     robot.send_signal(signal.SIGINT)

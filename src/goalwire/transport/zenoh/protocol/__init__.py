@@ -5,7 +5,6 @@ links (`link.Link`). Whoever owns the sockets hands each link what it read, and 
 writes. What a user asks for, a put, a query, a declaration, is a method of the session.
 
     primitives        numbers, texts, ids, extensions, timestamps: what messages are made of
-    stamps            timestamps of a session, each later than all before
     key_expressions   which keys match which: intersects, includes, canonical forms
     key_index         many expressions, and quickly those that match one key
     transport         INIT, OPEN, CLOSE, KEEP_ALIVE: written and read
