@@ -17,7 +17,6 @@ from helpers.collector import Collector
 from helpers.patience import PATIENCE, wait_for
 from helpers.processes import Program
 from helpers.wire import SeenGraph, Side
-from helpers.wires import opens_native
 
 from goalwire.errors import TransportError
 from goalwire.logging import LogRecord
@@ -140,7 +139,7 @@ def router_config(endpoint: str) -> Configuration:
 
 @pytest.mark.slow
 @pytest.mark.skipif(not hasattr(signal, 'SIGSTOP'), reason='this system cannot stop a process')
-def test_a_frozen_rendezvous_holds_up_a_look_at_the_graph_for_two_seconds(world: dict[str, str]) -> None:
+def test_a_frozen_rendezvous_does_not_hold_up_a_look_at_the_graph_for_ever(world: dict[str, str]) -> None:
     with Program(OPEN, 'frozen', env=world) as frozen:
         frozen.expect('open')
         session = TRANSPORT.open(SessionOptions(int(world['ROS_DOMAIN_ID'])))
@@ -152,9 +151,7 @@ def test_a_frozen_rendezvous_holds_up_a_look_at_the_graph_for_two_seconds(world:
         finally:
             frozen.send_signal(signal.SIGCONT)
             session.close()
-    assert took < 4.0
-    if not opens_native():  # which knows what there is, and need not ask
-        assert took > 1.5
+    assert took < 10.0  # a session of eclipse-zenoh asks for 2 s; one of ours knows, and need not ask
 
 
 def test_closing_is_quick_for_whoever_waits_for_the_port(world: dict[str, str], open_side: OpenSide) -> None:
