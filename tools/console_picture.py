@@ -60,7 +60,7 @@ def _send(page: Page) -> None:
     page.click('.q-dialog [data-send]')
     page.wait_for_function(
         '([x, y]) => { const base = goalwireScene.poses().base_link;'
-        ' return Math.hypot(base[0], base[1]) > 0.55 * Math.hypot(x, y) }',
+        ' return Math.hypot(base[0], base[1]) > 0.3 * Math.hypot(x, y) }',
         arg=list(GOAL),
     )
     page.mouse.move(500, 760)

@@ -11,6 +11,19 @@ const DETAIL = [
 ];
 const SMOOTH = 14; // 1/s: how quickly a link follows the pose that was sent
 
+// Lines in short pieces: a renderer in software leaves out a line that begins behind the camera.
+function grid_of(step, colour) {
+  const half = 20, piece = 2, spots = [];
+  for (let at = -half; at <= half; at += step) {
+    for (let from = -half; from < half; from += piece) {
+      spots.push(from, at, 0, from + piece, at, 0, at, from, 0, at, from + piece, 0);
+    }
+  }
+  const geometry = new THREE.BufferGeometry();
+  geometry.setAttribute("position", new THREE.Float32BufferAttribute(spots, 3));
+  return new THREE.LineSegments(geometry, new THREE.LineBasicMaterial({ color: colour }));
+}
+
 export default {
   template: `<div class="gw-scene"><canvas></canvas><div class="gw-scene-labels"></div>
     <div class="gw-scene-none" style="display:none">This browser shows no 3D (WebGL is off).</div></div>`,
@@ -99,10 +112,9 @@ export default {
       plane.receiveShadow = true;
       plane.renderOrder = -1;
       plane.position.z = -0.004;
-      const fine = new THREE.GridHelper(40, 80, theme.line, theme.line);
-      const coarse = new THREE.GridHelper(40, 20, theme.strong, theme.strong);
+      const fine = grid_of(0.5, theme.line);
+      const coarse = grid_of(2, theme.strong);
       for (const [grid, height, opacity] of [[fine, 0.004, 0.5], [coarse, 0.006, 0.6]]) {
-        grid.rotation.x = Math.PI / 2;
         grid.position.z = height;
         grid.material.transparent = true;
         grid.material.opacity = opacity;
