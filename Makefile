@@ -3,6 +3,7 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 RMW ?= rmw_zenoh_cpp
+PHYSICS ?= 0
 comma := ,
 empty :=
 with = $(if $(strip $(1)),[$(subst $(empty) ,$(comma),$(strip $(1)))])
@@ -17,7 +18,7 @@ ROBOT := $(wildcard $(addprefix robot/,humanoid/setup.py humanoid/humanoid/*.py 
 # make demo VIEW=1 shows the robot in the browser while the mission runs.
 demo:
 	@$(LOCKED) $(MAKE) --no-print-directory set-up
-	RMW_IMPLEMENTATION=$(RMW) $(BIN)/humanoid demo $(if $(VIEW),--view)
+	HUMANOID_PHYSICS=$(PHYSICS) RMW_IMPLEMENTATION=$(RMW) $(BIN)/humanoid demo $(if $(VIEW),--view)
 
 set-up: $(VENV)/.run-$(RMW)$(if $(VIEW),-view)
 	@:
