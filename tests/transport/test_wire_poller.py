@@ -48,6 +48,12 @@ class Wire:
 
     def interrupt(self) -> None: ...
 
+    def descriptor(self) -> int | None:
+        return None
+
+    def next_due(self) -> float:
+        return float('inf')
+
     def looks(self) -> int:
         """How often it was looked at since the last time that this was asked."""
         count = len([timeout for timeout in self.waits if not timeout])

@@ -299,6 +299,21 @@ class WirePoller(ABC):
     def interrupt(self) -> None:
         """Let the thread that waits on the wire run a signal handler. Any thread."""
 
+    def attach_loop(self) -> int | None:
+        """Let an asyncio loop, on the calling thread, read the wire until `detach_loop`.
+
+        Returns a descriptor of its own that is readable while there is something for `serve_ready`, for the
+        caller to close. None where the wire has no such thing.
+        """
+        return None
+
+    def detach_loop(self) -> None:  # noqa: B027 - nothing to undo where none can be attached
+        """Undo one `attach_loop`, on the same thread."""
+
+    def serve_ready(self) -> float:
+        """Deliver what is there now; return when to call this again at the latest, on the monotonic clock."""
+        return float('inf')
+
 
 class Session(ABC):
     """One context's connection to one domain."""

@@ -28,6 +28,8 @@ AWAY_S = 0.05
 """How long there is no leader, once to twice, before the session's own thread leads. Each look costs it some
 15 us, so this costs 20 looks a second while leaders come and go. Who waits for something is not delayed by
 it: an idle thread takes the lead itself, and for dependants the own thread leads at once."""
+LOOPS_IDLE_S = 1.0
+"""The same while asyncio loops read the wire and nothing comes."""
 CLOSING_S = 5.0
 """How long closing waits for the leader, which only delivers."""
 FOREVER = 2**63 - 1
@@ -109,6 +111,12 @@ class WireSet(Protocol):
     def wait(self, timeout_ns: int, /) -> int:
         """Return how much is ready within `timeout_ns`, or earlier 0; negative once the wire is no more."""
 
+    def descriptor(self) -> int | None:
+        """Return a descriptor that is readable when `wait` would find something; None where there is none."""
+
+    def next_due(self) -> float:
+        """Return when `wait` would find something at the latest, on the monotonic clock."""
+
     def serve(self, found: int) -> None:
         """Deliver what the last `wait` has found."""
 
@@ -135,6 +143,10 @@ class LeaderFollowers(WirePoller):
         self._least_ns = longest or FOREVER
         self._awaited = wire.awaited
         self._was_busy = False
+        self._loops: list[int] = []
+        """The threads of the asyncio loops that read the wire; a thread once for each of its loops."""
+        self._period_s = AWAY_S
+        """How long the own thread sleeps between two looks whether loops do."""
         """Whether the last wait has found something."""
         self._leader: dict[str, object] = {}
         self._leaders_thread = 0
@@ -163,7 +175,7 @@ class LeaderFollowers(WirePoller):
     # -- idle threads
 
     def wait(self, sleeper: Sleeper, timeout_ns: int | None) -> bool:
-        if self._closed or self.external_sleepers:
+        if self._closed or self.external_sleepers or (self._loops and get_ident() not in self._loops):
             return sleeper.wait_on_lock(timeout_ns)
         leader = self._leader
         try:
@@ -202,6 +214,8 @@ class LeaderFollowers(WirePoller):
                 left = deadline - monotonic_ns()
                 if left <= 0:
                     return False
+            if self._loops and self._leaders_thread not in self._loops:
+                return True  # to come back, and sleep on the lock
             found = 0
             if left > self._least_ns:
                 if self._awaited:
@@ -241,6 +255,48 @@ class LeaderFollowers(WirePoller):
             return
         follower.wake()
 
+    # -- asyncio loops
+
+    def attach_loop(self) -> int | None:
+        fd = None if self._closed else self._set.descriptor()
+        if fd is None:
+            return None
+        own = os.dup(fd)  # it stays valid in the loop's selector when the session closes
+        self._loops.append(get_ident())
+        self._set.interrupt()  # whoever leads leaves the wire to the loop
+        self.ensure_polled()
+        return own
+
+    def detach_loop(self) -> None:
+        self._loops.remove(get_ident())
+        self.ensure_polled()
+
+    def serve_ready(self) -> float:
+        leader, me = self._leader, object()
+        try:
+            if leader.setdefault(_LEAD, me) is me:
+                self._leaders_thread = get_ident()
+                found = self._set.wait(0)
+                if found > 0:
+                    self._set.serve(found)
+        finally:
+            # No call before the lead is free, as in `wait`.
+            if _LEAD in leader and leader[_LEAD] is me:
+                self._leaves += 1
+                del leader[_LEAD]
+                if self._followers or self._closed:
+                    self._hand_over()
+        return self._set.next_due()
+
+    def _read_for_loops(self) -> None:
+        """Deliver what the loops have left, since one may be busy for long. Looks in vain grow rarer."""
+        found = self._set.wait(0)
+        if found > 0:
+            self._set.serve(found)
+            self._period_s = AWAY_S
+        else:
+            self._period_s = min(2 * self._period_s, LOOPS_IDLE_S)
+
     # -- the session's own thread
 
     def _stand_by(self) -> None:
@@ -248,8 +304,13 @@ class LeaderFollowers(WirePoller):
         while not self._closed:
             if leader.setdefault(_LEAD, _STANDBY) is _STANDBY:
                 self._leaders_thread = get_ident()
-                while not (followers or self._closed) and (found := self._set.wait(FOREVER)) >= 0:
-                    self._set.serve(found)
+                if self._loops and not self.external_sleepers:
+                    self._read_for_loops()
+                else:
+                    while not (followers or self._closed) and (found := self._set.wait(FOREVER)) >= 0:
+                        self._set.serve(found)
+                        if self._loops and not self.external_sleepers:
+                            break
                 del leader[_LEAD]
                 self._hand_over()
             self._standby()
@@ -258,6 +319,13 @@ class LeaderFollowers(WirePoller):
         """Sleep until nobody has led for a while."""
         gate, leader, leaves = self._gate, self._leader, -1
         while not self._closed:
+            if self._loops and not self.external_sleepers:
+                leaves = self._leaves
+                gate.acquire(timeout=self._period_s)
+                if self._loops and leaves == self._leaves and _LEAD not in leader:
+                    return
+                self._period_s = AWAY_S
+                continue
             if self.external_sleepers or leaves == self._leaves:
                 if _LEAD not in leader:
                     return

@@ -9,6 +9,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Self
 
 from goalwire.execution.asyncio.waiting import delay_s, shared_waker
+from goalwire.execution.asyncio.wire_reader import read_wire
 from goalwire.execution.current import active_executors
 from goalwire.execution.engine import Engine
 
@@ -84,13 +85,17 @@ class AsyncExecutor(Engine):
         self._ask = partial(self._waker.call, partial(self._context.run, self._turn))
         self._timer: asyncio.TimerHandle | None = None
         self._timer_due: int | None = None  # None: there is no timer
+        self._stop_reading: Callable[[], None] | None = None
+        """What ends this loop's reading of the wire, where it does."""
         self._watch = shutdown_signal.watch(self._ask)
 
     def open(self) -> None:
         """Begin. From now on a call that blocks the loop's thread, on something of this node, is refused."""
         active_executors.executors.append(self)
         self._waker.open()
-        self._shutdown_signal.add_external_sleeper(self)
+        self._stop_reading = read_wire(self._loop, self._shutdown_signal.wire_poller)
+        if self._stop_reading is None:
+            self._shutdown_signal.add_external_sleeper(self)
         self._node_work_queue.attach(self._ready, self._timer_heap)
         self._listen()
 
@@ -103,7 +108,10 @@ class AsyncExecutor(Engine):
         self._ready.unlisten(self._ask)
         self._set_timer(None)
         active_executors.executors.remove(self)
-        self._shutdown_signal.remove_external_sleeper(self)
+        if self._stop_reading is not None:
+            self._stop_reading()
+        else:
+            self._shutdown_signal.remove_external_sleeper(self)
         self._node_work_queue.detach()
         self._close_runners()
         self._waker.close()

@@ -142,6 +142,21 @@ class LoopWaker:
                 return  # another thread wakes the loop
             self._wake()
 
+    def gather(self, function: Callable[[], None]) -> None:
+        """Call `function`, then at once what it has asked for by `call`, with no wake-up between.
+
+        On the loop's thread and outside of its tasks.
+        """
+        try:
+            self.asleep.pop()
+        except IndexError:  # the loop is being woken anyway
+            function()
+            return
+        try:
+            function()
+        finally:
+            self.run_pending()
+
     def run_pending(self) -> None:
         """Do what was asked for until now; on the loop's thread.
 

@@ -64,6 +64,14 @@ class WaitSet:
         if key is not None:
             self._library.dds_waitset_detach(self._set, condition)
 
+    def descriptor(self) -> int | None:
+        """None: a waitset has none."""
+        return None
+
+    def next_due(self) -> float:
+        """Return when it is to be waited for at the latest: there are no timers."""
+        return float('inf')
+
     def interrupt(self) -> None:
         """End the current `wait`, or else the next; several count as one. Any thread."""
         self._library.dds_set_guardcondition(self._guard, True)

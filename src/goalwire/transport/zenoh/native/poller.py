@@ -163,13 +163,9 @@ class Poller:
         self._next_due = float('inf')
         self._calls: list[Callable[[], None]] = []
         self._poller.register(self._bell_fd, IN)
-        self._precise = None if portable else self._descriptor()
-
-    def _descriptor(self) -> int | None:
-        """Return epoll's own descriptor, where select can wait for it."""
-        assert not isinstance(self._poller, _Portable)
-        fd = self._poller.fileno()
-        return fd if fd < _FORMER_DESCRIPTORS else None
+        fd = self.descriptor()
+        self._precise = fd if fd is not None and fd < _FORMER_DESCRIPTORS else None
+        """epoll's own descriptor, where select can wait for it."""
 
     # ---- what is waited for
 
@@ -229,6 +225,14 @@ class Poller:
                 self._bell.ring()
 
     # ---- waiting
+
+    def descriptor(self) -> int | None:
+        """Return epoll's own descriptor: it is readable while one of those in it is ready."""
+        return None if isinstance(self._poller, _Portable) else self._poller.fileno()
+
+    def next_due(self) -> float:
+        """Return when the next timer is due, on the monotonic clock."""
+        return self._next_due
 
     def wait(self, timeout_ns: int) -> int:
         """Return how much there is to `serve`, after `timeout_ns` at most; negative once this was closed."""

@@ -1,0 +1,104 @@
+"""An asyncio loop reads the wire itself, where the session has a descriptor: no thread in between.
+
+A thread that reads for the loop costs two wake-ups, its own and the loop's. Where the loop's thread is busy
+for long, the session's own thread reads (`transport/wire_poller.py`).
+"""
+
+from __future__ import annotations
+
+import os
+from asyncio import AbstractEventLoop, TimerHandle
+from collections.abc import Callable
+from time import monotonic
+from typing import TYPE_CHECKING
+from weakref import WeakKeyDictionary
+
+from goalwire.execution.asyncio.waiting import WAKE_FDS, LoopWaker, shared_waker
+
+if TYPE_CHECKING:
+    from goalwire.transport.contract import WirePoller
+
+NEVER = float('inf')
+
+_readers: WeakKeyDictionary[AbstractEventLoop, dict[int, WireReader]] = WeakKeyDictionary()
+
+
+def read_wire(loop: AbstractEventLoop, wire_poller: WirePoller | None) -> Callable[[], None] | None:
+    """Have the running loop read a wire; return what ends that. None where it cannot.
+
+    Several may ask for the same; the last to end it does.
+    """
+    if wire_poller is None:
+        return None
+    of_loop = _readers.setdefault(loop, {})
+    reader = of_loop.get(id(wire_poller))
+    if reader is None:
+        reader = WireReader(loop, wire_poller)
+        if not reader.open():
+            return None
+        of_loop[id(wire_poller)] = reader
+    reader.users += 1
+    return reader.leave
+
+
+class WireReader:
+    """One wire on one loop. For the loop's thread alone."""
+
+    def __init__(self, loop: AbstractEventLoop, wire_poller: WirePoller) -> None:
+        self.users = 0
+        self._loop = loop
+        self._wire_poller = wire_poller
+        self._waker: LoopWaker = shared_waker(loop)
+        self._fd = -1
+        self._due = NEVER
+        self._timer: TimerHandle | None = None
+
+    def open(self) -> bool:
+        """Begin, where wire and loop can."""
+        fd = self._wire_poller.attach_loop()
+        if fd is None:
+            return False
+        try:
+            self._loop.add_reader(fd, self._read)
+        except BaseException as error:
+            self._wire_poller.detach_loop()
+            os.close(fd)
+            if isinstance(error, NotImplementedError):  # this loop watches no descriptors
+                return False
+            raise
+        self._fd = fd
+        WAKE_FDS.add(fd)
+        self._loop.call_soon(self._read)  # for the timers
+        return True
+
+    def leave(self) -> None:
+        """Read no more, once the last user has left."""
+        self.users -= 1
+        if self.users or self._fd < 0:
+            return
+        fd, self._fd = self._fd, -1
+        self._loop.remove_reader(fd)
+        WAKE_FDS.discard(fd)
+        os.close(fd)
+        if self._timer is not None:
+            self._timer.cancel()
+        _readers[self._loop].pop(id(self._wire_poller), None)
+        self._wire_poller.detach_loop()
+
+    def _read(self) -> None:
+        if self._fd >= 0:
+            self._waker.gather(self._serve)
+
+    def _serve(self) -> None:
+        due = self._wire_poller.serve_ready()
+        if due != self._due:
+            self._due = due
+            if self._timer is not None:
+                self._timer.cancel()
+                self._timer = None
+            if due != NEVER and self._fd >= 0:
+                self._timer = self._loop.call_later(max(due - monotonic(), 0) + 0.001, self._ring)
+
+    def _ring(self) -> None:
+        self._timer, self._due = None, NEVER
+        self._read()
