@@ -41,7 +41,6 @@ from goalwire.rules.goals.table import GoalStatus
 from goalwire.rules.goals.wire import encode_acceptance
 from goalwire.transport.contract import Request, Sample
 from goalwire.transport.zenoh import eclipse
-from goalwire.transport.zenoh.native import wire as native_wire
 
 FIBONACCI = action_support(Fibonacci)
 HELD_S = 0.15
@@ -117,7 +116,7 @@ def client(
 ) -> ActionClientCore:
     """Its goals have a time of their own; its results have none, but typed errors."""
     monkeypatch.setattr(eclipse, 'UNTIMED_S', HELD_S)
-    monkeypatch.setattr(native_wire, 'UNTIMED_S', HELD_S)
+    monkeypatch.setenv('ZENOH_CONFIG_OVERRIDE', f'queries_default_timeout={int(HELD_S * 1000)}')
     made = ActionClientCore(make_node('hand'), FIBONACCI, 'fib', ReentrantCallbackGroup())
     made.call_timeout = PATIENCE
     return made
