@@ -135,7 +135,7 @@ def test_a_goal_that_goes_on_is_told_when_it_is_ended_by_a_signal(robot: dict[st
         choose(shown, b'4', 'move_arm')
         shown.press(b'g')
         shown.sees('send a goal to /move_arm')
-        fill(shown, b'{joint_names: [left_arm_elbow], positions: [0.1], duration: 20.0}')
+        fill(shown, b'{joint_names: [left_arm_elbow], positions: [0.1], duration: 600.0}')
         shown.press(b'y')
         goal_id = shown.sees('has accepted the goal ([0-9a-f]{32})')[1]
         shown.press(CTRL_C)
