@@ -98,6 +98,14 @@ def test_goals_of_everybody_are_followed_to_their_end() -> None:
     assert table.active() == []
 
 
+def test_an_answer_that_comes_behind_the_status_changes_nothing() -> None:
+    table = GoalTable()
+    goal = table.note_sent('/go', 'aa', {}, 1.0)
+    table.take_statuses('/go', [('aa', 2, 1.0)], 1.1)
+    assert not goal.move('ACCEPTED', 1.2)
+    assert goal.status == 'EXECUTING'
+
+
 def test_a_goal_that_had_ended_before_it_was_seen_is_a_moment_of_the_past() -> None:
     table = GoalTable()
     table.take_statuses('/go', [('aa', 4, 100.0)], 500.0)

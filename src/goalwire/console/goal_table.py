@@ -60,8 +60,11 @@ class TrackedGoal:
         return self.status in ACTIVE
 
     def move(self, status: str, now: float) -> bool:
-        """Note a status; False where it is no news, as one that comes after the goal's end."""
-        if status == self.status or not self.is_active:
+        """Note a status; False where it is no news, as one that comes after the goal's end.
+
+        The answer to a goal may come behind the status that it runs: nothing becomes ACCEPTED again.
+        """
+        if status == self.status or not self.is_active or (status == 'ACCEPTED' and self.status != 'SENT'):
             return False
         self.status = status
         self.marks.append((now, status))
