@@ -138,6 +138,7 @@ def test_the_last_that_leaves_ends_it(sides: tuple[Ours, Ours], run: RunLoop) ->
 def test_a_thread_that_blocks_beside_a_loop_is_served(sides: tuple[Ours, Ours], run: RunLoop) -> None:
     one, other = sides
     other.serve('q', b'answer ')
+    wait_for(lambda: any(link.queryables.has_meeting('q') for link in one.protocol.links), 'the queryable')
 
     async def main() -> None:
         async with reading(one):
