@@ -9,7 +9,7 @@ empty :=
 with = $(if $(strip $(1)),[$(subst $(empty) ,$(comma),$(strip $(1)))])
 EXTRA := $(call with,$(if $(filter rmw_cyclonedds_cpp,$(RMW)),dds) $(if $(VIEW),console))
 
-.PHONY: demo set-up test quick fuzz lint types bench bench-curves bench-short clean reliability zenoh-versions
+.PHONY: demo set-up test test-again quick fuzz lint types bench bench-curves bench-short clean reliability zenoh-versions
 
 # Two at once share one set-up: the second waits for the first, where there is flock.
 LOCKED := $(if $(shell command -v flock 2>/dev/null),flock Makefile)
@@ -30,6 +30,11 @@ endif
 
 test: $(VENV)/.dev
 	$(BIN)/python -m pytest -n auto --dist worksteal
+
+# What failed the last time, once more and one after the other. A test that passes here and not beside the others is to
+# be mended: its name stands in both outputs.
+test-again: $(VENV)/.dev
+	$(BIN)/python -m pytest --last-failed --last-failed-no-failures none --verbose
 
 quick: $(VENV)/.dev
 	$(BIN)/python -m pytest -n auto --dist worksteal -m 'not slow'
