@@ -56,7 +56,8 @@ def _wires() -> list[Check]:
 
                 find_library()
         except (TransportError, ImportError) as error:
-            checks.append(Check(f'wire {identifier}', not mark, f'cannot be used{mark}', str(error)))
+            found = f'cannot be used{mark}' if mark else 'not selected, and cannot be used here'
+            checks.append(Check(f'wire {identifier}', not mark, found, str(error)))
         else:
             checks.append(Check(f'wire {identifier}', True, f'can be used{mark}'))
     if selected not in registry.available():
