@@ -9,12 +9,23 @@ import pytest
 from example_interfaces.action import Fibonacci
 from helpers.loops import run
 from helpers.outcomes import Outcomes
+from helpers.patience import PATIENCE
 from std_srvs.srv import Trigger
 
 import goalwire
 from goalwire.testing import VirtualClock
 
 from .conftest import Evidence, MakeStage
+
+
+async def acquainted(*nodes: goalwire.Node) -> None:
+    """Wait until each node knows whose endpoints those of `/ask` are: a partition parts nodes by name."""
+    for node in nodes:
+        changes = node.graph.changes()
+        async with asyncio.timeout(PATIENCE):
+            while len({end.node.name for end in node.graph.endpoints() if end.name == '/ask'}) < len(nodes):
+                await anext(changes)
+        changes.close()
 
 
 @pytest.mark.parametrize('one_way', [False, True])
@@ -28,6 +39,7 @@ def test_a_partition_is_a_slow_server_then_a_lost_one_then_none_and_then_is_over
             arm.service(Trigger, 'ask', lambda _: Trigger.Response(success=True))
             client = mission.client(Trigger, 'ask')
             await client.call(timeout=5.0)
+            await acquainted(arm, mission)
             faults.partition('arm', 'mission', one_way=one_way, lease=1000.0)
             with outcomes.counted():
                 await client.call(timeout=0.05)
@@ -59,6 +71,7 @@ def test_a_server_that_does_not_hear_a_client_that_hears_it_is_a_slow_one(
             arm.service(Trigger, 'ask', lambda _: Trigger.Response(success=True))
             client = mission.client(Trigger, 'ask')
             await client.call(timeout=5.0)
+            await acquainted(arm, mission)
             faults.partition('mission', 'arm', one_way=True, lease=0.0)
             for _ in range(3):
                 with outcomes.counted():

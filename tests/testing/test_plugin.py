@@ -83,6 +83,6 @@ def test_a_project_that_does_not_use_it_does_not_load_it(tmp_path: Path) -> None
         "    assert loaded == {'goalwire.testing', 'goalwire.testing.plugin'}, loaded\n"
         "    assert not {'numpy', 'rclpy', 'asyncio', 'yaml'} & {*sys.modules} - {'asyncio'}\n"
     )
-    output = _pytest(tmp_path, '-p', 'no:xdist', '-p', 'no:timeout')
+    output = _pytest(tmp_path, '-p', 'no:xdist', '-p', 'no:timeout', '-p', 'no:anyio')
     assert '1 passed' in output
     assert 'warning' not in output

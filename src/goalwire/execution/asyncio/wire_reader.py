@@ -9,11 +9,11 @@ from __future__ import annotations
 import os
 from asyncio import AbstractEventLoop, TimerHandle
 from collections.abc import Callable
-from time import monotonic
 from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
 from goalwire.execution.asyncio.waiting import WAKE_FDS, LoopWaker, shared_waker
+from goalwire.execution.monotonic import STEADY
 
 if TYPE_CHECKING:
     from goalwire.transport.contract import WirePoller
@@ -97,7 +97,7 @@ class WireReader:
                 self._timer.cancel()
                 self._timer = None
             if due != NEVER and self._fd >= 0:
-                self._timer = self._loop.call_later(max(due - monotonic(), 0) + 0.001, self._ring)
+                self._timer = self._loop.call_later(max(due - STEADY.now() / 1e9, 0) + 0.001, self._ring)
 
     def _ring(self) -> None:
         self._timer, self._due = None, NEVER
