@@ -6,11 +6,13 @@ import csv
 import subprocess
 import sys
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pytest
 from helpers.console import PATIENCE_MS, Stage, picture
+from helpers.patience import wait_for
 from helpers.wires import DDS, require
 
 OpenPage = Callable[[str], Any]
@@ -26,6 +28,13 @@ def nothing_left_behind() -> None:
 def until(page: Any, expression: str, argument: object = None) -> Any:
     """Wait until an expression of the page's is true, and return it."""
     return page.wait_for_function(expression, arg=argument, timeout=PATIENCE_MS, polling=50).json_value()
+
+
+def clipboard(page: Any, beginning: str) -> str:
+    """Wait until the text that was copied last begins like this, and return it."""
+    read = partial(page.evaluate, '() => navigator.clipboard.readText()')
+    wait_for(lambda: read().startswith(beginning), f'a copied text that begins with {beginning!r}')
+    return str(read())
 
 
 def view(page: Any, name: str) -> None:
@@ -240,16 +249,13 @@ def test_what_is_copied_runs(stage: Stage, open_page: OpenPage, tmp_path: Path) 
     page.click('text=Copy as Python')
     page.wait_for_selector('.q-notification:has-text("copied")')
     program = tmp_path / 'copied.py'
-    until(page, "async () => (await navigator.clipboard.readText()).startsWith('import asyncio')")
-    program.write_text(page.evaluate('() => navigator.clipboard.readText()'), encoding='utf-8')
+    program.write_text(clipboard(page, 'import asyncio'), encoding='utf-8')
     ran = stage.program(program)
     assert 'on <b>and bright</b>' in ran.succeed()
     robot.expect('lamp True')
     page.click('text=Copy as command')
     page.wait_for_selector('.q-notification:has-text("Command copied")')
-    copied = "async () => (await navigator.clipboard.readText()).startsWith('ros2 service call ')"
-    until(page, copied)
-    command = page.evaluate('() => navigator.clipboard.readText()')
+    command = clipboard(page, 'ros2 service call ')
     done = subprocess.run(
         ['sh', '-c', command.replace('ros2', f'{sys.executable} -m goalwire.cli', 1)],
         env=stage.env,
