@@ -1,18 +1,18 @@
 """Writes the table of verbs and flags into its page: python tools/command_line_table.py.
 
-What ROS 2 Jazzy has is data here (of ros2cli 0.32); what goalwire has comes from its parsers. The page is
-docs/reference/command-line.md; `tests/docs/test_command_line.py` holds it to what this writes.
+What ROS 2 Jazzy has is data here (of ros2cli 0.32, its later releases included); what goalwire has comes from
+its parsers. The page is docs/reference/command-line.md, which tests/docs/test_command_line.py holds to this.
 """
 
 from __future__ import annotations
 
 import sys
 from argparse import Action
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from goalwire.cli import nouns
-from goalwire.cli.verbs import Verb, verb_parser
+from goalwire.cli.verbs import Parser, Verb, noun_parser, verb_parser
 
 PAGE = Path(__file__).parents[1] / 'docs' / 'reference' / 'command-line.md'
 BEGIN, END = '<!-- verbs: begin -->', '<!-- verbs: end -->'
@@ -25,10 +25,9 @@ QOS = (
 NODE = f'{GRAPH} --include-hidden-nodes'
 JAZZY = {
     'action': {
-        'find': f'{GRAPH} -c --count-actions',
         'info': f'{GRAPH} -t --show-types -c --count',
         'list': f'{GRAPH} -t --show-types -c --count-actions',
-        'send_goal': '--stdin -f --feedback',
+        'send_goal': '--stdin -f --feedback -t --timeout',
         'type': GRAPH,
     },
     'component': {'list': GRAPH, 'load': GRAPH, 'standalone': '', 'types': '', 'unload': GRAPH},
@@ -68,7 +67,7 @@ JAZZY = {
     'run': {'run': '--prefix'},
     'service': {
         'call': '--stdin -r --rate',
-        'echo': f'{GRAPH} --csv -f --full-length -l --truncate-length --no-arr --no-str --flow-style',
+        'echo': f'{GRAPH} {QOS} --csv -f --full-length -l --truncate-length --no-arr --no-str --flow-style',
         'find': f'{GRAPH} -c --count-services --include-hidden-services',
         'info': GRAPH,
         'list': f'{GRAPH} -t --show-types -c --count-services --include-hidden-services',
@@ -90,6 +89,9 @@ JAZZY = {
 }
 """The nouns that goalwire's own cover, verb by verb."""
 
+BEFORE = {'service': '--include-hidden-services', 'topic': '--include-hidden-topics'}
+"""What Jazzy takes between a noun and its verb."""
+
 MISSING = {
     'component list': 'there are no containers: goalwire loads no C++ components',
     'component load': 'the same',
@@ -110,17 +112,26 @@ def flags(program_verb: tuple[str, str]) -> list[str]:
     return [flag for action in _optional(noun.name, verb) for flag in action.option_strings]
 
 
-def _optional(noun_name: str, verb: Verb) -> Iterator[Action]:
-    parser = verb_parser('ros2', nouns.load(noun_name), verb)
-    for action in parser.actions:
-        if action.option_strings and '--help' not in action.option_strings:
-            yield action
+def _optional(noun_name: str, verb: Verb) -> list[Action]:
+    return _with_flags(verb_parser('ros2', nouns.load(noun_name), verb))
+
+
+def _with_flags(parser: Parser) -> list[Action]:
+    return [each for each in parser.actions if each.option_strings and '--help' not in each.option_strings]
+
+
+def _before(noun_name: str) -> list[Action]:
+    """Return the flags between a noun and its verb."""
+    noun = nouns.load(noun_name)
+    return [] if noun.is_command else _with_flags(noun_parser('ros2', noun))
 
 
 def missing() -> list[str]:
     """Return what Jazzy has and goalwire has not: 'noun verb', or 'noun --flag'."""
     found = []
     for name, verbs in JAZZY.items():
+        before = {flag for action in _before(name) for flag in action.option_strings}
+        found += [f'{name} {flag}' for flag in BEFORE.get(name, '').split() if flag not in before]
         ours = {verb.name for verb in nouns.load(name).verbs}
         for verb, wanted in verbs.items():
             if verb not in ours:
@@ -147,19 +158,26 @@ def table() -> str:
     """Return the two tables in Markdown."""
     lines = ['| command | flags as in Jazzy | besides |', '|---|---|---|']
     for name in nouns.NOUNS:
+        if flags_before := _before(name):
+            lines.append(_row(f'`{name}`, before the verb', flags_before, BEFORE.get(name, '')))
         for verb in nouns.load(name).verbs:
-            theirs = JAZZY.get(name, {}).get(verb.name, '').split()
-            shared: list[str] = []
-            own: list[str] = []
-            for action in _optional(name, verb):
-                text = ', '.join(f'`{flag}`' for flag in action.option_strings)
-                (shared if set(action.option_strings) & set(theirs) else own).append(text)
             title = name if nouns.load(name).is_command else f'{name} {verb.name}'
             mark = '' if name in JAZZY and verb.name in JAZZY[name] else ' ▲'
-            lines.append(f'| `{title}`{mark} | {" ".join(shared)} | {" ".join(own)} |')
+            theirs = JAZZY.get(name, {}).get(verb.name, '')
+            lines.append(_row(f'`{title}`{mark}', _optional(name, verb), theirs))
     lines += ['', '| Jazzy has | why it is not here |', '|---|---|']
     lines += [f'| `{what}` | {MISSING[what]} |' for what in missing()]
     return '\n'.join(lines)
+
+
+def _row(title: str, actions: Iterable[Action], theirs: str) -> str:
+    """Return one line of the table; `theirs` are the flags that Jazzy has."""
+    shared: list[str] = []
+    own: list[str] = []
+    for action in actions:
+        text = ', '.join(f'`{flag}`' for flag in action.option_strings)
+        (shared if set(action.option_strings) & set(theirs.split()) else own).append(text)
+    return f'| {title} | {" ".join(shared)} | {" ".join(own)} |'
 
 
 def page() -> str:

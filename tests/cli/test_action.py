@@ -151,7 +151,7 @@ def test_goals_are_listed_and_cancelled(ros2: CommandLine, begin: Begin) -> None
 
 
 def test_echo_shows_feedback_and_status(ros2: CommandLine, begin: Begin) -> None:
-    echo = begin('action', 'echo', 'lab/fibonacci', '--flow-style')
+    echo = begin('action', 'echo', 'lab/fibonacci', '--flow-style', '--qos-depth', '50')
     echo.expect('^interface: STATUS_TOPIC$')  # its history
     while not re.search('^interface: FEEDBACK_TOPIC$', echo.output, re.MULTILINE):
         ros2.ok('action', 'send_goal', 'lab/fibonacci', 'order=3')

@@ -137,7 +137,7 @@ def test_a_service_that_nobody_serves_is_waited_for(ros2: CommandLine) -> None:
 
 
 def test_echo_shows_the_steps_of_a_call(ros2: CommandLine, begin: Begin) -> None:
-    echo = begin('service', 'echo', '/lab/add')
+    echo = begin('service', 'echo', '/lab/add', '--qos-reliability', 'reliable', '--qos-depth', '50')
     while not re.search('^---$', echo.output, re.MULTILINE):  # until its subscription is known to the server
         ros2.ok('service', 'call', '/lab/add', 'a=40', 'b=2')
     echo.expect('^info:$')

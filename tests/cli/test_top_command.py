@@ -58,6 +58,17 @@ def choose(shown: Screen, tab: bytes, name: str) -> None:
     shown.misses(rf'\n +{name}')  # the field is closed
 
 
+def send_goal(shown: Screen, name: str, goal: bytes) -> str:
+    """Send a goal to an action; its id."""
+    shown.sees('/arm_action_server')
+    choose(shown, b'4', name)
+    shown.press(b'g')
+    shown.sees(f'send a goal to /{name}')
+    fill(shown, goal)
+    shown.press(b'y')
+    return shown.sees('has accepted the goal ([0-9a-f]{32})')[1]
+
+
 def test_it_shows_a_robot_and_calls_it(robot: dict[str, str]) -> None:
     with screen(robot, 'top', size=SIZE) as shown:
         shown.sees(r'\d+ nodes, \d+ topics, \d+ services, \d+ actions')
@@ -79,13 +90,8 @@ def test_it_shows_a_robot_and_calls_it(robot: dict[str, str]) -> None:
 
 def test_it_sends_a_goal_follows_it_and_cancels_it(robot: dict[str, str]) -> None:
     with screen(robot, 'top', size=SIZE) as shown:
-        shown.sees('/arm_action_server')
-        choose(shown, b'4', 'move_to_position')
-        shown.press(b'g')
-        shown.sees('send a goal to /move_to_position')
-        fill(shown, b'{timeout: 120, target_pose: {pose: {position: {x: 40.0}, orientation: {w: 1.0}}}}')
-        shown.press(b'y')
-        goal_id = shown.sees('has accepted the goal ([0-9a-f]{32})')[1]
+        goal = b'{timeout: 120, target_pose: {pose: {position: {x: 40.0}, orientation: {w: 1.0}}}}'
+        goal_id = send_goal(shown, 'move_to_position', goal)
         shown.sees(f'{goal_id[:8]} +EXECUTING +.*[1-9] %')
         shown.press(b'q')
         shown.sees('goals that were sent from here go on')
@@ -131,13 +137,8 @@ def test_it_ends_when_the_terminal_is_closed(robot: dict[str, str], ignored: boo
 
 def test_a_goal_that_goes_on_is_told_when_it_is_ended_by_a_signal(robot: dict[str, str]) -> None:
     with screen(robot, 'top', size=SIZE) as shown:
-        shown.sees('/arm_action_server')
-        choose(shown, b'4', 'move_arm')
-        shown.press(b'g')
-        shown.sees('send a goal to /move_arm')
-        fill(shown, b'{joint_names: [left_arm_elbow], positions: [0.1], duration: 600.0}')
-        shown.press(b'y')
-        goal_id = shown.sees('has accepted the goal ([0-9a-f]{32})')[1]
+        goal = b'{joint_names: [left_arm_elbow], positions: [0.1], duration: 600.0}'
+        goal_id = send_goal(shown, 'move_arm', goal)
         shown.press(CTRL_C)
         assert shown.wait() == 130
         shown.expect(f'the goal {goal_id} of /move_arm goes on')

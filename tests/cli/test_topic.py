@@ -79,8 +79,34 @@ def test_echo_is_yaml_and_escaped(ros2: CommandLine, sensor: Program) -> None:
     assert message['message']['header']['frame_id'] == 'lab'
 
 
+NUMBER = r'(\d+|null)'
+INFO_AS_YAML = (
+    rf'publication_sequence_number: {NUMBER}\nreceived_timestamp: \d+\n'
+    rf'reception_sequence_number: {NUMBER}\nsource_timestamp: \d+\n---\n'
+)
+INFO_OF_A_VALUE = (
+    r"---Got new message, message info:---\n\{'source_timestamp': \d+, 'received_timestamp': \d+, "
+    r"'publication_sequence_number': (\d+|None), 'reception_sequence_number': (\d+|None)\}\n"
+    r'---Message data:---\n'
+)
+
+
+def test_echo_tells_when_messages_came_as_ros_2_does(ros2: CommandLine, sensor: Program) -> None:
+    echo = ['topic', 'echo', '/point', '--once', '-i']
+    assert re.fullmatch(
+        INFO_AS_YAML + r'x: \d+\.0\ny: 0\.0\nz: 0\.0\n---\n', ros2.ok(*echo, '--field', 'point')
+    )
+    assert re.fullmatch(INFO_OF_A_VALUE + r'\d+\.0\n---\n', ros2.ok(*echo, '--field', 'point.x'))
+    assert re.fullmatch(
+        r'\d+,\d+,(\d+|None),(\d+|None),\d+\.0,0\.0,0\.0\n', ros2.ok(*echo, '--field', 'point', '--csv')
+    )
+    assert re.fullmatch(r'\d+\.0\n---\n', ros2.ok(*echo[:-1], '--field', 'point.x', '--csv'))
+
+
 def test_echo_filters(ros2: CommandLine, sensor: Program) -> None:
-    out = ros2.ok('topic', 'echo', 'point', '--once', '--field', 'point.x', '--filter', 'm.point.x % 10 == 3')
+    out = ros2.ok('topic', 'echo', 'point', '--once', '--filter', 'm.point.x % 10 == 3', '--csv')
+    assert float(out.split(',')[3]) % 10 == 3
+    out = ros2.ok('topic', 'echo', 'point', '--once', '--field', 'point.x', '--filter', 'm % 10 == 3')
     assert float(out.splitlines()[0]) % 10 == 3
     assert 'not to be used' in ros2.fails('topic', 'echo', 'point', '--filter', '__import__("os")', code=4)
     wrong = ros2.fails('topic', 'echo', 'point', 'std_msgs/msg/String', '--once', '--timeout', '20', code=4)

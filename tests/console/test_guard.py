@@ -302,7 +302,7 @@ def test_beyond_this_machine_a_token_is_needed_and_tls_is_spoken(stage: Stage, t
         (['--tls-cert', '/nowhere', '--tls-key', '/nowhere'], 'the TLS files cannot be used'),
         (['--token', 'a b'], 'a token is made of'),
         (['--host', '203.0.113.7'], 'choose another --port'),
-        (['--port', '70000'], 'give a number from 0 to 65535'),
+        (['--port', '70000'], 'from 0 to 65535'),
     ],
 )
 def test_what_cannot_be_served_is_told_in_one_line(stage: Stage, arguments: list[str], problem: str) -> None:

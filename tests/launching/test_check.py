@@ -16,7 +16,7 @@ def check(ros2: CommandLine, *arguments: str) -> Ended:
 def test_files_without_mistakes(ros2: CommandLine) -> None:
     ended = check(ros2, str(ROBOT))
     assert (ended.code, ended.err) == (0, '')
-    assert ended.out == '14 files checked: no mistakes\n'
+    assert ended.out == '17 files checked: no mistakes\n'
 
 
 def test_mistakes_of_launch_files(ros2: CommandLine, tmp_path: Path) -> None:

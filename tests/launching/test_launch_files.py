@@ -199,6 +199,126 @@ def test_a_node_is_respawned_and_a_required_one_ends_all(launch: Launch) -> None
     assert "[driver-3]: sending signal 'SIGINT'" in output
 
 
+TF = ['/tf:=tf', '/tf_static:=tf_static']
+BUFFERED = {'DEMO_BUFFERED': '1'}
+
+
+def mobile_base(namespace: str, model: str, mode: str, separation: float) -> list[dict[str, Any]]:
+    """What mobile_base.launch.py starts in any case: controller, driver, spawner, state_publisher."""
+    of_controller = {
+        'wheel_separation': separation,
+        'mode': mode,
+        'plugins': ['static_layer', 'voxel_layer'],
+    }
+    name = f'{namespace}/controller_{model}'
+    scan = ['scan:=front/scan']
+    return [
+        {
+            'program': 'controller',
+            'name': name,
+            'params': {
+                '-p': SIM,
+                **_merged({'/**': PARAMS_FILE}, name if namespace else '/**', of_controller),
+            },
+            'remaps': scan + TF,
+            'env': BUFFERED,
+        },
+        {'program': 'driver', 'name': '/driver', 'env': BUFFERED},
+        {'program': 'short', 'argv': ['-entity', model], 'env': BUFFERED},
+        {
+            'program': 'state_publisher',
+            'name': f'{namespace}/state_publisher',
+            'params': {
+                '-p': SIM,
+                f'{namespace}/state_publisher' if namespace else '/**': {
+                    'robot_description': f'<robot name="{model}"><link name="base"/></robot>\n'
+                },
+            },
+            'remaps': scan + TF,
+            'env': BUFFERED,
+        },
+    ]
+
+
+def _merged(files: dict[str, Any], node: str, more: dict[str, Any]) -> dict[str, Any]:
+    return {**files, node: {**files.get(node, {}), **more}}
+
+
+def test_a_mobile_base_ends_with_its_driver(launch: Launch) -> None:
+    with launch('mobile_base.launch.py') as robot:
+        assert robot.tree(4) == mobile_base('', 'burger', 'driving', 0.16)
+        robot.program.expect(r'\[launch.user\]: a small one: burger')
+        robot.program.expect(r'\[launch.user\]: spawned burger')
+        os.kill(next(each.pid for each in robot.processes if each.program == 'driver'), signal.SIGKILL)
+        output = robot.ended()
+    assert '[ERROR] [driver-4]: process has died' in output
+    assert "[state_publisher-1]: sending signal 'SIGINT'" in output
+
+
+def test_arguments_choose_the_parts_of_a_mobile_base(launch: Launch) -> None:
+    arguments = ('use_namespace:=true', 'namespace:=tb', 'slam:=True', 'model:=waffle', 'log_level:=debug')
+    with launch('mobile_base.launch.py', *arguments) as robot:
+        found = robot.tree(6)
+        slam = next(each for each in found if each['program'] == 'planner')
+        assert [each for each in found if each['program'] not in {'planner', 'camera'}] == mobile_base(
+            '/tb', 'waffle', 'mapping', 0.287
+        )
+        assert (slam['name'], slam['argv']) == ('/tb/slam', ['--log-level', 'debug'])
+        assert slam['params'] == {'-p': SIM, '/**': PARAMS_FILE}
+        assert next(each['name'] for each in found if each['program'] == 'camera') == '/tb/head'
+        robot.end()
+    with launch('mobile_base.launch.py', 'map:=lab.yaml', 'camera:=1') as robot:
+        programs = [each.program for each in robot.started(6)]
+        assert programs == ['camera', 'controller', 'driver', 'plain', 'short', 'state_publisher']
+        robot.end()
+    with launch('mobile_base.launch.py', 'use_composition:=True') as robot:
+        assert 'sourced ROS 2' in robot.program.expect('ERROR.*: (.*)')[1]
+        robot.program.wait()
+
+
+@pytest.mark.parametrize('ending', ['xml', 'yaml'])
+def test_a_site_in_xml_and_yaml(ending: str, launch: Launch, share: Path) -> None:
+    site = {'DEMO_SITE': 'tb_waffle'}
+    with launch(f'site.launch.{ending}', 'use_sim_time:=true', DEMO_MODEL='waffle') as robot:
+        assert robot.tree(3) == [
+            {
+                'program': 'lidar',
+                'name': '/tb_waffle/lidar',
+                'argv': ['--log-level', 'warn'],
+                'params': {
+                    '-p': {'use_sim_time': True},
+                    '/**': PARAMS_FILE,
+                    '/tb_waffle/lidar': {'range': 3.5, 'frame_id': 'tb_waffle/scan'},
+                },
+                'remaps': ['/tf:=tf', 'scan:=front/scan'],
+                'env': {'DEMO_MODEL': 'waffle', **site},
+            },
+            {
+                'program': 'plain',
+                'argv': ['record', '--topics', '/tf', 'two words'],
+                'env': {'DEMO_BAG': 'tb_waffle_bag', 'DEMO_MODEL': 'waffle', **site},
+            },
+            {
+                'program': 'state_publisher',
+                'name': '/tb_waffle/state_publisher',
+                'params': {
+                    '-p': {'use_sim_time': True},
+                    '/tb_waffle/state_publisher': {
+                        'robot_description': '<robot name="waffle"><link name="base"/></robot>\n'
+                    },
+                },
+                'remaps': ['/tf:=tf'],
+                'env': {'DEMO_MODEL': 'waffle', **site},
+            },
+        ]
+        assert next(each.cwd for each in robot.processes if each.program == 'plain') == str(share / 'launch')
+        robot.end()
+    with launch(f'site.launch.{ending}') as robot:  # a small one, which ends with its last part
+        assert [each.program for each in robot.started(3)] == ['plain', 'short', 'state_publisher']
+        assert next(each.argv for each in robot.processes if each.program == 'short') == ['burger_end']
+        assert f'[launch.user]: tb_burger at {share / "launch"}' in robot.ended()
+
+
 @pytest.mark.parametrize('rmw', ['rmw_zenoh_cpp', DDS])
 def test_a_managed_node_goes_from_state_to_state(rmw: str, launch: Launch) -> None:
     require(rmw)

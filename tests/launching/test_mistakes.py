@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
@@ -168,6 +169,17 @@ def test_arguments_are_shown(ros2: CommandLine) -> None:
         "        no description given. Valid choices are: ['grid', 'lattice']",
         "        (default: 'grid')",
     ]
+    documents = ros2.ok('launch', 'demo_robot', 'navigation.launch.xml', '-s', '--json').splitlines()
+    assert json.loads(documents[1]) == {
+        'name': 'planner',
+        'description': "no description given. Valid choices are: ['grid', 'lattice']",
+        'default': 'grid',
+        'choices': ['grid', 'lattice'],
+        'conditional': False,
+    }
+    assert '--json goes with --show-args' in ros2.fails(
+        'launch', 'demo_robot', 'fleet.launch.py', '--json', code=2
+    )
     shown = ros2.ok('launch', 'demo_robot', 'bringup.launch.py', '-s')
     names = [line.strip(" ':") for line in shown.splitlines() if line.startswith("    '")]
     assert names == ['namespace', 'use_sim_time', 'use_camera', 'params_file', 'planner']
@@ -183,6 +195,7 @@ def test_the_description_is_printed(ros2: CommandLine) -> None:
     assert "├── DeclareLaunchArgument('namespace')" in tree
     assert any("Node(package='demo_robot', executable='lidar'" in line for line in tree)
     assert any('if UnlessCondition(LaunchConfig(' in line for line in tree)
+    assert json.loads(ros2.ok('launch', 'demo_robot', 'bringup.launch.py', '-p', '--json'))['tree'] == tree
 
 
 @pytest.mark.parametrize('ending', ['py', 'xml'])

@@ -12,7 +12,8 @@ from goalwire.cli.live import live
 from goalwire.cli.messages import add_style_arguments, as_dict, message_yaml, style_of
 from goalwire.cli.named import ACTIONS
 from goalwire.cli.outcome import CommandError, Outcome
-from goalwire.cli.service_echo import name_step
+from goalwire.cli.qos import add_qos_arguments, chosen_qos
+from goalwire.cli.service_echo import QUEUE, name_step
 
 if TYPE_CHECKING:
     from goalwire.cli.output import Output
@@ -31,6 +32,7 @@ def echo_arguments(parser: ArgumentParser) -> None:
         'are shown where clients or server publish their steps',
     )
     add_style_arguments(parser)
+    add_qos_arguments(parser, 'subscribe', 'reliable, with a long queue; the status, and what came before')
 
 
 def echo(arguments: Namespace, output: Output) -> Outcome:
@@ -54,7 +56,8 @@ def echo(arguments: Namespace, output: Output) -> Outcome:
         async with asyncio.TaskGroup() as group:
             for part in wanted:
                 topic, cls, qos = parts[part]
-                group.create_task(_follow(node.subscription(cls, topic, qos=qos), part, arguments, output))
+                subscription = node.subscription(cls, topic, qos=chosen_qos(arguments, qos))
+                group.create_task(_follow(subscription, part, arguments, output))
 
     return live(follow)
 
@@ -62,7 +65,7 @@ def echo(arguments: Namespace, output: Output) -> Outcome:
 def _parts(name: str, type_name: str) -> dict[str, tuple[str, Any, goalwire.QoS]]:
     """Return topic, class and QoS of each part of an action."""
     cls = lookup.interface(type_name)
-    events = goalwire.QoS(depth=1000)
+    events = goalwire.QoS(depth=QUEUE)
     status = goalwire.QoS(depth=1, durability=goalwire.DurabilityPolicy.TRANSIENT_LOCAL)
     parts = cls.Impl
     return {
@@ -73,7 +76,7 @@ def _parts(name: str, type_name: str) -> dict[str, tuple[str, Any, goalwire.QoS]
             events,
         ),
         'RESULT_SERVICE': (f'{name}/_action/get_result/_service_event', parts.GetResultService.Event, events),
-        'FEEDBACK_TOPIC': (f'{name}/_action/feedback', parts.FeedbackMessage, goalwire.QoS(depth=1000)),
+        'FEEDBACK_TOPIC': (f'{name}/_action/feedback', parts.FeedbackMessage, events),
         'STATUS_TOPIC': (f'{name}/_action/status', parts.GoalStatusMessage, status),
     }
 

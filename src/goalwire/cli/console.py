@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import os
-from argparse import ArgumentParser, ArgumentTypeError, Namespace
+from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
 from goalwire.cli.live import live
+from goalwire.cli.numbers import port
 from goalwire.cli.outcome import CommandError, Outcome
 from goalwire.cli.verbs import Noun, Verb
 
@@ -18,16 +19,9 @@ if TYPE_CHECKING:
 TOKEN = 'GOALWIRE_CONSOLE_TOKEN'  # noqa: S105 - the name of the variable
 
 
-def _port(text: str) -> int:
-    number = int(text)
-    if not 0 <= number < 65536:
-        raise ArgumentTypeError('give a number from 0 to 65535')
-    return number
-
-
 def _arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
-        '--port', metavar='N', type=_port, default=8420, help='TCP port (8420); 0: any that is free'
+        '--port', metavar='N', type=port, default=8420, help='TCP port (8420); 0: any that is free'
     )
     parser.add_argument(
         '--host',

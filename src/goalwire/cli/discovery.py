@@ -15,6 +15,7 @@ from threading import Condition
 from time import monotonic
 from typing import TYPE_CHECKING, Self
 
+from goalwire.cli.numbers import seconds
 from goalwire.cli.outcome import CommandError, Outcome
 
 if TYPE_CHECKING:
@@ -40,7 +41,7 @@ def add_graph_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         '--spin-time',
-        type=float,
+        type=seconds,
         metavar='SPIN_TIME',
         help=f'Seconds for discovery on DDS (default: {SPIN_TIME_S:.0f}); on Zenoh its end is known',
     )

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import goalwire
 from goalwire.cli.live import live
 from goalwire.cli.named import ACTIONS
-from goalwire.cli.numbers import positive
+from goalwire.cli.numbers import timeout_argument
 from goalwire.cli.outcome import CommandError, Outcome
 from goalwire.cli.service_call import PATIENCE_S
 
@@ -85,13 +85,7 @@ def goals_arguments(parser: ArgumentParser) -> None:
     """Add what `action goals` takes after the name."""
     parser.add_argument('-a', '--all', action='store_true', help='Show goals that have ended, too')
     parser.add_argument('-c', '--count', action='store_true', help='Show only how many there are')
-    parser.add_argument(
-        '--timeout',
-        metavar='S',
-        type=positive,
-        default=LOOK_S,
-        help=f'Seconds to wait for the server ({LOOK_S})',
-    )
+    timeout_argument(parser, LOOK_S, 'Seconds to wait for the server')
 
 
 def goals(arguments: Namespace, output: Output) -> Outcome:
@@ -133,13 +127,7 @@ def cancel_arguments(parser: ArgumentParser) -> None:
         help='Goals accepted at that time or earlier: seconds since 1970, an ISO time, or how long ago '
         '(10s, 5m, 1h)',
     )
-    parser.add_argument(
-        '--timeout',
-        metavar='S',
-        type=positive,
-        default=PATIENCE_S,
-        help=f'Seconds to wait ({PATIENCE_S:.0f})',
-    )
+    timeout_argument(parser, PATIENCE_S, 'Seconds to wait')
 
 
 def cancel(arguments: Namespace, output: Output) -> Outcome:

@@ -66,6 +66,10 @@ def _run(arguments: Namespace, output: Output) -> Outcome:
     from goalwire.errors import BadLaunchArgumentError, LaunchError, NoLaunchFileError, NoSuchPackageError
     from goalwire.launching import commands
 
+    if output.json and not (arguments.show_args or arguments.print_description):
+        raise CommandError(
+            Outcome.USAGE, f'{arguments.prog}: --json goes with --show-args or --print', 'leave it out'
+        )
     words = [arguments.package_name]
     if arguments.launch_file_name is not None:
         words.append(arguments.launch_file_name)
@@ -84,10 +88,11 @@ def _run(arguments: Namespace, output: Output) -> Outcome:
             given = [*given, f'{flag}:={value}']
     try:
         if arguments.print_description:
-            output.block(commands.show_description(path))
+            tree = commands.show_description(path)
+            output.data({'file': path, 'tree': tree.splitlines()}) if output.json else output.block(tree)
             return Outcome.OK
         if arguments.show_args:
-            output.block(commands.show_arguments(path))
+            _show_arguments(path, output)
             return Outcome.OK
         commands.parse_arguments(given)
     except BadLaunchArgumentError as error:
@@ -98,8 +103,18 @@ def _run(arguments: Namespace, output: Output) -> Outcome:
     return Outcome(code)
 
 
+def _show_arguments(path: str, output: Output) -> None:
+    from goalwire.launching import commands
+
+    if not output.json:
+        output.block(commands.show_arguments(path))
+        return
+    for argument in commands.arguments_as_data(path):
+        output.data(argument)
+
+
 NOUN = Noun(
     'launch',
     SUMMARY,
-    (Verb('launch', SUMMARY, _run, _arguments, has_json=False, takes_ros_arguments=True),),
+    (Verb('launch', SUMMARY, _run, _arguments, takes_ros_arguments=True),),
 )

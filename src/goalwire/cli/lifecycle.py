@@ -9,6 +9,7 @@ import goalwire
 from goalwire.cli.discovery import add_graph_arguments, discovered
 from goalwire.cli.live import live
 from goalwire.cli.nodes import add_node_argument, call, named_node, node_names
+from goalwire.cli.numbers import positive
 from goalwire.cli.outcome import CommandError, Outcome
 from goalwire.cli.output import tell
 from goalwire.cli.verbs import Noun, Verb
@@ -39,7 +40,7 @@ def _named(arguments: Namespace) -> str:
 
 def _service_timeout(parser: ArgumentParser) -> None:
     parser.add_argument(
-        '--service-timeout', '--timeout', metavar='N', type=float, help='Seconds for an answer (5)'
+        '--service-timeout', '--timeout', metavar='N', type=positive, help='Seconds for an answer (5)'
     )
 
 

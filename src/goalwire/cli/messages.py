@@ -57,15 +57,18 @@ def style_of(arguments: argparse.Namespace) -> dict[str, Any]:
     }
 
 
-def as_text(value: Any, arguments: argparse.Namespace) -> str:
-    """Return a message, or the value of a field, as the flags of `add_style_arguments` say."""
+def as_text(message: Any, arguments: argparse.Namespace) -> str:
+    """Return a message as the flags of `add_style_arguments` say."""
     from rosidl_runtime_py import message_to_csv, message_to_yaml
 
-    if hasattr(value, 'get_fields_and_field_types'):
-        if arguments.csv:
-            return message_to_csv(value, **style_of(arguments))
-        return message_to_yaml(value, **style_of(arguments), flow_style=arguments.flow_style)
-    return str(_plain(value)) if arguments.csv else f'{_plain(value)}\n'
+    if arguments.csv:
+        return message_to_csv(message, **style_of(arguments))
+    return message_to_yaml(message, **style_of(arguments), flow_style=arguments.flow_style)
+
+
+def plain_text(value: Any) -> str:
+    """Return the value of a field that is no message; arrays as lists."""
+    return str(_plain(value))
 
 
 def message_yaml(fields: Any, *, flow_style: bool = False) -> str:

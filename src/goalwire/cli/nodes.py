@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import goalwire
 from goalwire.cli import lookup
 from goalwire.cli.discovery import discovered
+from goalwire.cli.numbers import positive, seconds
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -53,14 +54,14 @@ def add_timeout_argument(parser: ArgumentParser) -> None:
     parser.add_argument(
         '--timeout',
         metavar='N',
-        type=float,
+        type=seconds,
         default=0.0,
         help='Seconds to wait for the node (default: it is there)',
     )
     parser.add_argument(
         '--service-timeout',
         metavar='N',
-        type=float,
+        type=positive,
         default=CALL_S,
         help=f'Seconds for its answer ({CALL_S:.0f})',
     )

@@ -6,7 +6,7 @@ from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
 import goalwire
-from goalwire.cli.numbers import length
+from goalwire.cli.numbers import length, seconds
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -31,7 +31,7 @@ def add_qos_arguments(parser: ArgumentParser, what: str, default: str) -> None:
     parser.add_argument('--qos-durability', choices=_DURABILITY, help='Durability')
     parser.add_argument('--qos-liveliness', choices=_LIVELINESS, help='Liveliness')
     parser.add_argument(
-        '--qos-liveliness-lease-duration-seconds', metavar='S', type=float, help='Lease of the liveliness'
+        '--qos-liveliness-lease-duration-seconds', metavar='S', type=seconds, help='Lease of the liveliness'
     )
 
 

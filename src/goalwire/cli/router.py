@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import signal
-from argparse import ArgumentParser, ArgumentTypeError, Namespace
+from argparse import ArgumentParser, Namespace
 from threading import Event
 from typing import TYPE_CHECKING
 
+from goalwire.cli.numbers import port_to_name
 from goalwire.cli.outcome import Outcome
 from goalwire.cli.verbs import Noun, Verb
 
@@ -16,16 +17,9 @@ if TYPE_CHECKING:
     from goalwire.cli.output import Output
 
 
-def _port(text: str) -> int:
-    number = int(text)
-    if not 0 < number < 65536:
-        raise ArgumentTypeError('give a number from 1 to 65535')
-    return number
-
-
 def _arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
-        '--port', metavar='N', type=_port, help='TCP port (default: GOALWIRE_ROUTER_PORT, or 7447)'
+        '--port', metavar='N', type=port_to_name, help='TCP port (default: GOALWIRE_ROUTER_PORT, or 7447)'
     )
     parser.add_argument(
         '-l',

@@ -68,10 +68,12 @@ def _call(arguments: Namespace, output: Output) -> Outcome:
 
 def _echo_arguments(parser: ArgumentParser) -> None:
     from goalwire.cli.messages import add_style_arguments
+    from goalwire.cli.qos import add_qos_arguments
 
     SERVICES.name_argument(parser)
     parser.add_argument('service_type', nargs='?', help='Type of the service, if the graph does not know it')
     add_style_arguments(parser)
+    add_qos_arguments(parser, 'subscribe', 'reliable, with a long queue')
 
 
 def _echo(arguments: Namespace, output: Output) -> Outcome:

@@ -11,12 +11,15 @@ from goalwire.cli.live import live
 from goalwire.cli.messages import as_dict, message_yaml, style_of
 from goalwire.cli.named import SERVICES
 from goalwire.cli.outcome import Outcome
+from goalwire.cli.qos import chosen_qos
 
 if TYPE_CHECKING:
     from goalwire.cli.output import Output
 
 STEPS = ('REQUEST_SENT', 'REQUEST_RECEIVED', 'RESPONSE_SENT', 'RESPONSE_RECEIVED')
 """By the number in service_msgs/msg/ServiceEventInfo."""
+QUEUE = 1000
+"""Steps that wait at most where no depth is asked for."""
 
 
 def echo(arguments: Namespace, output: Output) -> Outcome:
@@ -29,7 +32,8 @@ def echo(arguments: Namespace, output: Output) -> Outcome:
     event = lookup.interface(type_name).Event
 
     async def follow(node: goalwire.Node) -> None:
-        async for message in node.subscription(event, f'{name}/_service_event', qos=goalwire.QoS(depth=1000)):
+        qos = chosen_qos(arguments, goalwire.QoS(depth=QUEUE))
+        async for message in node.subscription(event, f'{name}/_service_event', qos=qos):
             _show(message, arguments, output)
 
     return live(follow)

@@ -26,19 +26,13 @@ _LOOK_S = 1.0
 
 
 def _arguments(parser: ArgumentParser) -> None:
-    from goalwire.cli.numbers import positive
+    from goalwire.cli.numbers import timeout_argument
 
     parser.add_argument('-a', '--all', action='store_true', help='Show hidden names, too')
     parser.add_argument(
         '--progress', metavar='FIELD[/MAX]', help=f'{progress.HELP}. Without, the name of a field tells it'
     )
-    parser.add_argument(
-        '--timeout',
-        metavar='S',
-        type=positive,
-        default=TIMEOUT_S,
-        help=f'Seconds that a call may take, and a goal until it is accepted ({TIMEOUT_S:.0f})',
-    )
+    timeout_argument(parser, TIMEOUT_S, 'Seconds that a call may take, and a goal until it is accepted')
 
 
 def _top(arguments: Namespace, output: Output) -> Outcome:

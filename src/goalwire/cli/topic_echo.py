@@ -11,7 +11,7 @@ from goalwire.cli.discovery import add_graph_arguments
 from goalwire.cli.expressions import Expression
 from goalwire.cli.fields import field_path, field_value
 from goalwire.cli.live import live
-from goalwire.cli.messages import add_style_arguments, as_dict, as_text
+from goalwire.cli.messages import add_style_arguments, as_dict, as_text, plain_text
 from goalwire.cli.numbers import positive
 from goalwire.cli.outcome import CommandError, Outcome
 from goalwire.cli.qos import add_qos_arguments
@@ -33,7 +33,9 @@ def add_arguments(parser: ArgumentParser) -> None:
     )
     parser.add_argument('--raw', action='store_true', help='Print the serialized bytes')
     parser.add_argument(
-        '--filter', metavar='EXPR', help='Print where a Python expression of the message m holds'
+        '--filter',
+        metavar='EXPR',
+        help='Print where a Python expression of m holds: the message, or what --field chooses of it',
     )
     parser.add_argument('--once', action='store_true', help='Print the first message and exit')
     parser.add_argument('--timeout', metavar='S', type=positive, help='Exit after that many seconds')
@@ -61,9 +63,9 @@ class _Printer:
     def show(self, message: Any, info: Any) -> bool:
         """Print a message; False where the filter does not want it."""
         arguments, output = self._arguments, self._output
-        if self._filter is not None and not self._filter(message):
-            return False
         value = field_value(message, self._path, arguments.field)
+        if self._filter is not None and not self._filter(value):
+            return False
         about: dict[str, int | None] = dict(info)
         if output.json:
             told = value.hex() if arguments.raw else as_dict(value)
@@ -71,15 +73,27 @@ class _Printer:
             return True
         if arguments.clear and output.is_terminal:
             output.raw('\x1b[2J\x1b[H')
-        if arguments.csv and not arguments.raw:
-            before = ','.join(map(str, about.values())) + ',' if arguments.include_message_info else ''
-            output.block(before + as_text(value, arguments))
-            return True
-        if arguments.include_message_info:
-            lines = (f'{name}: {"null" if number is None else number}\n' for name, number in about.items())
-            output.block(''.join(lines) + '---')
-        output.block((f'{value!r}\n' if arguments.raw else as_text(value, arguments)) + '---')
+        output.block(self._text(value, about if arguments.include_message_info else None))
         return True
+
+    def _text(self, value: Any, about: dict[str, int | None] | None) -> str:
+        """Return the forms of ROS 2, which differ for messages and for single values; `about` goes before."""
+        arguments = self._arguments
+        if not hasattr(value, 'get_fields_and_field_types'):
+            before = (
+                ''
+                if about is None
+                else f'---Got new message, message info:---\n{about}\n---Message data:---\n'
+            )
+            return before + (repr(value) if arguments.raw else plain_text(value)) + '\n---'
+        if arguments.csv:
+            before = '' if about is None else ','.join(map(str, about.values())) + ','
+            return before + as_text(value, arguments)
+        lines = [
+            f'{name}: {"null" if number is None else number}\n'
+            for name, number in sorted((about or {}).items())
+        ]
+        return ''.join(lines) + ('---\n' if lines else '') + as_text(value, arguments) + '---'
 
 
 def run(arguments: Namespace, output: Output) -> Outcome:

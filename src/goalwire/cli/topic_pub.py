@@ -13,7 +13,7 @@ from goalwire.cli.discovery import add_graph_arguments
 from goalwire.cli.live import live, refuse_other_type, tell_types_ourselves, types_there
 from goalwire.cli.messages import as_dict
 from goalwire.cli.named import TOPICS
-from goalwire.cli.numbers import length, positive
+from goalwire.cli.numbers import length, positive, seconds
 from goalwire.cli.outcome import CommandError, Outcome
 from goalwire.cli.qos import add_qos_arguments, chosen_qos
 from goalwire.cli.service_call import LOOK_S
@@ -61,7 +61,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         '--keep-alive',
         metavar='S',
-        type=float,
+        type=seconds,
         default=KEEP_ALIVE_S,
         help=f'Seconds to stay after the last message (default: {KEEP_ALIVE_S})',
     )

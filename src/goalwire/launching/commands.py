@@ -10,7 +10,12 @@ from pathlib import Path
 from goalwire.errors import BadLaunchArgumentError, LaunchError, NoLaunchFileError
 from goalwire.files import shown
 from goalwire.launching import packages
-from goalwire.launching.introspection import LaunchIntrospector, declared_arguments, print_arguments
+from goalwire.launching.introspection import (
+    LaunchIntrospector,
+    declared_arguments,
+    default_text,
+    print_arguments,
+)
 from goalwire.launching.model import LaunchDescription
 from goalwire.launching.service import LaunchService
 from goalwire.launching.sources import (
@@ -99,6 +104,21 @@ def launch(
 def show_arguments(path: str) -> str:
     """The text of `ros2 launch --show-args`."""
     return '\n'.join(print_arguments(get_launch_description_from_any_launch_file(path)))
+
+
+def arguments_as_data(path: str) -> list[dict[str, str | bool | list[str] | None]]:
+    """The same as data; `default` is None where the argument must be given."""
+    description = get_launch_description_from_any_launch_file(path)
+    return [
+        {
+            'name': argument.name,
+            'description': argument.description,
+            'default': default_text(argument, plain=True),
+            'choices': argument.choices,
+            'conditional': argument.conditionally_included,
+        }
+        for argument, _ in declared_arguments(description)
+    ]
 
 
 def show_description(path: str) -> str:

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator
 from goalwire.launching.actions import DeclareLaunchArgument
 from goalwire.launching.model import LaunchDescription, LaunchDescriptionEntity
 from goalwire.launching.sources import IncludeLaunchDescription
+from goalwire.launching.values import TextSubstitution
 
 
 def declared_arguments(
@@ -86,6 +87,16 @@ def _block(entity: LaunchDescriptionEntity) -> list[str]:
     return lines
 
 
+def default_text(argument: DeclareLaunchArgument, *, plain: bool = False) -> str | None:
+    """An argument's default as it is described, with `plain` a text as it stands; None without one."""
+    parts = argument.default_value
+    if parts is None:
+        return None
+    if plain and all(isinstance(part, TextSubstitution) for part in parts):
+        return ''.join(part.text for part in parts if isinstance(part, TextSubstitution))
+    return ' + '.join(part.describe() for part in parts)
+
+
 def print_arguments(description: LaunchDescription) -> list[str]:
     """The lines of `ros2 launch --show-args`."""
     lines = ["Arguments (pass arguments as '<name>:=<value>'):"]
@@ -93,8 +104,8 @@ def print_arguments(description: LaunchDescription) -> list[str]:
     for argument, _ in arguments:
         star = '*' if argument.conditionally_included else ''
         lines += ['', f"    '{argument.name}':{star}", f'        {argument.description}']
-        if argument.default_value is not None:
-            default = ' + '.join(part.describe() for part in argument.default_value)
+        default = default_text(argument)
+        if default is not None:
             lines.append(f'        (default: {default})')
     if not arguments:
         lines += ['', '  No arguments.']

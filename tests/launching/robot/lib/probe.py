@@ -27,6 +27,8 @@ for flag, value in zip(words[::2], words[1::2], strict=True):
             told['params'].setdefault(node, {}).update(content['ros__parameters'])
     elif flag == '-p':
         told['params'].setdefault('-p', {})[name] = yaml.safe_load(target)
+    elif flag == '--log-level':
+        told['argv'] += [flag, value]
     elif name in {'__node', '__ns'}:
         told[name.strip('_')] = target
     else:
