@@ -151,6 +151,7 @@ def test_goals_are_listed_and_cancelled(ros2: CommandLine, begin: Begin) -> None
 
 
 def test_echo_shows_feedback_and_status(ros2: CommandLine, begin: Begin) -> None:
+    ros2.ok('action', 'send_goal', 'lab/fibonacci', 'order=1')
     echo = begin('action', 'echo', 'lab/fibonacci', '--flow-style', '--qos-depth', '50')
     echo.expect('^interface: STATUS_TOPIC$')  # its history
     while not re.search('^interface: FEEDBACK_TOPIC$', echo.output, re.MULTILINE):
@@ -158,7 +159,8 @@ def test_echo_shows_feedback_and_status(ros2: CommandLine, begin: Begin) -> None
     echo.expect('^  sequence: \\[0, 1, 1\\]$')
 
 
-def test_watch_without_a_terminal_is_a_line_a_change(begin: Begin) -> None:
+def test_watch_without_a_terminal_is_a_line_a_change(ros2: CommandLine, begin: Begin) -> None:
+    ros2.ok('action', 'send_goal', 'lab/fibonacci', 'order=1')
     watch = begin('action', 'watch', 'lab/fibonacci', '--progress', 'sequence/10')
     watch.expect(f'^{ID} [A-Z]+$')  # what has ended before
     goal = begin('action', 'send_goal', 'lab/fibonacci', 'order=1005')

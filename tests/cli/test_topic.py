@@ -160,6 +160,8 @@ def test_pub_waits_publishes_and_leaves(ros2: CommandLine, workshop: Program) ->
     told = ros2.fails('topic', 'pub', '-1', 'lab/orders', 'std_msgs/msg/Header', 'stamp: now', code=4)
     assert "'/lab/orders' has the type std_msgs/msg/String, not std_msgs/msg/Header" in told
     assert "there is no topic '/nobody'" in ros2.fails('topic', 'pub', '/nobody', 'data=x', code=3)
+    told = ros2.fails('topic', 'pub', '-1', '/nobody', 'std_msgs/Int32', f'data={2**40}', code=4)
+    assert told.startswith('ros2: std_msgs/msg/Int32: data: ')
 
 
 @pytest.mark.parametrize(

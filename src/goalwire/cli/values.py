@@ -10,6 +10,7 @@ from typing import Any
 
 from goalwire.cli.outcome import CommandError, Outcome
 from goalwire.cli.verbs import did_you_mean
+from goalwire.errors import EncodeError
 
 _PAIR = re.compile(r'([A-Za-z_][\w.]*)=(.*)', re.DOTALL)
 _MOST = 16 * 1024 * 1024
@@ -135,19 +136,31 @@ def filled(cls: Any, values: Mapping[str, Any], title: str) -> Any:
 def fill(message: Any, values: Mapping[str, Any], title: str, *, stamps: bool = False) -> list[Any]:
     """Set fields of a message; with `stamps`, 'auto' and 'now' are times, and what sets them is returned.
 
-    Raises CommandError.
+    Raises CommandError, also for what can be set and not be sent, such as a number that is too large: before
+    anybody is waited for.
     """
     from rosidl_runtime_py import set_message_fields
 
+    from goalwire.entities.type_support import message_support
+
     _check_names(message, values, title)
     try:
-        return set_message_fields(message, dict(values), expand_header_auto=stamps, expand_time_now=stamps)
+        set_stamps: list[Any] = set_message_fields(
+            message, dict(values), expand_header_auto=stamps, expand_time_now=stamps
+        )
     except (AssertionError, AttributeError, OverflowError, TypeError, ValueError) as error:
-        problem = ' '.join(str(error).split())
-        field = _culprit(message, values)
-        raise CommandError(
-            Outcome.BAD_VALUE, f'{title}: {field}{problem}', f'see: ros2 interface show {title}'
-        ) from None
+        problem = f'{_culprit(message, values)}{" ".join(str(error).split())}'
+        raise _misfit(title, problem) from None
+    try:
+        message_support(type(message)).encode(message)
+    except EncodeError as error:
+        _, _, problem = ' '.join(str(error).split()).partition(': ')  # behind the type
+        raise _misfit(title, problem) from None
+    return set_stamps
+
+
+def _misfit(title: str, problem: str) -> CommandError:
+    return CommandError(Outcome.BAD_VALUE, f'{title}: {problem}', f'see: ros2 interface show {title}')
 
 
 def _culprit(message: Any, values: Mapping[str, Any]) -> str:
