@@ -9,7 +9,7 @@ empty :=
 with = $(if $(strip $(1)),[$(subst $(empty) ,$(comma),$(strip $(1)))])
 EXTRA := $(call with,$(if $(filter rmw_cyclonedds_cpp,$(RMW)),dds) $(if $(VIEW),console))
 
-.PHONY: demo set-up test test-again quick fuzz lint types bench bench-curves bench-short clean reliability zenoh-versions
+.PHONY: demo set-up test test-again quick long fuzz lint types bench bench-curves bench-short clean reliability zenoh-versions
 
 # Two at once share one set-up: the second waits for the first, where there is flock.
 LOCKED := $(if $(shell command -v flock 2>/dev/null),flock Makefile)
@@ -38,6 +38,10 @@ test-again: $(VENV)/.dev
 
 quick: $(VENV)/.dev
 	$(BIN)/python -m pytest -n auto --dist worksteal -m 'not slow'
+
+# What takes minutes: the body's ten minutes on its feet.
+long: $(VENV)/.dev
+	$(BIN)/python -m pytest -m long --durations 0
 
 fuzz: $(VENV)/.dev
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[fuzz]'

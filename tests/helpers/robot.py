@@ -9,8 +9,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import pytest
 from helpers.isolation import NETWORK, isolated_env
 from helpers.processes import Program
+from helpers.wires import DDS
 
 if TYPE_CHECKING:
     from humanoid.mission.robot import Robot
@@ -21,9 +23,12 @@ COURSE = ROOT / 'examples' / 'course'
 _MAIN = 'from humanoid.cli import main; raise SystemExit(main())'
 
 
-def robot_env() -> dict[str, str]:
-    """An isolated world on Zenoh in which the robot's package and its interfaces are found."""
-    return isolated_env(NETWORK) | {
+on_both_wires = pytest.mark.parametrize('network', ['rmw_zenoh_cpp', DDS])
+
+
+def robot_env(network: str = NETWORK) -> dict[str, str]:
+    """An isolated world in which the robot's package and its interfaces are found."""
+    return isolated_env(network) | {
         'PYTHONPATH': str(ROOT / 'robot' / 'humanoid'),
         'GOALWIRE_INTERFACE_PATH': str(ROOT / 'robot'),
         'HUMANOID_PHYSICS': '0',  # tests of the physics ask for it

@@ -5,16 +5,25 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import pytest
+from helpers.isolation import NETWORK
 from helpers.robot import robot_client, robot_env
+from helpers.wires import require
 
 if TYPE_CHECKING:
     from humanoid.mission.robot import Robot
 
 
 @pytest.fixture
-def world(monkeypatch: pytest.MonkeyPatch) -> dict[str, str]:
+def network() -> str:
+    """What the world is on; tests marked `helpers.robot.on_both_wires` run on each."""
+    return NETWORK
+
+
+@pytest.fixture
+def world(monkeypatch: pytest.MonkeyPatch, network: str) -> dict[str, str]:
     """The environment of a robot that nobody else can reach, for child processes and for this one."""
-    env = robot_env()
+    require(network)
+    env = robot_env(network)
     for name in set(os.environ) - set(env):
         monkeypatch.delenv(name)
     for name, value in env.items():

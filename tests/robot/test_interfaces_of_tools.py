@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import time
 from collections.abc import Iterator, Sequence
 
@@ -105,6 +106,10 @@ def test_an_arm_follows_a_trajectory(gw_graph: Graph, gw_clock: VirtualClock) ->
             follow((1.0, 1.0), path_tolerance=[JointTolerance(name='tail', position=0.1)]),
             "a tolerance names 'tail'",
         ),
+        (
+            follow((1.0, 1.0), path_tolerance=[JointTolerance(name=LEFT[0], velocity=math.nan)]),
+            'a tolerance of left_arm_shoulder is nan, not a number',
+        ),
     ],
 )
 def test_a_trajectory_that_cannot_be_followed_is_refused(
@@ -184,6 +189,41 @@ def test_a_joint_that_does_not_arrive_aborts_with_the_code(gw_graph: Graph, arm:
     assert (run.status, run.result.error_code) == ('ABORTED', Result.GOAL_TOLERANCE_VIOLATED)
     assert 'short of the goal: left_arm_shoulder by' in run.result.error_string
     assert time.monotonic() - began == pytest.approx(1.5, abs=0.3)  # virtual
+
+
+def test_velocities_of_points_are_followed_on_a_cubic(gw_graph: Graph, arm: Sender) -> None:
+    goal = follow((2.0, 1.5), path_tolerance=[JointTolerance(name='left_arm_shoulder', velocity=0.3)])
+    for point in goal.trajectory.points:
+        point.velocities = [0.0] * len(LEFT)
+    with arm(goal) as run:
+        feedback = list(run.feedback())
+    assert run.result.error_code == Result.SUCCESSFUL, run.result.error_string
+    shoulder = LEFT.index('left_arm_shoulder')
+    assert max(each.desired.velocities[shoulder] for each in feedback) == pytest.approx(0.75, abs=0.01)
+    assert max(each.actual.velocities[shoulder] for each in feedback) == pytest.approx(0.75, abs=0.02)
+    assert max(abs(each.error.positions[shoulder]) for each in feedback) < 0.02, 'as of one moment'
+
+
+def test_a_joint_that_is_too_fast_on_the_path_aborts_with_the_code(gw_graph: Graph, arm: Sender) -> None:
+    with arm(
+        follow((4.0, 1.5), path_tolerance=[JointTolerance(name='left_arm_shoulder', velocity=0.5)])
+    ) as run:
+        next(run.feedback())
+        push(gw_graph, (1.0, -1.0))
+        run.finish()
+    assert (run.status, run.result.error_code) == ('ABORTED', Result.PATH_TOLERANCE_VIOLATED)
+    assert re.search(r'off the path: left_arm_shoulder by [\d.]+ rad/s', run.result.error_string)
+
+
+def test_a_goal_that_is_to_end_at_rest_waits_for_it(gw_graph: Graph, arm: Sender) -> None:
+    tolerances = [JointTolerance(name='left_arm_shoulder', position=-1.0, velocity=0.1)]
+    with arm(follow((1.0, 1.0), goal_tolerance=tolerances, goal_time_tolerance=duration(5.0))) as run:
+        next(run.feedback())
+        push(gw_graph, (3.0, -1.0))
+        run.finish()
+    assert run.status == 'SUCCEEDED'
+    last = run.result
+    assert last.error_code == Result.SUCCESSFUL
 
 
 def test_a_goal_tolerance_may_be_erased(gw_graph: Graph, arm: Sender) -> None:

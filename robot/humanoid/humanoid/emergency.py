@@ -2,13 +2,17 @@
 
 `emergency_stop` is a service (std_srvs/SetBool: true stops, false releases) and a topic (std_msgs/Bool) for
 buttons: true stops, and false does nothing, for only the service releases. The topic `emergency_stopped`
-(std_msgs/Bool, latched) tells how it stands, to late comers too.
+(std_msgs/Bool, latched) tells how it stands, to late comers too, and is repeated for as long as there is a
+switch. A server that no longer hears it stops: nobody could stop it otherwise. It then presses the button of
+the next switch that it hears, so a switch that is back is thrown, and somebody has to release it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from enum import Enum
 
+from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import Bool
@@ -16,12 +20,19 @@ from std_srvs.srv import SetBool
 
 SWITCH = 'emergency_stop'
 STATE = 'emergency_stopped'
+TOLD_EVERY = 0.2  # s, of the steady clock: a simulation that pauses is not without its switch
+MISSED = 5  # times that a state was due and did not come: after 1 s the switch is gone
 REFUSAL = f'emergency stop: nothing moves until {SWITCH} is called with false'
 ENDED = 'Emergency stop'
+GONE = 'its switch is gone: is joint_state_service running?'
 
 
 def _latched() -> QoSProfile:
     return QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+def _steady() -> Clock:
+    return Clock(clock_type=ClockType.STEADY_TIME)
 
 
 class StopSwitch:
@@ -33,7 +44,11 @@ class StopSwitch:
         self._state = node.create_publisher(Bool, STATE, _latched())
         node.create_service(SetBool, SWITCH, self._asked)
         node.create_subscription(Bool, SWITCH, self._pressed, 10)
-        self._state.publish(Bool(data=False))
+        # First told by the timer, so once the node spins: who has heard it counts on hearing it again.
+        node.create_timer(TOLD_EVERY, self._tell, clock=_steady())
+
+    def _tell(self) -> None:
+        self._state.publish(Bool(data=self.stopped))
 
     def _asked(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         self._turn(stopped=request.data)
@@ -49,20 +64,61 @@ class StopSwitch:
         changed, self.stopped = self.stopped != stopped, stopped
         if stopped:
             self._on_stop()
-        self._state.publish(Bool(data=stopped))
+        self._tell()
         if changed:
             self._node.get_logger().warning('EMERGENCY STOP' if stopped else 'Emergency stop released')
 
 
+class Stand(Enum):
+    UNHEARD = 'unheard'  # of a robot without a switch, so far
+    RELEASED = 'released'
+    STOPPED = 'stopped'
+    LOST = 'lost'  # it was heard, and is no more
+
+
 class StopListener:
-    """How the switch stands, as a server knows it; `on_stop` is called whenever it is thrown."""
+    """How the switch stands, as a server knows it; `on_stop` is called when it is thrown, or is gone."""
 
     def __init__(self, node: Node, on_stop: Callable[[], None]) -> None:
-        self.stopped = False
-        self._on_stop = on_stop
+        self._stand = Stand.UNHEARD
+        self._missed = 0
+        self._node, self._on_stop = node, on_stop
+        self._button = node.create_publisher(Bool, SWITCH, 10)
         node.create_subscription(Bool, STATE, self._hear, _latched())
+        node.create_timer(TOLD_EVERY, self._look, clock=_steady())
+
+    @property
+    def stopped(self) -> bool:
+        return self._stand in (Stand.STOPPED, Stand.LOST)
+
+    @property
+    def refusal(self) -> str | None:
+        """Why nothing may move, or None where it may."""
+        if self._stand is Stand.LOST:
+            return f'emergency stop: {GONE} Once it is back, {SWITCH} is to be called with false'
+        return REFUSAL if self.stopped else None
+
+    @property
+    def ended(self) -> str:
+        """What the results of goals say that it has ended."""
+        return f'{ENDED}: {GONE}' if self._stand is Stand.LOST else ENDED
 
     def _hear(self, state: Bool) -> None:
-        self.stopped = state.data
+        self._missed = 0
         if state.data:
+            self._stand = Stand.STOPPED
+            self._on_stop()
+        elif self._stand is Stand.LOST:
+            self._button.publish(Bool(data=True))
+        else:
+            self._stand = Stand.RELEASED
+
+    def _look(self) -> None:
+        """Looks are counted, not seconds: a server that had no time to look has missed nothing yet."""
+        if self._stand in (Stand.UNHEARD, Stand.LOST):
+            return
+        self._missed += 1
+        if self._missed > MISSED:
+            self._stand = Stand.LOST
+            self._node.get_logger().error(f'EMERGENCY STOP: {GONE}')
             self._on_stop()

@@ -292,6 +292,8 @@ def _check_mimics(joints: Mapping[str, UrdfJoint]) -> None:
             leader = joints[leader.joint].mimic
 
 
+# Quaternions of our own, a dozen lines: the robot's programs run on any ROS 2, so they import nothing of
+# goalwire, and tf_transformations would be one more package to install there.
 def product(a: Quaternion, b: Quaternion) -> Quaternion:
     """The turn `b`, followed by the turn `a`, both seen from outside."""
     ax, ay, az, aw = a

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 from humanoid.joints.commands import Waypoint
-from humanoid.joints.kinematic import KinematicJoints
+from humanoid.joints.kinematic import KinematicJoints, Path
 from humanoid.model import JOINTS, JointSpec
 
 TICK = 0.02
@@ -105,3 +105,50 @@ def test_a_clock_set_back_moves_nothing() -> None:
     before = joints.read('slow')
     joints.update(9.0)
     assert joints.read('slow') == before
+
+
+REST = {'velocity': 0.0}
+
+
+@pytest.mark.parametrize(
+    ('first', 'last', 'expected'),
+    [  # position and velocity a quarter and half of the way through 2 s and 0.8 rad
+        ({}, {}, [(0.3, 0.4), (0.5, 0.4)]),
+        (REST, {}, [(0.3, 0.4), (0.5, 0.4)]),
+        (REST, REST, [(0.1 + 0.8 * 5 / 32, 0.4 * 9 / 8), (0.5, 0.4 * 3 / 2)]),
+        (
+            {**REST, 'acceleration': 0.0},
+            {**REST, 'acceleration': 0.0},
+            [(0.1 + 0.8 * 53 / 512, 0.4 * 135 / 128), (0.5, 0.4 * 15 / 8)],
+        ),
+    ],
+)
+def test_between_two_points_it_is_a_line_a_cubic_or_a_quintic(
+    first: dict[str, float], last: dict[str, float], expected: list[tuple[float, float]]
+) -> None:
+    path = Path(5.0, [Waypoint(1.0, 0.1, **first), Waypoint(3.0, 0.9, **last)])
+    assert path.at(5.5) == (0.1, 0.0)
+    assert path.at(6.5) == pytest.approx(expected[0])
+    assert path.at(7.0) == pytest.approx(expected[1])
+    assert path.at(8.0) == (0.9, 0.0)
+
+
+def test_points_are_passed_with_their_velocity_and_acceleration() -> None:
+    points = [Waypoint(1.0, 0.1, 0.3, -0.2), Waypoint(2.5, 0.4, -0.1, 0.6), Waypoint(4.0, 0.2, 0.2, 0.0)]
+    path, step = Path(0.0, points), 1e-4
+    for point in points[:-1]:
+        assert path.at(point.time) == pytest.approx((point.position, point.velocity))
+        speeds = [path.at(point.time + number * step)[1] for number in (0, 1)]
+        assert (speeds[1] - speeds[0]) / step == pytest.approx(point.acceleration, abs=1e-3)
+    assert path.at(4.0 - 1e-9) == pytest.approx((0.2, 0.2), abs=1e-6)
+
+
+def test_a_path_begins_with_the_velocity_that_the_joint_has() -> None:
+    joints = slow_joints()
+    joints.follow({'slow': [Waypoint(2.0, 0.8)]}, start=10.0)
+    now = run_until(joints, 10.0, 11.0)
+    joints.follow({'slow': [Waypoint(1.0, 0.6, 0.0)]}, start=now)
+    joints.update(now + TICK)
+    assert joints.read('slow').velocity == pytest.approx(0.4, abs=0.02), 'it goes on without a jerk'
+    run_until(joints, now + TICK, now + 1.1)
+    assert joints.read('slow').position == pytest.approx(0.6)

@@ -22,7 +22,7 @@ from humanoid.arm.limbs import Limbs
 from humanoid.arm.motion import SIGHT_LOST_AFTER
 from humanoid.arm.trajectory import Following, refusal
 from humanoid.clock import duration_msg, now, stamp
-from humanoid.emergency import ENDED, REFUSAL, StopListener
+from humanoid.emergency import StopListener
 from humanoid.endings import Decision, End, Ending, judged, or_abort, settle
 from humanoid.model import JOINT_BY_NAME, MOVING_SPEED
 
@@ -96,7 +96,7 @@ class Controller:
 
     def _judge(self, goal: Any) -> GoalResponse:
         taken = self._limbs.taken - set(self.joints) if self.busy else self._limbs.taken
-        return judged(self._node, lambda: REFUSAL if self._stop.stopped else self._refusal(goal, taken))
+        return judged(self._node, lambda: self._stop.refusal or self._refusal(goal, taken))
 
     def _accept(self, handle: ServerGoalHandle) -> None:
         """Goals begin in the order of their acceptance, so the one in motion is always the older one."""
@@ -107,7 +107,7 @@ class Controller:
         with or_abort(self._node, self.end):
             self._begin(run, moment)
         if self._stop.stopped:  # it was thrown between the goal's acceptance and its beginning
-            self.end(Ending(End.ABORTED, ENDED))
+            self.end(Ending(End.ABORTED, self._stop.ended))
         handle.execute()
 
     async def _execute(self, handle: ServerGoalHandle) -> object:
@@ -141,7 +141,7 @@ class TrajectoryController(Controller):
         return refusal(goal, ours=self.joints, here=self._limbs.here, busy=taken, now=now(self._node))
 
     def _begin(self, run: Run, moment: float) -> None:
-        run.following = Following(run.goal.request, self._limbs.here, moment)
+        run.following = Following(run.goal.request, self._limbs.samples(self.joints), moment)
         self._limbs.send(run.goal.request.trajectory)
 
     def _follow_up(self, run: Run, moment: float) -> None:
@@ -150,19 +150,20 @@ class TrajectoryController(Controller):
         feedback = FollowJointTrajectory.Feedback()
         feedback.header.stamp = stamp(self._node)
         feedback.joint_names = following.names
-        desired, actual = following.desired(moment), [limbs.here[name] for name in following.names]
-        off = [wanted - there for wanted, there in zip(desired, actual, strict=True)]
-        elapsed = duration_msg(max(moment - following.begins, 0.0))
-        for point, positions in (
-            (feedback.desired, desired),
-            (feedback.actual, actual),
-            (feedback.error, off),
-        ):
-            point.positions = positions
+        wanted, there = following.desired(limbs.measured), limbs.samples(following.names)
+        elapsed = duration_msg(max(limbs.measured - following.begins, 0.0))
+        for point in (feedback.desired, feedback.actual, feedback.error):
             point.time_from_start = elapsed
-        feedback.actual.velocities = [limbs.speeds.get(name, 0.0) for name in following.names]
+        for name in following.names:
+            (position, velocity), actual = wanted[name], there[name]
+            feedback.desired.positions.append(position)
+            feedback.desired.velocities.append(velocity)
+            feedback.actual.positions.append(actual.position)
+            feedback.actual.velocities.append(actual.velocity)
+            feedback.error.positions.append(position - actual.position)
+            feedback.error.velocities.append(velocity - actual.velocity)
         run.goal.publish_feedback(feedback)
-        verdict = following.verdict(limbs.here, limbs.seen, moment)
+        verdict = following.verdict(there, limbs.measured, limbs.seen, moment)
         if verdict is not None:
             run.code = verdict.code
             done = verdict.code == FollowJointTrajectory.Result.SUCCESSFUL

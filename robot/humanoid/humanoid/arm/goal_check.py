@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 
-from humanoid.joints.commands import CommandRefused, plan
+from humanoid.joints.commands import CommandRefused, Point, plan
 from humanoid.model import JointSpec
 
 SHORTEST, LONGEST = 0.01, 3600.0  # s: the durations that a goal may ask for
@@ -25,7 +25,7 @@ def refusal(
     if not SHORTEST <= duration <= LONGEST:  # NaN included
         return f'duration {duration} s is not a time from {SHORTEST:g} to {LONGEST:g} s'
     try:
-        plan(names, [(duration, positions)], joints)
+        plan(names, [Point(duration, positions)], joints)
     except CommandRefused as refused:
         return str(refused)
     for name, position in zip(names, positions, strict=True):

@@ -9,8 +9,11 @@ from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from humanoid.clock import duration_msg, now
+from humanoid.clock import duration_msg, now, seconds
+from humanoid.joints.source import JointSample
 from humanoid.model import JOINT_BY_NAME
+
+OLDEST = 0.5  # s that joint states may have been on their way
 
 
 class Limbs:
@@ -23,6 +26,7 @@ class Limbs:
         self.efforts: dict[str, float] = {}
         self.sights = 0  # how many joint states have come
         self.seen = 0.0  # s of the node's clock
+        self.measured = 0.0  # the same: when the joints were so
         self.taken: set[str] = set()  # joints that move for a goal
         self._node, self._on_sight = node, on_sight
         self._commands = node.create_publisher(JointTrajectory, 'joint_command', 10)
@@ -37,8 +41,17 @@ class Limbs:
         self.speeds.update(_numbers(states.name, states.velocity))
         self.efforts.update(_numbers(states.name, states.effort))
         self.seen = now(self._node)
+        stamped = seconds(states.header.stamp)  # or 0, or a time of a clock that is not ours
+        self.measured = stamped if 0.0 <= self.seen - stamped <= OLDEST else self.seen
         self.sights += 1
         self._on_sight()
+
+    def samples(self, names: Collection[str]) -> Mapping[str, JointSample]:
+        """The joints, which are seen, as the last joint states show them."""
+        return {
+            name: JointSample(self.here[name], self.speeds.get(name, 0.0), self.efforts.get(name, 0.0))
+            for name in names
+        }
 
     def command(self, names: Sequence[str], target: Sequence[float] = (), duration: float = 0.0) -> None:
         """Send the joints to `target` in `duration` seconds; without a target they hold still."""

@@ -25,7 +25,7 @@ from humanoid.arm.limbs import Limbs
 from humanoid.arm.motion import SIGHT_LOST_AFTER, ArmMotion
 from humanoid.clock import now
 from humanoid.diagnostics import Diagnostics, Health
-from humanoid.emergency import ENDED, REFUSAL, StopListener
+from humanoid.emergency import StopListener
 from humanoid.endings import Decision, End, Ending, judged, or_abort, settle
 from humanoid.gestures import STAND, WAVE, Movement, unhurried
 from humanoid.model import JOINT_BY_NAME
@@ -105,8 +105,8 @@ class ArmActionServer(Node):
         goal_handle.execute()
 
     def _refusal(self, names: Sequence[str], positions: Sequence[float], duration: float) -> str | None:
-        if self._stop.stopped:
-            return REFUSAL
+        if reason := self._stop.refusal:
+            return reason
         limbs = self._limbs
         return refusal(names, positions, duration, here=limbs.here, busy=limbs.taken, joints=JOINT_BY_NAME)
 
@@ -117,7 +117,7 @@ class ArmActionServer(Node):
             reach.motion = ArmMotion(reach.names, start, target, duration, now(self))
             self._command(reach.names, reach.motion.target, reach.motion.duration)
         if self._stop.stopped and not reach.decision.made:  # thrown between acceptance and beginning
-            self._end(reach, Ending(End.ABORTED, ENDED))
+            self._end(reach, Ending(End.ABORTED, self._stop.ended))
 
     async def _wave(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         return await self._perform('waved', WAVE, response)
@@ -153,7 +153,7 @@ class ArmActionServer(Node):
             del self._reaches[key]
 
     def _emergency(self) -> None:
-        ending = Ending(End.ABORTED, ENDED)
+        ending = Ending(End.ABORTED, self._stop.ended)
         for reach in self._reaches.values():
             if not reach.decision.made:
                 self._end(reach, ending)
@@ -166,7 +166,7 @@ class ArmActionServer(Node):
         if not limbs.here or now(self) - limbs.seen > SIGHT_LOST_AFTER:
             return Health('no joint states', DiagnosticStatus.STALE, values)
         if self._stop.stopped:
-            return Health('emergency stop', DiagnosticStatus.WARN, values)
+            return Health(self._stop.ended.lower(), DiagnosticStatus.WARN, values)
         return Health('moving' if limbs.taken else 'still', values=values)
 
     def _cancel(self, _goal_handle: ServerGoalHandle) -> CancelResponse:

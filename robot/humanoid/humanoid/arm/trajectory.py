@@ -1,8 +1,4 @@
-"""Trajectories: which are refused, and how joints that follow one are judged on the way and at its end.
-
-Straight lines between the points, as everywhere with joint commands; velocities and accelerations of points
-are checked for their number alone.
-"""
+"""Trajectories: which are refused, and how joints that follow one are judged on the way and at its end."""
 
 from __future__ import annotations
 
@@ -17,6 +13,8 @@ from humanoid.arm.motion import PATIENCE, SIGHT_LOST_AFTER
 from humanoid.clock import seconds
 from humanoid.joints.commands import CommandRefused, Waypoint, plan
 from humanoid.joints.kinematic import Path
+from humanoid.joints.messages import points_of
+from humanoid.joints.source import JointSample
 from humanoid.model import JOINT_BY_NAME, JointSpec
 from humanoid.text import quoted
 
@@ -44,25 +42,21 @@ def refusal(
         return _other_joints(names, ours)
     if not trajectory.points:
         return 'its trajectory has no points'
-    points = [(seconds(point.time_from_start), point.positions) for point in trajectory.points]
-    for point in trajectory.points:
-        for what in ('velocities', 'accelerations'):
-            count = len(getattr(point, what))
-            if count not in (0, len(names)):
-                return f'a point has {count} {what} for {len(names)} joints'
     for each in (*goal.path_tolerance, *goal.goal_tolerance):
         if each.name not in names:
             return f'a tolerance names {quoted(each.name)}, which is no joint of the trajectory'
-        if not math.isfinite(each.position):
-            return f'the tolerance of {each.name} is {each.position}, not a number'
+        for bound in (each.position, each.velocity):
+            if not math.isfinite(bound):
+                return f'a tolerance of {each.name} is {bound}, not a number'
+    points = points_of(trajectory)
     try:
         planned = plan(names, points, joints)
     except CommandRefused as refused:
         return str(refused)
-    begins = seconds(trajectory.header.stamp) or now
-    if begins + points[-1][0] < now:
-        return f'it ended {now - begins - points[-1][0]:.1f} s ago: its stamp is old'
-    if begins + points[-1][0] > now + LONGEST:
+    ends = (seconds(trajectory.header.stamp) or now) + points[-1].time
+    if ends < now:
+        return f'it ended {now - ends:.1f} s ago: its stamp is old'
+    if ends > now + LONGEST:
         return f'it ends more than {LONGEST:g} s from now'
     for name in names:
         if name in busy:
@@ -110,41 +104,49 @@ class Verdict:
     message: str
 
 
-class Following:
-    """One accepted trajectory."""
+@dataclass(frozen=True)
+class Bounds:
+    """How far a joint may be off: rad and rad/s, or m and m/s."""
 
-    def __init__(self, goal: Goal, here: Mapping[str, float], now: float) -> None:
+    position: float
+    velocity: float
+
+
+class Following:
+    """One accepted trajectory. The joints are given as the last joint states show them."""
+
+    def __init__(self, goal: Goal, here: Mapping[str, JointSample], now: float) -> None:
         trajectory = goal.trajectory
         self.names = list(trajectory.joint_names)
         self.begins = seconds(trajectory.header.stamp) or now
         self._began = now
-        self._paths = {}
-        for index, name in enumerate(self.names):
-            waypoints = [
-                Waypoint(seconds(point.time_from_start), point.positions[index])
-                for point in trajectory.points
-            ]
-            if waypoints[0].time > 0.0:
-                waypoints.insert(0, Waypoint(0.0, here[name]))
-            self._paths[name] = Path(self.begins, waypoints)
+        planned = plan(self.names, points_of(trajectory), JOINT_BY_NAME)
+        self._paths = {name: Path.begun(self.begins, here[name], planned[name]) for name in self.names}
         self.ends = self.begins + seconds(trajectory.points[-1].time_from_start)
         late = seconds(goal.goal_time_tolerance)
         self._patience = PATIENCE if late == 0.0 else late if late > 0.0 else LONGEST
-        self._path = _tolerances(goal.path_tolerance, dict.fromkeys(self.names, math.inf))
+        self._path = _bounds(goal.path_tolerance, dict.fromkeys(self.names, math.inf))
         at_end = {name: JOINT_BY_NAME[name].arrived_within for name in self.names}
-        self._goal = _tolerances(goal.goal_tolerance, at_end)
+        self._goal = _bounds(goal.goal_tolerance, at_end)
 
-    def desired(self, now: float) -> Sequence[float]:
-        """Where the joints should be, in the order of `names`."""
-        return [self._paths[name].position_at(now) for name in self.names]
+    def desired(self, moment: float) -> Mapping[str, tuple[float, float]]:
+        """Where the joints should be, and how fast."""
+        return {name: self._paths[name].at(moment) for name in self.names}
 
-    def verdict(self, here: Mapping[str, float], seen: float, now: float) -> Verdict | None:
-        """How it ends, or None where it goes on; `seen` is when the last joint states came."""
+    def verdict(
+        self, here: Mapping[str, JointSample], measured: float, seen: float, now: float
+    ) -> Verdict | None:
+        """How it ends, or None where it goes on.
+
+        The joints were so at `measured`, by the stamp of the joint states, which came at `seen`.
+        """
         if now - max(seen, self._began) > SIGHT_LOST_AFTER:
             lost = f'no joint states for {now - seen:.1f} s: is joint_state_service running?'
             return Verdict(Result.PATH_TOLERANCE_VIOLATED, lost)
         if now < self.ends:
-            astray = self._beyond(self._path, self.desired(now), here)
+            if measured < self._began:
+                return None
+            astray = self._beyond(self._path, self.desired(measured), here)
             return Verdict(Result.PATH_TOLERANCE_VIOLATED, f'off the path: {astray}') if astray else None
         short = self._beyond(self._goal, self.desired(self.ends), here)
         if not short:
@@ -154,20 +156,33 @@ class Following:
         return None
 
     def _beyond(
-        self, tolerances: Mapping[str, float], wanted: Sequence[float], here: Mapping[str, float]
+        self,
+        bounds: Mapping[str, Bounds],
+        wanted: Mapping[str, tuple[float, float]],
+        here: Mapping[str, JointSample],
     ) -> str:
         """The joints that are farther off than they may be, and how far; '' where there are none."""
-        return ', '.join(
-            f'{name} by {abs(position - here[name]):.3f} {JOINT_BY_NAME[name].unit}'
-            for name, position in zip(self.names, wanted, strict=True)
-            if abs(position - here[name]) > tolerances[name]
-        )
+        found = []
+        for name, (position, velocity) in wanted.items():
+            unit, bound = JOINT_BY_NAME[name].unit, bounds[name]
+            off, faster = abs(position - here[name].position), abs(velocity - here[name].velocity)
+            if off > bound.position:
+                found.append(f'{name} by {off:.3f} {unit}')
+            if faster > bound.velocity:
+                found.append(f'{name} by {faster:.3f} {unit}/s')
+        return ', '.join(found)
 
 
-def _tolerances(given: Sequence[JointTolerance], defaults: Mapping[str, float]) -> Mapping[str, float]:
-    """Zero leaves the default, negative means no limit."""
-    tolerances = dict(defaults)
+def _bounds(given: Sequence[JointTolerance], positions: Mapping[str, float]) -> Mapping[str, Bounds]:
+    """Zero leaves the default, negative means no limit. Velocities have no limit by default."""
+    bounds = {name: Bounds(position, math.inf) for name, position in positions.items()}
     for each in given:
-        if each.position != 0.0:
-            tolerances[each.name] = each.position if each.position > 0.0 else math.inf
-    return tolerances
+        before = bounds[each.name]
+        bounds[each.name] = Bounds(
+            _bound(each.position, before.position), _bound(each.velocity, before.velocity)
+        )
+    return bounds
+
+
+def _bound(given: float, default: float) -> float:
+    return given if given > 0.0 else math.inf if given < 0.0 else default

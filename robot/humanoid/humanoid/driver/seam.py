@@ -13,7 +13,7 @@ import time
 from collections.abc import Mapping
 from typing import Protocol
 
-from humanoid.joints.commands import Plan, Waypoint
+from humanoid.joints.commands import Plan
 from humanoid.joints.kinematic import Path
 from humanoid.joints.source import JointSample
 from humanoid.model import JOINT_BY_NAME, JointSpec
@@ -123,13 +123,12 @@ class DrivenJoints:
     def follow(self, plan: Plan, start: float) -> None:
         with self._lock:
             for name, waypoints in plan.items():
-                position = self._readings[name].position
+                here = self._readings[name]
                 if waypoints:
-                    begins_here = [Waypoint(0.0, position)] if waypoints[0].time > 0.0 else []
-                    self._paths[name] = Path(start, [*begins_here, *waypoints])
+                    self._paths[name] = Path.begun(start, here, waypoints)
                 else:
                     self._paths.pop(name, None)
-                    self._targets[name] = position
+                    self._targets[name] = here.position
 
     def _run(self) -> None:
         due = time.monotonic()

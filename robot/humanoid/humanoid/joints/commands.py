@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
-from humanoid.model import JointSpec
+from humanoid.model import MOVING_SPEED, JointSpec
 from humanoid.text import quoted
 
 MOST_POINTS = 1000  # in one trajectory
@@ -18,25 +19,35 @@ class CommandRefused(ValueError):
 
 @dataclass(frozen=True)
 class Waypoint:
-    """Be at `position` (rad, or m), `time` seconds after the command's start."""
+    """Be at `position` (rad, or m), `time` seconds after the command's start.
+
+    Where they are given, with this velocity (rad/s, or m/s) and acceleration (the same per second).
+    """
 
     time: float
     position: float
+    velocity: float | None = None
+    acceleration: float | None = None
+
+
+class Point(NamedTuple):
+    """A point of a trajectory: s from its start, and numbers for each joint; only positions must be there."""
+
+    time: float
+    positions: Sequence[float]
+    velocities: Sequence[float] = ()
+    accelerations: Sequence[float] = ()
 
 
 Plan = Mapping[str, Sequence[Waypoint]]
 
 
 def plan(
-    names: Sequence[str],
-    points: Sequence[tuple[float, Sequence[float]]],
-    joints: Mapping[str, JointSpec],
+    names: Sequence[str], points: Sequence[Point], joints: Mapping[str, JointSpec]
 ) -> dict[str, list[Waypoint]]:
     """Check a trajectory and sort it by joint.
 
-    `points` are pairs of the time from start (s) and one position per name (rad), as in
-    trajectory_msgs/JointTrajectory. Without points the plan is empty for each name: hold it where it is.
-    Raises CommandRefused.
+    Without points the plan is empty for each name: hold it where it is. Raises CommandRefused.
     """
     for name in names:
         if name not in joints:
@@ -46,18 +57,50 @@ def plan(
     if len(points) > MOST_POINTS:
         raise CommandRefused(f'{len(points)} points are more than {MOST_POINTS}')
     previous = -math.inf
-    for time, positions in points:
+    for point in points:
+        time = point.time
         if not previous < time or time < 0 or not math.isfinite(time):
             raise CommandRefused(f'time_from_start must be 0 or more and grow by point, got {time}')
-        if len(positions) != len(names):
-            raise CommandRefused(f'{len(positions)} positions for {len(names)} joints at {time} s')
-        for name, position in zip(names, positions, strict=True):
+        if len(point.positions) != len(names):
+            raise CommandRefused(f'{len(point.positions)} positions for {len(names)} joints at {time} s')
+        for name, position in zip(names, point.positions, strict=True):
             check_limits(joints[name], position)
+        _check_derivatives(names, point, joints, last=point is points[-1])
         previous = time
     return {
-        name: [Waypoint(time, positions[index]) for time, positions in points]
+        name: [
+            Waypoint(
+                point.time,
+                point.positions[index],
+                point.velocities[index] if point.velocities else None,
+                point.accelerations[index] if point.accelerations else None,
+            )
+            for point in points
+        ]
         for index, name in enumerate(names)
     }
+
+
+def _check_derivatives(
+    names: Sequence[str], point: Point, joints: Mapping[str, JointSpec], *, last: bool
+) -> None:
+    """Velocities within the joints' limits, and at rest at the end; accelerations that are numbers."""
+    for what, values in (('velocities', point.velocities), ('accelerations', point.accelerations)):
+        if len(values) not in (0, len(names)):
+            raise CommandRefused(f'a point has {len(values)} {what} for {len(names)} joints')
+    for name, velocity in zip(names, point.velocities, strict=False):
+        joint = joints[name]
+        most = joint.max_velocity * (1.0 + 1e-6)
+        if not abs(velocity) <= most:
+            raise CommandRefused(
+                f'{name} cannot pass a point with {velocity} {joint.unit}/s; '
+                f'its limit is {joint.max_velocity} {joint.unit}/s'
+            )
+        if last and abs(velocity) > MOVING_SPEED:
+            raise CommandRefused(f'{name} would end with {velocity} {joint.unit}/s: the last point is a rest')
+    for name, acceleration in zip(names, point.accelerations, strict=False):
+        if not math.isfinite(acceleration):
+            raise CommandRefused(f'the acceleration of {name} is {acceleration}, not a number')
 
 
 def check_limits(joint: JointSpec, position: float) -> None:

@@ -13,20 +13,56 @@ from humanoid.model import JOINT_BY_NAME, JointSpec
 
 @dataclass(frozen=True)
 class Path:
-    """Straight lines between waypoints, from where the joint stood when it was told."""
+    """From waypoint to waypoint, as joint_trajectory_controller of ros2_control goes.
+
+    Straight on where one of two has no velocity; with the velocities of both on a cubic, with their
+    accelerations too on a quintic polynomial.
+    """
 
     start: float
     waypoints: Sequence[Waypoint]
 
+    @classmethod
+    def begun(cls, start: float, here: JointSample, waypoints: Sequence[Waypoint]) -> Path:
+        """From where the joint is when it is told; a first waypoint at time 0 is where it begins instead."""
+        if waypoints[0].time > 0.0:
+            return cls(start, [Waypoint(0.0, here.position, here.velocity), *waypoints])
+        return cls(start, waypoints)
+
     def position_at(self, now: float) -> float:
+        return self.at(now)[0]
+
+    def at(self, now: float) -> tuple[float, float]:
+        """Where the joint should be, and how fast: rad and rad/s, or m and m/s."""
         time = now - self.start
         after = bisect_right(self.waypoints, time, key=lambda waypoint: waypoint.time)
-        if after == 0:
-            return self.waypoints[0].position
-        if after == len(self.waypoints):
-            return self.waypoints[-1].position
+        if after in (0, len(self.waypoints)):
+            return self.waypoints[min(after, len(self.waypoints) - 1)].position, 0.0
         a, b = self.waypoints[after - 1], self.waypoints[after]
-        return a.position + (b.position - a.position) * (time - a.time) / (b.time - a.time)
+        position = velocity = 0.0
+        for factor in reversed(_polynomial(a, b)):
+            velocity = velocity * (time - a.time) + position
+            position = position * (time - a.time) + factor
+        return position, velocity
+
+
+def _polynomial(a: Waypoint, b: Waypoint) -> Sequence[float]:
+    """The factors of the way from `a` to `b`, of the powers of the time since `a`."""
+    t, way = b.time - a.time, b.position - a.position
+    if a.velocity is None or b.velocity is None:
+        return a.position, way / t
+    v, w = a.velocity, b.velocity
+    if a.acceleration is None or b.acceleration is None:
+        return a.position, v, (3.0 * way - (2.0 * v + w) * t) / t**2, ((v + w) * t - 2.0 * way) / t**3
+    c, d = a.acceleration, b.acceleration
+    return (
+        a.position,
+        v,
+        c / 2.0,
+        (20.0 * way - (8.0 * w + 12.0 * v) * t - (3.0 * c - d) * t**2) / (2.0 * t**3),
+        (-30.0 * way + (14.0 * w + 16.0 * v) * t + (3.0 * c - 2.0 * d) * t**2) / (2.0 * t**4),
+        (12.0 * way - 6.0 * (w + v) * t + (d - c) * t**2) / (2.0 * t**5),
+    )
 
 
 class KinematicJoints:
@@ -48,9 +84,7 @@ class KinematicJoints:
     def follow(self, plan: Plan, start: float) -> None:
         for name, waypoints in plan.items():
             if waypoints:
-                here = Waypoint(0.0, self._samples[name].position)
-                begins_here = [here] if waypoints[0].time > 0.0 else []
-                self._paths[name] = Path(start, [*begins_here, *waypoints])
+                self._paths[name] = Path.begun(start, self._samples[name], waypoints)
             else:
                 self._paths.pop(name, None)
 

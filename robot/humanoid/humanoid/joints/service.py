@@ -23,6 +23,7 @@ from humanoid.emergency import REFUSAL, StopSwitch
 from humanoid.joints import feet
 from humanoid.joints.commands import CommandRefused, plan
 from humanoid.joints.kinematic import KinematicJoints
+from humanoid.joints.messages import points_of
 from humanoid.joints.source import JointSource, read_all
 from humanoid.running import run
 from humanoid.text import LONGEST_NAME, brief
@@ -97,9 +98,9 @@ class JointStateService(Node):
             if command.points:
                 self.get_logger().warning(f'Ignored a joint command: {REFUSAL}', throttle_duration_sec=1.0)
             return
-        points = [(seconds(point.time_from_start), point.positions) for point in command.points]
+        names = command.joint_names or list(self._source.joints)
         try:
-            motion = plan(command.joint_names or list(self._source.joints), points, self._source.joints)
+            motion = plan(names, points_of(command), self._source.joints)
         except CommandRefused as refused:
             self.get_logger().warning(f'Ignored a joint command: {brief(str(refused))}')
             return

@@ -23,7 +23,7 @@ from tf2_ros import StaticTransformBroadcaster, TransformBroadcaster
 
 from humanoid.clock import now, stamp
 from humanoid.diagnostics import Diagnostics, Health
-from humanoid.emergency import ENDED, REFUSAL, StopListener
+from humanoid.emergency import StopListener
 from humanoid.endings import Decision, End, Ending, judged, or_abort, settle
 from humanoid.navigation.base import STANDING, Base, MobileBase, Pose2D, Velocity2D
 from humanoid.navigation.goal_check import refusal
@@ -108,7 +108,7 @@ class NavigationActionServer(Node):
         frame = goal.target_pose.header.frame_id.removeprefix(self._prefix)
         response = judged(
             self,
-            lambda: REFUSAL if self._stop.stopped else refusal(frame, position, orientation, goal.timeout),
+            lambda: self._stop.refusal or refusal(frame, position, orientation, goal.timeout),
         )
         if response is GoalResponse.ACCEPT:
             self.get_logger().info(f'Goal accepted: ({position[0]:.2f}, {position[1]:.2f}) m')
@@ -126,15 +126,15 @@ class NavigationActionServer(Node):
             drive.target = target_of(goal_handle.request.target_pose.pose)
             self._base.drive_to(drive.target)
         if self._stop.stopped:  # it was thrown between the goal's acceptance and its beginning
-            self._end(Ending(End.ABORTED, ENDED))
+            self._end(Ending(End.ABORTED, self._stop.ended))
         goal_handle.execute()
 
     def _obey(self, command: Twist) -> None:
         """Move at a velocity. It takes over from a goal, but standing still is no wish to do so."""
         wish = Velocity2D(command.linear.x, command.linear.y, command.angular.z)
         log = self.get_logger()
-        if self._stop.stopped:
-            log.warning(f'Ignored cmd_vel: {REFUSAL}', throttle_duration_sec=1.0)
+        if reason := self._stop.refusal:
+            log.warning(f'Ignored cmd_vel: {reason}', throttle_duration_sec=1.0)
             return
         if not all(map(math.isfinite, (wish.x, wish.y, wish.yaw))):
             log.warning(f'Ignored cmd_vel: {wish} is not finite', throttle_duration_sec=1.0)
@@ -148,7 +148,7 @@ class NavigationActionServer(Node):
     def _emergency(self) -> None:
         self._told = None
         self._base.stop()
-        self._end(Ending(End.ABORTED, ENDED))
+        self._end(Ending(End.ABORTED, self._stop.ended))
 
     def _health(self) -> Health:
         pose, doing = self._base.pose, 'standing'
@@ -158,7 +158,7 @@ class NavigationActionServer(Node):
             doing = 'driving by cmd_vel'
         values = {'x': f'{pose.x:.3f}', 'y': f'{pose.y:.3f}', 'yaw': f'{pose.yaw:.3f}'}
         if self._stop.stopped:
-            return Health('emergency stop', DiagnosticStatus.WARN, values)
+            return Health(self._stop.ended.lower(), DiagnosticStatus.WARN, values)
         return Health(doing, values=values)
 
     def _cancel(self, _goal_handle: ServerGoalHandle) -> CancelResponse:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from humanoid.joints.commands import Plan, Waypoint
+from humanoid.joints.commands import Plan
 from humanoid.joints.kinematic import Path
 from humanoid.joints.source import JointSample
 from humanoid.model import JOINT_BY_NAME, JointSpec
@@ -39,15 +39,16 @@ class PhysicsJoints:
     def follow(self, plan: Plan, start: float) -> None:
         for name, waypoints in plan.items():
             if waypoints:
-                here = Waypoint(0.0, self._world.set_point(name))
-                begins_here = [here] if waypoints[0].time > 0.0 else []
-                self._paths[name] = Path(start - self._behind, [*begins_here, *waypoints])
+                _, velocity, effort = self._world.joint(name)
+                here = JointSample(self._world.set_point(name), velocity, effort)
+                self._paths[name] = Path.begun(start - self._behind, here, waypoints)
             else:
                 self._paths.pop(name, None)
                 self._world.hold(name)
 
     def _control(self, time: float) -> None:
         for name, path in list(self._paths.items()):
-            self._world.aim(name, path.position_at(time))
+            joint = self._joints[name]
+            self._world.aim(name, min(max(path.position_at(time), joint.lower), joint.upper))
             if time - path.start >= path.waypoints[-1].time:
                 del self._paths[name]
