@@ -88,9 +88,10 @@ async def missions(name: str, tally: list[bool]) -> None:
 
 
 async def listen(node: goalwire.Node, name: str, factors: list[float]) -> None:
-    async with node.subscription(Float64, f'{name}/real_time_factor' if name else 'real_time_factor') as told:
-        async for factor in told:
-            factors.append(factor.data)  # noqa: PERF401 - it is looked at while they come
+    async for factor in node.subscription(
+        Float64, f'{name}/real_time_factor' if name else 'real_time_factor'
+    ):
+        factors.append(factor.data)  # noqa: PERF401 - it is looked at while they come
 
 
 async def measure(seconds: float, names: list[str], *, view: bool) -> None:

@@ -54,7 +54,7 @@ def robot(world: dict[str, str]) -> Iterator[Program]:
 
 def test_the_launch_file_starts_the_servers(robot: Program, world: dict[str, str]) -> None:
     pids = [int(robot.expect(r'process started with pid \[(\d+)\]')[1]) for _ in SERVERS]
-    robot.expect('Battery Service ready')
+    robot.expect('Battery Service ready', timeout=40.0)  # five programs start at once
     called = CommandLine(world)(
         'service', 'call', '/h1/get_battery_status', 'humanoid_interfaces/srv/GetBatteryStatus', '{}',
         '--timeout', '30',  # five programs start at once

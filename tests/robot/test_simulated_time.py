@@ -39,5 +39,5 @@ def test_what_comes_once_a_second_comes_once_a_simulated_second(gw_graph: Graph)
     clock.publish(clock=Time(sec=BEGINS))
     for now in range(BEGINS + 1, BEGINS + 5):
         clock.publish(clock=Time(sec=now))
-        wait_for(lambda now=now: [times[-1] for times in told().values()] == [now] * len(SERVERS), f'{now} s')
+        wait_for(lambda: [times[-1] for times in told().values()] == [now] * len(SERVERS), f'{now} s')  # noqa: B023
     assert all(times[-4:] == list(range(BEGINS + 1, BEGINS + 5)) for times in told().values())
