@@ -1,4 +1,4 @@
-"""make bench: goalwire on both wires, the real rclpy and the raw wires beside it, in one run.
+"""make bench: goalwire on each of its wires, the real rclpy and the raw wires beside it, in one run.
 
 usage: python -m benchmarks [--rounds N] [--scale X] [--only WORD] [--alone] [--out FOLDER]
        python -m benchmarks --curves | --short
@@ -45,7 +45,8 @@ def picture(results: Iterable[Measured]) -> str:
         base = result.figure(PEER, name) or result.line.reference.get(name)
         if not base:
             continue
-        figures = {subject: result.figure(subject, name) or 0.0 for subject in result.rounds}
+        subjects = [subject for subject in result.rounds if subject in markdown.GOALWIRE]
+        figures = {subject: result.figure(subject, name) or 0.0 for subject in subjects}
         row = {who: base / value if upside_down else value / base for who, value in figures.items() if value}
         shown[f'{result.line.name.replace("`", "")}, {name}'] = row
     title = 'Time (or the inverse of a rate) as a multiple of the real rclpy, measured beside: less is better'
@@ -74,6 +75,7 @@ def write(folder: Path, results: list[Measured], facts: dict[str, str], no_peer:
     }
     (folder / 'report.json').write_text(json.dumps(raw, indent=1), encoding='utf-8')
     print(text)
+    print(f'python -m benchmarks.page {folder / "report.json"} puts these figures into docs/performance.md')
 
 
 def main() -> int:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 from benchmarks import svg
 from benchmarks.line import Line
 from benchmarks.measuring import Failed, run
-from benchmarks.subjects import DDS, RAW_DDS, RAW_ZENOH, ZENOH, Subject
+from benchmarks.subjects import DDS, RAW_DDS, RAW_NATIVE, ZENOH, Subject
 
 ROUNDS = 2
 
@@ -44,7 +44,7 @@ CURVES = (
     Curve(
         'payload', 'From publish to the callback in another process', 'bytes of an Image', 'µs',
         'benchmarks.lines.scaling_payload', 'p50', tuple(4**power for power in range(3, 13)),
-        lambda x: 300 if x < 200_000 else 60, (ZENOH, RAW_ZENOH, DDS, RAW_DDS), 'image',
+        lambda x: 300 if x < 200_000 else 60, (ZENOH, RAW_NATIVE, DDS, RAW_DDS), 'image',
     ),
     Curve(
         'goals', 'Goals a second, from sending to result', 'goals in flight', 'goals a second',

@@ -25,6 +25,9 @@ FIGURES: Mapping[str, tuple[str, str]] = MappingProxyType({
     'wall': ('ms', 'from the start of the process'),
     'inside': ('ms', "from the program's first line"),
     'memory': ('MB', 'resident'),
+    'first': ('ms', 'the first goal'),
+    'tenth': ('ms', 'the tenth goal'),
+    'first_to_tenth': ('', 'the first goal to the tenth'),
     'found': ('s', 'until everybody has found everybody'),
     'idle': ('%', 'of one core, for each process'),
 })  # fmt: skip
@@ -36,17 +39,23 @@ class Of(Enum):
 
     REFERENCE = "the real rclpy's figure in the reference configuration"
     RAW = "the raw wire's figure, measured beside"
+    TCP = 'the figure of plain Python on TCP, measured beside'
+    ECLIPSE = "goalwire's figure on eclipse-zenoh's session, measured beside"
     ONE = 'nothing: the limit is the figure itself'
 
 
 class Goal(NamedTuple):
-    """A limit for one figure on either wire; `at_least` where more is better."""
+    """A limit for one figure on either wire, None where there is none; `at_least` where more is better.
+
+    `no_look` is the limit on Zenoh where nobody looks at the wire before a sleep.
+    """
 
     figure: str
     of: Of
-    zenoh: float
-    dds: float
+    zenoh: float | None
+    dds: float | None
     at_least: bool = False
+    no_look: float | None = None
 
 
 class Line(NamedTuple):
@@ -54,7 +63,8 @@ class Line(NamedTuple):
 
     `operations` are done in a round. `reference` holds the real rclpy's figures on a quiet 2-core machine
     (Jazzy, Cyclone DDS); `floor` names the work that the programs of the raw wires do beside it; `peer` is
-    false where the real rclpy has nothing like it.
+    false where the real rclpy has nothing like it. `looks` is false where a look at the wire before a sleep
+    changes nothing. The two processes run where the system puts them, or each `pinned` to one processor.
     """
 
     name: str
@@ -66,3 +76,5 @@ class Line(NamedTuple):
     floor: str = ''
     peer: bool = True
     rounds: int = 3
+    looks: bool = True
+    pinned: bool = False

@@ -18,7 +18,7 @@ def facts() -> dict[str, str]:
     return {
         'goalwire': f'{version("goalwire")}, commit {_commit()}',
         'Python': platform.python_version(),
-        'Zenoh': f'eclipse-zenoh {_installed("eclipse-zenoh")}, loopback TCP',
+        'Zenoh': f"goalwire's own session and eclipse-zenoh {_installed('eclipse-zenoh')}, loopback TCP",
         'DDS': f'libddsc of cyclonedds {_installed("cyclonedds")}, loopback UDP',
         'rclpy': f'{real_rclpy.WHEELS[0].rpartition("==")[2]} of PyPI, Fast DDS with its shared memory',
         'machine': f'{_processor()}, {os.cpu_count()} cores, {platform.system()} {platform.release()}',

@@ -14,7 +14,7 @@ from typing import TypeAlias
 
 from helpers.isolation import isolated_env
 
-from benchmarks import ROOT
+from benchmarks import ROOT, stage
 from benchmarks.line import Figures, Line
 from benchmarks.subjects import Subject
 
@@ -61,6 +61,8 @@ def run(subject: Subject, line: Line, *arguments: object) -> Figures | None:
     if not command:
         return None
     env = {**isolated_env(subject.transport), **subject.env}
+    if line.pinned:
+        env[stage.PINNED] = _two_processors()
     env.pop('PYTHONDONTWRITEBYTECODE', None)  # to compile everything anew is half of a start
     process = subprocess.Popen(
         command, cwd=ROOT, env=env, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
@@ -77,6 +79,14 @@ def run(subject: Subject, line: Line, *arguments: object) -> Figures | None:
         raise Failed(f'{subject.name}: {last_words or f"exit code {process.returncode}"}')
     figures: Figures = json.loads(output)
     return figures
+
+
+def _two_processors() -> str:
+    """Return two that may be used, as stage.PINNED has them. Raises Failed where there is one only."""
+    usable = sorted(os.sched_getaffinity(0)) if hasattr(os, 'sched_getaffinity') else []
+    if len(usable) < 2:
+        raise Failed('no two processors to pin processes to')
+    return f'{usable[0]},{usable[-1]}'
 
 
 def _end_group(process: subprocess.Popen[str]) -> None:

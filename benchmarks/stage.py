@@ -32,13 +32,20 @@ PATIENCE_S = 20.0
 SPIN_ONCE = 'BENCHMARK_SPIN_ONCE'
 """Set where spin_until_future_complete is not to be measured; see spin_until_done."""
 
+PINNED = 'BENCHMARK_PINNED'
+"""Two processors, of the asking process and of its partner. Unset: wherever the system puts them."""
+
 Commands = Mapping[str, Callable[..., object]]
 
 
 def run(ask: Callable[..., Figures], answer: Callable[..., None]) -> None:
     """Play the part that the command line names, with its other arguments."""
     arguments = [int(text) if text.isdecimal() else text for text in sys.argv[2:]]
-    if sys.argv[1] == 'ask':
+    asks = sys.argv[1] == 'ask'
+    if PINNED in os.environ:
+        here, there = map(int, os.environ[PINNED].split(','))
+        os.sched_setaffinity(0, {here if asks else there})
+    if asks:
         print(json.dumps(ask(*arguments)))
     else:
         answer(*arguments)

@@ -1,4 +1,4 @@
-"""Who is measured: goalwire on both wires, the real rclpy, and the raw wires without either."""
+"""Who is measured: goalwire on its own Zenoh session, eclipse-zenoh's and DDS; rclpy; the raw wires."""
 
 from __future__ import annotations
 
@@ -20,8 +20,10 @@ Program: TypeAlias = Callable[[Line], list[str]]
 """The module that does a line's work, and its first arguments; empty where there is none."""
 
 UNCHANGED: Mapping[str, str] = MappingProxyType({})
-AS_IT_COMES = {'ZENOH_RUNTIME': '()', 'GOALWIRE_PIN_THREADS': '0'}
-"""Zenoh's own thread pools, and a new Python thread state for every callback."""
+NATIVE = {'GOALWIRE_ZENOH': 'native'}
+ECLIPSE_ENV = {'GOALWIRE_ZENOH': 'eclipse'}
+NO_LOOK = {'GOALWIRE_LOOK_US': '0'}
+"""Nobody looks at the wire before a sleep."""
 
 
 class Subject(NamedTuple):
@@ -49,21 +51,35 @@ def peer_program(line: Line) -> list[str]:
     return own_program(line) if line.peer else []
 
 
-def floor(module: str, *works: str) -> Program:
-    """A raw wire's program for the works that it does."""
-    return lambda line: [module, 'ask', line.floor] if line.floor in works else []
+def looking_program(line: Line) -> list[str]:
+    """The same program, where a look before a sleep changes something."""
+    return own_program(line) if line.looks else []
 
 
-_WORKS = ('service', 'topic', 'asyncio', 'throughput', 'image')
-ZENOH = Subject('goalwire on Zenoh', 'rmw_zenoh_cpp', own_program)
+def floor(module: str) -> Program:
+    """A raw wire's program, which does every work that has a floor."""
+    return lambda line: [module, 'ask', line.floor] if line.floor else []
+
+
+ZENOH = Subject('goalwire on Zenoh', 'rmw_zenoh_cpp', own_program, NATIVE)
+ZENOH_NO_LOOK = Subject('goalwire on Zenoh, no look', 'rmw_zenoh_cpp', looking_program, {**NATIVE, **NO_LOOK})
+ECLIPSE = Subject("goalwire on eclipse-zenoh's session", 'rmw_zenoh_cpp', own_program, ECLIPSE_ENV)
 DDS = Subject('goalwire on DDS', 'rmw_cyclonedds_cpp', own_program)
-RAW_ZENOH = Subject('raw Zenoh', 'rmw_zenoh_cpp', floor('benchmarks.floors.zenoh', *_WORKS))
-UNTUNED_ZENOH = RAW_ZENOH._replace(name='raw Zenoh as it comes', env=AS_IT_COMES)
-RAW_DDS = Subject('raw DDS', 'rmw_cyclonedds_cpp', floor('benchmarks.floors.dds', *_WORKS))
-TCP = Subject('TCP in Python', 'rmw_zenoh_cpp', floor('benchmarks.floors.tcp', 'service'))
+RAW_NATIVE = Subject('its session alone', 'rmw_zenoh_cpp', floor('benchmarks.floors.native'))
+RAW_NATIVE_NO_LOOK = RAW_NATIVE._replace(name='its session alone, no look', env=NO_LOOK)
+RAW_ECLIPSE = Subject('eclipse-zenoh alone', 'rmw_zenoh_cpp', floor('benchmarks.floors.zenoh'))
+RAW_DDS = Subject('libddsc alone', 'rmw_cyclonedds_cpp', floor('benchmarks.floors.dds'))
+TCP = Subject('Python on TCP', 'rmw_zenoh_cpp', floor('benchmarks.floors.tcp'))
 PEER = 'rclpy on Fast DDS'
+REFERENCE = 'reference: rclpy on Cyclone DDS'
+"""Measured earlier; every line holds its figures."""
 
-RAW = {ZENOH.name: RAW_ZENOH.name, DDS.name: RAW_DDS.name}
+RAW = {
+    ZENOH.name: RAW_NATIVE.name,
+    ZENOH_NO_LOOK.name: RAW_NATIVE_NO_LOOK.name,
+    ECLIPSE.name: RAW_ECLIPSE.name,
+    DDS.name: RAW_DDS.name,
+}
 """The wire that each goalwire is held against: with the same settings."""
 
 
@@ -78,7 +94,9 @@ def has_dds() -> bool:
 
 def everybody(*, peer: bool = True) -> tuple[list[Subject], str]:
     """Return all subjects that can be had here, and why the real rclpy is not among them."""
-    subjects = [ZENOH, RAW_ZENOH, DDS, RAW_DDS, UNTUNED_ZENOH, TCP]
+    subjects = [
+        ZENOH, RAW_NATIVE, ZENOH_NO_LOOK, RAW_NATIVE_NO_LOOK, TCP, ECLIPSE, RAW_ECLIPSE, DDS, RAW_DDS,
+    ]  # fmt: skip
     if not peer:
         return subjects, 'nobody asked for it'
     if not real_rclpy.EXISTS:

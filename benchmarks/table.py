@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from benchmarks.lines import (
     action_feedback,
+    action_first_goal,
     action_goals,
     asyncio_calls,
     image,
@@ -19,9 +20,20 @@ from benchmarks.lines import (
 )
 
 LINES = [
-    module.LINE
-    for module in (
-        service_spin, service_blocking, service_in_flight, topic_round_trip, topic_throughput, action_goals,
-        action_feedback, timer, startup, memory, asyncio_calls, image, many_nodes,
-    )
-]  # fmt: skip
+    service_spin.LINE,
+    service_spin.PINNED,
+    service_blocking.LINE,
+    service_in_flight.LINE,
+    topic_round_trip.LINE,
+    topic_round_trip.PINNED,
+    topic_throughput.LINE,
+    action_goals.LINE,
+    action_feedback.LINE,
+    action_first_goal.LINE,
+    timer.LINE,
+    startup.LINE,
+    memory.LINE,
+    asyncio_calls.LINE,
+    image.LINE,
+    many_nodes.LINE,
+]

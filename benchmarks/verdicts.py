@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from benchmarks.line import Goal, Of
 from benchmarks.measuring import Measured
-from benchmarks.subjects import DDS, PEER, RAW, ZENOH
+from benchmarks.subjects import DDS, ECLIPSE, PEER, RAW, TCP, ZENOH, ZENOH_NO_LOOK
 
 
 class Verdict(NamedTuple):
@@ -39,17 +39,23 @@ class Verdict(NamedTuple):
 
 
 def judge(measured: Measured) -> Iterator[Verdict]:
-    """Yield a verdict for each goal on each wire."""
-    line = measured.line
-    for goal in line.goals:
-        for subject, limit in ((ZENOH.name, goal.zenoh), (DDS.name, goal.dds)):
+    """Yield a verdict for each goal on each wire that has one."""
+    for goal in measured.line.goals:
+        limits = ((ZENOH.name, goal.zenoh), (ZENOH_NO_LOOK.name, goal.no_look), (DDS.name, goal.dds))
+        for subject, limit in limits:
+            if limit is None:
+                continue
             figure = measured.figure(subject, goal.figure)
-            beside = None
-            if goal.of is Of.REFERENCE:
-                multiple = None if figure is None else figure / line.reference[goal.figure]
-                beside = measured.ratio(subject, PEER, goal.figure)
-            elif goal.of is Of.RAW:
-                multiple = measured.ratio(subject, RAW[subject], goal.figure)
-            else:
-                multiple = figure
-            yield Verdict(goal, subject, limit, figure, multiple, beside)
+            beside = measured.ratio(subject, PEER, goal.figure) if goal.of is Of.REFERENCE else None
+            yield Verdict(goal, subject, limit, figure, _multiple(measured, subject, goal), beside)
+
+
+def _multiple(measured: Measured, subject: str, goal: Goal) -> float | None:
+    """Return a subject's figure as a multiple of what the goal names; None where either is missing."""
+    figure = measured.figure(subject, goal.figure)
+    if figure is None or goal.of is Of.ONE:
+        return figure
+    if goal.of is Of.REFERENCE:
+        return figure / measured.line.reference[goal.figure]
+    other = {Of.RAW: RAW[subject], Of.TCP: TCP.name, Of.ECLIPSE: ECLIPSE.name}[goal.of]
+    return measured.ratio(subject, other, goal.figure)

@@ -1,6 +1,6 @@
-"""The floor on Zenoh: the same works without goalwire, decoding nothing, answered on Zenoh's own thread.
+"""The floor on eclipse-zenoh: the same works without goalwire, answered on Zenoh's own thread.
 
-Runs with the thread settings that goalwire gives Zenoh, or, with AS_IT_COMES, as anybody would write it.
+Decodes nothing. Runs with the thread settings that goalwire gives Zenoh.
 """
 
 from __future__ import annotations
@@ -21,9 +21,6 @@ from benchmarks import stage
 from benchmarks.line import Figures
 from goalwire.transport.zenoh import settings, threads
 from goalwire.transport.zenoh.threads import keep_thread_state
-
-AS_IT_COMES = {'ZENOH_RUNTIME': '()', 'GOALWIRE_PIN_THREADS': '0'}
-"""Environment: Zenoh's own thread pools, a new Python thread state for every callback."""
 
 PAYLOAD = bytes(64)
 ATTACHMENT = bytes(33)

@@ -16,7 +16,7 @@ LINE = Line(
     500,
     ('p50', 'p99', 'growth', 'cpu'),
     (
-        Goal('p50', Of.REFERENCE, 0.2, 0.2),
+        Goal('p50', Of.REFERENCE, 0.15, 0.2),
         Goal('growth', Of.ONE, 1.15, 1.15),
     ),
     {'p50': 3200},

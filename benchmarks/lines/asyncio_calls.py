@@ -14,7 +14,10 @@ LINE = Line(
     __name__,
     2000,
     ('p50', 'p99', 'cpu'),
-    (Goal('p50', Of.RAW, 1.1, 1.1),),
+    (
+        Goal('p50', Of.TCP, 1.2, None),
+        Goal('p50', Of.RAW, None, 1.1),
+    ),
     floor='asyncio',
     peer=False,
 )

@@ -27,6 +27,7 @@ LINE = Line(
         Goal('idle', Of.ONE, 1, 1),
     ),
     rounds=2,
+    looks=False,
 )
 TOPIC = 'bench_everybody'
 SETTLE_S, IDLE_S = 1.0, 3.0

@@ -14,7 +14,7 @@ LINE = Line(
     __name__,
     2000,
     ('p50', 'p99', 'cpu'),
-    (Goal('p50', Of.REFERENCE, 0.5, 0.4),),
+    (Goal('p50', Of.REFERENCE, 0.4, 0.4),),
     {'p50': 394},
     floor='service',
 )

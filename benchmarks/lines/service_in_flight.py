@@ -26,7 +26,7 @@ LINE = Line(
     6000,
     ('rate', 'lost', 'cpu'),
     (
-        Goal('rate', Of.ONE, 20_000, 25_000, at_least=True),
+        Goal('rate', Of.ONE, 30_000, 25_000, at_least=True),
         Goal('lost', Of.ONE, 0, 0),
     ),
     {'rate': 5700, 'lost': 22 / 3000 * 6000},

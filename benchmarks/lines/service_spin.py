@@ -12,12 +12,17 @@ LINE = Line(
     2000,
     ('p50', 'p99', 'cpu'),
     (
-        Goal('p50', Of.REFERENCE, 0.9, 0.55),
-        Goal('p50', Of.RAW, 1.3, 1.15),
-        Goal('cpu', Of.REFERENCE, 0.5, 0.3),
+        Goal('p50', Of.REFERENCE, 0.3, 0.55, no_look=0.55),
+        Goal('p50', Of.RAW, None, 1.15),
+        Goal('cpu', Of.REFERENCE, 0.3, 0.3, no_look=0.3),
     ),
     {'p50': 216, 'cpu': 430},
     floor='service',
+)
+PINNED = LINE._replace(
+    name='the same call, processes pinned apart',
+    goals=(Goal('p50', Of.REFERENCE, 0.3, None, no_look=0.55),),
+    pinned=True,
 )
 
 

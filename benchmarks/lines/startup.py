@@ -16,8 +16,9 @@ LINE = Line(
     __name__,
     5,
     ('inside', 'wall', 'cpu_here'),
-    (Goal('inside', Of.REFERENCE, 0.3, 0.3),),
+    (Goal('inside', Of.REFERENCE, 0.25, 0.3),),
     {'inside': 498},
+    looks=False,
 )
 
 

@@ -12,6 +12,7 @@ LINE = Line(
     ('cpu', 'rate'),
     (Goal('cpu', Of.REFERENCE, 0.12, 0.15),),
     {'cpu': 179},
+    looks=False,
 )
 
 

@@ -13,7 +13,7 @@ LINE = Line(
     40_000,
     ('rate', 'arrived', 'cpu_here'),
     (
-        Goal('rate', Of.REFERENCE, 12, 6, at_least=True),
+        Goal('rate', Of.REFERENCE, 15, 6, at_least=True),
         Goal('cpu_here', Of.REFERENCE, 0.08, 0.15),
     ),
     {'rate': 8400, 'cpu_here': 123},
