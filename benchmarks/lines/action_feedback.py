@@ -59,7 +59,7 @@ class Reached(NamedTuple):
 
 @contextmanager
 def reaching() -> Iterator[Callable[[], Reached]]:
-    """Yield what reaches one goal, in a client that has reached none yet."""
+    """Yield what reaches one goal, in a client that has reached none yet, and an executor that has spun."""
     import rclpy
     from rclpy.action import ActionClient
 
@@ -69,6 +69,7 @@ def reaching() -> Iterator[Callable[[], Reached]]:
     node = rclpy.create_node('bench_client')
     client = ActionClient(node, Fibonacci, ACTION)
     assert client.wait_for_server(stage.PATIENCE_S)
+    rclpy.spin_once(node, timeout_sec=0)
 
     def reach() -> Reached:
         arrivals: list[float] = []

@@ -13,6 +13,7 @@ from example_interfaces.action import Fibonacci
 from helpers.actions import NAMES, Arena, Feedback, Gate, Goal, Patient, Result, accept_cancel, id_of, succeed
 from helpers.collector import Collector
 from helpers.patience import PATIENCE
+from helpers.processes import Program
 from helpers.spinning import MakeNode, Spin, result_of, wait_until
 from rclpy.action import ActionClient, ActionServer
 from rclpy.action.server import ServerGoalHandle
@@ -410,3 +411,34 @@ def test_a_blocking_send_that_could_never_end_sends_nothing(make_node: MakeNode,
     spin(node)
     raised.expect(1)
     assert executed.expect(1) == [2]
+
+
+def test_the_first_goal_waits_for_no_import(isolated: dict[str, str]) -> None:
+    """A feedback message has a goal id, an array of numpy's: to import that takes 80 ms."""
+    program = """
+        import sys
+        import rclpy
+        from example_interfaces.action import Fibonacci
+        from rclpy.action import ActionClient, ActionServer
+
+        def execute(goal):
+            goal.publish_feedback(Fibonacci.Feedback(sequence=[1]))
+            goal.succeed()
+            return Fibonacci.Result()
+
+        with rclpy.init():
+            node = rclpy.create_node('first')
+            server = ActionServer(node, Fibonacci, 'count', execute)
+            client = ActionClient(node, Fibonacci, 'count')
+            client.wait_for_server()
+            rclpy.spin_once(node, timeout_sec=0)
+            before, fed = set(sys.modules), rclpy.Future()
+            sent = client.send_goal_async(Fibonacci.Goal(order=1), feedback_callback=fed.set_result)
+            rclpy.spin_until_future_complete(node, sent)
+            rclpy.spin_until_future_complete(node, fed)
+            rclpy.spin_until_future_complete(node, sent.result().get_result_async())
+            assert list(fed.result().feedback.sequence) == [1]
+            print([name for name in set(sys.modules) - before if 'numpy' in name])
+    """
+    with Program(program, env=isolated) as running:
+        assert running.succeed() == '[]'

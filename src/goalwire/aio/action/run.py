@@ -8,6 +8,7 @@ from collections.abc import AsyncIterator, Awaitable, Callable, Generator
 from functools import partial
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
+from goalwire.cdr import codec
 from goalwire.entities.actions.client_goal import FEEDBACK_LIMIT
 from goalwire.entities.call_context import CallContext
 from goalwire.errors import (
@@ -29,6 +30,7 @@ from goalwire.execution.monotonic import timeout_ns
 from goalwire.logging import get_logger
 from goalwire.rules.goals.ids import new_goal_id
 from goalwire.rules.goals.table import GoalStatus
+from goalwire.rules.goals.wire import unwrap
 
 if TYPE_CHECKING:
     from types import TracebackType
@@ -296,6 +298,8 @@ class _Feedback(Generic[FeedbackT]):
     def __init__(self, core: ActionClientCore, stream: AsyncQueue[Sample]) -> None:
         self._core = core
         self._stream = stream
+        # The feedback alone: the message around it has a goal id, which would be an array of numpy's.
+        self._decode: Callable[[bytes], FeedbackT] = codec.decoder(core.support.cls.Feedback)  # type: ignore[attr-defined]
 
     def __aiter__(self) -> Self:
         return self
@@ -304,7 +308,7 @@ class _Feedback(Generic[FeedbackT]):
         while True:
             sample = await anext(self._stream)
             try:
-                feedback: FeedbackT = self._core.support.feedback.decode(sample.payload).feedback
+                feedback = self._decode(unwrap(sample.payload)[1])
             except RemoteError as error:
                 self._core.reject_feedback(error)
             else:

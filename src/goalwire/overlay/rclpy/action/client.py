@@ -68,6 +68,8 @@ class ActionClient(ActionClientCore, EventQueueWaitable, Generic[GoalT, ResultT,
         EventQueueWaitable.__init__(self, group)
         with refusing_bad_names('client', action_name):
             ActionClientCore.__init__(self, node.handle, support, action_name, group, qos)
+        # Made now, for else the first goal would wait for it: 80 ms, since a goal id is an array of numpy's.
+        _ = support.feedback.decode, support.send_goal.decode_response, support.get_result.decode_response
         self._node = node
         self._action_type = action_type
         node.add_waitable(self)
