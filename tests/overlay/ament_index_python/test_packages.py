@@ -197,6 +197,16 @@ def test_programs_that_pip_installed_are_in_lib_as_ros2_run_looks_for_them(pips:
     assert subprocess.check_output([found[0]], text=True) == 'grabbed\n'
 
 
+def test_a_package_has_no_programs_whose_module_is_another_package_beside_it(pips: Path) -> None:
+    folder = pips / 'lib' / 'python' / 'site-packages' / 'Camera-1.0.dist-info'
+    with (folder / 'RECORD').open('a', encoding='utf-8') as record:
+        record.write(f'\n../../../{INDEX}/packages/camera_description,sha256=x,0')
+    write_files(folder, {'entry_points.txt': '[console_scripts]\ngrab = camera.hand:main\n'})
+    write_files(pips, {f'{INDEX}/packages/camera_description': '', 'share/camera_description/lens.urdf': ''})
+    assert [file.name for file in executables('camera')] == ['grab', 'view, all']
+    assert [file.name for file in executables('camera_description')] == ['view, all']
+
+
 def test_the_share_folder_of_what_pip_installed_is_where_it_lies_and_in_the_prefix(pips: Path) -> None:
     share = pips / 'share' / 'camera'
     assert ament.get_package_share_directory('camera') == str(share)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from humanoid.model import JOINT_BY_NAME
 
 PATIENCE = 1.0  # s beyond the goal's duration for the joints to arrive
-SIGHT_LOST_AFTER = 0.5  # s without joint states
+SIGHT_LOST_AFTER = 1.0  # s without joint states
 
 
 @dataclass(frozen=True)

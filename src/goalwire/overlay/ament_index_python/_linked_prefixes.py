@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 import site
 import sys
 import sysconfig
@@ -48,17 +49,29 @@ def around(package: str, share: str, *, of_distribution: bool) -> str:
 
 
 def _programs(package: str) -> list[Path]:
-    """The scripts of the distribution that pip installed the package from, sorted."""
+    """The scripts of the distribution that pip installed the package from, sorted.
+
+    A distribution may hold several packages: a script whose module is one of them belongs to that one alone.
+    """
     from importlib.metadata import distributions
 
     for distribution in distributions():
         record = distribution.read_text('RECORD') or ''
-        if f'{_MARKERS}/{package},' in record or (
-            distribution.entry_points.select(group=GROUP, name=package)
-        ):
-            names = [row.rpartition(',')[0].rpartition(',')[0].strip('"') for row in record.splitlines()]
-            files = [Path(os.path.normpath(str(distribution.locate_file(name)))) for name in names]
-            return sorted(file for file in files if file.parent.name in ('bin', 'Scripts') and file.is_file())
+        others = {
+            *re.findall(f'{_MARKERS}/([^,/]+),', record),
+            *distribution.entry_points.select(group=GROUP).names,
+        }
+        if package not in others:
+            continue
+        others.remove(package)
+        modules = {
+            script.name: script.value.partition(':')[0].partition('.')[0]
+            for script in distribution.entry_points.select(group='console_scripts')
+        }
+        names = [row.rpartition(',')[0].rpartition(',')[0].strip('"') for row in record.splitlines()]
+        files = [Path(os.path.normpath(str(distribution.locate_file(name)))) for name in names]
+        scripts = [file for file in files if file.parent.name in ('bin', 'Scripts') and file.is_file()]
+        return sorted(file for file in scripts if modules.get(file.stem) not in others)
     return []
 
 
