@@ -7,16 +7,27 @@ being written and read again, where there is a way to write it.
 
 from __future__ import annotations
 
+import atexit
+import shutil
+import socket
+import ssl
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
+from functools import cache
 from itertools import count
+from pathlib import Path
+from tempfile import mkdtemp
+from types import SimpleNamespace
 
+import trustme
 from helpers.zenoh_captured import conversation
 from helpers.zenoh_protocol import Session as ZenohSession
+from helpers.zenoh_protocol import pair
 
 from goalwire.cdr import codec
 from goalwire.entities.type_support import action_support, service_support
-from goalwire.errors import EncodeValueError, InterfaceError, RemoteError
+from goalwire.errors import EncodeValueError, InterfaceError, RemoteError, TransportError
 from goalwire.idl import (
     entry_points,
     get_action,
@@ -33,8 +44,38 @@ from goalwire.rules.parameters.file_syntax import matches, parse_parameter_file
 from goalwire.rules.parameters.plain_yaml import typed_text
 from goalwire.transport.dds import description, discovery_state, service_header
 from goalwire.transport.zenoh import attachment, tokens
+from goalwire.transport.zenoh.config import local_port, read_settings, value_at
+from goalwire.transport.zenoh.json5 import Json5Error
+from goalwire.transport.zenoh.native.configuration import BeyondOursError, native_settings
+from goalwire.transport.zenoh.native.endpoints import TlsFiles, is_quickly_resolved, resolve
+from goalwire.transport.zenoh.native.endpoints import parse as parse_address
+from goalwire.transport.zenoh.native.tls import TlsStream, client_context, server_context
+from goalwire.transport.zenoh.native.wire import HistoryPublisher
 from goalwire.transport.zenoh.protocol import key_expressions
+from goalwire.transport.zenoh.protocol.channels import DATA_CHANNEL, Reassembly, frame_head
+from goalwire.transport.zenoh.protocol.declarations import (
+    About,
+    Kind,
+    When,
+    declare,
+    declare_expression,
+    final,
+    interest,
+    take_back,
+)
+from goalwire.transport.zenoh.protocol.link_state import Node, tell_of
 from goalwire.transport.zenoh.protocol.network import Sample as ZenohSample
+from goalwire.transport.zenoh.protocol.network import Target as QueryTarget
+from goalwire.transport.zenoh.protocol.network import (
+    del_body,
+    push_head,
+    put_body,
+    response_final,
+    wire_key,
+)
+from goalwire.transport.zenoh.protocol.primitives import encode_timestamp
+from goalwire.transport.zenoh.protocol.senders import Publication, Querier
+from goalwire.transport.zenoh.protocol.transport import Role
 
 Errors = type[Exception] | tuple[type[Exception], ...]
 
@@ -270,8 +311,177 @@ def read_key_expression(data: bytes) -> None:
     key_expressions.intersects(form, 'a/**/b$*c')
 
 
+def hear_from(role: Role) -> Callable[[bytes], None]:
+    """Return what lets an open link to a session of some role hear network messages, rightly numbered."""
+
+    def hear(data: bytes) -> None:
+        session, other, cable = pair(Role.PEER, role)
+        link, far = cable.links
+        session.declare_subscriber('**', look_at)
+        session.declare_queryable('a/**', lambda query: query.answer('a/b', b''), complete=True)
+        session.watch_tokens('**', lambda _: None, history=True)
+        cable.carry()
+        head = frame_head(DATA_CHANNEL, far._sent[DATA_CHANNEL])
+        try:
+            link.receive((len(head) + len(data)).to_bytes(2, 'little') + head + data)
+        finally:
+            assert len(session.nodes) <= len(data)
+            for node in session.to_meet:
+                read_addresses('\n'.join(node.locators).encode(errors='replace'))
+            session.link_lost(link)
+            assert session.tokens('**') == []
+            for failure in [*session.failures, *other.failures]:
+                raise failure
+
+    return hear
+
+
+_KEY = wire_key('a/b')
+_DECLARED = (
+    declare_expression(7, 'a/b') + declare(Kind.SUBSCRIBER, 1, wire_key('', 7, is_senders=True)),
+    declare(Kind.QUERYABLE, 2, _KEY, complete=True) + take_back(Kind.QUERYABLE, 2),
+    declare(Kind.TOKEN, 3, wire_key('a/**')) + final() + take_back(Kind.EXPRESSION, 7),
+)
+_ASKED = (
+    interest(1, When.PRESENT | When.FUTURE, About.ALL) + interest(1, When.FINAL),
+    interest(2, When.PRESENT, About.TOKENS, 'a/*'),
+)
+_TOLD = tuple(
+    tell_of(Node(bytes(range(1, 17)), role, ('tcp/127.0.0.1:7447', 'tls/[::1]:1')), 3) for role in Role
+)
+_PUT = (
+    push_head(_KEY, 5) + put_body(b'payload', b'attachment', encode_timestamp(5 << 32, b'\1\2')),
+    push_head(_KEY, 5) + del_body() + response_final(3, 5),
+)
+
+
+def join_pieces(data: bytes) -> None:
+    """Join pieces, as marks and gaps in the input say, with a frame between them here and there.
+
+    Of each three bytes the first says what the piece is, the second how long, the third what it consists of.
+    """
+    limit = 512
+    for has_marks in (True, False):
+        reassembly = Reassembly(has_marks=has_marks, limit=limit)
+        for at in range(0, len(data) - 2, 3):
+            flags, size, content = data[at : at + 3]
+            if flags & 0x80:
+                reassembly.clear()
+            message = reassembly.add(
+                bytes((content,)) * size,
+                gap=2 if flags & 0x08 else 1,
+                first=bool(flags & 1),
+                more=bool(flags & 2),
+                given_up=bool(flags & 4),
+            )
+            assert message is None or len(message) <= limit
+            assert sum(map(len, reassembly._pieces or ())) <= limit
+
+
+def read_addresses(data: bytes) -> None:
+    """Addresses, one a line, as routers tell of them: none may ask the network, or take down who reads it."""
+    for line in text_of(data).split('\n'):
+        try:
+            where = parse_address(line)
+        except TransportError:
+            continue
+        if is_quickly_resolved(where.host):
+            assert resolve(where)
+
+
+def read_configuration(data: bytes) -> None:
+    """A configuration file, or what is set by a variable: it is refused, opens a session, or is another's."""
+    text = text_of(data)
+    values = read_settings(text[1:], is_yaml=text[:1] == 'y')
+    local_port(value_at(values, 'connect/endpoints'), 'peer')
+    with suppress(BeyondOursError):
+        opened = native_settings(values)
+        assert opened.lease_ms < 1 << 64
+
+
+_MINIMAL = (
+    '{mode: "peer", "connect": {"endpoints": ["tcp/localhost:7447"]}, "scouting": '
+    '{"multicast": {"enabled": false}, "gossip": {"target": ["router"]}}, '
+    '"transport": {"shared_memory": {"enabled": false}, "link": {"tx": {"lease": 6e4}}}}'
+)
+
+
+def ask_for_history(data: bytes) -> None:
+    """What subscribers ask of publishers that keep messages: they get no more than is kept."""
+    one, other, cable = pair()
+    publisher = HistoryPublisher(SimpleNamespace(protocol=one), 'k', Publication(one, 'k'), 3, numbers=True)  # type: ignore[arg-type]
+    for number in range(5):
+        publisher.put(b'%d' % number)
+    cable.carry()
+    answers: list[object] = []
+    querier = Querier(other, 'k/@adv/pub/**', target=QueryTarget.ALL, parameters=f'{text_of(data)};_anyke')
+    querier.ask(None, None, answers.append, lambda: answers.append('end'), 10.0)
+    cable.carry()
+    assert answers[-1:] == ['end']
+    assert len(answers) <= 4
+    for failure in [*one.failures, *other.failures]:
+        raise failure
+
+
+class _Records:
+    """A client that has shaken hands with a server of ours, and what the server then hears of it."""
+
+    def __init__(self) -> None:
+        folder = Path(mkdtemp(prefix='goalwire-fuzz-'))
+        atexit.register(shutil.rmtree, folder, ignore_errors=True)
+        issued = trustme.CA().issue_cert('127.0.0.1')
+        issued.private_key_and_cert_chain_pem.write_to_path(str(folder / 'all.pem'))
+        path = str(folder / 'all.pem')
+        self.server = server_context(TlsFiles(listen_certificate=path, listen_private_key=path))
+        self.client = client_context(TlsFiles(verify_name_on_connect=False))
+        self.client.verify_mode = ssl.CERT_NONE
+
+    def hear(self, data: bytes) -> None:
+        """Let a server of ours hear bytes: in place of the handshake or, after a 1, behind it."""
+        near, far = socket.socketpair()
+        with near, far:
+            near.setblocking(False)
+            far.setblocking(False)
+            ours, theirs = TlsStream(near, self.server, None), TlsStream(far, self.client, '127.0.0.1')
+            if data[:1] == b'\1':
+                while not (theirs.shake_hands() and ours.shake_hands()):
+                    ours.shake_hands()
+                theirs.send(b'said before')
+            far.send(data[1:])
+            far.shutdown(socket.SHUT_WR)
+            with suppress(BlockingIOError):
+                if data[:1] == b'\1' or ours.shake_hands():
+                    while ours.recv(65536):
+                        pass
+
+
+_hear_records = cache(_Records)
+
+
+def client_hello() -> bytes:
+    """Return the first record of a client."""
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
+    out = ssl.MemoryBIO()
+    with suppress(ssl.SSLWantReadError):
+        context.wrap_bio(ssl.MemoryBIO(), out, server_hostname='127.0.0.1').do_handshake()
+    return out.read()
+
+
 TARGETS = (
     Target('zenoh_handshake', shake_hands, RemoteError, (_A_SAYS[0][:1],)),
+    Target('zenoh_peer', hear_from(Role.PEER), RemoteError, (*_DECLARED, *_PUT)),
+    Target('zenoh_client', hear_from(Role.CLIENT), RemoteError, (*_ASKED, *_DECLARED)),
+    Target('zenoh_router', hear_from(Role.ROUTER), RemoteError, (*_TOLD, *_DECLARED)),
+    Target('zenoh_pieces', join_pieces, RemoteError, (b'\3\x10a\2\x10b\0\x10c', b'\1\xffa\x80\0\0')),
+    Target('zenoh_history', ask_for_history, (), (b'_max=2', b'_sn=1..3;_max=1', b'_sn=..')),
+    Target('zenoh_address', read_addresses, (), (b'tcp/127.0.0.1:7447', b'tls/[::1]:1', b'tcp/localhost:0')),
+    Target(
+        'zenoh_config',
+        read_configuration,
+        Json5Error,
+        (b' ' + _MINIMAL.encode(), b'ymode: peer', b' {/**/}'),
+    ),
+    Target('tls', lambda data: _hear_records().hear(data), OSError, (b'\0' + client_hello(),)),
     Target('zenoh_frames', hear_frames, RemoteError, tuple(_A_SAYS[2:-1])),
     Target('key_expression', read_key_expression, RemoteError, (b'a/**/b', b'0/a$*b/*', b'@ros2_lv/0/**')),
     Target(

@@ -167,3 +167,25 @@ def test_the_port_of_this_machine_is_found_among_the_endpoints(
     endpoints: Json, mode: str, port: int | None
 ) -> None:
     assert config.local_port(endpoints, mode) == port
+
+
+@pytest.mark.parametrize(
+    ('name', 'text', 'said'),
+    [
+        ('a.json5', '{transport: {link: {tx: {lease: Infinity}}}}', 'line 1: .*/lease takes a number'),
+        ('a.yaml', 'id: 2020-99-99', 'month must be in 1..12'),
+        ('a.yaml', '[' * 3000, 'cannot be used'),
+    ],
+)
+def test_what_no_setting_can_be_is_told_in_one_line(
+    name: str, text: str, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / name).write_text(text)
+    monkeypatch.setenv('ZENOH_SESSION_CONFIG_URI', str(tmp_path / name))
+    with pytest.raises(TransportError, match=said):
+        config.plan()
+
+
+@pytest.mark.parametrize('port', ['²', '9' * 5000, '65536'])
+def test_a_port_that_is_none_is_nobodys(port: str) -> None:
+    assert config.local_port([f'tcp/localhost:{port}'], 'peer') is None

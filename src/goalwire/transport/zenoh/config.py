@@ -139,16 +139,22 @@ def _from_file(variable: str) -> Configuration | None:
         reason = error.strerror if isinstance(error, OSError) else 'it is not text in UTF-8'
         raise _unusable(variable, path, reason or str(error)) from None
     try:
-        document = _from_yaml(text) if PurePath(path).suffix in {'.yaml', '.yml'} else json5.read(text)
+        values = read_settings(text, is_yaml=PurePath(path).suffix in {'.yaml', '.yml'})
     except json5.Json5Error as error:
         raise _unusable(variable, path, str(error)) from None
+    return Configuration(values, f"{variable} names '{path}'")
+
+
+def read_settings(text: str, *, is_yaml: bool) -> Settings:
+    """Return what a configuration file's text sets. Raises Json5Error, with the line where it is known."""
+    document = _from_yaml(text) if is_yaml else json5.read(text)
     values = document.value
     if not isinstance(values, dict):
-        raise _unusable(variable, path, 'it holds no object: { … }')
+        raise json5.Json5Error('it holds no object: { … }')
     for fault in schema.faults(values):
         line = _line_of(fault.path, document.lines)
-        raise _unusable(variable, path, f'{line}{fault.path} takes {fault.expected}')
-    return Configuration(values, f"{variable} names '{path}'")
+        raise json5.Json5Error(f'{line}{fault.path} takes {fault.expected}')
+    return values
 
 
 def _line_of(path: str, lines: dict[str, int]) -> str:
@@ -162,7 +168,11 @@ def _from_yaml(text: str) -> json5.Document:
 
     try:
         return json5.Document(yaml.safe_load(text), {})
-    except yaml.YAMLError as error:
+    except (
+        yaml.YAMLError,
+        ValueError,
+        RecursionError,
+    ) as error:  # ValueError: for a date that does not exist
         raise json5.Json5Error(' '.join(str(error).split())) from None
 
 
@@ -230,8 +240,8 @@ def local_port(endpoints: Json, mode: str) -> int | None:
         if isinstance(endpoint, str):
             scheme, _, address = endpoint.partition('/')
             host, _, port = address.partition('#')[0].partition('?')[0].rpartition(':')
-            if scheme == 'tcp' and host in _LOCAL_HOSTS and port.isdigit():
-                return int(port)
+            if scheme == 'tcp' and host in _LOCAL_HOSTS and (number := settings.as_port(port)) is not None:
+                return number
         elif (port_within := local_port(endpoint, mode)) is not None:
             return port_within
     return None

@@ -44,7 +44,11 @@ def _is_endpoint(value: Json) -> bool:
 
 
 def _is_number(value: Json) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
+    """Whether it is a number that Zenoh's 64 bits hold; JSON5 has Infinity and NaN, too."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < _END
+
+
+_END = 1 << 64
 
 
 _ANY = Kind('anything', lambda _: True)

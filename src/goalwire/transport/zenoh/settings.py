@@ -168,9 +168,16 @@ class Override(NamedTuple):
 def router_port(env: Mapping[str, str] = os.environ) -> int:
     """Return the rendezvous port; raises TransportError for something that is no port."""
     text = env.get('GOALWIRE_ROUTER_PORT') or str(DEFAULT_PORT)
-    if not (text.isascii() and text.isdigit() and 0 < int(text) < 65536):
+    port = as_port(text)
+    if not port:
         raise TransportError(f"GOALWIRE_ROUTER_PORT is '{text}'; set it to a port number from 1 to 65535")
-    return int(text)
+    return port
+
+
+def as_port(text: str) -> int | None:
+    """Return the number of a TCP port, 0 included; None for what is none, whatever signs and however long."""
+    is_number = text.isascii() and text.isdigit() and len(text) < 10
+    return int(text) if is_number and int(text) < 65536 else None
 
 
 def rendezvous_choice(env: Mapping[str, str] = os.environ) -> RendezvousChoice:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import os
 import socket
+import struct
 import threading
 import tracemalloc
 from collections.abc import Callable, Iterator
@@ -12,17 +13,22 @@ from contextlib import suppress
 from time import monotonic
 
 import pytest
-from helpers.patience import wait_for
+from helpers import zenoh_sides
+from helpers.patience import PATIENCE, wait_for
 from helpers.zenoh_captured import conversation
 from helpers.zenoh_sides import Ours, address
 
 from goalwire.errors import TransportError
 from goalwire.transport.zenoh.native import session as native_session
 from goalwire.transport.zenoh.native import socket_link
-from goalwire.transport.zenoh.native.endpoints import parse
+from goalwire.transport.zenoh.native.dialler import Retry
+from goalwire.transport.zenoh.native.endpoints import Endpoint, is_quickly_resolved, parse, resolve
 from goalwire.transport.zenoh.native.poller import IN, Poller
 from goalwire.transport.zenoh.protocol.link import QUEUE_LIMIT
+from goalwire.transport.zenoh.protocol.primitives import GENERIC
+from goalwire.transport.zenoh.protocol.transport import close_message
 
+A_SAYS = [batch for batch in conversation() if batch.sender == 'A']
 B_SAYS = [batch for batch in conversation() if batch.sender == 'B']
 
 
@@ -44,9 +50,14 @@ def listener(warnings: list[str]) -> Iterator[Ours]:
 class Stranger:
     """A bare connection to a session."""
 
-    def __init__(self, side: Ours) -> None:
-        where = parse(side.protocol.locators[0])
-        self.socket = socket.create_connection((where.host, where.port), timeout=10)
+    def __init__(self, other: Ours | socket.socket) -> None:
+        """`other` is a session to connect to, or the socket of one that has connected."""
+        if isinstance(other, Ours):
+            where = parse(other.protocol.locators[0])
+            self.socket = socket.create_connection((where.host, where.port), timeout=PATIENCE)
+        else:
+            self.socket = other
+            self.socket.settimeout(PATIENCE)
 
     def says(self, data: bytes) -> None:
         self.socket.sendall(len(data).to_bytes(2, 'little') + data)
@@ -211,37 +222,159 @@ def descriptors() -> int:
     return len(os.listdir('/proc/self/fd'))  # noqa: PTH208
 
 
+def dies(stranger: Stranger) -> None:
+    """Linger for 0 s: what was on its way is thrown away, as where a machine loses its power."""
+    stranger.socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack('ii', 1, 0))
+    stranger.socket.close()
+
+
+def open_and_die(stranger: Stranger) -> None:
+    stranger.shake_hands()
+    stranger.says(b'\xa5\x05\x31\x00\x9e\x21\x08\x26\x01\x00\x01t')
+    dies(stranger)
+
+
+def open_and_close(stranger: Stranger) -> None:
+    stranger.shake_hands()
+    stranger.says(b'\xa5\x05\x31\x00\x9e\x21\x08\x26\x01\x00\x01t')
+    stranger.says(close_message(GENERIC))
+    assert stranger.is_hung_up()
+
+
+def die_in_mid_fragment(stranger: Stranger) -> None:
+    stranger.shake_hands()
+    stranger.says(b'\xe6\x05\x02\x3d\x00\x01a\x01\x80\x80\x08' + bytes(2000))
+    dies(stranger)
+
+
+def die_in_the_handshake(stranger: Stranger) -> None:
+    stranger.says(B_SAYS[0].data)
+    assert stranger.hears()[0] & 0x1F == 1
+    dies(stranger)
+
+
+def end_within_a_message_of_the_handshake(stranger: Stranger) -> None:
+    stranger.socket.sendall(B_SAYS[0].sent[:9])
+    stranger.socket.shutdown(socket.SHUT_WR)
+    assert stranger.is_hung_up()
+
+
+def be_refused(stranger: Stranger) -> None:
+    stranger.says(B_SAYS[0].data.replace(b'\x09', b'\x08', 1))
+    assert stranger.is_hung_up()
+
+
 @pytest.mark.skipif(not os.path.isdir('/proc/self/fd'), reason='there is no /proc')  # noqa: PTH112
-def test_a_thousand_links_leave_nothing_behind(listener: Ours) -> None:
+@pytest.mark.parametrize(
+    'behave',
+    [
+        open_and_die,
+        open_and_close,
+        die_in_mid_fragment,
+        die_in_the_handshake,
+        end_within_a_message_of_the_handshake,
+        be_refused,
+    ],
+    ids=lambda behave: behave.__name__,
+)
+def test_many_links_leave_nothing_behind(listener: Ours, behave: Callable[[Stranger], None]) -> None:
+    """A thousand of them, between programs: `python -m benchmarks.endurance links`."""
+
     def open_and_lose(count: int) -> None:
         for _ in range(count):
-            stranger = Stranger(listener)
-            stranger.shake_hands()
-            stranger.says(b'\xa5\x05\x31\x00\x9e\x21\x08\x26\x01\x00\x01t')
-            stranger.socket.close()
-            wait_for(lambda: not listener.protocol.links, 'the end')
+            behave(Stranger(listener))
+            wait_for(lambda: not listener.session._links, 'the end')
 
-    open_and_lose(50)
+    expect_nothing_left(open_and_lose)
+    assert listener.protocol.tokens('**') == []
+
+
+@pytest.mark.skipif(not os.path.isdir('/proc/self/fd'), reason='there is no /proc')  # noqa: PTH112
+def test_links_that_were_dialled_and_lost_leave_nothing_behind(
+    warnings: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(zenoh_sides, 'Retry', lambda *_: Retry(0.001, 0.001))
+    with socket.create_server(('127.0.0.1', 0)) as stranger:
+        stranger.settimeout(PATIENCE)
+
+        def take_and_lose(count: int) -> None:
+            for _ in range(count):
+                taken = Stranger(stranger.accept()[0])
+                assert taken.hears()[0] & 0x1F == 1
+                taken.says(A_SAYS[0].data)
+                assert taken.hears()[0] & 0x1F == 2
+                taken.says(A_SAYS[1].data)
+                assert taken.hears()[0] & 0x1F == 5
+                dies(taken)
+
+        monkeypatch.setattr(native_session, 'CONNECTING_S', 0.0)
+        side = Ours('peer', connect=(f'tcp/127.0.0.1:{stranger.getsockname()[1]}',))
+        try:
+            expect_nothing_left(take_and_lose)
+        finally:
+            side.close()
+
+
+def expect_nothing_left(open_and_lose: Callable[[int], None]) -> None:
+    """Have links opened and lost; what they leave must be gone."""
+    open_and_lose(20)
     gc.collect()
     threads, files = threading.active_count(), descriptors()
     tracemalloc.start()
     before, _ = tracemalloc.get_traced_memory()
-    open_and_lose(300)
+    open_and_lose(80)
     gc.collect()
     after, _ = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     # A link leaves the tables first, its socket and its thread a moment later.
     wait_for(lambda: threading.active_count() <= threads and descriptors() <= files, 'what was there before')
-    assert after - before < 100_000
-    assert listener.protocol.tokens('**') == []
+    assert after - before < 60_000
+
+
+def test_who_waits_for_room_on_a_link_that_dies_goes_on(listener: Ours, warnings: list[str]) -> None:
+    stranger = Stranger(listener)
+    stranger.shake_hands()
+    wait_for(lambda: listener.protocol.links, 'the link')
+    (link,) = listener.protocol.links
+    waiting = listener.session._links[link].waiting
+    writer = threading.Thread(target=lambda: [listener.put('a', bytes(QUEUE_LIMIT)) for _ in range(20)])
+    writer.start()
+    wait_for(lambda: waiting, 'a writer that waits')
+    dies(stranger)
+    writer.join(PATIENCE)
+    assert not writer.is_alive()
+    wait_for(lambda: not listener.session._links, 'the end')
+    assert (link.queue.size, warnings) == (0, [])
+
+
+def test_one_that_says_a_byte_now_and_then_has_no_more_time_than_others(
+    monkeypatch: pytest.MonkeyPatch, warnings: list[str]
+) -> None:
+    monkeypatch.setattr(socket_link, 'HANDSHAKE_S', 0.3)
+    side = Ours('peer', listen=(address(),))
+    stranger = Stranger(side)
+    with suppress(ConnectionError):
+        for byte in b'\xff\xff' + bytes(5000):
+            stranger.socket.sendall(bytes((byte,)))
+            threading.Event().wait(0.02)
+    assert stranger.is_hung_up()
+    wait_for(lambda: [each for each in warnings if 'took too long' in each], 'a warning')
+    side.close()
 
 
 def test_addresses() -> None:
     assert parse('tcp/localhost:7447') == ('tcp', 'localhost', 7447)
     assert parse('tcp/[::1]:7447?prio=1#iface=lo') == ('tcp', '::1', 7447)
-    for text in ('', 'tcp', 'tcp/x', 'tcp/:1', 'tcp/h:70000', 'quic/h:1', 'udp/h:1'):
+    for text in ('', 'tcp', 'tcp/x', 'tcp/:1', 'tcp/h:70000', f'tcp/h:{"9" * 5000}', 'quic/h:1', 'udp/h:1'):
         with pytest.raises(TransportError):
             parse(text)
+
+
+@pytest.mark.parametrize('host', ['a\0b', 'x' * 64 + '.local', '\udcff', ''])
+def test_a_name_that_no_host_can_have_is_not_found(host: str) -> None:
+    assert not is_quickly_resolved(host)
+    with pytest.raises(OSError, match=r'\S'):
+        resolve(Endpoint('tcp', host, 1))
 
 
 def test_a_port_that_is_taken_is_said(listener: Ours) -> None:

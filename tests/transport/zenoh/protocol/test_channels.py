@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from goalwire.transport.zenoh.protocol import channels
 from goalwire.transport.zenoh.protocol.channels import (
     CONTROL_CHANNEL,
     DATA_CHANNEL,
@@ -108,6 +109,15 @@ def test_a_message_that_its_sender_gives_up_is_thrown_away() -> None:
 def test_a_message_larger_than_the_limit_is_refused_before_it_is_whole() -> None:
     with pytest.raises(ZenohProtocolError, match='more than 10 bytes'):
         join([b'12345', b'67890', b'1'], limit=10)
+
+
+@pytest.mark.parametrize('piece', [b'', b'x'])
+def test_pieces_that_hold_next_to_nothing_are_not_kept_for_ever(
+    piece: bytes, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(channels, 'MOST_PIECES', 100)
+    with pytest.raises(ZenohProtocolError, match='or 100 pieces'):
+        join([piece] * 102, limit=10_000)
 
 
 def test_batches_leave_by_priority_and_a_begun_one_is_finished() -> None:

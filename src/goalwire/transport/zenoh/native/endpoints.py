@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import reprlib
 import socket
 from typing import Any, NamedTuple
 
 from goalwire.errors import TransportError
 from goalwire.records import record
+from goalwire.transport.zenoh.settings import as_port
 
 PROTOCOLS = ('tcp', 'tls')
 """What is spoken here."""
@@ -40,11 +42,12 @@ def parse(text: str) -> Endpoint:
     """Read an address; what stands behind '?' or '#' is left out. Raises TransportError."""
     protocol, found, address = text.partition('/')
     host, colon, port = address.partition('#')[0].partition('?')[0].rpartition(':')
-    if not (found and colon and host and port.isascii() and port.isdigit() and int(port) < 65536):
+    number = as_port(port)
+    if not (found and colon and host) or number is None:
         raise TransportError(f"'{text}' is no address; write it as tcp/HOST:PORT")
     if protocol not in PROTOCOLS:
         raise TransportError(f"'{text}': {protocol} is not spoken here, but {', '.join(PROTOCOLS)}")
-    return Endpoint(protocol, host.strip('[]'), int(port))
+    return Endpoint(protocol, host.strip('[]'), number)
 
 
 def is_quickly_resolved(host: str) -> bool:
@@ -52,19 +55,27 @@ def is_quickly_resolved(host: str) -> bool:
     if host == 'localhost':
         return True
     try:
-        socket.getaddrinfo(host, 0, type=socket.SOCK_STREAM, flags=socket.AI_NUMERICHOST)
+        _look_up(host, 0, socket.AI_NUMERICHOST)
     except OSError:
         return False
     return True
 
 
+def _look_up(host: str, port: int, flags: int) -> list[tuple[socket.AddressFamily, Any]]:
+    """Return families and socket addresses. Raises OSError, also for a name that cannot be one."""
+    try:
+        found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=flags)
+    except ValueError:  # a NUL in it, or a part of more than 63 signs
+        raise OSError(f'{reprlib.repr(host)} is no name of a host') from None
+    return [(family, address) for family, _, _, _, address in found]
+
+
 def resolve(endpoint: Endpoint, *, passive: bool = False) -> list[tuple[socket.AddressFamily, Any]]:
     """Return families and socket addresses; raises OSError. Names that are not local may take seconds."""
     flags = socket.AI_PASSIVE if passive else 0
-    found = socket.getaddrinfo(endpoint.host, endpoint.port, type=socket.SOCK_STREAM, flags=flags)
     # 127.0.0.1 first for localhost, where the rendezvous listens: else each connection is refused once.
     return sorted(
-        ((family, address) for family, _, _, _, address in found),
+        _look_up(endpoint.host, endpoint.port, flags),
         key=lambda each: endpoint.host == 'localhost' and each[0] != socket.AF_INET,
     )
 

@@ -23,7 +23,8 @@ from goalwire.transport.reports import report_failure
 
 IN, OUT = 1, 4
 """As in epoll and poll."""
-_ENDED = 8 | 16
+IS_PORTABLE = not (hasattr(select, 'epoll') and hasattr(os, 'eventfd'))
+"""Whether this system lacks what only Linux has."""
 
 Handler: TypeAlias = Callable[[int], None]
 """Gets what a descriptor is ready for; bits of IN and OUT, or others where it has ended."""
@@ -137,7 +138,7 @@ class Poller:
         self,
         name: str,
         *,
-        portable: bool = not hasattr(select, 'epoll'),
+        portable: bool = IS_PORTABLE,
         before_sleep: tuple[Sized, Callable[[], object]] = ((), bool),
         awaited: Sized = (),
     ) -> None:
@@ -252,9 +253,13 @@ class Poller:
                 self._events = []
                 if not timeout or select.select([self._precise], (), (), timeout)[0]:
                     self._events = self._poller.poll(0)
-        except (OSError, ValueError):
+        except (OSError, ValueError) as error:
             if self._is_gone():
                 return -1
+            if self._portable and isinstance(error, OSError):
+                return (
+                    0  # a socket was closed meanwhile, which select minds on Windows: the next set is right
+                )
             raise
         return len(self._events) + (self._next_due <= monotonic())
 

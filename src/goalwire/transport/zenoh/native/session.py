@@ -20,7 +20,7 @@ from goalwire.transport.wire_poller import LeaderFollowers
 from goalwire.transport.zenoh.native.dialler import Dial, Retry
 from goalwire.transport.zenoh.native.endpoints import TlsFiles, locators_of, parse, resolve
 from goalwire.transport.zenoh.native.flusher import Flusher
-from goalwire.transport.zenoh.native.poller import IN, Poller
+from goalwire.transport.zenoh.native.poller import IN, IS_PORTABLE, Poller
 from goalwire.transport.zenoh.native.socket_link import SocketLink
 from goalwire.transport.zenoh.protocol.handshake import Handshake, Identity
 from goalwire.transport.zenoh.protocol.link import QUEUE_LIMIT, Link
@@ -68,7 +68,7 @@ class Settings:
     """Whether opening fails where `connect` is not reached; None: a client's does, a peer's does not."""
     connecting_s: float = 0.0
     """How long it goes on trying where it must; 0: each address once."""
-    portable: bool = False
+    portable: bool = IS_PORTABLE
     """Whether to do without what only Linux has."""
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import socket
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
@@ -32,8 +32,26 @@ _READS_AT_ONCE = 8
 ENOUGH_ROOM = QUEUE_LIMIT // 2
 """Bytes that may wait still when those who wait for room go on."""
 
+LEAST_PERIOD_S = 0.01
+"""How long it is between two looks at the leases, however short these are."""
 HANDSHAKE_S = 10.0
 """How long a handshake may take, as Zenoh's own default."""
+
+
+JOINED_SIZE = 1 << 16
+"""Bytes of several buffers that are joined to be sent at once."""
+
+
+def join_first(buffers: Sequence[Buffer]) -> Buffer:
+    """Return the first of several buffers, small ones joined: for what sends only one at a time."""
+    joined: list[Buffer] = []
+    size = 0
+    for each in buffers:
+        if joined and size + len(each) > JOINED_SIZE:
+            break
+        joined.append(each)
+        size += len(each)
+    return joined[0] if len(joined) == 1 else b''.join(joined)
 
 
 class SocketLink:
@@ -76,7 +94,9 @@ class SocketLink:
         self._receive = self.link.receive
         self._recv: Callable[[int], bytes] = sock.recv
         self._send: Callable[[Buffer], int] = sock.send
-        self._sendmsg: Callable[[list[Buffer]], int] = sock.sendmsg
+        self._sendmsg: Callable[[list[Buffer]], int] = (
+            sock.sendmsg if hasattr(sock, 'sendmsg') else lambda buffers: sock.send(join_first(buffers))
+        )
         sock.setblocking(False)
         sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._timer = poller.call_later(HANDSHAKE_S, self._check_handshake)
@@ -188,7 +208,7 @@ class SocketLink:
         self._timer.cancel()
         terms = self.link.terms
         assert terms is not None
-        self._period = min(self.link.keep_alive_s, terms.lease_ms / 1000 / KEEP_ALIVES)
+        self._period = max(min(self.link.keep_alive_s, terms.lease_ms / 1000 / KEEP_ALIVES), LEAST_PERIOD_S)
         self._timer = self._poller.call_later(self._period, self._check)
 
     def _check(self) -> None:

@@ -18,15 +18,12 @@ from typing import TYPE_CHECKING
 from goalwire.errors import TransportError
 from goalwire.transport.zenoh.native.endpoints import TlsFiles
 from goalwire.transport.zenoh.native.poller import IN, OUT, Poller
-from goalwire.transport.zenoh.native.socket_link import SocketLink
+from goalwire.transport.zenoh.native.socket_link import JOINED_SIZE, SocketLink, join_first
 
 if TYPE_CHECKING:
     from goalwire.transport.zenoh.protocol.channels import Buffer
     from goalwire.transport.zenoh.protocol.handshake import Handshake
     from goalwire.transport.zenoh.protocol.link import Link, LinkOwner
-
-_AT_ONCE = 1 << 16
-"""Bytes that are encrypted before the socket is asked to take them."""
 
 
 def client_context(files: TlsFiles) -> ssl.SSLContext:
@@ -128,7 +125,7 @@ class TlsStream:
     def _fill(self) -> None:
         """Hand what has come to OpenSSL."""
         with suppress(BlockingIOError, InterruptedError):
-            data = self._socket.recv(_AT_ONCE)
+            data = self._socket.recv(JOINED_SIZE)
             if data:
                 self._incoming.write(data)
             else:
@@ -166,7 +163,7 @@ class TlsStream:
             raise BlockingIOError
         taken = 0
         while taken < len(data) and not self._unsent:
-            end = min(len(data), taken + _AT_ONCE)
+            end = min(len(data), taken + JOINED_SIZE)
             while taken < end:
                 taken += self._tls.write(data[taken:end])
             self._flush()
@@ -174,14 +171,7 @@ class TlsStream:
 
     def sendmsg(self, buffers: Sequence[Buffer]) -> int:
         """Send the first of several buffers, small ones joined."""
-        joined: list[Buffer] = []
-        size = 0
-        for each in buffers:
-            if joined and size + len(each) > _AT_ONCE:
-                break
-            joined.append(each)
-            size += len(each)
-        return self.send(joined[0] if len(joined) == 1 else b''.join(joined))
+        return self.send(join_first(buffers))
 
     def flush(self) -> bool:
         """Send what is encrypted; False where the socket takes no more, or is being written to."""

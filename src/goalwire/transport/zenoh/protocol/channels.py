@@ -105,8 +105,12 @@ class ReceivedNumbers:
         return gap
 
 
+MOST_PIECES = 1 << 22
+"""Pieces of one message: each costs some 60 bytes beside what it holds, also if it holds nothing."""
+
+
 class Reassembly:
-    """The pieces of one channel's message, up to `limit` bytes."""
+    """The pieces of one channel's message, up to `limit` bytes and MOST_PIECES."""
 
     __slots__ = ('_has_marks', '_limit', '_pieces', '_size')
 
@@ -127,9 +131,11 @@ class Reassembly:
             return None
         self._pieces.append(piece)
         self._size += len(piece)
-        if self._size > self._limit:
+        if self._size > self._limit or len(self._pieces) > MOST_PIECES:
             self.clear()
-            raise ZenohProtocolError(f'a message in pieces has more than {self._limit} bytes')
+            raise ZenohProtocolError(
+                f'a message in pieces has more than {self._limit} bytes or {MOST_PIECES} pieces'
+            )
         if more:
             return None
         message = b''.join(self._pieces)
