@@ -57,6 +57,7 @@ class Partner:
     def __init__(self, module: str, *arguments: object) -> None:
         command = [sys.executable, '-m', module, 'answer', *map(str, arguments)]
         self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        self.pid = self._process.pid
         self.result()
 
     def order(self, command: str, *arguments: int) -> None:
@@ -86,7 +87,8 @@ class Partner:
     ) -> None:
         assert self._process.stdin is not None
         assert self._process.stdout is not None
-        self._process.stdin.close()  # ends it
+        with suppress(BrokenPipeError):
+            self._process.stdin.close()  # ends it
         self._process.stdout.close()
         try:
             self._process.wait(PATIENCE_S)

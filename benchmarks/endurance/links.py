@@ -1,0 +1,103 @@
+"""Links that come and go: what a process holds whose peers die, close, or are refused in the handshake.
+
+Of two sessions the one with the greater id connects: so it opens about half of the links, and takes the
+others.
+"""
+
+from __future__ import annotations
+
+import gc
+import os
+import signal
+import socket
+import sys
+from pathlib import Path
+from time import monotonic, sleep
+
+from benchmarks import stage
+from benchmarks.endurance.held import Held
+from benchmarks.line import Figures
+
+SESSIONS = 20
+"""So many links at a time: those of one process."""
+VERSION_8 = bytes.fromhex('0d00c10831b1b2b3b40ac8ff812701')
+_LISTENS = '0A'
+
+
+def answer(part: str = 'stays') -> None:
+    import rclpy
+
+    if part == 'stays':
+        rclpy.init()
+        node = rclpy.create_node('endurance_stays')
+        stage.obey({
+            'nodes': lambda: len(node.get_node_names()),
+            'collect': gc.collect,
+        })  # fmt: skip
+        rclpy.shutdown()
+        return
+    contexts = [rclpy.Context() for _ in range(SESSIONS)]
+    for number, context in enumerate(contexts):
+        context.init()
+        rclpy.create_node(f'endurance_{number}', context=context)
+    stage.obey({
+        'die': lambda: os.kill(os.getpid(), signal.SIGKILL),
+        'close': lambda: [context.shutdown() for context in contexts],
+    })  # fmt: skip
+
+
+def ask(count: int) -> Figures:
+    with stage.Partner('benchmarks.endurance.links', 'stays') as stays:
+        _meet(stays, 'die')
+        _meet(stays, 'close')
+        _be_refused(stays.pid)
+        stays.do('collect')
+        held = Held(process=stays.pid)
+        rounds = max(count // (3 * SESSIONS), 1)
+        watch = stage.Stopwatch()
+        for _ in range(rounds):
+            _meet(stays, 'die')
+            _meet(stays, 'close')
+            for _ in range(SESSIONS):
+                _be_refused(stays.pid)
+        seconds = watch.read()
+        stays.do('collect')
+        return held.since() | {'links': float(3 * SESSIONS * rounds), 's': seconds}
+
+
+def _meet(stays: stage.Partner, end: str) -> None:
+    """Have sessions meet the one that stays, and end."""
+    with stage.Partner('benchmarks.endurance.links', 'goes') as goes:
+        _wait_for_nodes(stays, 1 + SESSIONS)
+        goes.order(end)
+        _wait_for_nodes(stays, 1)
+
+
+def _wait_for_nodes(stays: stage.Partner, number: int) -> None:
+    deadline = monotonic() + 3 * stage.PATIENCE_S
+    while (found := stays.do('nodes')) != number:
+        if monotonic() > deadline:
+            sys.exit(f'{found:g} nodes are seen, not {number}')
+        sleep(0.01)
+
+
+def _be_refused(pid: int) -> None:
+    """Begin a handshake in a version that nobody speaks."""
+    with socket.create_connection(('127.0.0.1', _port_of(pid)), timeout=stage.PATIENCE_S) as stranger:
+        stranger.sendall(VERSION_8)
+        while stranger.recv(4096):
+            pass
+
+
+def _port_of(pid: int) -> int:
+    """Return the port of 127.0.0.1 where a process listens."""
+    sockets = {os.readlink(each) for each in Path(f'/proc/{pid}/fd').iterdir() if each.is_symlink()}  # noqa: PTH115
+    for line in Path('/proc/net/tcp').read_text().splitlines()[1:]:
+        fields = line.split()
+        if fields[3] == _LISTENS and f'socket:[{fields[9]}]' in sockets:
+            return int(fields[1].rpartition(':')[2], 16)
+    sys.exit('the session listens nowhere')
+
+
+if __name__ == '__main__':
+    stage.run(ask, answer)
