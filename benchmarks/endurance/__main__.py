@@ -24,7 +24,7 @@ from benchmarks.soak.__main__ import environment
 SPARE_MIB = 3.0
 """What a process may hold more: allocators keep a little."""
 SLOWER = 1.5
-"""How many times as long the last ones may take as the first."""
+"""How many times as much processor time the last ones may take as the first."""
 
 
 class Part(NamedTuple):
@@ -42,7 +42,7 @@ PARTS = {
     'publishers': Part((4000,)),
     'sizes': Part((16_000_000, 64_000_000, 200_000_000, 1_000_000_000)),
 }
-PAIRS = (('first half s', 'second half s'), ('first ninth s', 'last ninth s'))
+PAIRS = (('first half CPU s', 'second half CPU s'), ('first ninth CPU s', 'last ninth CPU s'))
 
 
 def problems(part: Part, count: int, figures: Figures, *, timed: bool) -> Iterator[str]:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import socket
 import threading
 from collections.abc import Callable, Iterator
 
 import pytest
-from helpers.patience import wait_for
+from helpers.patience import PATIENCE, wait_for
 from helpers.zenoh_sides import Ours, Portable, Side, Theirs, address
 
 from goalwire.transport.zenoh.protocol.transport import Role
@@ -282,3 +283,27 @@ def test_thousands_of_endpoints_see_each_other_whole(sides: list[Side]) -> None:
     sides.append(third)
     assert len(third.protocol.tokens('t/**')) == 2000
     assert heard[0].samples == []
+
+
+@pytest.mark.parametrize('make', [Theirs, Ours], ids=lambda make: make.make)
+def test_a_session_offers_what_is_known_and_nothing_else(make: type[Side], sides: list[Side]) -> None:
+    """A release of eclipse-zenoh with another version, patch or extension is to be looked at first."""
+    offered: list[bytes] = []
+
+    def listen() -> None:
+        connection, _ = listener.accept()
+        with connection:
+            connection.settimeout(PATIENCE)
+            size = int.from_bytes(connection.recv(2, socket.MSG_WAITALL), 'little')
+            offered.append(connection.recv(size, socket.MSG_WAITALL))
+
+    with socket.create_server(('127.0.0.1', 0)) as listener:
+        listener.settimeout(PATIENCE)
+        thread = threading.Thread(target=listen)
+        thread.start()
+        where = f'tcp/127.0.0.1:{listener.getsockname()[1]}'
+        sides.append(make('peer', listen=(address(),), connect=(where,), zid='b4b3b2b1'))  # type: ignore[call-arg]
+        thread.join()
+    (init,) = offered
+    batch_size = init[8:10]
+    assert init.hex() == f'c10931b1b2b3b40a{batch_size.hex()}812701'

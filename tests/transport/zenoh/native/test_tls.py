@@ -10,12 +10,14 @@ from typing import NamedTuple
 
 import pytest
 import trustme
-from helpers.patience import wait_for
+from fuzz.targets import client_hello
+from helpers.patience import PATIENCE, wait_for
 from helpers.zenoh_sides import Ours, Portable, Side, Theirs, address
 
 from goalwire.errors import TransportError
 from goalwire.records import replace
 from goalwire.transport.zenoh.native import session as native_session
+from goalwire.transport.zenoh.native import socket_link
 from goalwire.transport.zenoh.native.configuration import BeyondOursError, native_settings
 from goalwire.transport.zenoh.native.endpoints import TlsFiles, parse
 from goalwire.transport.zenoh.native.tls import TlsStream, client_context, server_context
@@ -176,6 +178,26 @@ def test_a_stranger_without_tls_ends_its_own_connection_alone(
     friend = open_side(Ours, connect=(where,), tls=certificates.files)
     wait_for(lambda: friend.id in listener.links(), 'the link')
     assert [line for line in warnings if 'TLS: http request' in line]
+
+
+@pytest.mark.parametrize('said', [b'', client_hello()[:40], b'\x16\x03\x01\xff\xff'])
+def test_one_that_does_not_shake_hands_is_hung_up_on(
+    certificates: Certificates,
+    open_side: Open,
+    warnings: list[str],
+    monkeypatch: pytest.MonkeyPatch,
+    said: bytes,
+) -> None:
+    monkeypatch.setattr(socket_link, 'HANDSHAKE_S', 0.2)
+    where = address('tls')
+    open_side(Ours, listen=(where,), tls=certificates.files)
+    at = parse(where)
+    with socket.create_connection((at.host, at.port), timeout=PATIENCE) as stranger:
+        stranger.sendall(said)
+        while stranger.recv(4096):
+            pass
+    wait_for(lambda: warnings, 'a warning')
+    assert len(warnings) == 1
 
 
 def test_a_full_link_loses_nothing(certificates: Certificates, open_side: Open) -> None:
