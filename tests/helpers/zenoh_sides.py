@@ -73,7 +73,11 @@ class Side(ABC):
     @abstractmethod
     def serve(self, key: str, answer: bytes | None, *, error: bytes = b'', complete: bool = True) -> None: ...
     @abstractmethod
-    def ask(self, key: str, payload: bytes = b'', timeout_s: float = 10.0) -> Answers: ...
+    def ask(
+        self, key: str, payload: bytes = b'', timeout_s: float = 10.0, *, latest: bool = False
+    ) -> Answers: ...
+    @abstractmethod
+    def present(self, key: str) -> set[str]: ...
     @abstractmethod
     def token(self, key: str) -> Callable[[], object]: ...
     @abstractmethod
@@ -145,7 +149,9 @@ class Ours(Side):
 
         self.protocol.declare_queryable(key, take, complete=complete)
 
-    def ask(self, key: str, payload: bytes = b'', timeout_s: float = 10.0) -> Answers:
+    def ask(
+        self, key: str, payload: bytes = b'', timeout_s: float = 10.0, *, latest: bool = False
+    ) -> Answers:
         answers = Answers()
 
         def take(answer: Sample | ReplyError) -> None:
@@ -154,9 +160,13 @@ class Ours(Side):
             else:
                 answers.answers.append(('error', answer.payload))
 
-        querier = Querier(self.protocol, key, target=Target.ALL_COMPLETE, consolidation=Consolidation.NONE)
+        consolidation = Consolidation.LATEST if latest else Consolidation.NONE
+        querier = Querier(self.protocol, key, target=Target.ALL_COMPLETE, consolidation=consolidation)
         querier.ask(payload, None, take, answers.ended.set, timeout_s)
         return answers
+
+    def present(self, key: str) -> set[str]:
+        return set(self.protocol.tokens(key))
 
     def token(self, key: str) -> Callable[[], object]:
         number = self.protocol.declare_token(key)
@@ -261,7 +271,9 @@ class Theirs(Side):
 
         self._kept.append(self.session.declare_queryable(key, self._direct(take), complete=complete))
 
-    def ask(self, key: str, payload: bytes = b'', timeout_s: float = 10.0) -> Answers:
+    def ask(
+        self, key: str, payload: bytes = b'', timeout_s: float = 10.0, *, latest: bool = False
+    ) -> Answers:
         answers = Answers()
 
         def take(reply: zenoh.Reply) -> None:
@@ -275,9 +287,21 @@ class Theirs(Side):
             self._direct(take, answers.ended.set),
             payload=payload,
             target=zenoh.QueryTarget.ALL_COMPLETE,
-            consolidation=zenoh.ConsolidationMode.NONE,
+            consolidation=zenoh.ConsolidationMode.LATEST if latest else zenoh.ConsolidationMode.NONE,
             timeout=timeout_s,
         )
+        return answers
+
+    def present(self, key: str) -> set[str]:
+        answers: set[str] = set()
+        ended = threading.Event()
+
+        def take(reply: zenoh.Reply) -> None:
+            if reply.ok is not None:
+                answers.add(str(reply.ok.key_expr))
+
+        self.session.liveliness().get(key, self._direct(take, ended.set), timeout=PATIENCE)
+        assert ended.wait(PATIENCE), 'the query did not end'
         return answers
 
     def token(self, key: str) -> Callable[[], object]:

@@ -7,7 +7,9 @@ import threading
 from collections.abc import Callable, Iterator
 
 import pytest
+from helpers.isolation import free_port
 from helpers.patience import PATIENCE, wait_for
+from helpers.relay import relay
 from helpers.zenoh_sides import Ours, Portable, Side, Theirs, address
 
 from goalwire.transport.zenoh.protocol.transport import Role
@@ -146,6 +148,96 @@ def test_two_that_both_write_without_end_do_not_wait_for_each_other_for_ever(
     for at, each in enumerate(heard):
         key = f'big/{pair[1 - at].id}'
         wait_for(lambda: len([1 for found, _ in each.samples if found == key]) == 30, key)  # noqa: B023
+
+
+@MAKES
+def test_wildcards_meet_wherever_they_stand(pair: tuple[Side, Side]) -> None:
+    for number, (sender, receiver) in enumerate((pair, pair[::-1])):
+        heard = receiver.subscribe(f'{number}/a/**/z'), receiver.subscribe(f'{number}/b/x$*')
+        watch = sender.watch(f'{number}/*/up')
+        receiver.token(f'{number}/now/up')
+        assert watch.wait(1) == [(f'{number}/now/up', b'')]
+        for key in ('a/z', 'a/z/b', 'a/b/c/z', 'b/yx', 'b/xyz', 'b/x', 'a/last/z', 'b/x/last', 'b/xlast'):
+            sender.put(f'{number}/{key}', b'')
+        assert [key[2:] for key, _ in heard[0].wait(3)] == ['a/z', 'a/b/c/z', 'a/last/z']
+        assert [key[2:] for key, _ in heard[1].wait(3)] == ['b/xyz', 'b/x', 'b/xlast']
+
+
+@MAKES
+def test_a_liveliness_query_tells_what_there_is_now(pair: tuple[Side, Side]) -> None:
+    for number, (asking, other) in enumerate((pair, pair[::-1])):
+        first = other.token(f'{number}/t/1')
+        other.token(f'{number}/t/2')
+        other.token(f'{number}/u/3')
+        both, one = {f'{number}/t/1', f'{number}/t/2'}, {f'{number}/t/2'}
+        wait_for(lambda: asking.present(f'{number}/t/*') == both, 'both')  # noqa: B023
+        first()
+        wait_for(lambda: asking.present(f'{number}/t/*') == one, 'the other')  # noqa: B023
+        assert asking.present(f'{number}/nobody') == set()
+
+
+@MAKES
+def test_answers_on_one_key_are_consolidated_where_that_is_asked_for(pair: tuple[Side, Side]) -> None:
+    for number, (client, server) in enumerate((pair, pair[::-1])):
+        key = f'q/{number}'
+        server.serve(key, b'1')
+        server.serve(key, b'2')
+        wait_for(lambda: len(client.ask(key).wait()) == 2, 'both queryables')  # noqa: B023
+        assert sorted(client.ask(key).wait()) == [(key, b'1'), (key, b'2')]
+        assert client.ask(key, latest=True).wait() in ([(key, b'1')], [(key, b'2')])
+
+
+@MAKES
+def test_a_late_joiner_is_told_by_every_link_and_reaches_all(
+    makes: tuple[type[Side], type[Side]], sides: list[Side]
+) -> None:
+    where = address(), address()
+    one = makes[0]('peer', listen=(where[0],))  # type: ignore[call-arg]
+    other = makes[1]('peer', listen=(where[1],), connect=(where[0],))  # type: ignore[call-arg]
+    sides += [one, other]
+    for name, side in (('one', one), ('other', other)):
+        side.serve(f'q/{name}', b'')
+        side.token(f't/{name}')
+    heard = one.subscribe('k/*'), other.subscribe('k/*')
+    late = makes[1]('peer', connect=where)  # type: ignore[call-arg]
+    sides.append(late)
+    wait_for(lambda: late.present('t/*') == {'t/one', 't/other'}, 'the tokens of both')
+    wait_for(lambda: one.id in late.links() and other.id in late.links(), 'both links')
+    for name in ('one', 'other'):
+        wait_for(lambda: late.ask(f'q/{name}', b'?').wait() == [(f'q/{name}', b'?')], 'it')  # noqa: B023
+    for number in range(3):
+        late.put(f'k/{number}', b'')
+    for each in heard:  # each once: nobody passes on what it hears
+        assert each.wait(3) == [('k/0', b''), ('k/1', b''), ('k/2', b'')]
+
+
+@MAKES
+def test_a_link_that_was_cut_comes_back_and_everything_is_declared_anew(
+    makes: tuple[type[Side], type[Side]], sides: list[Side]
+) -> None:
+    ports = free_port(), free_port()
+    with relay(*ports) as between:
+        one = makes[0]('peer', listen=(f'tcp/127.0.0.1:{ports[1]}',))  # type: ignore[call-arg]
+        sides.append(one)
+        other = makes[1]('peer', connect=(f'tcp/127.0.0.1:{ports[0]}',))  # type: ignore[call-arg]
+        sides.append(other)
+        one.serve('q', b'')
+        messages, seen = one.subscribe('k'), other.watch('t/*')
+        former = one.token('t/1')
+        one.token('t/2')
+        assert sorted(seen.wait(2)) == [('t/1', b''), ('t/2', b'')]
+        between.cut()
+        assert sorted(seen.wait(4)[2:]) == [('t/1', None), ('t/2', None)]
+        former()
+        one.token('t/3')
+        between.mend()
+        assert sorted(seen.wait(6)[4:]) == [('t/2', b''), ('t/3', b'')]
+        wait_for(lambda: other.ask('q', b'x').wait() == [('q', b'x')], 'an answer')
+        other.put('k', b'y')
+        assert messages.wait(1) == [('k', b'y')]
+        for side in sides:
+            side.close()
+        sides.clear()
 
 
 @MAKES
