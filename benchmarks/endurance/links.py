@@ -40,10 +40,12 @@ def answer(part: str = 'stays') -> None:
     for number, context in enumerate(contexts):
         context.init()
         rclpy.create_node(f'endurance_{number}', context=context)
-    stage.obey({
-        'die': lambda: os.kill(os.getpid(), signal.SIGKILL),
-        'close': lambda: [context.shutdown() for context in contexts],
-    })  # fmt: skip
+
+    def close() -> None:
+        for context in contexts:
+            context.shutdown()
+
+    stage.obey({'die': lambda: os.kill(os.getpid(), signal.SIGKILL), 'close': close})
 
 
 def ask(count: int) -> Figures:

@@ -337,7 +337,12 @@ def test_who_waits_for_room_on_a_link_that_dies_goes_on(listener: Ours, warnings
     wait_for(lambda: listener.protocol.links, 'the link')
     (link,) = listener.protocol.links
     waiting = listener.session._links[link].waiting
-    writer = threading.Thread(target=lambda: [listener.put('a', bytes(QUEUE_LIMIT)) for _ in range(20)])
+
+    def write() -> None:
+        for _ in range(20):
+            listener.put('a', bytes(QUEUE_LIMIT))
+
+    writer = threading.Thread(target=write)
     writer.start()
     wait_for(lambda: waiting, 'a writer that waits')
     dies(stranger)
