@@ -93,6 +93,35 @@ def test_ctrl_c_ends_it_without_a_word(world: dict[str, str], begin: Begin) -> N
     assert call.output.splitlines() == ['waiting for service to become available...']
 
 
+LOST_INTERRUPT = """
+import os, signal, sys, time
+from goalwire.cli import main, nouns
+
+class Dying:
+    def __del__(self):
+        os.kill(os.getpid(), signal.SIGINT)
+        end = time.monotonic() + 20
+        while time.monotonic() < end:
+            pass
+
+def load(name, real=nouns.load):
+    Dying()  # as what dies during an import
+    return real(name)
+
+nouns.load = load
+sys.argv = ['ros2', 'version']
+sys.exit(main.main())
+"""
+
+
+@pytest.mark.skipif(os.name != 'posix', reason='signals of POSIX')
+def test_ctrl_c_during_an_import_is_not_lost(world: dict[str, str]) -> None:
+    done = subprocess.run(
+        [sys.executable, '-c', LOST_INTERRUPT], env=world, capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (130, '', '')
+
+
 def test_the_page_names_every_exit_code() -> None:
     page = DOCS / 'reference' / 'command-line.md'
     table = {name.strip('`'): int(code) for code, name, *_ in rows(page, 'code')}

@@ -10,11 +10,12 @@ from __future__ import annotations
 import argparse
 import os
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from threading import Condition
 from time import monotonic
 from typing import TYPE_CHECKING, Self
 
+from goalwire.cli.interrupts import raised
 from goalwire.cli.numbers import seconds
 from goalwire.cli.outcome import CommandError, Outcome
 
@@ -68,8 +69,7 @@ def discovered(
     """
     from goalwire.graph.graph import Graph
 
-    session = _open_session()
-    try:
+    with raised(), closing(_open_session()) as session:
         graph = Graph(
             session.id, compares_definitions=session.compares_definitions, enforces_qos=session.enforces_qos
         )
@@ -84,8 +84,6 @@ def discovered(
             if found is not None:  # what is not there is told after a second look: the others may be busy
                 changes.wait_for(found, max(wait, NOBODY_S if session.discovers_at_once else MISSING_S))
         yield graph
-    finally:
-        session.close()
 
 
 def _open_session() -> Session:

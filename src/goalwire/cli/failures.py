@@ -22,6 +22,16 @@ _OUTCOMES: tuple[tuple[type[Exception], Outcome], ...] = (
 )
 """The first that fits."""
 
+_NEXT: tuple[tuple[type[errors.CallError], str], ...] = (
+    (errors.NoServerError, 'see: ros2 {kind} list'),
+    (errors.DeadlineError, 'give it more time, see --help'),
+    (errors.ServerFailedError, "the server's log says why"),
+    (errors.ServerLostError, 'see: ros2 {kind} info {name}'),
+    (errors.ServerStuckError, 'see: ros2 {kind} info {name}'),
+    (errors.RefusedError, 'see: ros2 {kind} info {name}'),
+)
+"""What to do after a call or goal that did not end well."""
+
 
 def explained(error: Exception) -> tuple[Outcome, str]:
     """Return an error's outcome and its line."""
@@ -32,10 +42,20 @@ def explained(error: Exception) -> tuple[Outcome, str]:
     text = ' '.join(str(error).split()) or type(error).__name__
     for kind, outcome in _OUTCOMES:
         if isinstance(error, kind):
-            return outcome, text
+            return outcome, f'{text}{_next(error, text)}'
     if isinstance(error, errors.GoalwireError | OSError):
         return Outcome.FAILED, text
     return (
         Outcome.FAILED,
         f'a fault of goalwire itself: {type(error).__name__}: {text}; GOALWIRE_FULL_TRACEBACKS=1 shows where',
     )
+
+
+def _next(error: Exception, text: str) -> str:
+    """Return what to do next after a call; the library's own text names its service or action first."""
+    if isinstance(error, errors.CallError):
+        what = text.partition(' ')[0]
+        for kind, advice in _NEXT:
+            if isinstance(error, kind) and what in {'service', 'action'}:
+                return '; ' + advice.format(kind=what, name=error.name)
+    return ''

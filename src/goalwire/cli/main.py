@@ -7,6 +7,7 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from goalwire.cli.interrupts import end_at_once
 from goalwire.cli.outcome import CommandError, Outcome
 
 if TYPE_CHECKING:
@@ -20,6 +21,7 @@ FULL_TRACEBACKS = 'GOALWIRE_FULL_TRACEBACKS'
 
 def main() -> int:
     """Run the program's command line; the exit code of the process."""
+    end_at_once()
     _open_closed_streams()
     program = os.path.splitext(os.path.basename(sys.argv[0]))[0]
     if program not in {'ros2', 'goalwire'}:
@@ -85,7 +87,7 @@ def _noun_name(program: str, arguments: list[str]) -> tuple[str, list[str]]:
     from goalwire.cli.verbs import did_you_mean
 
     what = 'flag' if name.startswith('-') else 'command'
-    near = did_you_mean(name, list(NOUNS))
+    near = did_you_mean(name, ['--help', '--version'] if what == 'flag' else list(NOUNS))
     raise CommandError(
         Outcome.USAGE, f"{program}: there is no {what} '{name}'", f'{near} see: {program} --help'.lstrip()
     )

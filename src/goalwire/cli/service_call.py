@@ -15,7 +15,6 @@ from goalwire.cli.messages import as_dict
 from goalwire.cli.named import SERVICES
 from goalwire.cli.numbers import count, positive
 from goalwire.cli.outcome import Outcome
-from goalwire.cli.output import tell
 from goalwire.transport.contract import EndpointKind
 
 if TYPE_CHECKING:
@@ -71,7 +70,7 @@ class _Call:
         self.arguments = arguments
 
     async def perform(self, node: goalwire.Node, output: Output) -> Outcome:
-        client = await self._client(node)
+        client = await self._client(node, output)
         if self.arguments.repeat is not None:
             return await self._measure(client, output)
         while True:
@@ -81,7 +80,7 @@ class _Call:
                 return Outcome.OK
             await asyncio.sleep(max(0.0, began + 1.0 / self.arguments.rate - perf_counter()))
 
-    async def _client(self, node: goalwire.Node) -> goalwire.Client[Any, Any]:
+    async def _client(self, node: goalwire.Node, output: Output) -> goalwire.Client[Any, Any]:
         """Return a client whose server is there."""
         tell_types_ourselves()
         retry = goalwire.Retry(attempts=self.arguments.retry) if self.arguments.retry > 1 else None
@@ -90,7 +89,8 @@ class _Call:
             await client.wait_for_server(timeout=LOOK_S)
         except goalwire.NoServerError:
             refuse_other_type(self.name, self.type_name, types_there(node, EndpointKind.SERVICE, self.name))
-            tell('waiting for service to become available...')
+            if not output.json:
+                output.block('waiting for service to become available...')
             await client.wait_for_server(timeout=self.arguments.timeout or PATIENCE_S)
         return client
 
