@@ -125,12 +125,21 @@ def test_a_second_ctrl_c_leaves(ros2: CommandLine, begin: Begin) -> None:
     )
 
 
-def test_a_server_that_does_not_cancel_is_told(begin: Begin) -> None:
+def test_a_server_that_does_not_cancel_is_told(ros2: CommandLine, begin: Begin) -> None:
     goal = begin('action', 'send_goal', 'lab/fibonacci', 'order=2005')
     goal.expect('Goal accepted')
     goal.send_signal(signal.SIGINT)
     assert goal.wait() == 7
     assert 'the server does not cancel the goal, which goes on; see: ros2 action goals' in goal.output
+
+
+def test_a_server_that_says_nothing_to_a_cancel_request_is_told(ros2: CommandLine) -> None:
+    ended = ros2('action', 'send_goal', 'lab/fibonacci', 'order=4005', '--timeout', '1')
+    assert (ended.code, ended.lines[-1]) == (5, 'Canceling goal...')
+    assert ended.err == (
+        'ros2: the server has not said within 5 s that it cancels the goal, which may go on; '
+        'see: ros2 action goals /lab/fibonacci\n'
+    )
 
 
 def test_goals_are_listed_and_cancelled(ros2: CommandLine, begin: Begin) -> None:

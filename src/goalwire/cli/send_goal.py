@@ -21,6 +21,8 @@ from goalwire.transport.contract import EndpointKind
 if TYPE_CHECKING:
     from goalwire.cli.output import Output
 
+CANCEL_S = 30.0
+"""How long a server may take to say that it cancels a goal, after Ctrl-C; a second Ctrl-C does not wait."""
 _OUTCOMES = {'SUCCEEDED': Outcome.OK, 'ABORTED': Outcome.ABORTED, 'CANCELED': Outcome.CANCELED}
 
 
@@ -114,13 +116,9 @@ class _Goal:
         self._clear_bar()
         self._say('Canceling goal...')
         try:
-            accepted = await run.cancel(timeout=PATIENCE_S)
-            if not accepted:
-                raise CommandError(
-                    Outcome.REFUSED,
-                    'the server does not cancel the goal, which goes on',
-                    f'see: ros2 action goals {self._name}',
-                )
+            await self._ask_to_cancel(
+                run, PATIENCE_S if isinstance(why, goalwire.DeadlineError) else CANCEL_S
+            )
             outcome = await self._end(run)
         except asyncio.CancelledError:
             tell(f'left without waiting, the goal may go on; see: ros2 action goals {self._name}')
@@ -129,6 +127,19 @@ class _Goal:
         if isinstance(why, goalwire.DeadlineError):
             raise why
         return outcome
+
+    async def _ask_to_cancel(self, run: goalwire.Run[Any, Any], patience: float) -> None:
+        """Have the server agree; raises CommandError where it does not, or says nothing."""
+        see = f'see: ros2 action goals {self._name}'
+        try:
+            accepted = await run.cancel(timeout=patience)
+        except goalwire.DeadlineError:
+            problem = (
+                f'the server has not said within {patience:.0f} s that it cancels the goal, which may go on'
+            )
+            raise CommandError(Outcome.TIMEOUT, problem, see) from None
+        if not accepted:
+            raise CommandError(Outcome.REFUSED, 'the server does not cancel the goal, which goes on', see)
 
     async def _end(self, run: goalwire.Run[Any, Any]) -> Outcome:
         try:

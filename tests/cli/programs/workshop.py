@@ -53,6 +53,12 @@ def execute(goal_handle):
     return Fibonacci.Result(sequence=feedback.sequence)
 
 
+def answer_cancel(goal):
+    if goal.request.order == 4005:
+        sleep(30)
+    return CancelResponse.REJECT if goal.request.order == 2005 else CancelResponse.ACCEPT
+
+
 def main():
     rclpy.init()
     node = rclpy.create_node('workshop', namespace='/lab')
@@ -71,9 +77,7 @@ def main():
         execute,
         callback_group=group,
         goal_callback=lambda goal: GoalResponse.REJECT if goal.order < 0 else GoalResponse.ACCEPT,
-        cancel_callback=lambda goal: (
-            CancelResponse.REJECT if goal.request.order == 2005 else CancelResponse.ACCEPT
-        ),
+        cancel_callback=answer_cancel,
     )
     latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
     node.create_publisher(String, 'state', latched).publish(String(data='ready \x1b[31m'))
