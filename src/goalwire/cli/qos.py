@@ -3,15 +3,9 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
-from typing import TYPE_CHECKING
 
 import goalwire
 from goalwire.cli.numbers import length, seconds
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from goalwire.transport.contract import GraphEntity
 
 PROFILES = ('default', 'services_default', 'parameters', 'parameter_events', 'sensor_data', 'system_default')
 _RELIABILITY = ('system_default', 'reliable', 'best_effort', 'unknown', 'best_available')
@@ -68,21 +62,3 @@ def _profile(name: str) -> goalwire.QoS:
         'sensor_data': qos.SENSOR_DATA,
         'system_default': qos.SYSTEM_DEFAULT,
     }[name]
-
-
-def suiting(publishers: Sequence[GraphEntity], depth: int = 10) -> goalwire.QoS:
-    """Return a subscription's QoS that all of these publishers go together with.
-
-    As ROS 2's `topic echo` has it: reliable, and with history, where every publisher offers that.
-    """
-    reliable = bool(publishers) and all(each.qos.stated().is_reliable for each in publishers)
-    latched = bool(publishers) and all(each.qos.is_transient_local for each in publishers)
-    return goalwire.QoS(
-        depth=depth,
-        reliability=goalwire.ReliabilityPolicy.RELIABLE
-        if reliable
-        else goalwire.ReliabilityPolicy.BEST_EFFORT,
-        durability=goalwire.DurabilityPolicy.TRANSIENT_LOCAL
-        if latched
-        else goalwire.DurabilityPolicy.VOLATILE,
-    )

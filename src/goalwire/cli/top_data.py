@@ -22,7 +22,7 @@ from goalwire.cli.messages import as_dict
 from goalwire.cli.outcome import CommandError
 from goalwire.cli.output import json_text
 from goalwire.cli.progress import Progress, likely_field
-from goalwire.cli.qos import suiting
+from goalwire.rules.qos import suiting
 from goalwire.transport.contract import EndpointKind
 
 if TYPE_CHECKING:
@@ -350,7 +350,7 @@ class Echo:
         publishers = self._node.context.graph.entities(EndpointKind.PUBLISHER, name)
         try:
             subscription = self._node.subscription(
-                lookup.interface(type_name), name, qos=suiting(publishers, 1)
+                lookup.interface(type_name), name, qos=suiting([publisher.qos for publisher in publishers], 1)
             )
             try:
                 async for message in subscription:

@@ -10,7 +10,8 @@ from goalwire.cli import lookup
 from goalwire.cli.live import refuse_other_type
 from goalwire.cli.named import TOPICS
 from goalwire.cli.numbers import count
-from goalwire.cli.qos import chosen_qos, suiting
+from goalwire.cli.qos import chosen_qos
+from goalwire.rules.qos import suiting
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -53,7 +54,7 @@ def _publishers(arguments: Namespace, name: str) -> Sequence[Any]:
 
 
 def _qos(arguments: Namespace, publishers: Sequence[Any]) -> goalwire.QoS:
-    base = suiting(publishers, QUEUE)
+    base = suiting([publisher.qos for publisher in publishers], QUEUE)
     return chosen_qos(arguments, base) if hasattr(arguments, 'qos_profile') else base
 
 

@@ -12,6 +12,7 @@ import goalwire
 from goalwire.console.measuring import Rate
 from goalwire.console.types import interface
 from goalwire.errors import UnknownInterfaceError
+from goalwire.rules.qos import suiting
 
 HEAVY = frozenset(
     {
@@ -29,20 +30,8 @@ Listener = Callable[[Any, float], object]
 """Hears of each message, and of when it came: s since 1970."""
 
 
-def suiting(node: goalwire.Node, topic: str, depth: int) -> goalwire.QoS:
-    """Return a QoS that goes together with every publisher: reliable, and with history, where all are."""
-    publishers = node.graph.publishers(topic)
-    reliable = bool(publishers) and all(each.qos.stated().is_reliable for each in publishers)
-    latched = bool(publishers) and all(each.qos.is_transient_local for each in publishers)
-    return goalwire.QoS(
-        depth=depth,
-        reliability=goalwire.ReliabilityPolicy.RELIABLE
-        if reliable
-        else goalwire.ReliabilityPolicy.BEST_EFFORT,
-        durability=goalwire.DurabilityPolicy.TRANSIENT_LOCAL
-        if latched
-        else goalwire.DurabilityPolicy.VOLATILE,
-    )
+def _suiting(node: goalwire.Node, topic: str, depth: int) -> goalwire.QoS:
+    return suiting([publisher.qos for publisher in node.graph.publishers(topic)], depth)
 
 
 class Reader:
@@ -59,7 +48,7 @@ class Reader:
         self.count = 0
         self.listeners: list[Listener] = []
         self._subscription: goalwire.Subscription[Any] = node.subscription(
-            interface(type_name), topic, qos=qos or suiting(node, topic, _READ_DEPTH)
+            interface(type_name), topic, qos=qos or _suiting(node, topic, _READ_DEPTH)
         )
         self._task = asyncio.get_running_loop().create_task(self._follow())
 
@@ -168,7 +157,7 @@ class Topics:
             self.counts.pop(key[0], None)
         for topic, type_name in sorted(wanted - self._meters.keys()):
             with suppress(UnknownInterfaceError, goalwire.GoalwireError):
-                qos = suiting(self._node, topic, 1)
+                qos = _suiting(self._node, topic, 1)
                 self._meters[topic, type_name] = (
                     self._node.subscription(interface(type_name), topic, qos=qos, raw=True),
                     Rate(),

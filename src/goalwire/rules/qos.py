@@ -6,9 +6,12 @@ Numbers are those of rmw/types.h (rmw_qos_*_policy_e); durations are nanoseconds
 from __future__ import annotations
 
 from enum import IntEnum
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 from goalwire.records import record, replace
+
+if TYPE_CHECKING:
+    from collections.abc import Collection
 
 UNSPECIFIED_NS = 0
 """A duration left to the middleware (RMW_DURATION_UNSPECIFIED)."""
@@ -171,3 +174,17 @@ BEST_AVAILABLE = QoS(
     liveliness=LivelinessPolicy.BEST_AVAILABLE,
     lease_ns=BEST_AVAILABLE_NS,
 )
+
+
+def suiting(offered: Collection[QoS], depth: int) -> QoS:
+    """Return a subscription's QoS that goes together with publishers that offer these.
+
+    As ROS 2's `topic echo` has it: reliable, and with history, where there are any and each offers that.
+    """
+    reliable = bool(offered) and all(each.stated().is_reliable for each in offered)
+    latched = bool(offered) and all(each.is_transient_local for each in offered)
+    return QoS(
+        depth=depth,
+        reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
+    )
