@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from typing import TypeAlias
 
 import pytest
-from helpers.isolation import claim_slot, isolated_env, log_directory
+from helpers.isolation import claim_slot, isolated_env, keep_bytecode, log_directory
 from helpers.leaks import Inventory
 from helpers.wires import DDS, TRANSPORTS, require_wire
 
@@ -21,6 +21,7 @@ from goalwire.transport.contract import Session, SessionOptions
 OpenSession: TypeAlias = Callable[[], Session]
 
 os.environ['ROS_LOG_DIR'] = str(log_directory())  # never the home of who runs the tests
+keep_bytecode()
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     # A shell's background jobs are deaf to Ctrl-C, and so would be the programs that tests start.

@@ -7,7 +7,7 @@ from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
-from helpers.command_line import Begin, CommandLine, executable, with_bytecode
+from helpers.command_line import Begin, CommandLine, executable
 from helpers.isolation import isolated_env
 from helpers.processes import Program
 from helpers.programs import Start, programs_in
@@ -53,7 +53,7 @@ def begin(world: dict[str, str]) -> Iterator[Begin]:
     with ExitStack() as stack:
 
         def begin(*arguments: str, program: str = 'ros2', **variables: str) -> Program:
-            command = Program(executable(program), *arguments, env={**with_bytecode(world), **variables})
+            command = Program(executable(program), *arguments, env={**world, **variables})
             return stack.enter_context(command)
 
         yield begin

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from helpers.command_line import executable, with_bytecode
+from helpers.command_line import executable
 from helpers.processes import Program
 
 if sys.platform == 'win32':
@@ -50,7 +50,7 @@ def prompt(shell: str, env: dict[str, str], home: Path) -> Iterator[Screen]:
     if path is None:
         pytest.skip(f'there is no {shell} here')
     options, read = SHELLS[shell]
-    env = with_bytecode(env) | {
+    env = env | {
         'PATH': f'{executable().parent}:{env["PATH"]}',
         'HOME': str(home),
         'XDG_CONFIG_HOME': str(home),

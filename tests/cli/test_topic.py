@@ -8,7 +8,7 @@ import signal
 import subprocess
 
 import pytest
-from helpers.command_line import Begin, CommandLine, executable, with_bytecode
+from helpers.command_line import Begin, CommandLine, executable
 from helpers.processes import Program
 from std_msgs.msg import Int32MultiArray, MultiArrayDimension, MultiArrayLayout
 
@@ -136,7 +136,7 @@ def test_hz_bw_and_delay_tell_what_comes(begin: Begin, sensor: Program) -> None:
 def test_whoever_reads_may_leave(world: dict[str, str], sensor: Program, command: list[str]) -> None:
     with subprocess.Popen(
         [executable(), 'topic', *command],
-        env=with_bytecode(world),
+        env=world,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,

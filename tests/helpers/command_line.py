@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
 
-from helpers.isolation import log_directory
 from helpers.processes import Program
 
 Begin: TypeAlias = Callable[..., Program]
@@ -37,12 +36,6 @@ class Ended:
         return self.out.splitlines()
 
 
-def with_bytecode(env: Mapping[str, str]) -> dict[str, str]:
-    """Return an environment in which modules are compiled once in a test run, not by each command."""
-    kept = {name: value for name, value in env.items() if name != 'PYTHONDONTWRITEBYTECODE'}
-    return {**kept, 'PYTHONPYCACHEPREFIX': str(log_directory() / 'bytecode')}
-
-
 @dataclass(frozen=True)
 class CommandLine:
     """`ros2` in a world."""
@@ -59,7 +52,7 @@ class CommandLine:
         """Run a command to its end."""
         done = subprocess.run(
             [executable(program), *arguments],
-            env={**with_bytecode(self.env), 'PYTHONIOENCODING': 'utf-8', **variables},
+            env={**self.env, 'PYTHONIOENCODING': 'utf-8', **variables},
             input=stdin,
             capture_output=True,
             text=True,

@@ -8,7 +8,7 @@ import sys
 import textwrap
 from pathlib import Path
 
-from helpers.isolation import WHOSE_SESSIONS, log_directory
+from helpers.isolation import BYTECODE, WHOSE_SESSIONS, log_directory
 
 _OURS = ('GOALWIRE_', 'AMENT_', 'PYTHON', 'ROS_')
 
@@ -20,7 +20,9 @@ def clean_environment(**variables: str) -> dict[str, str]:
         for name, value in os.environ.items()
         if not name.startswith(_OURS) or name == WHOSE_SESSIONS
     }
-    return {**inherited, 'PYTHONDONTWRITEBYTECODE': '1', 'ROS_LOG_DIR': str(log_directory()), **variables}
+    if BYTECODE in os.environ:
+        inherited[BYTECODE] = os.environ[BYTECODE]
+    return {**inherited, 'ROS_LOG_DIR': str(log_directory()), **variables}
 
 
 def run_python(

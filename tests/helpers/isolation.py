@@ -27,6 +27,9 @@ _OTHERS = ('AMENT_', 'COLCON_', 'CYCLONEDDS_', 'FASTRTPS_', 'GOALWIRE_', 'RCUTIL
 WHOSE_SESSIONS = 'GOALWIRE_ZENOH'
 """Says which Zenoh sessions the tests and the programs that they start open; nothing hides it from them."""
 
+BYTECODE = 'PYTHONPYCACHEPREFIX'
+"""Says where Python keeps compiled modules."""
+
 NETWORK = os.environ.get('GOALWIRE_TEST_NETWORK', 'rmw_zenoh_cpp')
 """The wire of tests with several processes that are not about a wire."""
 
@@ -81,6 +84,16 @@ def log_directory() -> Path:
     directory = Path(tempfile.mkdtemp(prefix='goalwire-tests-'))
     atexit.register(shutil.rmtree, directory, ignore_errors=True)
     return directory
+
+
+def keep_bytecode() -> None:
+    """Have the programs that tests start compile each module once in a test run, not each of them again.
+
+    To compile goalwire takes longer than all the rest of a start. The byte code is apart from the sources
+    and goes with the run. pytest's workers inherit the folder from the process that started them.
+    """
+    os.environ.pop('PYTHONDONTWRITEBYTECODE', None)
+    os.environ.setdefault(BYTECODE, str(log_directory() / 'bytecode'))
 
 
 def isolated_env(transport: str, log_dir: Path | None = None) -> dict[str, str]:

@@ -15,7 +15,7 @@ from time import monotonic
 from typing import Any
 
 import pytest
-from helpers.command_line import PATIENCE_S, executable, with_bytecode
+from helpers.command_line import PATIENCE_S, executable
 
 if sys.platform == 'win32':
     pytest.skip('terminals of POSIX', allow_module_level=True)
@@ -126,7 +126,7 @@ def screen(
         process = subprocess.Popen(
             [program or executable(), *arguments],
             env={
-                **with_bytecode(env),
+                **env,
                 'TERM': 'xterm',
                 'LINES': str(lines),
                 'COLUMNS': str(columns),
