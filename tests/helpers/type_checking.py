@@ -10,6 +10,7 @@ import textwrap
 from pathlib import Path
 
 from helpers.fresh import clean_environment
+from helpers.isolation import log_directory
 from helpers.packages import write_files
 
 
@@ -17,8 +18,9 @@ def type_errors(program: str, folder: Path, *, typings: Path | None = None) -> l
     """What mypy --strict objects to: line and code of each error, none for a well-typed program."""
     write_files(folder, {'program.py': textwrap.dedent(program)})
     environment = clean_environment(**({'MYPYPATH': str(typings)} if typings else {}))
+    cache = log_directory() / 'mypy'  # what one program imports need not be read again for the next
     done = subprocess.run(
-        [sys.executable, '-m', 'mypy', '--strict', '--no-incremental', '--config-file=', 'program.py'],
+        [sys.executable, '-m', 'mypy', '--strict', f'--cache-dir={cache}', '--config-file=', 'program.py'],
         cwd=folder, env=environment, capture_output=True, text=True, timeout=50, check=False,
     )  # fmt: skip
     assert done.stderr == ''

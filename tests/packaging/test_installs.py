@@ -24,34 +24,26 @@ FIRST_LINE = (
 JOINT = {'srv/GetJointState.srv': 'string joint_name\n---\nfloat64 position\n'}
 
 
-@pytest.fixture(params=['wheel', 'editable_wheel'])
-def installed(request: pytest.FixtureRequest, new_environment: Callable[[], Environment]) -> Environment:
-    """An environment with nothing but goalwire itself."""
-    environment = new_environment()
-    done = environment.install('--no-deps', str(request.getfixturevalue(request.param)))
+FROM_NO_WORKSPACE = """\
+    import importlib.util, os, sys
+    from std_msgs.msg import String
+    print(String(data="hello"))
+    print(sys.path[-1] == os.path.dirname(os.path.dirname(importlib.util.find_spec('rclpy').origin)))
+"""
+
+
+@pytest.mark.parametrize('kind', ['wheel', 'editable_wheel'])
+def test_interfaces_are_a_programs_first_lines_and_the_overlay_comes_last_in_the_path(
+    request: pytest.FixtureRequest, new_environment: Callable[[], Environment], tmp_path: Path, kind: str
+) -> None:
+    installed = new_environment()
+    done = installed.install('--no-deps', '--no-compile', str(request.getfixturevalue(kind)))
     assert done.returncode == 0, done.stderr
-    return environment
-
-
-def test_an_interface_is_a_programs_first_line(installed: Environment, tmp_path: Path) -> None:
     write_package(tmp_path / 'ws' / 'src' / 'interfaces', 'humanoid_interfaces', JOINT)
     shown = output_of(FIRST_LINE, cwd=tmp_path / 'ws', python=installed.python)
     assert shown == "humanoid_interfaces.srv.GetJointState_Request(joint_name='elbow')"
-
-
-def test_the_shipped_packages_need_no_workspace(installed: Environment, tmp_path: Path) -> None:
-    program = 'from std_msgs.msg import String; print(String(data="hello"))'
-    assert output_of(program, cwd=tmp_path, python=installed.python) == "std_msgs.msg.String(data='hello')"
-
-
-def test_the_overlay_is_the_last_entry_of_the_path_and_holds_rclpy(
-    installed: Environment, tmp_path: Path
-) -> None:
-    program = """\
-        import importlib.util, os, sys
-        print(sys.path[-1] == os.path.dirname(os.path.dirname(importlib.util.find_spec('rclpy').origin)))
-    """
-    assert output_of(program, cwd=tmp_path, python=installed.python) == 'True'
+    shown = output_of(FROM_NO_WORKSPACE, cwd=tmp_path, python=installed.python)
+    assert shown.splitlines() == ["std_msgs.msg.String(data='hello')", 'True']
 
 
 def test_the_wheel_requires_what_the_library_imports_and_nothing_else(wheel: Path) -> None:
