@@ -38,7 +38,10 @@ class Outcome(IntEnum):
 
 
 class CommandError(Exception):
-    """Ends a command: `problem` says what is wrong, `advice` what to do next; both go on one line."""
+    """Ends a command: `problem` says what is wrong, `advice` what to do next; both go on one line.
+
+    It becomes that line and the command's exit code; no program sees it.
+    """
 
     def __init__(self, outcome: Outcome, problem: str, advice: str = '') -> None:
         super().__init__(f'{problem}; {advice}' if advice else problem)

@@ -42,7 +42,7 @@ _HEADERS = [
 
 
 class TooLargeError(Exception):
-    """A request's body is larger than MOST_BYTES."""
+    """A request's body is larger than MOST_BYTES: it is answered with 413."""
 
 
 class Guard:

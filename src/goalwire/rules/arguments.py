@@ -23,11 +23,14 @@ _LONGEST_SHOWN = 500  # characters of an argument that an error shows
 
 
 class ArgumentError(LocalError, ValueError):
-    """ROS arguments that cannot be read; the text is ROS 2's own."""
+    """ROS arguments that cannot be read; the text is ROS 2's own.
+
+    Programs get RCLError or RCLInvalidROSArgsError.
+    """
 
 
 class UnknownArguments(ArgumentError):
-    """ROS arguments that ROS 2 does not know: `arguments`."""
+    """ROS arguments that ROS 2 does not know: `arguments`. Programs get UnknownROSArgsError."""
 
     def __init__(self, arguments: Sequence[str]) -> None:
         self.arguments = tuple(arguments)

@@ -36,7 +36,10 @@ class Lexeme(IntEnum):
 
 
 class RuleSyntaxError(LocalError, ValueError):
-    """A rule given on the command line that ROS 2 cannot read; the text is ROS 2's own."""
+    """A rule given on the command line that ROS 2 cannot read; the text is ROS 2's own.
+
+    Programs get an error of arguments or of a parameter file that quotes it.
+    """
 
 
 # The first alternative that matches wins; a token has no two underscores in a row.

@@ -38,7 +38,10 @@ Fault = tuple[str, int]
 
 
 class InvalidName(LocalError, ValueError):
-    """A name that ROS 2 forbids: `kind` and `name`, the `reason` in its words, the `index` of the fault."""
+    """A name that ROS 2 forbids: `kind` and `name`, the `reason` in its words, the `index` of the fault.
+
+    Programs get what rclpy raises instead: a NameValidationException, or TopicExpansionError.
+    """
 
     def __init__(self, kind: str, name: str, reason: str, index: int) -> None:
         self.kind = kind
@@ -49,7 +52,7 @@ class InvalidName(LocalError, ValueError):
 
 
 class UnknownSubstitution(InvalidName):
-    """A `{substitution}` that ROS 2 does not know, in a name that is well formed."""
+    """A `{substitution}` that ROS 2 does not know, in a name. Programs get TopicExpansionError."""
 
 
 def validate_node_name(name: str) -> None:

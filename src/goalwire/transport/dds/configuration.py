@@ -155,7 +155,7 @@ _Answer = tuple[str, list[str]]
 
 
 class Unusable(ValueError):
-    """A peer that no packet can be sent to; the text says why."""
+    """A peer that no packet can be sent to; the text says why. It becomes a warning or a TransportError."""
 
 
 def loopback(ipv6: bool) -> str:

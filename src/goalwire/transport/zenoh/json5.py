@@ -32,7 +32,7 @@ _END = ''
 
 
 class Json5Error(Exception):
-    """A text that is not JSON5; says where, and what is wrong."""
+    """A text that is not JSON5; says where, and what is wrong. It becomes a TransportError or a warning."""
 
 
 class Document(NamedTuple):

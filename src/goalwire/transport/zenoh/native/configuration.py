@@ -27,7 +27,7 @@ _WITH_PEERS = (['router', 'peer'], ['peer', 'router'], ['peer'])
 
 
 class BeyondOursError(Exception):
-    """A configuration asks for what sessions of ours do not do."""
+    """A configuration asks for what sessions of ours do not do: eclipse-zenoh is used then."""
 
 
 _At: TypeAlias = Callable[[str], Json]

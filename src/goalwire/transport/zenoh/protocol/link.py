@@ -117,7 +117,7 @@ _PRIORITY = PRIORITY_EXTENSION & EXTENSION
 
 
 class ClosedByPeerError(RemoteError):
-    """The other side said CLOSE."""
+    """The other side said CLOSE: the link ends, and no program sees this."""
 
 
 class Receivers(NamedTuple):

@@ -38,7 +38,7 @@ GENERIC, UNSUPPORTED, INVALID, MAX_SESSIONS, MAX_LINKS, EXPIRED, UNRESPONSIVE, T
 
 
 class ZenohProtocolError(RemoteError):
-    """The other side of a link broke Zenoh's protocol; the link is closed with `reason`."""
+    """The other side of a link broke Zenoh's protocol, and the link is closed with `reason`."""
 
     def __init__(self, message: str, reason: int = INVALID) -> None:
         super().__init__(message)
