@@ -14,7 +14,7 @@ import pytest
 from action_msgs.msg import GoalStatusArray
 from example_interfaces.action import Fibonacci
 from helpers.collector import Collector
-from helpers.loops import LOOPS, Play, run
+from helpers.loops import LOOPS, Play, run, turns
 from helpers.processes import Program
 from helpers.spinning import Spinner
 from rclpy.action import ActionServer
@@ -260,7 +260,7 @@ def test_a_goal_is_cancelled_from_within_and_its_handler_may_send_a_last_result(
             try:
                 await asyncio.Event().wait()
             except asyncio.CancelledError:
-                await asyncio.sleep(0.001)
+                await turns()
             return Fibonacci.Result(sequence=[1, 2])
 
         began = asyncio.Event()
@@ -382,7 +382,7 @@ def test_a_task_that_is_cancelled_before_its_goal_is_accepted_cancels_it_when_it
             entering = asyncio.create_task(run_.__aenter__())
             await asked.wait()
             entering.cancel()
-            await asyncio.sleep(0.001)
+            await turns()
             assert not entering.done()
             decided.set()
             with pytest.raises(asyncio.CancelledError):

@@ -51,7 +51,10 @@ def test_the_nearest_default_counts(play: Play, clock: VirtualClock, monkeypatch
     play(scenario)
 
 
-def test_a_default_of_the_node_is_for_the_acceptance_of_goals_not_for_their_results(play: Play) -> None:
+@ON_MEMORY
+def test_a_default_of_the_node_is_for_the_acceptance_of_goals_not_for_their_results(
+    play: Play, clock: VirtualClock
+) -> None:
     async def move(_: goalwire.Goal[Fibonacci.Goal, Fibonacci.Feedback]) -> Fibonacci.Result:
         await asyncio.sleep(0.2)
         return Fibonacci.Result(sequence=[1])

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from helpers.fresh import output_of
-from helpers.loops import LOOPS, Play, run
+from helpers.loops import LOOPS, Play, run, turns
 from helpers.spinning import Spinner
 from rcl_interfaces.srv import GetParameters
 from rclpy.context import Context
@@ -145,7 +145,7 @@ def test_leaving_the_block_cancels_handlers_and_waits_for_their_cleaning_up(
             try:
                 await asyncio.Event().wait()
             finally:
-                await asyncio.sleep(0.001)
+                await turns()
                 ended.append('handler')
             return Trigger.Response()
 
@@ -195,7 +195,7 @@ def test_shutdown_of_the_context_ends_what_waits(play: Play, context: Context) -
         async with goalwire.Node('node', context=context) as node:
             client = node.client(SetBool, 'nobody')
             waits = [asyncio.create_task(client.call()), asyncio.create_task(client.wait_for_server())]
-            await asyncio.sleep(0.001)
+            await turns()  # both wait
             await asyncio.to_thread(context.shutdown)
             for wait in waits:
                 with pytest.raises(ShutDownError, match='nobody'):

@@ -7,7 +7,7 @@ from collections.abc import Awaitable, Callable
 
 import pytest
 from helpers.collector import Collector
-from helpers.loops import Play
+from helpers.loops import Play, turns
 from std_srvs.srv import SetBool, Trigger
 
 import goalwire
@@ -55,7 +55,7 @@ def test_a_call_waits_for_a_server_that_comes_later(play: Play) -> None:
     async def scenario() -> None:
         async with goalwire.Node('hand') as hand:
             calling = asyncio.create_task(hand.client(SetBool, 'switch').call(data=True, timeout=5.0))
-            await asyncio.sleep(0.01)
+            await turns()  # it has found no server
             async with goalwire.Node('lamp') as lamp:
                 lamp.service(SetBool, 'switch', switch)
                 assert (await calling).success

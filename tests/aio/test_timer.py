@@ -20,7 +20,7 @@ def test_a_timer_ticks_in_phase_and_what_was_missed_is_one_tick(play: Play) -> N
             timer = node.timer(0.01)
             first = await anext(timer)
             assert first.nanoseconds - start >= 10_000_000
-            await asyncio.sleep(0.05)
+            await asyncio.sleep(0.05)  # misses some
             late = await anext(timer)
             assert late.nanoseconds - start >= 20_000_000
             assert (await anext(timer)).nanoseconds > late.nanoseconds

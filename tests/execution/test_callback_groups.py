@@ -96,9 +96,12 @@ def test_an_exclusive_group_is_held_across_await(executor: Executor, node: Small
     done = threading.Event()
     group = MutuallyExclusiveCallbackGroup()
 
+    elsewhere = threading.Event()
+
     async def slow() -> None:
         order.append('slow begins')
-        await asyncio.sleep(0.03)
+        while not elsewhere.is_set():  # noqa: ASYNC110 - what was triggered after `quick` has run
+            await asyncio.sleep(0)
         order.append('slow ends')
 
     def quick() -> None:
@@ -106,6 +109,7 @@ def test_an_exclusive_group_is_held_across_await(executor: Executor, node: Small
         done.set()
 
     guards = [GuardCondition(callback, group, work_queue=node.work_queue) for callback in (slow, quick)]
+    guards.append(GuardCondition(elsewhere.set, ReentrantCallbackGroup(), work_queue=node.work_queue))
     with Spinning(executor):
         for guard in guards:
             guard.trigger()
@@ -128,7 +132,7 @@ def test_a_callback_that_blocks_holds_up_nobody_but_its_group(
     slept = threading.Event()
 
     async def sleeps() -> None:
-        await asyncio.sleep(0.01)
+        await asyncio.sleep(0.01)  # somebody has to wake it, while all threads are blocked
         slept.set()
 
     shared = ReentrantCallbackGroup()
@@ -240,7 +244,8 @@ def test_a_group_of_the_programs_own_makes_the_rule(executor: Executor, node: Sm
     for number in range(6):
 
         async def callback(number: int = number) -> None:
-            await asyncio.sleep(0.002)
+            while group.most < 2:  # noqa: ASYNC110 - two run beside each other
+                await asyncio.sleep(0)
             ran(number)
 
         guards.append(GuardCondition(callback, group, work_queue=node.work_queue))

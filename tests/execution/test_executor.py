@@ -122,7 +122,7 @@ def test_spin_until_future_complete_ends_in_time_however_much_there_is_to_do(
     executor.add_node(node)
 
     def go_on() -> None:
-        time.sleep(0.001)
+        time.sleep(0.001)  # a callback that takes its time
         guard.trigger()
 
     guard = GuardCondition(go_on, ReentrantCallbackGroup(), work_queue=node.work_queue)

@@ -6,7 +6,7 @@ import threading
 from collections.abc import Iterator
 
 import pytest
-from helpers.patience import PATIENCE
+from helpers.patience import PATIENCE, wait_for
 
 from goalwire.execution.fd_selector import FdSelector
 from goalwire.execution.waiting import ShutdownSignal, WireWaiter
@@ -94,12 +94,10 @@ def test_a_sleeper_that_found_the_selector_taken_is_told_when_it_is_free(pipe: P
     first, second = WireWaiter(ShutdownSignal(), fd_selector), WireWaiter(ShutdownSignal(), fd_selector)
     watching = threading.Thread(target=first.wait, args=(LONG,))
     watching.start()
-    while not fd_selector._turn.locked():
-        told.wait(0.001)
+    wait_for(fd_selector._turn.locked)
     sleeping = threading.Thread(target=second.wait, args=(LONG,))
     sleeping.start()
-    while not fd_selector.wanted:
-        told.wait(0.001)
+    wait_for(lambda: fd_selector.wanted)
     first.wake()
     assert told.wait(PATIENCE)
     second.wake()
@@ -115,8 +113,7 @@ def test_closing_sends_the_watching_thread_off_and_arms_nothing_more(
     waiter = WireWaiter(ShutdownSignal(), fd_selector)
     watching = threading.Thread(target=waiter.wait, args=(LONG,))
     watching.start()
-    while not fd_selector._turn.locked():
-        watching.join(0.001)
+    wait_for(fd_selector._turn.locked)
     fd_selector.close()
     watching.join(PATIENCE)
     assert not watching.is_alive()

@@ -163,7 +163,7 @@ def test_its_deadline_ends_the_spin_whatever_waits(single: SingleThreadedExecuto
     def take(number: int) -> None:
         got.append(number)
         future.set_result(None)
-        assert not threading.Event().wait(0.02)
+        assert not threading.Event().wait(0.02)  # two of these take longer than the spin may
 
     event_queue: EventQueue[int] = EventQueue(node.work_queue, None, take)
     single.add_node(node)

@@ -80,7 +80,7 @@ def test_a_lent_group_is_taken_back_before_the_callback_goes_on(executor: Execut
 
     async def long_callback() -> None:
         answer.set_result(1)
-        await asyncio.sleep(0.02)
+        await asyncio.sleep(0.02)  # the lender could go on meanwhile
         order.append('callback of the lent group ends')
 
     server = GuardCondition(long_callback, group, work_queue=node.work_queue)

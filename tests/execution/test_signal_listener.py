@@ -32,7 +32,7 @@ def when_it_leads(act):
     def watch():
         while not (LISTENING and LISTENING[0].wire_poller is not None):
             time.sleep(0.001)
-        time.sleep(0.02)
+        time.sleep(0.02)  # nothing tells that it is in there
         act()
     threading.Thread(target=watch).start()
 

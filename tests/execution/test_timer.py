@@ -309,7 +309,7 @@ def test_a_coroutine_timer_ticks_under_both_executors(executor: Executor, node: 
 
     async def tick() -> None:
         nonlocal count
-        await asyncio.sleep(0.001)
+        await asyncio.sleep(0.001)  # half a period
         count += 1
         if count == 10:
             enough.set()

@@ -39,6 +39,15 @@ def run(coroutine: Coroutine[Any, Any, T], loop: str = 'asyncio') -> T:
         return runner.run(bounded())
 
 
+async def turns(number: int = 20) -> None:
+    """Let the loop turn: what was handed to it before has run then, and what that handed on.
+
+    It needs no time to pass.
+    """
+    for _ in range(number):
+        await asyncio.sleep(0)
+
+
 for _name in LOOPS[1:]:
     # libuv makes a pipe with the first loop of a process and keeps it: no test is to be blamed for that.
     import_module(_name).new_event_loop().close()

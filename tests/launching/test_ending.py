@@ -68,7 +68,7 @@ def test_more_ctrl_c_hurry_it(launch: Launch) -> None:
         twins.program.send_signal(signal.SIGINT)
         twins.program.expect('user interrupted')
         twins.program.send_signal(signal.SIGINT)  # at once: some wrapper passes on the same Ctrl-C
-        time.sleep(0.6)
+        time.sleep(0.6)  # signals within half a second count as one
         twins.program.send_signal(signal.SIGINT)
         twins.program.expect(r"\(SIGINT\) again, sending 'SIGTERM' to what is left")
         output = twins.ended()

@@ -22,6 +22,25 @@ class Thing:
         self.gid = gid
 
 
+class WatchedLock:
+    """A lock of an endpoint that tells when somebody has to wait for it."""
+
+    def __init__(self) -> None:
+        self._lock = threading.RLock()
+        self.waited_for = threading.Event()
+
+    def acquire(self, timeout: float) -> bool:
+        """Take it; the event is set before a wait."""
+        if self._lock.acquire(blocking=False):
+            return True
+        self.waited_for.set()
+        return self._lock.acquire(timeout=timeout)
+
+    def release(self) -> None:
+        """Give it back."""
+        self._lock.release()
+
+
 def family() -> tuple[EndpointState, Children]:
     """Return a parent whose children close with it."""
     state = EndpointState('home', ForkGuard())
@@ -77,10 +96,12 @@ def test_a_second_close_returns_after_the_first_has_ended() -> None:
     state = EndpointState('a thing', ForkGuard())
     state.undo.append(leave)
     threads = [threading.Thread(target=state.close), threading.Thread(target=close_too)]
+    turn = state._turn = WatchedLock()  # type: ignore[assignment]
     threads[0].start()
     assert begun.wait(PATIENCE)
     threads[1].start()
-    assert not second_is_back.wait(0.1)
+    assert turn.waited_for.wait(PATIENCE)
+    assert not second_is_back.is_set()
     may_end.set()
     assert second_is_back.wait(PATIENCE)
     for thread in threads:
@@ -168,10 +189,12 @@ def test_who_closes_the_parent_waits_for_a_child_that_is_just_closing() -> None:
 
     thing = opened(children, b'slow', leave)
     threads = [threading.Thread(target=thing.state.close), threading.Thread(target=close_parent)]
+    turn = thing.state._turn = WatchedLock()  # type: ignore[assignment]
     threads[0].start()
     assert begun.wait(PATIENCE)
     threads[1].start()
-    assert not parent_is_closed.wait(0.1)
+    assert turn.waited_for.wait(PATIENCE)
+    assert not parent_is_closed.is_set()
     may_end.set()
     assert parent_is_closed.wait(PATIENCE)
     for thread in threads:

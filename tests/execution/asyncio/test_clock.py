@@ -6,7 +6,7 @@ import asyncio
 import threading
 
 import pytest
-from helpers.loops import LOOPS, run
+from helpers.loops import LOOPS, run, turns
 
 from goalwire.errors import DestroyedError, ROSInterruptException, TimeSourceChangedError
 from goalwire.execution.asyncio.clock import AsyncClock
@@ -65,7 +65,7 @@ def test_a_jump_of_simulated_time_ends_the_sleeps_whose_end_it_passes() -> None:
         clock = _simulated(10)
         short, long = await _asleep(clock, 1.0), await _asleep(clock, 5.0)
         clock.set_ros_time_override(_at(10.9))
-        await asyncio.sleep(0.01)
+        await turns()
         assert not short.done()
         thread = threading.Thread(target=clock.set_ros_time_override, args=(_at(11),))
         thread.start()

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 from helpers.execution import SmallContext, SmallNode
-from helpers.loops import LOOPS, run
+from helpers.loops import LOOPS, run, turns
 
 from goalwire.execution.asyncio.executor import CallbackTasks, SharedLoop
 from goalwire.execution.callback_groups import (
@@ -127,7 +127,7 @@ def test_what_came_before_the_block_is_run_in_it_and_nothing_after_it(world: Wor
             assert world.seen == []
             await world.expect(1)
         event_queue.deliver('after')
-        await asyncio.sleep(0.01)
+        await turns()
         assert world.seen == ['before']
         assert not world.node.work_queue.attached
 
@@ -152,7 +152,7 @@ def test_other_tasks_of_the_loop_have_their_turns_during_a_flood(world: World) -
 def test_a_coroutine_of_an_exclusive_group_holds_it_while_it_awaits(world: World) -> None:
     async def handle(event: int) -> None:
         world.see(('begin', event))
-        await asyncio.sleep(0.002)
+        await turns()
         world.see(('end', event))
 
     async def scenario() -> None:
@@ -242,7 +242,7 @@ def test_a_timer_that_is_set_earlier_while_the_loop_sleeps_rings_in_time(world: 
     async def scenario() -> None:
         late = world.timer(60_000, bool)
         async with world.host:
-            await asyncio.sleep(0.001)
+            await turns()  # the host has found nothing to do
             soon = await asyncio.to_thread(world.timer, 1, lambda: world.see('soon'))
             await world.expect(1)
             soon.destroy()
@@ -255,7 +255,7 @@ def test_an_async_timer_callback_that_is_late_is_called_once_for_what_it_missed(
     async def scenario() -> None:
         async def callback() -> None:
             world.see(STEADY.now())
-            await asyncio.sleep(0.025)
+            await asyncio.sleep(0.025)  # two and a half periods
 
         timer = world.timer(10, callback)
         async with world.host:
@@ -332,7 +332,7 @@ def test_no_callback_runs_once_one_has_failed(world: World) -> None:
     async def scenario(handle: Callable[[Any], object]) -> None:
         world = World()
         event_queue = world.event_queue(handle)
-        world.timer(0.5, tick)
+        timer = world.timer(0.5, tick)
         try:
             async with world.host:
                 event_queue.deliver('boom')
@@ -340,7 +340,9 @@ def test_no_callback_runs_once_one_has_failed(world: World) -> None:
                     await asyncio.Event().wait()
                 finally:
                     before = ticks
-                    await asyncio.sleep(0.01)
+                    while not timer.is_ready():  # noqa: ASYNC110 - nothing tells that it is due
+                        await asyncio.sleep(0)
+                    await turns()
                     assert ticks == before
         finally:
             assert not world.context.shutdown_signal._watchers
@@ -352,7 +354,10 @@ def test_no_callback_runs_once_one_has_failed(world: World) -> None:
 
 
 def test_errors_while_callbacks_clean_up_are_in_the_group_too(world: World) -> None:
+    begun = asyncio.Event()
+
     async def unclean(_: object) -> None:
+        begun.set()
         try:
             await asyncio.Event().wait()
         finally:
@@ -362,7 +367,7 @@ def test_errors_while_callbacks_clean_up_are_in_the_group_too(world: World) -> N
         event_queue = world.event_queue(unclean)
         event_queue.deliver(1)
         async with world.host:
-            await asyncio.sleep(0.001)
+            await begun.wait()
             raise ValueError('body')
 
     with pytest.raises(ExceptionGroup) as raised:
@@ -393,7 +398,7 @@ def test_leaving_the_block_cancels_callbacks_and_waits_for_their_cleaning_up(wor
         try:
             await asyncio.Event().wait()
         finally:
-            await asyncio.sleep(0.005)
+            await turns()
             world.see('cleaned up')
 
     async def scenario() -> None:
@@ -441,7 +446,7 @@ def test_the_end_of_the_context_ends_the_wait_and_runs_nothing_more(world: World
             await world.host.wait()
             thread.join()
             event_queue.deliver(1)
-            await asyncio.sleep(0.005)
+            await turns()
         assert world.seen == []
 
     run(scenario(), loop)

@@ -15,6 +15,7 @@ from functools import partial
 from pathlib import Path
 
 import pytest
+from helpers.patience import wait_for
 from helpers.processes import Program
 from helpers.robot import humanoid
 from humanoid.driver.board import MotorBoard, serve
@@ -88,18 +89,11 @@ def update_until(joints: DrivenJoints, condition: Callable[[], bool]) -> None:
         assert time.monotonic() < deadline
         with suppress(DriverError):  # a machine that is busy elsewhere
             joints.update(time.monotonic())
-        time.sleep(0.02)
+        time.sleep(0.02)  # its period
 
 
 def near(joints: DrivenJoints, angle: float) -> bool:
     return abs(joints.read(KNEE).position - angle) < 1e-3
-
-
-def wait_until(condition: Callable[[], bool]) -> None:
-    deadline = time.monotonic() + DEADLINE
-    while not condition():
-        assert time.monotonic() < deadline
-        time.sleep(0.02)
 
 
 def test_joints_follow_over_the_line(driven: Callable[..., DrivenJoints]) -> None:
@@ -130,7 +124,7 @@ def test_lost_and_changed_bytes_cost_readings_not_the_motion(driven: Callable[..
         update_until(joints, partial(near, joints, angle))
     motors = joints._driver
     assert isinstance(motors, SerialMotors)
-    wait_until(lambda: motors.damaged > 0)
+    wait_for(lambda: motors.damaged > 0)
 
 
 def test_a_source_that_nobody_updates_holds(driven: Callable[..., DrivenJoints]) -> None:
@@ -138,25 +132,26 @@ def test_a_source_that_nobody_updates_holds(driven: Callable[..., DrivenJoints])
     joints = driven(bench, hold_after=0.5)
     joints.update(time.monotonic())
     go(joints, 2.0, 4.0)
-    wait_until(lambda: joints.holds)
-    wait_until(lambda: bench.board._velocities[KNEES_INDEX] == 0.0)
+    wait_for(lambda: joints.holds)
+    wait_for(lambda: bench.board._velocities[KNEES_INDEX] == 0.0)
     joints.update(time.monotonic())
     stood = joints.read(KNEE).position
     assert stood < 1.9
-    wait_until(lambda: not joints.holds)
+    wait_for(lambda: not joints.holds)
     update_until(joints, lambda: joints.read(KNEE).velocity == 0.0)
     assert joints.read(KNEE).position == pytest.approx(stood, abs=0.1), 'what was dropped is not resumed'
 
 
-def test_a_board_that_hears_nothing_holds(benches: list[Bench]) -> None:
+def test_a_board_that_hears_nothing_holds(benches: list[Bench], monkeypatch: pytest.MonkeyPatch) -> None:
     bench = Bench(hold_after=0.5)
     benches.append(bench)
     motors = SerialMotors(bench.path)
     motors.write({KNEE: 2.0})
-    wait_until(lambda: bench.board.positions[KNEES_INDEX] > 0.0)
-    wait_until(lambda: bench.board.holds)
-    stood = list(bench.board.positions)
-    time.sleep(0.1)  # several looks at the motors
+    wait_for(lambda: bench.board.positions[KNEES_INDEX] > 0.0)
+    wait_for(lambda: bench.board.holds)
+    stood, looks, move = list(bench.board.positions), list[None](), bench.board.move
+    monkeypatch.setattr(bench.board, 'move', lambda: looks.append(move()))
+    wait_for(lambda: len(looks) >= 5)
     assert bench.board.positions == stood
     motors.close()
 
@@ -182,7 +177,7 @@ def test_an_unplugged_line_is_told_and_taken_again(
                 told.append(str(error))
             return bool(told) and 'cannot be opened' in told[-1]
 
-        wait_until(lost)
+        wait_for(lost)
         assert told[-1].startswith('no answer of the motors for ')
         again = Bench()
         benches.append(again)
@@ -195,7 +190,7 @@ def test_an_unplugged_line_is_told_and_taken_again(
                 return False
             return True
 
-        wait_until(back)
+        wait_for(back)
         assert joints.read(KNEE).position == pytest.approx(0.0, abs=0.1)
     finally:
         joints.close()

@@ -6,7 +6,7 @@ import asyncio
 from collections.abc import Callable
 
 import pytest
-from helpers.loops import LOOPS, run
+from helpers.loops import LOOPS, run, turns
 from rclpy.exceptions import InvalidHandle
 from rclpy.experimental import AsyncNode
 from std_srvs.srv import SetBool, Trigger
@@ -39,7 +39,8 @@ def test_a_wait_for_service_is_woken_by_the_server(make_async: MakeAsyncNode) ->
         async with make_async() as node:
             client = node.create_client(SetBool, 'late')
             waiting = asyncio.create_task(client.wait_for_service(check_interval=60.0))
-            await asyncio.sleep(0.001)
+            node.create_service(SetBool, 'other', _echo)
+            await node.create_client(SetBool, 'other').wait_for_service()
             assert not waiting.done()
             node.create_service(SetBool, 'late', _echo)
             await waiting
@@ -53,7 +54,7 @@ def test_destroying_the_client_ends_what_waits_for_it(make_async: MakeAsyncNode)
             client = node.create_client(SetBool, 'never')
             call = asyncio.create_task(client.call(SetBool.Request()))
             wait = asyncio.create_task(client.wait_for_service())
-            await asyncio.sleep(0.001)
+            await turns()  # both wait
             client.destroy()
             client.destroy()
             await asyncio.wait([call])

@@ -11,7 +11,7 @@ from types import ModuleType
 import pytest
 from helpers.collector import Collector
 from helpers.fresh import output_of
-from helpers.loops import LOOPS, run
+from helpers.loops import LOOPS, run, turns
 from helpers.spinning import MakeNode, Spin, result_of
 from rcl_interfaces.srv import GetLoggerLevels, GetParameters
 from rclpy import experimental
@@ -152,7 +152,7 @@ def test_shutdown_ends_whatever_the_body_waits_for(make_async: MakeAsyncNode, co
                 asyncio.create_task(client.wait_for_service()),
                 asyncio.create_task(node.wait_for_node('/nobody')),
             ]
-            await asyncio.sleep(0.001)
+            await turns()  # all wait
             await asyncio.to_thread(context.shutdown)
             for wait in waits:
                 with pytest.raises(ShutDownError, match='nobody'):
@@ -272,7 +272,8 @@ def test_wait_for_node_is_woken_by_its_coming(make_async: MakeAsyncNode) -> None
     async def scenario() -> None:
         async with make_async('watcher') as node:
             waiting = asyncio.create_task(node.wait_for_node('late/comer', check_interval=60.0))
-            await asyncio.sleep(0.001)
+            async with make_async('stranger'):
+                await node.wait_for_node('/stranger')
             assert not waiting.done()
             async with make_async('comer', namespace='/late'):
                 await waiting

@@ -7,7 +7,7 @@ from collections.abc import Callable, Coroutine
 from typing import Any
 
 import pytest
-from helpers.loops import run
+from helpers.loops import run, turns
 from rclpy.experimental import AsyncClient, AsyncNode
 from std_srvs.srv import Trigger
 
@@ -33,20 +33,30 @@ def test_requests_are_answered_one_after_the_other_unless_concurrent(
 ) -> None:
     async def scenario() -> int:
         running = most = 0
+        all_run, later_one_came = asyncio.Event(), asyncio.Event()
 
         async def callback(_: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
             nonlocal running, most
             running += 1
             most = max(most, running)
-            await asyncio.sleep(0.005)
+            if most == 3:
+                all_run.set()
+            await (all_run if concurrent else later_one_came).wait()
+            await turns()
             running -= 1
+            return response
+
+        def later(_: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+            later_one_came.set()
             return response
 
         async with make_async() as node:
             node.create_service(Trigger, 'work', callback, concurrent=concurrent)
-            client = node.create_client(Trigger, 'work')
-            await client.wait_for_service()
-            await asyncio.gather(*(client.call(Trigger.Request()) for _ in range(3)))
+            node.create_service(Trigger, 'later', later)
+            clients = [node.create_client(Trigger, name) for name in ('work', 'work', 'work', 'later')]
+            for client in clients:
+                await client.wait_for_service()
+            await asyncio.gather(*(client.call(Trigger.Request()) for client in clients))
             return most
 
     assert run(scenario()) == (3 if concurrent else 1)
@@ -111,7 +121,7 @@ def test_a_callback_may_destroy_its_own_service_and_go_on(make_async: MakeAsyncN
 
         async def callback(_: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
             service.destroy()
-            await asyncio.sleep(0.001)
+            await turns()  # a cancellation would be raised here
             gone_on.set()
             return response
 
@@ -121,7 +131,7 @@ def test_a_callback_may_destroy_its_own_service_and_go_on(make_async: MakeAsyncN
             await client.wait_for_service()
             call = asyncio.create_task(client.call(Trigger.Request()))
             await gone_on.wait()
-            await asyncio.sleep(0.001)
+            await turns()  # its answer is refused without a word
             call.cancel()
             assert node.count_services('once') == 0
 

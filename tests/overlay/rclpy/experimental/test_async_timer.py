@@ -6,7 +6,7 @@ import asyncio
 from collections.abc import Callable
 
 import pytest
-from helpers.loops import run
+from helpers.loops import run, turns
 from rclpy.clock_type import ClockType
 from rclpy.experimental import AsyncNode, AsyncTimer
 from rclpy.parameter import Parameter
@@ -35,6 +35,14 @@ class Ticks:
             await self._ticked.wait()
 
 
+async def other_ticks(node: AsyncNode, period: float = 0.001) -> None:
+    """Wait until a timer made now has ticked three times; an older one of that period would have, too."""
+    others = Ticks()
+    timer = node.create_timer(period, others)
+    await others.more(3)
+    timer.destroy()
+
+
 @pytest.mark.parametrize('period', [0.001, 0.0])
 def test_a_timer_ticks_until_it_is_destroyed(make_async: MakeAsyncNode, period: float) -> None:
     async def scenario() -> None:
@@ -47,7 +55,7 @@ def test_a_timer_ticks_until_it_is_destroyed(make_async: MakeAsyncNode, period: 
             timer.destroy()
             timer.destroy()
             count = ticks.count
-            await asyncio.sleep(0.005)
+            await other_ticks(node, period)
             assert ticks.count == count
             assert list(node.timers) == []
 
@@ -59,14 +67,14 @@ def test_a_timer_is_cancelled_reset_and_started_late(make_async: MakeAsyncNode) 
         ticks = Ticks()
         async with make_async() as node:
             timer = node.create_timer(0.001, ticks, autostart=False)
-            await asyncio.sleep(0.005)
+            await other_ticks(node)
             assert timer.is_canceled()
             assert ticks.count == 0
             timer.reset()
             await ticks.more(2)
             timer.cancel()
             count = ticks.count
-            await asyncio.sleep(0.005)
+            await other_ticks(node)
             assert ticks.count == count
 
     run(scenario())
@@ -78,7 +86,7 @@ def test_a_callback_may_destroy_its_own_timer_and_go_on(make_async: MakeAsyncNod
 
         async def once() -> None:
             timer.destroy()
-            await asyncio.sleep(0.001)
+            await turns()  # a cancellation would be raised here
             done.set()
 
         async with make_async() as node:
@@ -112,7 +120,10 @@ def test_a_timer_follows_simulated_time(make_async: MakeAsyncNode) -> None:
             assert clock.ros_time_is_active
             clock.set_ros_time_override(Time(clock_type=ClockType.ROS_TIME))
             node.create_timer(1.0, ticks)
-            await asyncio.sleep(0.005)
+            halves = Ticks()
+            node.create_timer(0.5, halves)
+            clock.set_ros_time_override(Time(nanoseconds=500_000_000, clock_type=ClockType.ROS_TIME))
+            await halves.more()
             assert ticks.count == 0
             clock.set_ros_time_override(Time(seconds=1, clock_type=ClockType.ROS_TIME))
             await ticks.more()
