@@ -9,11 +9,12 @@ import re
 import signal
 import socket
 import ssl
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import pytest
-from helpers.console import Stage
+from helpers.console import CONSOLE, Stage
 from helpers.patience import PATIENCE
 
 from goalwire.console.guard import COOKIE, MOST_BYTES, Guard
@@ -37,6 +38,7 @@ async def application(scope: Any, receive: Any, send: Any) -> None:
 def ask(settings: Settings, headers: dict[str, str], **changes: Any) -> list[dict[str, Any]]:
     """Return what a guard answers to one request."""
     chunks = changes.pop('chunks', [b''])
+    is_full = changes.pop('is_full', lambda: False)
     scope = {
         'type': 'http',
         'method': 'GET',
@@ -57,7 +59,7 @@ def ask(settings: Settings, headers: dict[str, str], **changes: Any) -> list[dic
     async def send(message: Any) -> None:
         sent.append(dict(message))
 
-    asyncio.run(Guard(application, settings)(scope, receive, send))
+    asyncio.run(Guard(application, settings, is_full)(scope, receive, send))
     return sent
 
 
@@ -85,6 +87,7 @@ def test_this_machine_is_let_in(host: str) -> None:
         {**LOCAL, 'origin': 'https://localhost:8420'},
         {**LOCAL, 'origin': 'null'},
         {**LOCAL, 'sec-fetch-site': 'cross-site', 'sec-fetch-mode': 'no-cors'},
+        {**LOCAL, 'sec-fetch-site': 'cross-site', 'sec-fetch-mode': 'navigate', 'sec-fetch-dest': 'iframe'},
     ],
 )
 @pytest.mark.parametrize('kind', ['http', 'websocket'])
@@ -105,6 +108,7 @@ def test_the_token_becomes_a_cookie_and_leaves_the_address() -> None:
     given = {name.decode(): value.decode() for name, value in first['headers']}
     assert (first['status'], given['location']) == (303, '/evil.example?view=topics')
     assert 'HttpOnly; SameSite=Strict' in given['set-cookie']
+    assert (given['referrer-policy'], given['cache-control']) == ('no-referrer', 'no-store')
     assert status(ask(settings, {**headers, 'cookie': f'x=1; {COOKIE}={TOKEN}'})) == 200
     assert status(ask(settings, {**headers, 'authorization': f'Bearer {TOKEN}'})) == 200
     assert status(ask(settings, {**headers, 'cookie': f'{COOKIE}=wrong'})) == 403
@@ -119,11 +123,22 @@ def test_bodies_are_bounded_whether_they_say_their_size_or_not() -> None:
     assert status(ask(Settings(), LOCAL, chunks=[b'x' * MOST_BYTES])) == 200
 
 
+def test_a_link_on_another_site_may_be_followed() -> None:
+    followed = {'sec-fetch-site': 'cross-site', 'sec-fetch-mode': 'navigate', 'sec-fetch-dest': 'document'}
+    assert status(ask(Settings(), {**LOCAL, **followed})) == 200
+
+
+def test_no_more_pages_are_made_when_there_are_too_many() -> None:
+    assert status(ask(Settings(), LOCAL, is_full=lambda: True)) == 503
+    assert status(ask(Settings(), LOCAL, is_full=lambda: True, path='/console/style.css')) == 200
+
+
 def test_browsers_are_bound_by_headers() -> None:
     given = {name.decode(): value.decode() for name, value in ask(Settings(), LOCAL)[0]['headers']}
     assert "frame-ancestors 'none'" in given['content-security-policy']
     assert "default-src 'self'" in given['content-security-policy']
     assert given['x-content-type-options'] == 'nosniff'
+    assert given['referrer-policy'] == 'no-referrer'
 
 
 # -- what may be sent ----------------------------------------------------------------------------------------
@@ -164,13 +179,13 @@ def exchange(port: int, request: bytes, secure: ssl.SSLContext | None = None) ->
     with socket.create_connection(('127.0.0.1', port), timeout=PATIENCE) as plain:
         link = plain if secure is None else secure.wrap_socket(plain, server_hostname='localhost')
         with link:
-            link.sendall(request)
             answer = b''
             try:
+                link.sendall(request)
                 while chunk := link.recv(65536):
                     answer += chunk
-            except ConnectionResetError:
-                pass
+            except ConnectionError:
+                pass  # it closes while we write
             return answer
 
 
@@ -197,12 +212,12 @@ def port_of(url: str) -> int:
     return int(found[1])
 
 
-def frame(opcode: int, payload: bytes) -> bytes:
-    """Make a masked web-socket frame, as clients send them."""
+def frame(opcode: int, payload: bytes, *, more: bool = False) -> bytes:
+    """Make a masked web-socket frame, as clients send them; `more`: of a message that goes on."""
     size = (
         bytes([128 | len(payload)]) if len(payload) < 126 else bytes([255]) + len(payload).to_bytes(8, 'big')
     )
-    return bytes([128 | opcode]) + size + bytes(4) + payload
+    return bytes([opcode if more else 128 | opcode]) + size + bytes(4) + payload
 
 
 def closes(port: int, sent: bytes) -> bool:
@@ -224,9 +239,16 @@ def closes(port: int, sent: bytes) -> bool:
         return True
 
 
+def resident(pid: int) -> int:
+    """Return how many bytes of memory a process has held at most."""
+    found = re.search(r'VmHWM:\s+(\d+) kB', Path(f'/proc/{pid}/status').read_text(encoding='utf-8'))
+    assert found is not None
+    return int(found[1]) << 10
+
+
 @pytest.mark.slow
 def test_strangers_at_the_door(stage: Stage) -> None:
-    console, url = stage.console()
+    console, url = stage.console(head_s=0.5)
     port = port_of(url)
     assert b' 200 OK' in exchange(port, get(port, '/'))
     assert b' 403 ' in exchange(port, get(port, '/', host='evil.example'))
@@ -238,6 +260,10 @@ def test_strangers_at_the_door(stage: Stage) -> None:
         '/console/mesh/../../../etc/passwd',
         '/console/mesh/%2fetc%2fpasswd',
         '/../../etc/passwd',
+        *(
+            f'/_nicegui/{version("nicegui")}/{place}/%2e%2e/%2e%2e/%2e%2e/%2e%2e/%2e%2e/%2e%2e/etc/passwd'
+            for place in ('static', 'libraries', 'components', 'esm/nicegui-scene', 'resources/x')
+        ),
     ):
         answer = exchange(port, get(port, path))
         assert b' 404 ' in answer or b' 400 ' in answer or b' 403 ' in answer, path
@@ -246,6 +272,23 @@ def test_strangers_at_the_door(stage: Stage) -> None:
         port, f'POST / HTTP/1.1\r\nHost: localhost\r\nContent-Length: {100 << 20}\r\n\r\n'.encode()
     )
     assert b' 413 ' in large
+    # A head of 100 MB, and one that never ends.
+    before = resident(console.pid)
+    assert b' 200 ' not in exchange(port, b'GET / HTTP/1.1\r\nX: ' + b'x' * (100 << 20))
+    assert resident(console.pid) - before < 50 << 20
+    assert exchange(port, b'GET / HTTP/1.1\r\nHost: local') == b''
+    assert exchange(port, get(port, '/console/style.css').replace(b'close', b'keep-alive') + b'GET /').count(
+        b' 200 OK'
+    )
+    # A body that never comes; what is served nowhere; a socket by requests.
+    assert b' 405 ' in exchange(
+        port, f'POST / HTTP/1.1\r\nHost: localhost:{port}\r\nContent-Length: 9\r\n\r\n'.encode()
+    )
+    for path in ('/docs', '/openapi.json', '/_nicegui/client/x/upload/1', '/missing'):
+        missing = exchange(port, get(port, path))
+        assert b' 404 ' in missing, path
+        assert missing.endswith(b'there is no such page\n')
+    assert b' 400 ' in exchange(port, get(port, '/_nicegui_ws/socket.io/?EIO=4&transport=polling'))
     assert b' 400 ' in exchange(port, b'\x00\x01 nonsense\r\n\r\n')
     for bad in (
         b'\x8f\x80\0\0\0\0',  # a reserved kind of frame
@@ -255,6 +298,8 @@ def test_strangers_at_the_door(stage: Stage) -> None:
         + (100 << 20).to_bytes(8, 'big')
         + bytes(4)
         + bytes(1 << 16),  # 100 MB are announced
+        frame(1, b'x' * (1 << 19), more=True) + 9 * frame(0, b'x' * (1 << 19), more=True),  # and in pieces
+        b'\xc1' + frame(1, b'xx')[1:],  # compressed, which was not agreed on
     ):
         assert closes(port, bad), bad[:10]
     good_bye = frame(8, b'\x03\xe8')
@@ -287,11 +332,35 @@ def test_beyond_this_machine_a_token_is_needed_and_tls_is_spoken(stage: Stage, t
     trusting = ssl.create_default_context()
     authority.configure_trust(trusting)
     assert b' 403 ' in exchange(port, get(port, '/'), trusting)
+    assert exchange(port, get(port, '/')) == b''  # unencrypted
     assert b' 403 ' in exchange(port, get(port, '/?token=x'), trusting)
-    assert b' 303 ' in exchange(port, get(port, f'/?token={token}'), trusting)
+    given = exchange(port, get(port, f'/?token={token}'), trusting)
+    assert b' 303 ' in given
+    assert b'; HttpOnly; SameSite=Strict; Path=/; Secure\r\n' in given
+    assert b' 403 ' in exchange(port, upgrade(port, Origin=f'https://localhost:{port}'), trusting)
     assert b' 200 OK' in exchange(port, get(port, '/', cookie=f'{COOKIE}={token}'), trusting)
     console.send_signal(signal.SIGINT)
     assert console.wait() == 130
+
+
+@pytest.mark.slow
+def test_a_key_with_a_password_is_refused_and_not_asked_for(stage: Stage, tmp_path: Path) -> None:
+    trustme = pytest.importorskip('trustme')
+    serialization = pytest.importorskip('cryptography.hazmat.primitives.serialization')
+    certificate = trustme.CA().issue_cert('localhost')
+    key, chain = tmp_path / 'key.pem', tmp_path / 'cert.pem'
+    plain = serialization.load_pem_private_key(certificate.private_key_pem.bytes(), None)
+    key.write_bytes(
+        plain.private_bytes(
+            serialization.Encoding.PEM,
+            serialization.PrivateFormat.PKCS8,
+            serialization.BestAvailableEncryption(b'secret'),
+        )
+    )
+    certificate.cert_chain_pems[0].write_to_path(str(chain))
+    console = stage.program(CONSOLE, 'console', '--no-open', '--tls-cert', str(chain), '--tls-key', str(key))
+    assert 0 < console.wait() < 12
+    assert 'the TLS files cannot be used' in console.output
 
 
 @pytest.mark.slow
@@ -306,8 +375,6 @@ def test_beyond_this_machine_a_token_is_needed_and_tls_is_spoken(stage: Stage, t
     ],
 )
 def test_what_cannot_be_served_is_told_in_one_line(stage: Stage, arguments: list[str], problem: str) -> None:
-    from helpers.console import CONSOLE
-
     console = stage.program(CONSOLE, 'console', '--no-open', '--port', '0', *arguments)
     assert 0 < console.wait() < 12
     told = [line for line in console.output.splitlines() if not line.startswith('[')]

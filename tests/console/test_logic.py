@@ -2,20 +2,32 @@
 
 from __future__ import annotations
 
+import asyncio
+import math
 import zlib
+from contextlib import nullcontext
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
+from builtin_interfaces.msg import Time
+from example_interfaces.srv import AddTwoInts
 from geometry_msgs.msg import PoseStamped
 from rcl_interfaces.msg import Log
 from sensor_msgs.msg import CompressedImage, Image, JointState
+from service_msgs.msg import ServiceEventInfo
 
+import goalwire
 from goalwire.console.goal_table import KEPT, GoalTable, lanes
+from goalwire.console.graph_layout import HEIGHT, WIDTH, arranged
 from goalwire.console.images import as_data_url, png
 from goalwire.console.logs import LogBook
 from goalwire.console.measuring import Latencies, Rate, Series, as_csv, numbers_in
+from goalwire.console.sending import Target
+from goalwire.console.service_events import KEPT as KEPT_CALLS
+from goalwire.console.service_events import ServiceEvents
+from goalwire.console.snippets import as_python
 from goalwire.console.types import as_data
 from goalwire.errors import RemoteError
 
@@ -202,3 +214,105 @@ def test_pictures_that_are_none_are_refused(message: Any) -> None:
 def test_a_jpeg_is_passed_on() -> None:
     given = SimpleNamespace(format='jpeg', data=b'\xff\xd8\xff\xe0abc')
     assert as_data_url(given).startswith('data:image/jpeg;base64,')
+
+
+# -- sending -------------------------------------------------------------------------------------------------
+
+
+def test_attempts_share_the_deadline_and_are_copied_with_the_call() -> None:
+    sending = Target('service', '/lamp', 'std_srvs/srv/SetBool').sending({'data': True}, 6.0, 3)
+    assert sending.retry == goalwire.Retry(attempts=3, timeout=2.0)
+    assert 'retry=goalwire.Retry(attempts=3, timeout=2.0))' in as_python(sending)
+    assert 'message, timeout=6.0' in as_python(sending)
+    once = Target('service', '/lamp', 'std_srvs/srv/SetBool').sending({'data': True}, 6.0)
+    assert once.retry is None
+    assert 'Retry' not in as_python(once)
+
+
+# -- calls of others -----------------------------------------------------------------------------------------
+
+
+def test_calls_are_put_together_from_their_events() -> None:
+    events = ServiceEvents()
+
+    def step(number: int, second: int, **contents: Any) -> None:
+        info = ServiceEventInfo(
+            event_type=number,
+            stamp=Time(sec=second),
+            client_gid=np.arange(16, dtype=np.uint8),
+            sequence_number=7,
+        )
+        events.take(AddTwoInts.Event(info=info, **contents))
+
+    step(0, 10, request=[AddTwoInts.Request(a=1, b=2)])
+    step(1, 12)
+    [call] = events.latest
+    assert (call.state, call.request, call.response, call.served_in) == (
+        'request received',
+        {'a': 1, 'b': 2},
+        None,
+        None,
+    )
+    step(2, 15, response=[AddTwoInts.Response(sum=3)])
+    step(3, 16)
+    step(9, 99)
+    assert (call.state, call.response, call.served_in, call.took) == (
+        'response received',
+        {'sum': 3},
+        3.0,
+        6.0,
+    )
+    for number in range(2 * KEPT_CALLS):
+        events.take(AddTwoInts.Event(info=ServiceEventInfo(sequence_number=number)))
+    assert len(events.latest) == KEPT_CALLS
+
+
+# -- the graph -----------------------------------------------------------------------------------------------
+
+
+def test_a_drawing_has_room_for_all_and_keeps_its_places() -> None:
+    names = ['robot', *(f'topic {number}' for number in range(40)), 'other', 'far']
+    links = [('robot', name) for name in names[1:41]] + [('other', 'far')]
+    places = arranged(names, links, {})
+    assert all(0 <= x <= WIDTH and 0 <= y <= HEIGHT for x, y in places.values())
+    assert len({(round(x, 2), round(y, 2)) for x, y in places.values()}) > 40
+    assert math.dist(places['other'], places['far']) < math.dist(places['other'], places['robot'])
+    assert arranged(names, links, {}) == places
+    later = arranged([*names, 'new'], [*links, ('new', 'other')], places)
+    assert max(math.dist(places[name], later[name]) for name in names) < 0.5
+    assert (arranged([], [], {}), len(arranged(['one'], [], {}))) == ({}, 1)
+
+
+# -- the pace ------------------------------------------------------------------------------------------------
+
+
+def test_a_browser_that_does_not_answer_is_sent_no_second_refresh() -> None:
+    pytest.importorskip('nicegui')
+    from goalwire.console.page.view import Page
+
+    refreshed = 0
+    asked = 0
+
+    class Silent(nullcontext[None]):
+        """A browser that answers the fourth time it is asked."""
+
+        async def connected(self) -> None:
+            pass
+
+        async def run_javascript(self, _code: str, **_timeout: float) -> int:
+            nonlocal asked
+            asked += 1
+            if asked < 4:
+                raise TimeoutError
+            assert refreshed == 1
+            page.closed = True
+            return 1
+
+    def refresh() -> None:
+        nonlocal refreshed
+        refreshed += 1
+
+    page = Page(cast('Any', Silent()), cast('Any', None))
+    page.header = refresh
+    asyncio.run(page.pace())
+    assert (asked, refreshed) == (4, 1)

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import csv
-import subprocess
-import sys
+import re
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pytest
-from helpers.console import PATIENCE_MS, Stage, picture
+from helpers.console import PATIENCE_MS, PROGRAMS, Stage, picture
 from helpers.patience import wait_for
 from helpers.wires import DDS, require
 
@@ -30,10 +29,11 @@ def until(page: Any, expression: str, argument: object = None) -> Any:
     return page.wait_for_function(expression, arg=argument, timeout=PATIENCE_MS, polling=50).json_value()
 
 
-def clipboard(page: Any, beginning: str) -> str:
-    """Wait until the text that was copied last begins like this, and return it."""
+def copied(page: Any, button: str, *parts: str) -> str:
+    """Press a button that copies, wait until the clipboard's text has these parts, and return it."""
+    page.click(f'text={button}')
     read = partial(page.evaluate, '() => navigator.clipboard.readText()')
-    wait_for(lambda: read().startswith(beginning), f'a copied text that begins with {beginning!r}')
+    wait_for(lambda: all(part in read() for part in parts), f'a copied text that has {parts}')
     return str(read())
 
 
@@ -44,6 +44,24 @@ def view(page: Any, name: str) -> None:
 
 def row(page: Any, key: str) -> None:
     page.click(f'tr[data-key="{key}"]')
+
+
+def choose(page: Any, select: str, option: str) -> None:
+    """Choose an option of a list that opens."""
+    page.locator('.q-select', has=page.locator(select)).click()
+    page.click(f'.q-menu .q-item:has-text("{option}")')
+
+
+def drag(page: Any, joint: str, to: float) -> None:
+    """Drag a joint's slider to a part of its length."""
+    slider = page.locator(f'[data-joint={joint}]')
+    slider.scroll_into_view_if_needed()
+    box = slider.bounding_box()
+    y = box['y'] + box['height'] / 2
+    page.mouse.move(box['x'] + box['width'] * 0.4, y)
+    page.mouse.down()
+    page.mouse.move(box['x'] + box['width'] * to, y, steps=4)
+    page.mouse.up()
 
 
 def confirm(page: Any) -> None:
@@ -83,6 +101,21 @@ def test_a_robot_is_watched_sent_and_stopped(stage: Stage, open_page: OpenPage, 
         ' goalwireScene.poses().base_link[1] - 0.4) < 0.1',
     )
 
+    # Sliders move joints, by goals or by messages, once the user has said so.
+    choose(page, '[data-joint-way]', '/arm/follow')
+    drag(page, 'head_joint', 0.75)
+    page.wait_for_selector('.q-dialog:has-text("head_joint goes to")')
+    confirm(page)
+    robot.expect(r'goal: head_joint to 1\.[4-7]')
+    drag(page, 'head_joint', 0.6)
+    robot.expect(r'goal: head_joint to 0\.[4-8]')
+    until(page, '() => Math.abs(goalwireScene.poses().head[5]) > 0.15')
+    choose(page, '[data-joint-way]', '/arm/trajectory')
+    drag(page, 'head_joint', 0.75)
+    confirm(page)
+    robot.expect(r'message: head_joint to 1\.[4-7]')
+    picture(page, f'joints-{transport_name}')
+
     # A goal by the form: feedback comes, and it is cancelled.
     view(page, 'actions')
     row(page, '/count')
@@ -109,7 +142,7 @@ def test_a_robot_is_watched_sent_and_stopped(stage: Stage, open_page: OpenPage, 
     page.wait_for_selector('[data-result]:has-text("arrived")')
 
 
-def test_services_are_called_and_parameters_set(stage: Stage, open_page: OpenPage) -> None:
+def test_services_are_called_and_calls_of_others_seen(stage: Stage, open_page: OpenPage) -> None:
     robot = stage.robot()
     _, url = stage.console()
     page = open_page(f'{url}?view=services')
@@ -131,19 +164,67 @@ def test_services_are_called_and_parameters_set(stage: Stage, open_page: OpenPag
     page.wait_for_selector('[data-answer]:has-text("off")')
     picture(page, 'services')
 
-    view(page, 'parameters')
-    row(page, '/robot')
-    speed = '[data-parameter=speed]'
-    page.wait_for_selector(speed)
-    page.fill(speed, '7')
-    page.click('[data-set=speed]')
-    page.wait_for_selector('.q-notification:has-text("0 to 2")')
-    page.fill(speed, '1.5')
-    page.click('[data-set=speed]')
+    # A deadline ends a call; a request that was not answered is sent again where the user has said so.
+    row(page, '/deaf')
+    page.fill('[data-deadline]', '0.5')
+    page.click('[data-call]')
     confirm(page)
-    page.wait_for_selector('.q-notification:has-text("speed is set")')
-    until(page, "() => document.querySelector('[data-parameter=speed]')?.value === '1.5'")
+    page.wait_for_selector('[data-problem]')
+    row(page, '/shy')
+    page.fill('[data-deadline]', '20')
+    page.fill('[data-attempts]', '4')
+    page.click('[data-call]')
+    confirm(page)
+    page.wait_for_selector('[data-answer]:has-text("answer to request")')
+
+    # Calls of others are seen where the service publishes them.
+    assert page.locator('[data-events]').is_hidden()
+    stage.program(PROGRAMS / 'introspected.py').expect('ready')
+    row(page, '/add')
+    page.fill('[data-field=a]', '2')
+    page.fill('[data-field=b]', '3')
+    page.click('[data-call]')
+    confirm(page)
+    page.wait_for_selector('[data-events] tr:has-text("{a: 2, b: 3}"):has-text("{sum: 5}")')
+    stage.command('ros2 service call /add example_interfaces/srv/AddTwoInts "{a: 40, b: 2}"')
+    page.wait_for_selector('[data-events] tr:has-text("{a: 40, b: 2}"):has-text("{sum: 42}")')
+    picture(page, 'introspection')
+
+
+def test_parameters_are_set_within_their_descriptors(stage: Stage, open_page: OpenPage) -> None:
+    stage.robot()
+    _, url = stage.console()
+    page = open_page(f'{url}?view=parameters')
+    row(page, '/robot')
+    for name, typed, problem, fits in (
+        ('speed', '7', '0 to 2', '1.5'),
+        ('volume', '110', '0 to 100', '30'),
+        ('greeting', '[1', '', "it's <b>"),
+    ):
+        page.wait_for_selector(f'[data-parameter={name}]')
+        if problem:
+            page.fill(f'[data-parameter={name}]', typed)
+            page.click(f'[data-set={name}]')
+            page.wait_for_selector(f'.q-notification:has-text("{problem}")')
+        page.fill(f'[data-parameter={name}]', fits)
+        page.click(f'[data-set={name}]')
+        confirm(page)
+        page.wait_for_selector(f'.q-notification:has-text("{name} is set")')
+        until(
+            page,
+            '([name, value]) => document.querySelector(`[data-parameter=${name}]`)?.value === value',
+            [name, fits],
+        )
+    page.wait_for_selector('[data-parameter=serial][disabled]')
+    assert page.locator('[data-set=serial]').count() == 0
+    shown = page.inner_text('[data-parameters]')
+    assert all(text in shown for text in ('0 to 100, in steps of 10', 'loudness', 'on the plate', 'm/s'))
     picture(page, 'parameters')
+    # A value between the steps passes the page, and the node says no.
+    page.fill('[data-parameter=volume]', '35')
+    page.click('[data-set=volume]')
+    confirm(page)
+    page.wait_for_selector('.q-notification.bg-negative')
 
 
 def test_topics_are_measured_plotted_and_saved(stage: Stage, open_page: OpenPage, tmp_path: Path) -> None:
@@ -188,19 +269,54 @@ def test_topics_are_measured_plotted_and_saved(stage: Stage, open_page: OpenPage
 def test_what_peers_write_stays_text_and_mismatches_are_red(stage: Stage, open_page: OpenPage) -> None:
     stage.robot()
     _, url = stage.console()
+    stage.program(PROGRAMS / 'intruder.py').expect('ready')
     page = open_page(f'{url}?view=graph')
-    page.wait_for_selector('[data-problems] tr.bad:has-text("/quarrel")')
-    page.wait_for_selector('tr.bad:has-text("std_msgs/msg/Float64")')
+    page.wait_for_selector('[data-problems] tr.bad:has-text("/quarrel"):has-text("std_msgs/msg/Float64")')
+    page.wait_for_selector('[data-problems] tr.bad:has-text("/whisper"):has-text("reliable")')
+    page.wait_for_selector('tr.bad:has-text("/whisper"):has-text("best effort, keep 10")')
+    page.wait_for_selector('td:has-text("<img/src=x/onerror=window.hacked=1>")')
     picture(page, 'graph')
+    # All of the drawing is within its card.
+    spots = """() => {
+      const chart = getElement(document.querySelector('[data-chart]').id.slice(1)).chart;
+      const series = chart.getModel().getSeriesByIndex(0);
+      return [...Array(series.getData().count()).keys()].map(at => {
+        const [x, y] = series.coordinateSystem.dataToPoint(series.getData().getItemLayout(at));
+        return x >= 0 && y >= 0 && x <= chart.getWidth() && y <= chart.getHeight(); }); }"""
+    found = page.evaluate(spots)
+    assert len(found) > 15
+    assert all(found)
+    for name in ('topics', 'services', 'parameters'):
+        view(page, name)
+        page.wait_for_selector('td:has-text("<img/src=x/onerror=window.hacked=1>")')
     view(page, 'logs')
-    page.wait_for_selector('td:has-text("<script>window.hacked = 1</script>")')
+    script, wrong = (
+        f'td:has-text("{text}")' for text in ('<script>window.hacked = 1', 'half of this is <b>')
+    )
+    page.wait_for_selector(script)
+    page.wait_for_selector(wrong)
     picture(page, 'logs')
+    choose(page, '[data-level]', 'WARN and worse')
+    page.wait_for_selector(script, state='detached')
+    page.wait_for_selector(wrong)
+    choose(page, '[data-level]', 'All levels')
+    choose(page, '[data-node]', 'robot')
+    page.wait_for_selector(wrong, state='detached')
+    page.wait_for_selector(script)
+    choose(page, '[data-node]', 'All nodes')
+    page.fill('[data-filter]', 'HALF of')
+    page.wait_for_selector(script, state='detached')
+    page.wait_for_selector(wrong)
     view(page, 'topics')
     row(page, '/texts')
     page.wait_for_selector('.gw-tree:has-text("javascript:window.hacked=1")')
     view(page, 'statistics')
-    page.wait_for_selector('td:has-text("/rosout")')
+    received = "each.cells[0].textContent === '/rosout' && Number(each.cells[1].textContent) > 1"
+    until(page, f"() => [...document.querySelectorAll('tr[data-key]')].some(each => {received})")
+    picture(page, 'statistics')
     assert page.evaluate('() => window.hacked') is None
+    # What the console subscribes to, to measure it, is no mismatch of the robot's.
+    page.wait_for_selector('.gw-chip.bad:has-text("2 mismatches")')
 
 
 def test_a_closed_page_cancels_no_goal_unless_asked_to(stage: Stage, open_page: OpenPage) -> None:
@@ -224,8 +340,65 @@ def test_a_closed_page_cancels_no_goal_unless_asked_to(stage: Stage, open_page: 
     assert statuses == ['CANCELED', 'EXECUTING']
 
 
-def test_read_only_shows_all_and_sends_nothing(stage: Stage, open_page: OpenPage) -> None:
-    stage.robot()
+def test_goals_are_cancelled_those_before_one_and_all(stage: Stage, open_page: OpenPage) -> None:
+    robot = stage.robot()
+    _, url = stage.console()
+    page = open_page(f'{url}?view=actions')
+    row(page, '/count')
+    page.fill('[data-field=order]', '99')
+    page.click('[data-send-goal]')
+    page.click('text=Do not ask again for this name')
+    confirm(page)
+    for number in (2, 3):
+        page.wait_for_selector('[data-goal] [data-status]:has-text("executing")')
+        page.click('[data-send-goal]')
+        until(page, '(number) => goalwireLanes.hits?.length === number', number)
+    running = "goalwireLanes.hits.filter(hit => hit[4].status === 'EXECUTING').length"
+    until(page, f'() => {running} === 3')
+    picture(page, 'lanes')
+
+    # The second in the lanes is chosen; it and the one before it are cancelled.
+    x, y = page.evaluate("""() => {
+      const [left, top, right, bottom] = goalwireLanes.hits.toSorted((a, b) => a[4].began - b[4].began)[1];
+      const box = goalwireLanes.canvas.getBoundingClientRect();
+      return [box.left + (left + right) / 2, box.top + (top + bottom) / 2]; }""")
+    chosen = page.inner_text('[data-goal-id]')
+    page.mouse.click(x, y)
+    until(page, "(old) => document.querySelector('[data-goal-id]').textContent !== old", chosen)
+    page.click('[data-cancel-before]')
+    until(page, f'() => {running} === 1')
+    last = 'goalwireLanes.hits.reduce((one, other) => one[4].began > other[4].began ? one : other)'
+    assert page.evaluate(f'() => {last}[4].status') == 'EXECUTING'
+
+    # Another client's goal is shown, and cancelled with the rest, after a question.
+    other = stage.program(
+        'import sys; from goalwire.cli.main import run_command; sys.exit(run_command("ros2",'
+        ' ["action", "send_goal", "/count", "example_interfaces/action/Fibonacci", "{order: 98}"]))'
+    )
+    until(page, f'() => {running} === 2')
+    page.click('[data-cancel-all]')
+    page.wait_for_selector('.q-dialog:has-text("whoever has sent it")')
+    confirm(page)
+    until(page, f'() => {running} === 0')
+    assert page.evaluate('() => goalwireLanes.hits.map(hit => hit[4].status)') == ['CANCELED'] * 4
+    other.wait()
+    assert 'CANCELED' in other.output
+
+    # The robot goes in the middle of a goal: the page says so.
+    page.click('[data-send-goal]')
+    page.wait_for_selector('[data-goal] [data-status]:has-text("executing")')
+    robot.kill()
+    page.wait_for_selector('[data-goal] [data-status]:has-text("unknown")')
+    page.wait_for_selector('[data-goal] .gw-problem')
+    view(page, 'robot')
+    page.wait_for_selector('[data-fresh]:has-text("no news")')
+    picture(page, 'robot-gone')
+
+
+def test_read_only_shows_all_and_sends_nothing_and_an_allow_list_little(
+    stage: Stage, open_page: OpenPage
+) -> None:
+    robot = stage.robot()
     _, url = stage.console('--read-only')
     page = open_page(f'{url}?view=actions')
     row(page, '/count')
@@ -238,30 +411,75 @@ def test_read_only_shows_all_and_sends_nothing(stage: Stage, open_page: OpenPage
     row(page, '/robot')
     page.wait_for_selector('[data-parameter=speed][disabled]')
 
+    # An allow-list: what it names may be sent to, nothing else, but for the emergency stop.
+    _, url = stage.console('--allow', '/la*', '--allow', '/robo?')
+    page = open_page(f'{url}?view=services')
+    row(page, '/shy')
+    page.wait_for_selector('[data-call][disabled]')
+    row(page, '/lamp')
+    page.click('[data-call]:not([disabled])')
+    confirm(page)
+    robot.expect('lamp False')
+    view(page, 'actions')
+    row(page, '/count')
+    page.wait_for_selector('[data-send-goal][disabled]')
+    view(page, 'topics')
+    row(page, '/say')
+    page.wait_for_selector('.gw-title:has-text("/say")')
+    assert page.locator('[data-open-publish]').count() == 0
+    view(page, 'parameters')
+    row(page, '/mischief')
+    page.wait_for_selector('.gw-title:has-text("/mischief")')
+    row(page, '/robot')
+    page.wait_for_selector('[data-set=speed]')
+    page.click('[data-estop]')
+    robot.expect('stopped')
+
 
 def test_what_is_copied_runs(stage: Stage, open_page: OpenPage, tmp_path: Path) -> None:
     robot = stage.robot()
     _, url = stage.console()
     page = open_page(f'{url}?view=services')
     page.context.grant_permissions(['clipboard-read', 'clipboard-write'])
+
+    def run(*parts: str) -> str:
+        """Run what is copied as Python, as its own process."""
+        program = tmp_path / 'copied.py'
+        program.write_text(copied(page, 'Copy as Python', 'import asyncio', *parts), encoding='utf-8')
+        return stage.program(program).succeed()
+
+    # A call.
     row(page, '/lamp')
     page.click('[data-field=data]')
-    page.click('text=Copy as Python')
-    page.wait_for_selector('.q-notification:has-text("copied")')
-    program = tmp_path / 'copied.py'
-    program.write_text(clipboard(page, 'import asyncio'), encoding='utf-8')
-    ran = stage.program(program)
-    assert 'on <b>and bright</b>' in ran.succeed()
+    page.fill('[data-attempts]', '2')
+    assert 'on <b>and bright</b>' in run('SetBool', 'goalwire.Retry(attempts=2, timeout=5.0)')
     robot.expect('lamp True')
-    page.click('text=Copy as command')
-    page.wait_for_selector('.q-notification:has-text("Command copied")')
-    command = clipboard(page, 'ros2 service call ')
-    done = subprocess.run(
-        ['sh', '-c', command.replace('ros2', f'{sys.executable} -m goalwire.cli', 1)],
-        env=stage.env,
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=True,
-    )
-    assert 'bright' in done.stdout
+    assert 'bright' in stage.command(copied(page, 'Copy as command', 'ros2 service call'))
+    robot.expect('lamp True')
+
+    # A goal.
+    view(page, 'actions')
+    row(page, '/go_to')
+    page.fill('[data-field=x]', '0.4')
+    ran = run('GoTo')
+    assert 'distance_remaining' in ran
+    assert 'arrived=True' in ran
+    page.fill('[data-field=x]', '-0.1')
+    ran = stage.command(copied(page, 'Copy as command', 'ros2 action send_goal', '-0.1'))
+    assert 'distance_remaining' in ran
+    assert 'SUCCEEDED' in ran
+    until(page, "() => goalwireLanes.hits?.filter(hit => hit[4].status === 'SUCCEEDED').length === 2")
+
+    # A message, with all that shells, YAML and Python take for their own.
+    text = 'it\'s "ünï" $HOME: {a} # %s \\n'
+    view(page, 'topics')
+    row(page, '/say')
+    page.click('[data-open-publish]')
+    page.fill('[data-field=data]', text)
+    page.click('[data-publish]')
+    confirm(page)
+    robot.expect(re.escape(f'said {text!r}'))
+    run('String')
+    robot.expect(re.escape(f'said {text!r}'))
+    stage.command(copied(page, 'Copy as command', 'ros2 topic pub'))
+    robot.expect(re.escape(f'said {text!r}'))

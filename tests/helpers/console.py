@@ -5,12 +5,15 @@ from __future__ import annotations
 import json
 import os
 import shutil
+import subprocess
+import sys
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
 from helpers.isolation import isolated_env
 from helpers.markdown import ROOT
+from helpers.patience import PATIENCE
 from helpers.processes import Program
 
 CHROMIUM = shutil.which('chromium') or shutil.which('chromium-browser') or shutil.which('google-chrome')
@@ -42,9 +45,25 @@ class Stage:
         """Start a program."""
         return self._programs.enter_context(Program(source, *arguments, env=self.env))
 
-    def console(self, *arguments: str) -> tuple[Program, str]:
-        """Start a console on a free port; return it and its address."""
-        console = self.program(CONSOLE, 'console', '--no-open', '--json', '--port', '0', *arguments)
+    def command(self, line: str) -> str:
+        """Run a command line of ros2 in a shell, as a user would; return what it writes."""
+        done = subprocess.run(
+            ['sh', '-c', line.replace('ros2', f'{sys.executable} -m goalwire.cli', 1)],
+            env=self.env,
+            capture_output=True,
+            text=True,
+            timeout=PATIENCE,
+            check=False,
+        )
+        assert done.returncode == 0, done.stdout + done.stderr
+        return done.stdout
+
+    def console(self, *arguments: str, head_s: float | None = None) -> tuple[Program, str]:
+        """Start a console on a free port; return it and its address. `head_s`: how long heads may take."""
+        hurry = (
+            '' if head_s is None else f'import goalwire.console.server as server; server.HEAD_S = {head_s}'
+        )
+        console = self.program(hurry + CONSOLE, 'console', '--no-open', '--json', '--port', '0', *arguments)
         url = json.loads(console.expect(r'^\{.*\}$')[0])['url']
         return console, url
 

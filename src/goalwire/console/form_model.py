@@ -350,6 +350,14 @@ def to_yaml(values: Any) -> str:
     return text
 
 
+def in_one_line(value: Any) -> str:
+    """Write a value as YAML on one line, as commands take it."""
+    text: str = yaml.safe_dump(
+        plain(value), default_flow_style=True, width=10**9, allow_unicode=True, sort_keys=False
+    )
+    return text.strip().removesuffix('\n...').strip()
+
+
 def plain(value: Any) -> Any:
     """Return values without the subclasses that YAML would name."""
     if isinstance(value, Mapping):

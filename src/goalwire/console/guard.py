@@ -48,9 +48,13 @@ class TooLargeError(Exception):
 class Guard:
     """Wraps an application; refuses strangers, limits sizes, and adds the headers that bind a browser."""
 
-    def __init__(self, application: Application, settings: Settings) -> None:
+    def __init__(
+        self, application: Application, settings: Settings, is_full: Callable[[], bool] = lambda: False
+    ) -> None:
+        """`is_full` tells whether there are as many pages as there may be: each holds memory for a while."""
         self._application = application
         self._settings = settings
+        self._is_full = is_full
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Serve one connection."""
@@ -81,7 +85,7 @@ class Guard:
         origin = headers.get('origin')
         if origin is not None and origin.lower() != f'{self._settings.scheme}://{host}'.lower():
             return 'another site may not talk to this page'
-        if headers.get('sec-fetch-site') == 'cross-site' and headers.get('sec-fetch-mode') != 'navigate':
+        if headers.get('sec-fetch-site') == 'cross-site' and not _is_followed_link(headers):
             return 'another site may not talk to this page'
         return ''
 
@@ -111,6 +115,9 @@ class Guard:
         if not length.isdecimal() or int(length) > MOST_BYTES:
             await _refuse(scope, send, 413, 'that is too large')
             return
+        if scope['path'] == '/' and self._is_full():
+            await _refuse(scope, send, 503, 'too many pages are open: close some, or try again in a minute')
+            return
         received = 0
 
         async def limited() -> Message:
@@ -135,6 +142,11 @@ class Guard:
         except TooLargeError:
             if not begun:
                 await _refuse(scope, send, 413, 'that is too large')
+
+
+def _is_followed_link(headers: dict[str, str]) -> bool:
+    """Return whether a tab of its own is to show the answer: no picture, script or frame of a page."""
+    return headers.get('sec-fetch-mode') == 'navigate' and headers.get('sec-fetch-dest') == 'document'
 
 
 def _same(shown: str, token: str) -> bool:

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from goalwire.console.settings import Settings
 
 _LIST = '/list_parameters'
-_ANSWER_S = 5.0
+_ANSWER_S = 10.0
 _FIELDS = (
     '',
     'bool_value',

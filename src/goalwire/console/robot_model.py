@@ -1,7 +1,9 @@
 """What a robot looks like: links, joints and shapes of a URDF, and where joint states and frames put them.
 
 The URDF comes from another program: it is read within bounds, and names files of this machine only below the
-share folders of packages that are installed here, and only meshes.
+share folders of packages that are installed here, and only meshes. A robot's own programs read their URDF
+themselves (the humanoid's: `humanoid.urdf`), with masses and velocities in place of shapes: they run without
+this library, and this library without them.
 """
 
 from __future__ import annotations

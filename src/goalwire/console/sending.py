@@ -26,7 +26,7 @@ from goalwire.records import record
 HISTORY = 50
 RESULT_S = 10.0
 """How long the result of a goal that has ended may take to come."""
-CANCEL_S = 5.0
+CANCEL_S = 10.0
 _PARTS = {'service': 'Request', 'action': 'Goal', 'topic': ''}
 
 
@@ -56,11 +56,11 @@ class Target:
         self.fields: tuple[FormField, ...] = form_of(f'{type_name}_{part}' if part else type_name)
         self.defaults = defaults_of(self.fields, self.message_class())
 
-    def sending(self, values: Mapping[str, Any], timeout: float | None = None) -> Sending:
+    def sending(self, values: Mapping[str, Any], timeout: float | None = None, attempts: int = 1) -> Sending:
         """Return what would be sent. Raises FormError where the values do not fit."""
         checked = check(self.fields, values)
         different = without_defaults(checked, full_data(self.message_class()))
-        return Sending(self.kind, self.name, self.type_name, self.fields, different, timeout)
+        return Sending(self.kind, self.name, self.type_name, self.fields, different, timeout, attempts)
 
     def message(self, sending: Sending, now: Any) -> Any:
         """Return the message; `now` is the time that 'now' stands for. Raises FormError."""
@@ -74,7 +74,7 @@ class Sender:
         self._node = node
         self._settings = settings
         self._goals = goals
-        self._clients: dict[tuple[str, str, int], goalwire.Client[Any, Any]] = {}
+        self._clients: dict[tuple[str, str, goalwire.Retry | None], goalwire.Client[Any, Any]] = {}
         self._publishers: dict[tuple[str, str], goalwire.Publisher[Any]] = {}
         self._tasks: set[asyncio.Task[None]] = set()
         self._awaited: set[tuple[str, str]] = set()
@@ -97,11 +97,11 @@ class Sender:
 
     # -- services --------------------------------------------------------------------------------------------
 
-    async def call(self, target: Target, sending: Sending, attempts: int = 1) -> Sent:
+    async def call(self, target: Target, sending: Sending) -> Sent:
         """Call a service; how it fails is in the answer. Raises NotAllowedError and FormError."""
         self._settings.check_may_send(target.name)
         request = target.message(sending, self._now())
-        client = self.client(target.cls, target.name, target.type_name, attempts)
+        client = self.client(target.cls, target.name, target.type_name, sending.retry)
         began, at = perf_counter(), time()
         try:
             response = await client.call(request, timeout=sending.timeout)
@@ -113,14 +113,15 @@ class Sender:
         self.latencies.setdefault(target.name, Latencies()).note(seconds)
         return self._note(Sent(at, sending, as_data(response), seconds=seconds))
 
-    def client(self, cls: Any, name: str, type_name: str, attempts: int = 1) -> goalwire.Client[Any, Any]:
+    def client(
+        self, cls: Any, name: str, type_name: str, retry: goalwire.Retry | None = None
+    ) -> goalwire.Client[Any, Any]:
         """Return the console's client of a service, made when it is first asked for.
 
         It checks no permission: what only looks, at parameters and results, is not sending.
         """
-        key = (name, type_name, attempts)
+        key = (name, type_name, retry)
         if key not in self._clients:
-            retry = goalwire.Retry(attempts=attempts) if attempts > 1 else None
             self._clients[key] = self._node.client(cls, name, retry=retry)
         return self._clients[key]
 

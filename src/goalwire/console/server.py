@@ -10,12 +10,14 @@ import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+import h11
 import uvicorn
 from fastapi import FastAPI
+from uvicorn.protocols.http.h11_impl import H11Protocol
 
 import goalwire
 from goalwire.console.guard import MOST_BYTES, Guard
-from goalwire.console.page.shell import install
+from goalwire.console.page.shell import install, is_full
 from goalwire.console.session import Session
 from goalwire.console.settings import Settings
 from goalwire.errors import TransportError, peer_text
@@ -24,6 +26,9 @@ _GRACE_S = 2
 """How long browsers have to go when the console ends."""
 
 
+HEAD_S = 10.0
+"""How long the head of a request may take to come."""
+MOST_HEAD_BYTES = 64 << 10
 _LOGGERS = ('uvicorn', 'nicegui', 'engineio', 'socketio', 'asyncio')
 
 
@@ -66,6 +71,38 @@ def _logged_by(node: goalwire.Node) -> Iterator[None]:
         for logger in loggers:
             logger.removeHandler(handler)
             logger.propagate = True
+
+
+class _Http(H11Protocol):
+    """Closes connections whose request does not come in time: uvicorn would wait for ever.
+
+    It is uvicorn's HTTP with h11, for the one with httptools takes heads of any size.
+    """
+
+    _timer: asyncio.TimerHandle | None = None
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        super().connection_made(transport)
+        self._await_head()
+
+    def data_received(self, data: bytes) -> None:
+        super().data_received(data)
+        self._await_head()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        self._set_timer(None)
+        super().connection_lost(exc)
+
+    def _await_head(self) -> None:
+        if self.conn.their_state is not h11.IDLE:
+            self._set_timer(None)
+        elif self._timer is None:
+            self._set_timer(self.loop.call_later(HEAD_S, self.transport.close))
+
+    def _set_timer(self, timer: asyncio.TimerHandle | None) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+        self._timer = timer
 
 
 class _Server(uvicorn.Server):
@@ -124,19 +161,22 @@ def _listen(settings: Settings) -> socket.socket:
 
 def _config(application: FastAPI, settings: Settings) -> uvicorn.Config:
     config = uvicorn.Config(
-        Guard(application, settings),  # type: ignore[arg-type, unused-ignore] # the same thing, typed alike
+        Guard(application, settings, is_full),  # type: ignore[arg-type, unused-ignore] # the same thing, typed alike
         log_config=None,
         log_level='warning',
         access_log=False,
         server_header=False,
         ws_max_size=MOST_BYTES,
+        ws_per_message_deflate=False,  # it costs more than it saves, and a small message could be a large one
         ws_ping_interval=20,
-        h11_max_incomplete_event_size=64 << 10,
+        http=_Http,
+        h11_max_incomplete_event_size=MOST_HEAD_BYTES,
         limit_concurrency=400,
         timeout_graceful_shutdown=_GRACE_S,
         proxy_headers=False,
         ssl_certfile=settings.tls_cert or None,
         ssl_keyfile=settings.tls_key or None,
+        ssl_keyfile_password='-',  # noqa: S106 - a key with a password is refused; OpenSSL would ask for it
     )
     try:
         config.load()

@@ -7,6 +7,7 @@ from contextlib import suppress
 from typing import Any, Self
 
 import goalwire
+from goalwire.aio.graph import GraphProblem
 from goalwire.console.goal_table import GoalTable
 from goalwire.console.goal_watch import GoalWatch
 from goalwire.console.logs import LogBook
@@ -24,6 +25,8 @@ from goalwire.console.topics import Reading, Topics
 from goalwire.errors import UnknownInterfaceError
 
 _TICK_S = 1.0
+_STOP_S = 10.0
+"""How long an emergency stop may take to answer."""
 
 
 class Session:
@@ -101,6 +104,12 @@ class Session:
             await asyncio.sleep(_TICK_S)
             self.topics.measure()
 
+    def problems(self) -> list[GraphProblem]:
+        """Return what does not go together, but for what this console itself looks at."""
+        own = self.node.name
+        found = self.node.graph.problems()
+        return [each for each in found if all(end.node.qualified != own for end in each.endpoints)]
+
     # -- robots ----------------------------------------------------------------------------------------------
 
     def robot_names(self) -> list[str]:
@@ -140,7 +149,7 @@ class Session:
         cls = interface(stop.type_name)
         try:
             client = self.sender.client(cls, stop.name, stop.type_name)
-            answer = await client.call(cls.Request(**stop.values), timeout=5.0)
+            answer = await client.call(cls.Request(**stop.values), timeout=_STOP_S)
         except goalwire.GoalwireError as error:
             return f'{stop.name}: {error}'
         if not getattr(answer, 'success', True):

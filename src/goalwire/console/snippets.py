@@ -6,9 +6,8 @@ import shlex
 from collections.abc import Mapping
 from typing import Any
 
-import yaml
-
-from goalwire.console.form_model import NOW, FormField, plain
+import goalwire
+from goalwire.console.form_model import NOW, FormField, in_one_line, plain
 from goalwire.records import record
 
 
@@ -25,15 +24,23 @@ class Sending:
     values: Mapping[str, Any]
     """What differs from a new message."""
     timeout: float | None = None
+    attempts: int = 1
+    """How often the request of a service is sent where no answer comes, within `timeout` together."""
+
+    @property
+    def retry(self) -> goalwire.Retry | None:
+        """The policy for that many attempts: each has its part of the time, or there would be no second."""
+        if self.attempts < 2:
+            return None
+        each = None if self.timeout is None else round(self.timeout / self.attempts, 3)
+        return goalwire.Retry(attempts=self.attempts, timeout=each)
 
 
 def as_command(sending: Sending) -> str:
-    """Return a command line of ros2."""
+    """Return a command line of ros2, without deadline and attempts: ros2 has no words for them."""
     verb = {'service': 'service call', 'action': 'action send_goal', 'topic': 'topic pub'}[sending.kind]
     flags = {'service': '', 'action': ' --feedback', 'topic': ' --once'}[sending.kind]
-    values = yaml.safe_dump(
-        plain(sending.values), default_flow_style=True, width=10**9, allow_unicode=True, sort_keys=False
-    ).strip()
+    values = in_one_line(sending.values)
     name = shlex.quote(sending.name)
     return f'ros2 {verb}{flags} {name} {sending.type_name} {shlex.quote(values)}'
 
@@ -48,8 +55,9 @@ def as_python(sending: Sending) -> str:
     timeout = '' if sending.timeout is None else f', timeout={sending.timeout!r}'
     target = repr(sending.name)
     if sending.kind == 'service':
+        retry = _retry(sending.retry)
         body += [
-            f'        client = node.client({name}, {target})',
+            f'        client = node.client({name}, {target}{retry})',
             f'        print(await client.call(message{timeout}))',
         ]
     elif sending.kind == 'action':
@@ -85,6 +93,13 @@ def as_python(sending: Sending) -> str:
         'asyncio.run(main())',
     ]
     return '\n'.join(lines) + '\n'
+
+
+def _retry(retry: goalwire.Retry | None) -> str:
+    if retry is None:
+        return ''
+    timeout = '' if retry.timeout is None else f', timeout={retry.timeout!r}'
+    return f', retry=goalwire.Retry(attempts={retry.attempts}{timeout})'
 
 
 class _Writer:

@@ -1,6 +1,6 @@
-"""A robot for the console: it stands at the origin, goes where it is sent, waves, and can be stopped.
+"""A robot for the console: it stands at the origin, goes where it is sent, waves, speaks, and can be stopped.
 
-Arguments: the file of its URDF.
+Arguments: the file of its URDF. Its program `mischief` has what does not go together.
 """
 
 import asyncio
@@ -9,13 +9,15 @@ import sys
 from pathlib import Path
 
 from console_interfaces.action import GoTo
+from control_msgs.action import FollowJointTrajectory
 from example_interfaces.action import Fibonacci
 from geometry_msgs.msg import TransformStamped
-from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from sensor_msgs.msg import BatteryState, Image, JointState
 from std_msgs.msg import Float64, String
 from std_srvs.srv import SetBool, Trigger
 from tf2_msgs.msg import TFMessage
+from trajectory_msgs.msg import JointTrajectory
 
 import goalwire
 
@@ -27,6 +29,8 @@ class Robot:
         self.node = node
         self.x = self.y = self.clock = 0.0
         self.stopped = False
+        self.head = None
+        self.asked = 0
 
     async def go(self, goal):
         target = goal.request.x, goal.request.y
@@ -49,6 +53,28 @@ class Robot:
             await asyncio.sleep(0.2)
         return Fibonacci.Result(sequence=numbers)
 
+    async def follow(self, goal):
+        self.move(goal.request.trajectory, 'goal')
+        return FollowJointTrajectory.Result()
+
+    def move(self, trajectory, way):
+        [name], [point] = trajectory.joint_names, trajectory.points
+        self.head = point.positions[0]
+        print(f'{way}: {name} to {self.head:.2f}', flush=True)
+
+    async def listen(self, subscription, heard):
+        async for message in subscription:
+            heard(message)
+
+    async def shy(self, _request):
+        self.asked += 1
+        if self.asked % 2:
+            await asyncio.Event().wait()  # only each second request is answered
+        return Trigger.Response(success=True, message=f'answer to request {self.asked}')
+
+    async def deaf(self, _request):
+        await asyncio.Event().wait()
+
     async def stop(self, _request):
         self.stopped = True
         self.node.logger.error('emergency stop')
@@ -64,6 +90,7 @@ async def main(urdf):
     node = goalwire.Node('robot')
     async with node, goalwire.Node('mischief') as mischief:
         robot = Robot(node)
+        unreliable = goalwire.ReliabilityPolicy.BEST_EFFORT
         latched = goalwire.QoS(depth=1, durability=goalwire.DurabilityPolicy.TRANSIENT_LOCAL)
         description = node.publisher(String, 'robot_description', qos=latched)
         description.publish(data=urdf)
@@ -75,21 +102,42 @@ async def main(urdf):
         node.parameters.declare(
             'speed', 0.5, descriptor=ParameterDescriptor(description='m/s', floating_point_range=bounds)
         )
+        steps = [IntegerRange(from_value=0, to_value=100, step=10)]
+        node.parameters.declare(
+            'volume', 50, descriptor=ParameterDescriptor(description='loudness', integer_range=steps)
+        )
+        fixed = ParameterDescriptor(description='on the plate', read_only=True)
+        node.parameters.declare('serial', 'A-17', descriptor=fixed)
+        node.service(Trigger, 'shy', robot.shy, concurrent=True)
+        node.service(Trigger, 'deaf', robot.deaf, concurrent=True)
+        node.action_server(FollowJointTrajectory, 'arm/follow', robot.follow)
+        loop = asyncio.get_running_loop()
+        listening = [
+            loop.create_task(robot.listen(node.subscription(cls, topic), heard))
+            for cls, topic, heard in (
+                (JointTrajectory, 'arm/trajectory', lambda message: robot.move(message, 'message')),
+                (String, 'say', lambda message: print(f'said {message.data!r}', flush=True)),
+            )
+        ]
         node.service(Trigger, 'estop', robot.stop)
         node.service(SetBool, 'lamp', robot.lamp)
         node.action_server(GoTo, 'go_to', robot.go)
         node.action_server(Fibonacci, 'count', robot.count, accept=lambda goal: goal.order < 100)
         mischief.publisher(String, 'quarrel')
         mischief.subscription(Float64, 'quarrel')
+        mischief.publisher(String, 'whisper', qos=goalwire.QoS(reliability=unreliable))
+        mischief.subscription(String, 'whisper', qos=10)
+        mischief.logger.warning('half of this is <b>wrong</b>')
         node.logger.info('<script>window.hacked = 1</script><img src=x onerror="window.hacked = 1">')
         texts = node.publisher(String, 'texts', qos=latched)
         texts.publish(data='<script>window.hacked = 1</script> javascript:window.hacked=1')
-        print('ready', flush=True)
+        print('ready', len(listening), flush=True)
         async for _ in node.timer(PERIOD_S):
             if not robot.stopped:
                 robot.clock += PERIOD_S
             waving = 0.8 * math.sin(2 * robot.clock)
-            joints.publish(name=['left_joint', 'head_joint'], position=[waving, 0.5 * waving])
+            head = 0.5 * waving if robot.head is None else robot.head
+            joints.publish(name=['left_joint', 'head_joint'], position=[waving, head])
             pose = TransformStamped()
             pose.header.frame_id, pose.child_frame_id = 'odom', 'base_link'
             pose.transform.translation.x, pose.transform.translation.y = robot.x, robot.y

@@ -9,12 +9,10 @@ from typing import Any
 from nicegui import ui
 
 from goalwire.console.goal_table import TrackedGoal, lanes
-from goalwire.console.page.forms import Form
-from goalwire.console.page.parts import LiveTable, SwimLanes, ValueTree, copy_buttons, head
+from goalwire.console.page.parts import LiveTable, SwimLanes, ValueTree, head
+from goalwire.console.page.send_form import SendForm
 from goalwire.console.page.view import View, duration
-from goalwire.console.sending import Target
-from goalwire.console.snippets import Sending, as_command, as_python
-from goalwire.errors import FormError, GoalwireError, peer_text
+from goalwire.errors import GoalwireError, peer_text
 
 TONES = {
     'EXECUTING': 'info',
@@ -39,8 +37,7 @@ class ActionsView(View):
     period = 0.2
 
     def build(self) -> None:
-        self._target: Target | None = None
-        self._form: Form | None = None
+        self._form: SendForm | None = None
         self._span = 60
         self._goal: tuple[str, str] | None = None
         self._goal_state: object = None
@@ -151,7 +148,9 @@ class ActionsView(View):
         with self._goal_card:
             with ui.element('div').classes('gw-head'):
                 head('Goal')
-                ui.label(goal.goal_id[:8]).classes('gw-mono gw-dim').tooltip(goal.goal_id)
+                ui.label(goal.goal_id[:8]).classes('gw-mono gw-dim').props('data-goal-id').tooltip(
+                    goal.goal_id
+                )
                 ui.label(goal.status.lower()).classes(f'gw-chip {TONES.get(goal.status, "")}').props(
                     'data-status'
                 )
@@ -230,66 +229,36 @@ class ActionsView(View):
         self._form_card.clear()
         with self._form_card:
             try:
-                self._target = target = self.session.sender.target('action', name, type_name)
+                target = self.session.sender.target('action', name, type_name)
             except GoalwireError as error:
                 ui.label(peer_text(error, 400)).classes('gw-problem')
                 return
             with ui.element('div').classes('gw-head'):
                 ui.label(name).classes('gw-title gw-mono')
                 ui.label(type_name).classes('gw-chip')
-            self._form = Form(target.fields, target.defaults)
             history = self.session.sender.history.get(('action', name))
+            self._form = form = SendForm(self.page, target)
             if history:
-                self._form.fill(history[-1].sending.values)
+                form.fill(history[-1].sending.values)
             with ui.element('div').classes('gw-actions'):
-                send = ui.button('Send goal', icon='send', on_click=self._send).props(
-                    'unelevated dense no-caps color=primary data-send-goal padding="4px 14px"'
-                )
-                if not self.settings.may_send(name):
-                    send.disable()
-                self._timeout = (
-                    ui.number('Deadline [s]', placeholder='none', min=0.1, step=1)
-                    .props('outlined dense')
-                    .style('width: 112px')
-                )
-                ui.button('YAML', icon='data_object', on_click=self._toggle_yaml).props('flat dense no-caps')
+                form.send_button('Send goal', 'data-send-goal', self._send)
+                form.deadline_field(None)
+                form.yaml_button()
             self._ends = (
                 ui.checkbox('Cancel this goal when the page is closed')
                 .props('dense size=sm')
                 .classes('gw-small')
             )
             with ui.element('div').classes('gw-actions'):
-                copy_buttons(lambda: self._copied(as_python), lambda: self._copied(as_command))
-
-    def _toggle_yaml(self) -> None:
-        if self._form is not None:
-            try:
-                self._form.toggle_yaml()
-            except FormError as error:
-                self.page.tell(str(error), 'warning')
-
-    def _sending(self) -> Sending | None:
-        if self._form is None or self._target is None:
-            return None
-        try:
-            timeout = float(self._timeout.value) if self._timeout.value else None
-            return self._target.sending(self._form.values(), timeout)
-        except FormError as error:
-            self.page.tell(str(error), 'warning')
-            return None
-
-    def _copied(self, write: Any) -> str | None:
-        sending = self._sending()
-        return None if sending is None else str(write(sending))
+                form.copy_buttons()
 
     async def _send(self) -> None:
-        sending, target = self._sending(), self._target
-        if sending is None or target is None:
-            return
-        if not await self.page.confirm('action', target.name, 'Send this goal?', as_command(sending)):
+        form = self._form
+        sending = None if form is None else await form.confirmed('Send this goal?', 'Send')
+        if form is None or sending is None:
             return
         ends = bool(self._ends.value)
-        goal = await self.page.attempt(self.session.sender.send_goal(target, sending))
+        goal = await self.page.attempt(self.session.sender.send_goal(form.target, sending))
         if goal is None:
             return
         if ends:

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-import yaml
 from nicegui import ui
 
-from goalwire.console.form_model import FormField, check, parse_yaml, plain, to_yaml
+from goalwire.console.form_model import FormField, check, in_one_line, parse_yaml, plain, to_yaml
 from goalwire.errors import FormError
 
 
@@ -190,7 +189,7 @@ class _Fields:
 
 def _text_of(field: FormField, value: Any) -> str:
     if isinstance(value, list):
-        return yaml.safe_dump(plain(value), default_flow_style=True, width=10**9).strip()[1:-1]
+        return in_one_line(value)[1:-1]
     if isinstance(value, Mapping):
         seconds = value.get('sec', 0) + value.get('nanosec', 0) / 1e9
         return f'{seconds:g}' if field.kind == 'time' else str(value)

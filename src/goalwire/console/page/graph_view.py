@@ -7,6 +7,7 @@ from typing import Any
 from nicegui import ui
 
 from goalwire.aio.graph import EndpointKind, GraphEntity
+from goalwire.console.graph_layout import Place, arranged
 from goalwire.console.page.parts import LiveTable, head
 from goalwire.console.page.view import View
 
@@ -54,6 +55,7 @@ class GraphViewPage(View):
         self._filter = ''
         self._chosen = ''
         self._hidden = False
+        self._places: dict[str, Place] = {}
         with ui.element('div').classes('gw-card flush').props('data-problems') as self._problem_card:
             with ui.element('div').classes('gw-head'):
                 head('What does not go together', 'error_outline')
@@ -74,7 +76,7 @@ class GraphViewPage(View):
             self._chart = ui.echart(
                 _chart_options([], [], dark=self.page.is_dark), on_point_click=self._on_point
             )
-            self._chart.style('height: 320px; width: 100%').props('data-chart')
+            self._chart.style('height: 400px; width: 100%').props('data-chart')
             self._too_many = ui.label('').classes('gw-empty')
         with ui.element('div').classes('gw-card flush'):
             with ui.element('div').classes('gw-head'):
@@ -120,7 +122,7 @@ class GraphViewPage(View):
             return
         self._version = graph.version
         endpoints = [each for each in graph.endpoints() if self._hidden or self._is_shown(each)]
-        problems = graph.problems()
+        problems = self.session.problems()
         self._problem_card.set_visibility(bool(problems))
         self._problems.put(
             [
@@ -168,6 +170,9 @@ class GraphViewPage(View):
         self._chart.set_visibility(drawn)
         self._too_many.set_visibility(not drawn)
         if drawn:
+            self._places = arranged(list(points), links, self._places)
+            for name, point in points.items():
+                point['x'], point['y'] = self._places[name]
             options = _chart_options(list(points.values()), list(links.values()), dark=self.page.is_dark)
             self._chart.options.clear()
             self._chart.options.update(options)
@@ -235,16 +240,14 @@ def _chart_options(
         'series': [
             {
                 'type': 'graph',
-                'layout': 'force',
-                'top': 40,
+                'layout': 'none',
+                'left': 90,
+                'right': 90,
+                'top': 44,
+                'bottom': 34,
                 'roam': True,
                 'draggable': True,
-                'force': {
-                    'repulsion': 190,
-                    'edgeLength': [50, 110],
-                    'gravity': 0.14,
-                    'layoutAnimation': False,
-                },
+                'labelLayout': {'hideOverlap': True},
                 'label': {'show': True, 'position': 'bottom', 'fontSize': 11, 'formatter': '{b}'},
                 'edgeSymbol': ['none', 'arrow'],
                 'edgeSymbolSize': 6,

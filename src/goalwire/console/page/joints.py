@@ -49,6 +49,7 @@ class JointSliders:
             )
             self._values[joint.name] = ui.label('').classes('gw-slider-value')
             slider = ui.slider(min=joint.lower, max=joint.upper, step=0.01, value=0.0).props('dense')
+            slider.props['data-joint'] = joint.name
             slider.disable()
             slider.on('pan', lambda event, name=joint.name: self._hold(name, str(event.args)))
             slider.on('change', lambda event, name=joint.name: self._move(name, event.args), throttle=0.1)

@@ -42,7 +42,7 @@ class LogsView(View):
                 ).style('width: 160px')
                 self._select = (
                     ui.select({'': 'All nodes'}, value='', on_change=self._set_node)
-                    .props('outlined dense options-dense')
+                    .props('outlined dense options-dense data-node')
                     .style('width: 190px')
                 )
                 ui.input(placeholder='Text', on_change=self._set_text).props(

@@ -7,7 +7,7 @@ from typing import Any
 import yaml
 from nicegui import ui
 
-from goalwire.console.form_model import plain
+from goalwire.console.form_model import in_one_line
 from goalwire.console.page.parts import LiveTable, head
 from goalwire.console.page.view import View
 from goalwire.console.remote_parameters import (
@@ -89,11 +89,12 @@ class ParametersView(View):
 
     def _editor(self, node: str, parameter: RemoteParameter) -> None:
         locked = parameter.read_only or parameter.number == 0 or not self.settings.may_send(node)
-        mark = f'data-parameter="{_attribute(parameter.name)}"'
+        field: Any
         if parameter.number == 1:
-            field: Any = ui.switch(value=bool(parameter.value)).props(f'dense {mark}')
+            field = ui.switch(value=bool(parameter.value)).props('dense')
         else:
-            field = ui.input(value=_text(parameter)).props(f'outlined dense {mark}').style('flex: 1')
+            field = ui.input(value=_text(parameter)).props('outlined dense').style('flex: 1')
+        field.props['data-parameter'] = parameter.name
         if locked:
             field.disable()
             ui.label('read-only' if parameter.read_only else parameter.kind).classes('gw-chip')
@@ -103,9 +104,8 @@ class ParametersView(View):
         async def put() -> None:
             await self._set(node, parameter, field.value)
 
-        ui.button('Set', on_click=put).props(
-            f'flat dense no-caps color=primary data-set="{_attribute(parameter.name)}"'
-        )
+        button = ui.button('Set', on_click=put).props('flat dense no-caps color=primary')
+        button.props['data-set'] = parameter.name
 
     async def _set(self, node: str, parameter: RemoteParameter, typed: Any) -> None:
         try:
@@ -113,7 +113,7 @@ class ParametersView(View):
         except (TypeError, ValueError, yaml.YAMLError) as error:
             self.page.tell(' '.join(str(error).split()), 'warning')
             return
-        text = f'ros2 param set {node} {parameter.name} {_flow(value)}'
+        text = f'ros2 param set {node} {parameter.name} {in_one_line(value)}'
         if not await self.page.confirm('parameters', node, 'Set this parameter?', text, 'Set'):
             return
 
@@ -126,21 +126,11 @@ class ParametersView(View):
             await self._choose(node)
 
 
-def _attribute(name: str) -> str:
-    """Return a name for an attribute of the page: what could end the attribute is left out."""
-    return ''.join(each for each in name if each.isalnum() or each in '_./-')
-
-
 def _bounds(parameter: RemoteParameter) -> str:
     if parameter.least is None or parameter.most is None:
         return ''
     step = f', in steps of {parameter.step:g}' if parameter.step else ''
     return f'{parameter.least:g} to {parameter.most:g}{step}'
-
-
-def _flow(value: Any) -> str:
-    text: str = yaml.safe_dump(plain(value), default_flow_style=True, width=10**9).strip()
-    return text.removesuffix('\n...').strip()
 
 
 def _text(parameter: RemoteParameter) -> str:
@@ -149,7 +139,7 @@ def _text(parameter: RemoteParameter) -> str:
         if isinstance(parameter.value, str)
         else ''
         if parameter.value is None
-        else _flow(parameter.value)
+        else in_one_line(parameter.value)
     )
 
 

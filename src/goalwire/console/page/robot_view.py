@@ -10,15 +10,13 @@ import nicegui
 from nicegui import ui
 from nicegui.element import Element
 
-from goalwire.console.page.forms import Form
 from goalwire.console.page.joints import JointSliders
-from goalwire.console.page.parts import copy_buttons, head
+from goalwire.console.page.parts import head
+from goalwire.console.page.send_form import SendForm
 from goalwire.console.page.view import View
 from goalwire.console.robot_model import as_scene
 from goalwire.console.robot_watch import NavigationTarget, navigation_target, place_values
-from goalwire.console.sending import Target
-from goalwire.console.snippets import as_command, as_python
-from goalwire.errors import FormError, GoalwireError, RemoteError, UnknownInterfaceError
+from goalwire.errors import GoalwireError, RemoteError, UnknownInterfaceError
 
 if TYPE_CHECKING:
     from goalwire.console.robot_watch import RobotWatch
@@ -296,11 +294,9 @@ class RobotView(View):
             ui.label(f'Send it to x {place[0]:.2f} m, y {place[1]:.2f} m?').classes('gw-title')
             ui.label(f'{way.action}, in {frame}').classes('gw-dim gw-mono')
             with ui.expansion('The goal in full').props('dense').style('width: 100%'):
-                form = Form(target.fields, values)
+                form = SendForm(self.page, target, values)
             with ui.element('div').classes('gw-actions').style('width: 100%'):
-                copy_buttons(
-                    lambda: _copied(target, form, as_python), lambda: _copied(target, form, as_command)
-                )
+                form.copy_buttons()
                 ui.element('div').classes('gw-spread')
                 ui.button('Cancel', on_click=lambda: dialog.submit(False)).props('flat dense no-caps')
                 ui.button('Send', icon='send', on_click=lambda: dialog.submit(True)).props(
@@ -308,14 +304,9 @@ class RobotView(View):
                 )
         with self.page.client:
             answer = await dialog
-        try:
-            sending = target.sending(form.values())
-        except FormError as error:
-            self.page.tell(str(error), 'warning')
-            return
-        finally:
-            dialog.delete()
-        if answer:
+        sending = form.sending() if answer else None
+        dialog.delete()
+        if sending is not None:
             goal = await self.page.attempt(self.session.sender.send_goal(target, sending))
             if goal is not None and goal.problem:
                 self.page.tell(goal.problem, 'negative')
@@ -324,13 +315,6 @@ class RobotView(View):
         if self._watch is not None:
             self.session.leave_robot(self._watch)
             self._watch = None
-
-
-def _copied(target: Target, form: Form, write: Any) -> str | None:
-    try:
-        return str(write(target.sending(form.values())))
-    except FormError:
-        return None
 
 
 def _place_in(request: Any, way: NavigationTarget) -> tuple[float, float, float] | None:

@@ -7,16 +7,18 @@ from typing import Any
 
 from nicegui import ui
 
-from goalwire.console.form_model import to_yaml
-from goalwire.console.page.forms import Form
+import goalwire
+from goalwire.console.form_model import in_one_line
 from goalwire.console.page.graph_view import PARAMETER_SERVICES
-from goalwire.console.page.parts import LiveTable, ValueTree, copy_buttons, head
+from goalwire.console.page.parts import LiveTable, ValueTree, head
+from goalwire.console.page.send_form import SendForm
 from goalwire.console.page.view import View, duration
-from goalwire.console.sending import Sent, Target
-from goalwire.console.snippets import Sending, as_command, as_python
-from goalwire.errors import FormError, GoalwireError, peer_text
+from goalwire.console.sending import Sent
+from goalwire.console.service_events import POSTFIX, SeenCall, ServiceEvents
+from goalwire.console.topics import Reading
+from goalwire.errors import GoalwireError, peer_text
 
-_TIMEOUT_S = 5.0
+_TIMEOUT_S = 10.0
 
 
 class ServicesView(View):
@@ -30,8 +32,10 @@ class ServicesView(View):
     def build(self) -> None:
         self._filter = ''
         self._all = False
-        self._target: Target | None = None
-        self._form: Form | None = None
+        self._form: SendForm | None = None
+        self._events = ServiceEvents()
+        self._event_reading: Reading | None = None
+        self._events_shown = -1
         with ui.element('div').classes('gw-side gw-fill').style('grid-template-rows: minmax(0, 1fr)'):
             with ui.element('div').classes('gw-card flush'):
                 with ui.element('div').classes('gw-head'):
@@ -72,6 +76,7 @@ class ServicesView(View):
             tone = {'tone': 'bad'} if len(types) > 1 else {}
             rows.append({'key': name, 'cells': [name, {'text': short, 'title': ', '.join(types)}], **tone})
         self._table.put(rows)
+        self._refresh_events()
 
     # -- one service -----------------------------------------------------------------------------------------
 
@@ -80,9 +85,11 @@ class ServicesView(View):
         if not types:
             return
         self._table.choose(name)
+        self._forget_events()
+        self._form = None
         self._detail.clear()
         try:
-            self._target = target = self.session.sender.target('service', name, types[0])
+            target = self.session.sender.target('service', name, types[0])
         except GoalwireError as error:
             with self._detail:
                 ui.label(peer_text(error, 400)).classes('gw-problem')
@@ -92,8 +99,8 @@ class ServicesView(View):
                 with ui.element('div').classes('gw-head'):
                     ui.label(name).classes('gw-title gw-mono')
                     ui.label(target.type_name).classes('gw-chip')
-                self._form = Form(target.fields, target.defaults)
-                self._buttons(target)
+                self._form = SendForm(self.page, target)
+                self._buttons(self._form)
             self._answer_card = ui.element('div').classes('gw-card').props('data-answer')
             with ui.element('div').classes('gw-two'):
                 with ui.element('div').classes('gw-card'):
@@ -113,79 +120,84 @@ class ServicesView(View):
                         empty='Calls from here are kept while the console runs.',
                         on_row=self._use_again,
                     )
+            self._build_events()
         history = self.session.sender.history.get(('service', name))
         self._show(history[-1] if history else None)
+        self._refresh_events()
 
-    def _buttons(self, target: Target) -> None:
+    def _build_events(self) -> None:
+        with ui.element('div').classes('gw-card flush').props('data-events') as self._event_card:
+            with ui.element('div').classes('gw-head'):
+                head('Calls of everybody', 'sensors')
+                ui.label('from service introspection').classes('gw-dim gw-small')
+            self._event_table = LiveTable(
+                [
+                    {'name': 'at', 'label': 'At', 'width': '84px'},
+                    {'name': 'client', 'label': 'Client', 'mono': True, 'width': '108px'},
+                    {'name': 'request', 'label': 'Request', 'mono': True},
+                    {'name': 'response', 'label': 'Response', 'mono': True},
+                    {'name': 'served', 'label': 'Served in', 'align': 'right', 'width': '84px'},
+                    {'name': 'took', 'label': 'Took', 'align': 'right', 'width': '84px'},
+                ],
+                empty='Nobody has called it since you chose it.',
+            )
+
+    def _buttons(self, form: SendForm) -> None:
         with ui.element('div').classes('gw-actions'):
-            call = ui.button('Call', icon='send', on_click=self._call).props(
-                'unelevated dense no-caps color=primary data-call padding="4px 14px"'
-            )
-            if not self.settings.may_send(target.name):
-                call.disable()
-                call.tooltip('This console may not send to it')
-            self._timeout = (
-                ui.number('Deadline [s]', value=_TIMEOUT_S, min=0.1, step=1)
-                .props('outlined dense data-deadline')
-                .style('width: 112px')
-            )
-            self._attempts = (
-                ui.number('Attempts', value=1, min=1, max=10, step=1, precision=0)
-                .props('outlined dense data-attempts')
-                .style('width: 92px')
-            )
-            self._attempts.tooltip(
-                'More than one: the request may be handled twice, so the service must be idempotent'
-            )
-            ui.button('YAML', icon='data_object', on_click=self._toggle_yaml).props(
-                'flat dense no-caps data-toggle-yaml'
-            )
+            form.send_button('Call', 'data-call', self._call)
+            form.deadline_field(_TIMEOUT_S)
+            form.attempts_field()
+            form.yaml_button()
             ui.element('div').classes('gw-spread')
-            copy_buttons(lambda: self._copied(as_python), lambda: self._copied(as_command))
-
-    def _toggle_yaml(self) -> None:
-        if self._form is not None:
-            try:
-                self._form.toggle_yaml()
-            except FormError as error:
-                self.page.tell(str(error), 'warning')
-
-    def _sending(self) -> Sending | None:
-        if self._form is None or self._target is None:
-            return None
-        try:
-            return self._target.sending(self._form.values(), float(self._timeout.value or _TIMEOUT_S))
-        except FormError as error:
-            self.page.tell(str(error), 'warning')
-            return None
-
-    def _copied(self, write: Any) -> str | None:
-        sending = self._sending()
-        return None if sending is None else str(write(sending))
+            form.copy_buttons()
 
     async def _call(self) -> None:
-        sending, target = self._sending(), self._target
-        if sending is None or target is None:
+        form = self._form
+        sending = None if form is None else await form.confirmed('Call this service?', 'Call')
+        if form is None or sending is None:
             return
-        if not await self.page.confirm(
-            'service', target.name, 'Call this service?', as_command(sending), 'Call'
-        ):
-            return
-        attempts = int(self._attempts.value or 1)
-        sent = await self.page.attempt(self.session.sender.call(target, sending, attempts))
-        if sent is not None and self._target is target:
+        sent = await self.page.attempt(self.session.sender.call(form.target, sending))
+        if sent is not None and self._form is form:
             self._show(sent)
 
-    def _use_again(self, key: str) -> None:
-        if self._target is None or self._form is None:
+    # -- introspection ---------------------------------------------------------------------------------------
+
+    def _refresh_events(self) -> None:
+        if self._form is None:
             return
-        for sent in self.session.sender.history.get(('service', self._target.name), ()):
+        target = self._form.target
+        topic = target.name + POSTFIX
+        there = bool(self.node.graph.publishers(topic))
+        if there and self._event_reading is None:
+            qos = goalwire.QoS(depth=1000)
+            self._event_reading = self.session.topics.read(
+                topic, f'{target.type_name}_Event', self._events.take, qos
+            )
+        self._event_card.set_visibility(there or self._events.version > 0)
+        if self._events.version != self._events_shown:
+            self._events_shown = self._events.version
+            self._event_table.put([_event_row(call) for call in self._events.latest])
+
+    def _forget_events(self) -> None:
+        if self._event_reading is not None:
+            self._event_reading.close()
+        self._event_reading, self._events, self._events_shown = None, ServiceEvents(), -1
+
+    def close(self) -> None:
+        self._forget_events()
+
+    # -- what was called from here ---------------------------------------------------------------------------
+
+    def _use_again(self, key: str) -> None:
+        if self._form is None:
+            return
+        for sent in self.session.sender.history.get(('service', self._form.target.name), ()):
             if f'{sent.at}' == key:
                 self._form.fill(sent.sending.values)
                 self._show(sent)
 
     def _show(self, sent: Sent | None) -> None:
-        assert self._target is not None
+        assert self._form is not None
         self._answer_card.clear()
         self._answer_card.set_visibility(sent is not None)
         if sent is not None:
@@ -206,24 +218,24 @@ class ServicesView(View):
         self._put_latencies()
 
     def _put_history(self) -> None:
-        assert self._target is not None
+        assert self._form is not None
         rows = [
             {
                 'key': f'{sent.at}',
                 'cells': [
                     strftime('%H:%M:%S', localtime(sent.at)),
                     duration(sent.seconds),
-                    sent.problem or (to_yaml(sent.sending.values).strip() if sent.sending.values else '{}'),
+                    sent.problem or in_one_line(sent.sending.values),
                 ],
                 **({'tone': 'bad'} if sent.problem else {}),
             }
-            for sent in reversed(self.session.sender.history.get(('service', self._target.name), ()))
+            for sent in reversed(self.session.sender.history.get(('service', self._form.target.name), ()))
         ]
         self._history.put(rows)
 
     def _put_latencies(self) -> None:
-        assert self._target is not None
-        latencies = self.session.sender.latencies.get(self._target.name)
+        assert self._form is not None
+        latencies = self.session.sender.latencies.get(self._form.target.name)
         self._latency_head.clear()
         with self._latency_head:
             head('Latency', 'timer')
@@ -237,6 +249,19 @@ class ServicesView(View):
         self._chart.options.clear()
         self._chart.options.update(_bars(edges, counts, dark=self.page.is_dark))
         self._chart.update()
+
+
+def _event_row(call: SeenCall) -> dict[str, Any]:
+    answer = in_one_line(call.response) if call.response is not None else call.state
+    cells = [
+        strftime('%H:%M:%S', localtime(call.seen_at)),
+        {'text': f'…{call.client[-8:]} {call.number}', 'title': call.client},
+        '' if call.request is None else in_one_line(call.request),
+        {'text': answer, 'title': call.state},
+        '' if call.served_in is None else duration(call.served_in),
+        '' if call.took is None else duration(call.took),
+    ]
+    return {'key': f'{call.client} {call.number}', 'cells': cells}
 
 
 def _bars(edges: list[float], counts: list[int], *, dark: bool) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from typing import Any
 
 from fastapi import FastAPI
 from fastapi.responses import FileResponse, PlainTextResponse, Response
-from nicegui import Client, app, background_tasks, ui
+from nicegui import Client, app, background_tasks, core, ui
 
 from goalwire.console.page.actions_view import ActionsView
 from goalwire.console.page.graph_view import GraphViewPage
@@ -33,6 +33,8 @@ VIEWS: tuple[type[View], ...] = (
     LogsView,
     StatisticsView,
 )
+MOST_PAGES = 100
+"""Of all browsers together; one that nobody connects to counts for a minute."""
 _STYLE = Path(__file__).with_name('style.css')
 
 
@@ -53,7 +55,12 @@ def install(application: FastAPI, session: Session) -> None:
     def page(view: str = '') -> None:
         Shell(ui.context.client, session, version).build(view)
 
+    @app.exception_handler(404)
+    def missing(_request: object, _error: Exception) -> Response:
+        return PlainTextResponse('there is no such page\n', 404)  # NiceGUI's own would be a page in memory
+
     app.config.socket_io_js_transports = ['websocket']
+    core.sio.eio.transports = ['websocket']
     ui.run_with(
         application,
         title='goalwire console',
@@ -65,6 +72,11 @@ def install(application: FastAPI, session: Session) -> None:
         binding_refresh_interval=None,
         show_welcome_message=False,
     )
+
+
+def is_full() -> bool:
+    """Return whether there are as many pages as there may be."""
+    return len(Client.instances) >= MOST_PAGES
 
 
 class Shell:
@@ -148,7 +160,7 @@ class Shell:
             self._seen_version = graph.version
             count = len(graph.nodes())
             self._nodes.set_text(f'{count} node' + ('s' if count != 1 else ''))
-            problems = len(graph.problems())
+            problems = len(session.problems())
             self._problems.set_text(f'{problems} mismatch' + ('es' if problems != 1 else ''))
             self._problems.set_visibility(problems > 0)
         self._stop.set_visibility(bool(session.stops) and not session.settings.read_only)

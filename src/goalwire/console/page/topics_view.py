@@ -9,10 +9,9 @@ from nicegui import ui
 
 from goalwire.console.images import COMPRESSED, IMAGE, as_data_url
 from goalwire.console.measuring import Series, as_csv, numbers_in
-from goalwire.console.page.forms import Form
-from goalwire.console.page.parts import LiveTable, ValueTree, copy_buttons, head
+from goalwire.console.page.parts import LiveTable, ValueTree, head
+from goalwire.console.page.send_form import SendForm
 from goalwire.console.page.view import View
-from goalwire.console.snippets import Sending, as_command, as_python
 from goalwire.console.topics import Reading
 from goalwire.console.types import as_data
 from goalwire.errors import GoalwireError, RemoteError, peer_text
@@ -52,7 +51,7 @@ class TopicsView(View):
         self._plots: list[Plotted] = []
         self._paused_at: float | None = None
         self._span = 30
-        self._form: Form | None = None
+        self._form: SendForm | None = None
         with ui.element('div').classes('gw-two'):
             with ui.element('div').classes('gw-card flush').style('max-height: 47vh'):
                 with ui.element('div').classes('gw-head'):
@@ -181,47 +180,23 @@ class TopicsView(View):
     def _open_form(self) -> None:
         self._form_box.clear()
         try:
-            target = self._target = self.session.sender.target('topic', self._topic, self._type)
+            target = self.session.sender.target('topic', self._topic, self._type)
         except GoalwireError as error:
             self.page.tell(peer_text(error), 'negative')
             return
         with self._form_box:
-            self._form = Form(target.fields, target.defaults)
+            self._form = form = SendForm(self.page, target)
             with ui.element('div').classes('gw-actions'):
-                ui.button('Publish', icon='send', on_click=self._publish).props(
-                    'unelevated dense no-caps color=primary data-publish padding="4px 12px"'
-                )
-                ui.button('YAML', icon='data_object', on_click=self._toggle_yaml).props('flat dense no-caps')
-                copy_buttons(lambda: self._copied(as_python), lambda: self._copied(as_command))
-
-    def _toggle_yaml(self) -> None:
-        if self._form is not None:
-            try:
-                self._form.toggle_yaml()
-            except GoalwireError as error:
-                self.page.tell(str(error), 'warning')
-
-    def _sending(self) -> Sending | None:
-        if self._form is None:
-            return None
-        try:
-            return self._target.sending(self._form.values())
-        except GoalwireError as error:
-            self.page.tell(str(error), 'warning')
-            return None
-
-    def _copied(self, write: Any) -> str | None:
-        sending = self._sending()
-        return None if sending is None else str(write(sending))
+                form.send_button('Publish', 'data-publish', self._publish)
+                form.yaml_button()
+                form.copy_buttons()
 
     async def _publish(self) -> None:
-        sending = self._sending()
-        if sending is None:
+        form = self._form
+        sending = None if form is None else await form.confirmed('Publish this message?', 'Publish')
+        if form is None or sending is None:
             return
-        text = as_command(sending)
-        if not await self.page.confirm('topic', sending.name, 'Publish this message?', text, 'Publish'):
-            return
-        sent = await self.page.attempt(self.session.sender.publish_once(self._target, sending))
+        sent = await self.page.attempt(self.session.sender.publish_once(form.target, sending))
         if sent is not None:
             self.page.tell(sent.problem or 'Published', 'warning' if sent.problem else 'positive')
 

@@ -79,7 +79,7 @@ class Page:
         """Refresh the view again and again, each time when the browser has shown the last refresh.
 
         So at most one refresh is on its way: a browser that reads slowly, or not at all, is sent little, and
-        holds up nobody else.
+        holds up nobody else. While it does not answer, it is sent the question alone.
         """
         await self.client.connected()
         while not self.closed:
@@ -87,10 +87,8 @@ class Page:
             view = self.view
             with self.client:
                 self._refresh(view)
-            try:
-                await self.client.run_javascript(_ACKNOWLEDGE, timeout=_ANSWER_S)
-            except TimeoutError:
-                continue
+            while not await self._has_answered():
+                pass
             left = (view.period if view else 0.5) - (monotonic() - began)
             self._changed.clear()
             try:
@@ -98,6 +96,14 @@ class Page:
                     await self._changed.wait()
             except TimeoutError:
                 continue
+
+    async def _has_answered(self) -> bool:
+        """Wait for the browser's next frame; True where it came in time, or is not wanted any more."""
+        try:
+            await self.client.run_javascript(_ACKNOWLEDGE, timeout=_ANSWER_S)
+        except TimeoutError:
+            return self.closed
+        return True
 
     def _refresh(self, view: View | None) -> None:
         try:
@@ -144,7 +150,14 @@ class Page:
     def tell(self, text: str, kind: Tone = 'positive') -> None:
         """Show a line for some seconds, as text."""
         with self.client:
-            ui.notify(text, type=kind, position='bottom-right', multi_line=len(text) > 90, html=False)
+            ui.notify(
+                text,
+                type=kind,
+                position='bottom-right',
+                multi_line=len(text) > 90,
+                html=False,
+                textColor='white',
+            )
 
     async def confirm(self, kind: str, name: str, title: str, text: str, button: str = 'Send') -> bool:
         """Ask once before something is sent; True where it may be. `text` shows what it is."""
