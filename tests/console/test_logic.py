@@ -286,6 +286,7 @@ def test_a_drawing_has_room_for_all_and_keeps_its_places() -> None:
 # -- the pace ------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.timeout(300)  # the library of the page takes long to import where the machine is busy
 def test_a_browser_that_does_not_answer_is_sent_no_second_refresh() -> None:
     pytest.importorskip('nicegui')
     from goalwire.console.page.view import Page

@@ -387,12 +387,15 @@ def test_goals_are_cancelled_those_before_one_and_all(stage: Stage, open_page: O
     # The robot goes in the middle of a goal: the page says so.
     page.click('[data-send-goal]')
     page.wait_for_selector('[data-goal] [data-status]:has-text("executing")')
-    robot.kill()
-    page.wait_for_selector('[data-goal] [data-status]:has-text("unknown")')
-    page.wait_for_selector('[data-goal] .gw-problem')
     view(page, 'robot')
+    page.wait_for_selector('[data-fresh]:has-text("live")')
+    robot.kill()
     page.wait_for_selector('[data-fresh]:has-text("no news")')
     picture(page, 'robot-gone')
+    view(page, 'actions')
+    until(page, "() => window.goalwireLanes?.hits?.some(hit => hit[4].status === 'UNKNOWN')")
+    view(page, 'robot')
+    page.wait_for_selector('text=No robot yet')
 
 
 def test_read_only_shows_all_and_sends_nothing_and_an_allow_list_little(

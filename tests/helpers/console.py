@@ -13,7 +13,6 @@ from typing import Any
 
 from helpers.isolation import isolated_env
 from helpers.markdown import ROOT
-from helpers.patience import PATIENCE
 from helpers.processes import Program
 
 CHROMIUM = shutil.which('chromium') or shutil.which('chromium-browser') or shutil.which('google-chrome')
@@ -52,7 +51,7 @@ class Stage:
             env=self.env,
             capture_output=True,
             text=True,
-            timeout=PATIENCE,
+            timeout=PATIENCE_MS / 1000,
             check=False,
         )
         assert done.returncode == 0, done.stdout + done.stderr
@@ -64,7 +63,7 @@ class Stage:
             '' if head_s is None else f'import goalwire.console.server as server; server.HEAD_S = {head_s}'
         )
         console = self.program(hurry + CONSOLE, 'console', '--no-open', '--json', '--port', '0', *arguments)
-        url = json.loads(console.expect(r'^\{.*\}$')[0])['url']
+        url = json.loads(console.expect(r'^\{.*\}$', PATIENCE_MS / 1000)[0])['url']
         return console, url
 
     def close(self) -> None:

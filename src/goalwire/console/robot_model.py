@@ -174,14 +174,14 @@ def _ordered(links: list[str], joints: list[Joint]) -> tuple[str, list[Joint]]:
             raise RemoteError(f"the joint '{joint.name}' joins a link that there is not")
         by_parent.setdefault(joint.parent, []).append(joint)
     ordered: list[Joint] = []
-    reached, at = [roots[0]], 0
-    while at < len(reached):
-        for joint in by_parent.get(reached[at], ()):
-            if joint.child in reached:
-                raise RemoteError(f"the link '{joint.child}' hangs on two joints")
-            ordered.append(joint)
-            reached.append(joint.child)
-        at += 1
+    reached, waiting = {roots[0]}, by_parent.get(roots[0], [])[::-1]
+    while waiting:  # a limb at a time, as people name joints
+        joint = waiting.pop()
+        if joint.child in reached:
+            raise RemoteError(f"the link '{joint.child}' hangs on two joints")
+        ordered.append(joint)
+        reached.add(joint.child)
+        waiting += by_parent.get(joint.child, [])[::-1]
     if len(reached) != len(links):
         raise RemoteError('the robot_description has links in a circle')
     return roots[0], ordered

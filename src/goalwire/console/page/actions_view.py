@@ -50,7 +50,7 @@ class ActionsView(View):
                     head('Actions', 'flag')
                 self._table = LiveTable(
                     [
-                        {'name': 'name', 'label': 'Name', 'mono': True},
+                        {'name': 'name', 'label': 'Name', 'mono': True, 'wrap': True},
                         {'name': 'active', 'label': 'Active', 'align': 'right', 'width': '64px'},
                     ],
                     empty='No action servers yet.',

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 
-from goalwire.console.page.parts import head
+from goalwire.console.page.parts import head, signed
 from goalwire.console.robot_model import Joint
 from goalwire.errors import GoalwireError
 
@@ -89,7 +89,7 @@ class JointSliders:
             if position is None or abs(self._shown.get(name, math.inf) - position) < 0.004:
                 continue
             self._shown[name] = position
-            self._values[name].set_text(f'{position:+.2f}')
+            self._values[name].set_text(signed(position))
             if name != self._held:
                 slider.set_value(round(position, 2))
 

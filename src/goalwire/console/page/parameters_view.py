@@ -34,7 +34,7 @@ class ParametersView(View):
                 with ui.element('div').classes('gw-head'):
                     head('Nodes', 'memory')
                 self._table = LiveTable(
-                    [{'name': 'name', 'label': 'Node', 'mono': True}],
+                    [{'name': 'name', 'label': 'Node', 'mono': True, 'wrap': True}],
                     empty='No node with parameters yet.',
                     on_row=self._choose,
                 )

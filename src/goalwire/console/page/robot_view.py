@@ -11,7 +11,7 @@ from nicegui import ui
 from nicegui.element import Element
 
 from goalwire.console.page.joints import JointSliders
-from goalwire.console.page.parts import head
+from goalwire.console.page.parts import head, signed
 from goalwire.console.page.send_form import SendForm
 from goalwire.console.page.view import View
 from goalwire.console.robot_model import as_scene
@@ -180,7 +180,7 @@ class RobotView(View):
             self._sent = state
             self._scene.run_method('frame', update)
         self._foot.set_visibility(True)
-        self._foot.set_text(f'{frame or "?"}  x {x:+.2f}  y {y:+.2f} m  {math.degrees(yaw):+.0f}°')
+        self._foot.set_text(f'{frame or "?"}  x {signed(x)}  y {signed(y)} m  {math.degrees(yaw):+.0f}°')
         self._fresh.set_visibility(True)
         self._fresh.set_text('live' if watch.is_fresh else 'no news')
         self._fresh.classes(

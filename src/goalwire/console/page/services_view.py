@@ -49,7 +49,10 @@ class ServicesView(View):
                         'outlined dense clearable data-filter'
                     )
                 self._table = LiveTable(
-                    [{'name': 'name', 'label': 'Name', 'mono': True}, {'name': 'type', 'label': 'Type'}],
+                    [
+                        {'name': 'name', 'label': 'Name', 'mono': True, 'wrap': True},
+                        {'name': 'type', 'label': 'Type', 'wrap': True},
+                    ],
                     empty='No services yet.',
                     on_row=self._choose,
                 )
