@@ -23,7 +23,7 @@ from goalwire.console.goal_table import KEPT, GoalTable, lanes
 from goalwire.console.graph_layout import HEIGHT, WIDTH, arranged
 from goalwire.console.images import as_data_url, png
 from goalwire.console.logs import LogBook
-from goalwire.console.measuring import Latencies, Rate, Series, as_csv, numbers_in
+from goalwire.console.measuring import Latencies, Rate, Series, as_csv, numbers_in, signed
 from goalwire.console.sending import Target
 from goalwire.console.service_events import KEPT as KEPT_CALLS
 from goalwire.console.service_events import ServiceEvents
@@ -72,6 +72,10 @@ def test_csv_holds_every_value_and_no_formula() -> None:
     series = Series('=cmd()')
     series.append(1.5, 2.25)
     assert as_csv([series]).splitlines() == ['series,time,value', "'=cmd(),1.5,2.25"]
+
+
+def test_nothing_is_minus_nought() -> None:
+    assert [signed(number) for number in (-0.001, 0.0, -0.006, 1.239)] == ['+0.00', '+0.00', '-0.01', '+1.24']
 
 
 def test_every_number_of_a_message_can_be_plotted() -> None:

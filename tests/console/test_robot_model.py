@@ -47,6 +47,17 @@ def test_links_and_shapes_are_read() -> None:
     }
 
 
+def test_joints_come_a_limb_at_a_time() -> None:
+    links = ['body', 'arm', 'leg', 'hand', 'foot']
+    joints = [('body', 'arm'), ('body', 'leg'), ('arm', 'hand'), ('leg', 'foot')]
+    parts = [f'<link name="{name}"/>' for name in links] + [
+        f'<joint name="{child}" type="continuous"><parent link="{parent}"/><child link="{child}"/></joint>'
+        for parent, child in joints
+    ]
+    model = read_urdf(f'<robot name="r">{"".join(parts)}</robot>')
+    assert [joint.name for joint in model.joints] == ['arm', 'hand', 'leg', 'foot']
+
+
 def test_joints_turn_and_slide_their_links() -> None:
     model = read_urdf(URDF)
     poses = model.poses({'left_joint': math.pi / 2, 'head_joint': math.pi / 2, 'slide_joint': 0.3}, {})

@@ -105,6 +105,11 @@ class Series:
         return found
 
 
+def signed(number: float) -> str:
+    """Return a number with its sign and two places; nothing is '-0.00'."""
+    return f'{round(number, 2) + 0.0:+.2f}'
+
+
 def as_csv(series: Sequence[Series]) -> str:
     """Return the series as CSV: a line a value, with the series' name and its time in s since 1970."""
     out = io.StringIO()

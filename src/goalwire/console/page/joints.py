@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 
-from goalwire.console.page.parts import head, signed
+from goalwire.console.measuring import signed
+from goalwire.console.page.parts import head
 from goalwire.console.robot_model import Joint
 from goalwire.errors import GoalwireError
 

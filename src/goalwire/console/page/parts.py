@@ -87,11 +87,6 @@ def head(title: str, icon: str = '') -> None:
     ui.label(title).classes('gw-title')
 
 
-def signed(number: float) -> str:
-    """Return a number with its sign and two places; nothing is '-0.00'."""
-    return f'{round(number, 2) + 0.0:+.2f}'
-
-
 def chip(text: str, tone: str = '') -> ui.label:
     """Write a small label."""
     return ui.label(text).classes(f'gw-chip {tone}')

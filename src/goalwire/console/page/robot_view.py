@@ -10,8 +10,9 @@ import nicegui
 from nicegui import ui
 from nicegui.element import Element
 
+from goalwire.console.measuring import signed
 from goalwire.console.page.joints import JointSliders
-from goalwire.console.page.parts import head, signed
+from goalwire.console.page.parts import head
 from goalwire.console.page.send_form import SendForm
 from goalwire.console.page.view import View
 from goalwire.console.robot_model import as_scene
