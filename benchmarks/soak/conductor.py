@@ -48,8 +48,11 @@ class Member:
             self._tally.problems.append(f'{self.name} printed: {line.decode().rstrip()}')
 
     async def ended(self) -> int:
-        """Wait for the end of the process and of its output; return its exit code."""
-        await self._reading
+        """Wait for the end of the process and of its output; return its exit code.
+
+        Whoever gives up waiting does not end the reading, for which others wait.
+        """
+        await asyncio.shield(self._reading)
         return await self.process.wait()
 
     async def kill(self) -> bool:

@@ -162,7 +162,7 @@ class Children:
 
     def __init__(self, parent: EndpointState) -> None:
         self._parent = parent
-        self._lock = Lock()
+        self._lock = RLock()  # a finalizer may close one while its thread is in here
         self._children: dict[bytes, Child] = {}
 
     @contextmanager

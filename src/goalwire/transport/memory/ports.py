@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
-from threading import Lock
+from threading import Lock, RLock
 from time import time_ns
 
 from goalwire.errors import LocalError
@@ -70,7 +70,7 @@ class MemoryPublisher(OpenPort, PublisherPort):
         self._sequence = 0
         self._history: deque[Sample] = deque(maxlen=_history_length(entity.qos))
         self._targets: tuple[MemorySubscription, ...] = ()
-        self._lock = Lock()
+        self._lock = RLock()  # a signal's handler may publish while its thread does
         self._dispatcher: OrderedDispatcher[tuple[Sample, tuple[MemorySubscription, ...]]] = (
             OrderedDispatcher(self._deliver)
         )

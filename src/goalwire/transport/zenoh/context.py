@@ -12,13 +12,14 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from itertools import count
-from threading import Condition, Lock, RLock, Thread
+from threading import Condition, RLock, Thread
 from time import monotonic
 from typing import NamedTuple
 from weakref import WeakValueDictionary
 
 from goalwire.errors import TransportError
 from goalwire.transport.contract import GraphEntity
+from goalwire.transport.critical_section import CriticalSection
 from goalwire.transport.endpoint import ForkGuard
 from goalwire.transport.reports import RejectCounters, report_failure
 from goalwire.transport.zenoh.wire import Wire
@@ -38,25 +39,26 @@ class Waiting(NamedTuple):
 
 
 class Turn:
-    """The order of publications on one key: `lock` is held while a message is numbered, stamped and sent."""
+    """The order of publications on one key.
+
+    A message is numbered, stamped and sent in one critical section: what a signal's handler publishes while
+    its thread is just publishing on the key follows that.
+    """
 
     def __init__(self) -> None:
-        self.lock = RLock()
-        """Re-entrant: a signal's handler may publish while the same thread does."""
+        self.section = CriticalSection()
         self.is_busy = False
         """True while messages wait: then others may not overtake them."""
-        self._changed = Condition(self.lock)
+        self._changed = Condition(self.section.lock)
         self._waiting: deque[Waiting] = deque()
         self._sending: Waiting | None = None
 
     def post(self, message: Waiting, depth: int) -> Waiting | None:
         """Send a message after those that wait; return the owner's oldest where it has `depth` of these."""
-        with self.lock:
+        with self.section.lock:
             fellows = [each for each in self._waiting if each.owner is message.owner]
             dropped = fellows[0] if len(fellows) >= depth else None
-            if (
-                not self.is_busy
-            ):  # the thread waits for the lock; if it cannot be started, nothing has changed
+            if not self.is_busy:  # the thread waits for the lock; where it cannot start, nothing has changed
                 Thread(target=self._send_all, name='zenoh large messages', daemon=True).start()
             self.is_busy = True
             if dropped is not None:
@@ -65,16 +67,22 @@ class Turn:
         return dropped
 
     def wait(self) -> None:
-        """Wait until no message waits."""
-        with self.lock:
-            self._changed.wait_for(lambda: not self.is_busy)
+        """Wait until no message waits; others may have the section meanwhile."""
+        section = self.section
+        with section.lock:
+            was_busy = section.is_busy
+            try:
+                section.is_busy = False
+                self._changed.wait_for(lambda: not self.is_busy)
+            finally:
+                section.is_busy = was_busy
 
     def finish(self, owner: object, timeout: float) -> list[int]:
         """Wait until an owner's messages have gone; return the sizes of those that are cancelled then."""
         if not self.is_busy:
             return []
         end = monotonic() + timeout
-        with self.lock:
+        with self.section.lock:
             self._changed.wait_for(lambda: not self._has(owner), max(end - monotonic(), 0))
             cancelled = [each for each in self._waiting if each.owner is owner]
             for each in cancelled:
@@ -89,7 +97,7 @@ class Turn:
 
     def _send_all(self) -> None:
         while True:
-            with self.lock:
+            with self.section.lock:
                 self._sending = self._waiting.popleft() if self._waiting else None
                 self.is_busy = self._sending is not None
                 self._changed.notify_all()
@@ -106,7 +114,7 @@ class Turns:
     """The turns of a session, by key; each goes with the last publisher that holds it."""
 
     def __init__(self) -> None:
-        self._lock = Lock()
+        self._lock = RLock()
         self._of: WeakValueDictionary[str, Turn] = WeakValueDictionary()
 
     def of(self, key: str) -> Turn:

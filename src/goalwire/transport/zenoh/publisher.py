@@ -90,7 +90,7 @@ class ZenohPublisher(OpenPort, PublisherPort):
         self._refusals: tuple[type[Exception], ...] = (*context.errors, MemoryError)
         self._next_sequence = count(1).__next__
         self._turn = turn
-        self._acquire, self._release = turn.lock.acquire, turn.lock.release
+        self._section = turn.section
         self._large = large
         self._dropped = 0
 
@@ -104,8 +104,14 @@ class ZenohPublisher(OpenPort, PublisherPort):
         state = self.state
         if state.closed or state.guard.is_silent:  # in a forked child the turn may be another thread's
             state.check_sending()
+        section = self._section
+        entered = False
         try:
-            self._acquire()  # hot path, and inside `try`: see protocol.link.Link.send
+            section.acquire()  # hot path: see CriticalSection
+            if section.is_busy:
+                section.late.append(partial(self._publish_late, payload))
+                return
+            entered = section.is_busy = True
             if state.guard.is_silent:  # since then: the turn may have been long in coming
                 state.check_sending()
             if len(payload) >= LARGE or self._turn.is_busy:
@@ -117,10 +123,27 @@ class ZenohPublisher(OpenPort, PublisherPort):
             reason = self._context.wire.explain(error)
             raise TransportError(f'{state.title}: zenoh refused a message: {reason}') from None
         finally:
+            if entered:
+                section.is_busy = False
+                if section.late:
+                    section.run_late()
             try:  # noqa: SIM105
-                self._release()
+                section.release()
             except RuntimeError:  # a signal's handler raised while this waited for its turn
                 pass
+
+    def _publish_late(self, payload: bytes) -> None:
+        """Publish what a signal's handler has published while its thread was publishing; in the section."""
+        try:
+            if self.state.closed or self.state.guard.is_silent:
+                return
+            if len(payload) >= LARGE or self._turn.is_busy:
+                self._publish_large(payload)
+            else:
+                self._put(payload, attachment=encode(self._next_sequence(), time_ns(), GID_SIZE, self.gid))
+        except (*self._refusals, TransportError) as error:
+            reason = self._context.wire.explain(error) or type(error).__name__
+            self._note_drop([len(payload)], f'zenoh refused it: {reason}')
 
     def _publish_large(self, payload: bytes) -> None:
         """Publish a large message, or one behind such; the turn is held."""

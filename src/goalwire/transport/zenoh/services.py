@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import count
-from threading import Lock
+from threading import RLock
 from time import time_ns
 
 from goalwire.errors import LocalError, RemoteError, TransportError, peer_text
@@ -169,7 +169,7 @@ class ZenohService(OpenPort):
         self.context = context
         self.key = key
         self._deliver = deliver
-        self._lock = Lock()
+        self._lock = RLock()
         self._is_open = True
         self._waiting: dict[tuple[bytes, int], ZenohRequest] = {}
 
@@ -215,8 +215,7 @@ class ZenohService(OpenPort):
         with self._lock:
             if self._waiting.get(call) is not request:
                 return False
-            del self._waiting[call]
-            return True
+            return self._waiting.pop(call, None) is not None  # a signal's handler may have been here
 
     def cancel_all(self) -> None:
         """Let no request in any more and end every unanswered one."""

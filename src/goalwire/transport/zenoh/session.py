@@ -15,7 +15,7 @@ import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
-from threading import Lock
+from threading import RLock
 from typing import NamedTuple
 
 from goalwire.errors import RemoteError, TransportError
@@ -305,7 +305,7 @@ class ZenohSession(OpenSession):
         self.wire_poller = context.wire.wire_poller
         self.discovers_at_once = context.wire.discovers_at_once
         self._context = context
-        self._lock = Lock()
+        self._lock = RLock()
         self.watchers: list[Declared] = []
         """The session's own declarations, beside those of nodes."""
         self.state.undo += [stop_offering, self._disconnect, self.nodes.close, self._unwatch_all]

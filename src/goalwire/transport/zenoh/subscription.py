@@ -9,7 +9,7 @@ heartbeats on the same key; the others have 'uhlc' in place of the entity.
 from __future__ import annotations
 
 from collections.abc import Callable
-from threading import Lock
+from threading import RLock
 from time import time_ns
 from typing import NamedTuple
 
@@ -65,7 +65,7 @@ class HistorySubscriber:
         self._deliver = deliver
         self._recovers = False
         self._takes_own = True
-        self._lock = Lock()  # over the streams, never over calls of zenoh or of `deliver`
+        self._lock = RLock()  # over the streams, never over calls of zenoh or of `deliver`
         self._streams: dict[str, StreamState[Sample]] = {}
         self._dispatcher: OrderedDispatcher[Sample] = OrderedDispatcher(self._tell)
         self._declared: list[Declared] = []
@@ -117,9 +117,9 @@ class HistorySubscriber:
         return stream
 
     def _discard_one(self) -> None:
-        for address, stream in self._streams.items():
+        for address, stream in list(self._streams.items()):
             if not (stream.is_alive or stream.is_asking):
-                del self._streams[address]
+                self._streams.pop(address, None)
                 return
 
     def _on_live(self, raw: Message) -> None:

@@ -12,10 +12,11 @@ import os
 import select
 import selectors
 import socket
+from collections import deque
 from collections.abc import Callable, Sized
 from contextlib import suppress
 from itertools import count
-from threading import Lock
+from threading import RLock
 from time import monotonic
 from typing import TypeAlias
 
@@ -57,7 +58,7 @@ class _Portable:
 
     def __init__(self) -> None:
         self._selector = selectors.DefaultSelector()
-        self._lock = Lock()
+        self._lock = RLock()
 
     def register(self, fd: int, events: int) -> None:
         with self._lock:
@@ -157,12 +158,13 @@ class Poller:
         self._bell_fd = self._bell.fileno()
         self._handlers: dict[int, Handler] = {self._bell_fd: self._quiet}
         self._events: list[tuple[int, int]] = []
-        self._lock = Lock()
+        # Over the timers. A signal's handler may come in: each step leaves them whole.
+        self._lock = RLock()
         self._timers: list[tuple[float, int, Timer]] = []
         self._cancelled = 0
         self._next_timer = count().__next__
         self._next_due = float('inf')
-        self._calls: list[Callable[[], None]] = []
+        self._calls: deque[Callable[[], None]] = deque()
         self._poller.register(self._bell_fd, IN)
         fd = self.descriptor()
         self._precise = fd if fd is not None and fd < _FORMER_DESCRIPTORS else None
@@ -209,14 +211,14 @@ class Poller:
         with self._lock:
             self._cancelled += 1
             if self._cancelled > _SOME and 2 * self._cancelled > len(self._timers):
-                self._timers = [each for each in self._timers if each[2].function is not None]
-                heapq.heapify(self._timers)
-                self._cancelled = 0
+                timers, self._timers, self._cancelled = self._timers, [], 0
+                for each in timers:
+                    if each[2].function is not None:
+                        heapq.heappush(self._timers, each)
 
     def call(self, function: Callable[[], None]) -> None:
         """Call `function` soon, on the thread that waits."""
-        with self._lock:
-            self._calls.append(function)
+        self._calls.append(function)
         self.interrupt()
 
     def interrupt(self) -> None:
@@ -282,26 +284,35 @@ class Poller:
             self._run_timers()
 
     def _run_timers(self) -> None:
-        while True:
-            with self._lock:
-                timers = self._timers
-                while timers and timers[0][2].function is None:
-                    heapq.heappop(timers)
-                    self._cancelled -= 1
-                self._next_due = timers[0][0] if timers else float('inf')
-                if self._next_due > monotonic():
-                    return
-                _, _, timer = heapq.heappop(timers)
+        while (timer := self._take_due()) is not None:
             function, timer.function = timer.function, None
             self._run(function)
 
+    def _take_due(self) -> Timer | None:
+        """Take out the next timer that is due; None where none is."""
+        with self._lock:
+            while self._timers:
+                entry = heapq.heappop(self._timers)
+                if entry[2].function is None:
+                    self._cancelled -= 1
+                elif entry[0] <= monotonic():
+                    return entry[2]
+                else:
+                    heapq.heappush(self._timers, entry)
+                    break
+            self._next_due = float('inf')  # first: one that is set meanwhile is earlier
+            if self._timers:
+                self._next_due = min(self._next_due, self._timers[0][0])
+        return None
+
     def _quiet(self, _events: int) -> None:
         self._bell.quiet()
-        while self._calls:
-            with self._lock:
-                calls, self._calls = self._calls, []
-            for function in calls:
-                self._run(function)
+        try:
+            while self._calls:
+                self._run(self._calls.popleft())
+        finally:
+            if self._calls:  # a signal's handler raised
+                self.interrupt()
 
     def _run(self, function: Callable[[], None] | None) -> None:
         if function is not None:

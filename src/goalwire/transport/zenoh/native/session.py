@@ -7,7 +7,7 @@ import socket
 from _thread import allocate_lock
 from collections.abc import Callable
 from functools import partial
-from threading import Lock
+from threading import RLock
 from time import monotonic, time_ns
 from typing import TYPE_CHECKING, TypeAlias
 from weakref import WeakSet
@@ -164,7 +164,7 @@ class NativeSession:
             awaited=self.protocol.pending,
         )
         self.wire_poller = LeaderFollowers(self._poller, name)
-        self._lock = Lock()
+        self._lock = RLock()
         self._links: dict[Link, SocketLink] = {}
         self._dials: dict[object, Dial] = {}
         self._dialled: dict[Link, Dial] = {}
@@ -464,7 +464,7 @@ class NativeSession:
 
     def _wait_for_room(self, socket_link: SocketLink) -> None:
         """Wait until a link has room; whoever reads does not wait, for reading is what makes room."""
-        if self.wire_poller.leads():
+        if self.wire_poller.leads() or self.protocol.section.is_entered():
             return
         link = socket_link.link
         deadline = monotonic() + ROOM_S

@@ -153,14 +153,17 @@ class SocketLink:
         if events & OUT and self._wants_room:
             link = self.link
             if link.flush():
-                with link.lock:
-                    if not self._has_unsent():
-                        self._wants_room = False
-                        self._poller.modify(self._fd, IN)
+                link.section.run(self._forget_room)
             if self.waiting and link.queue.size <= ENOUGH_ROOM:
                 self.wake_waiting()
         if events & ~OUT:
             self._read()
+
+    def _forget_room(self) -> None:
+        """Wait for room no more, unless something was queued since."""
+        if not self._has_unsent():
+            self._wants_room = False
+            self._poller.modify(self._fd, IN)
 
     def _has_unsent(self) -> bool:
         return bool(self.link.queue.size)
@@ -214,14 +217,13 @@ class SocketLink:
     def _check(self) -> None:
         if self._has_ended:
             return
+        self._timer.cancel()  # before all else: a signal's handler may raise
+        self._timer = self._poller.call_later(self._period, self._check)
         self.link.tick()
         try:
             self.link.check_lease(self._clock())
         except ZenohProtocolError as error:
             self.end(str(error), error.reason)
-            return
-        self._timer.cancel()
-        self._timer = self._poller.call_later(self._period, self._check)
 
     # ---- ending
 

@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Callable
 from functools import partial
 from itertools import count
-from threading import Lock
+from threading import RLock
 
 from goalwire.errors import ClosedError
 from goalwire.transport.zenoh import wire
@@ -72,7 +72,7 @@ class HistoryPublisher:
         self.has_room: Callable[[int], bool] = publication.has_room
         self._next_number = count().__next__
         self._kept: deque[tuple[int, Sample]] = deque(maxlen=depth)
-        self._lock = Lock()
+        self._lock = RLock()
         address = f'{key}/@adv/pub/{protocol.id}/{entity if numbers else UNNUMBERED}/_'
         self._declared = [
             protocol.declare_queryable(address, self._on_query, complete=False),

@@ -22,8 +22,8 @@ writes. What a user asks for, a put, a query, a declaration, is a method of the 
     session           all declarations, of this side and of others, and the routing of messages
 
 Threads. Every method may be called on any thread, but what one link receives is handed to it by one thread
-at a time. `SessionProtocol.lock` is held over the tables of a session and of what its links have declared;
-`Link.lock` over what a link sends: the number of a frame, its place in the queue, the write. Whoever holds
+at a time. `SessionProtocol.section` is over the tables of a session and of what its links have declared;
+`Link.section` over what a link sends: the number of a frame, its place in the queue, the write. Whoever holds
 both took the session's first. Neither is held while a user's function runs, nor while anybody waits.
 A few tables are read without the lock by what runs for each message. Those are dicts and tuples that are
 replaced or changed in one step.

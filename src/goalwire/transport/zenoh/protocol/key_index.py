@@ -14,7 +14,10 @@ T = TypeVar('T')
 
 
 class KeyIndex(Generic[T]):
-    """Things by their ids, found by key expression. Whoever uses it holds a lock over it."""
+    """Things by their ids, found by key expression. Whoever changes it holds a lock over it.
+
+    To look something up copies at first, in one step: so a signal's handler may do it at any time.
+    """
 
     __slots__ = ('_plain', '_things', '_wild')
 
@@ -51,10 +54,10 @@ class KeyIndex(Generic[T]):
     def meeting(self, expression: str) -> list[tuple[str, T]]:
         """Return the keys and things whose expression intersects this one, in the order of their keys."""
         if is_wild(expression):
-            return [found for found in self._things.values() if intersects(found[0], expression)]
-        out = [(expression, thing) for thing in self._plain.get(expression, {}).values()]
+            return [found for found in list(self._things.values()) if intersects(found[0], expression)]
+        out = [(expression, thing) for thing in list(self._plain.get(expression, {}).values())]
         if self._wild:
-            out += [found for found in self._wild.values() if intersects(found[0], expression)]
+            out += [found for found in list(self._wild.values()) if intersects(found[0], expression)]
         return out
 
     def has_meeting(self, expression: str) -> bool:
@@ -63,4 +66,4 @@ class KeyIndex(Generic[T]):
 
     def all(self) -> list[tuple[int, str, T]]:
         """Return everything, the oldest first."""
-        return [(number, key, thing) for number, (key, thing) in self._things.items()]
+        return [(number, key, thing) for number, (key, thing) in list(self._things.items())]

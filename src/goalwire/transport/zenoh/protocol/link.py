@@ -8,15 +8,19 @@ QUEUE_LIMIT bytes wait already, a message that may be dropped is dropped and cou
 dropped waits for room first, if its thread may wait: the session's owner knows that. A link is dead when it
 has heard nothing for the other side's lease. When it has sent nothing for a quarter of its own lease, it
 sends KEEP_ALIVE.
+
+All that numbers, queues or writes is done in one critical section: what a signal's handler sends while its
+own thread is just sending goes out right after that.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from threading import RLock
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 from goalwire.errors import RemoteError
+from goalwire.transport.critical_section import CriticalSection
 from goalwire.transport.zenoh.protocol.channels import (
     CHANNELS,
     CONTROL_CHANNEL,
@@ -213,8 +217,9 @@ class Link:
         self.role = Role.PEER
         self.is_open = True
         self.is_up = False
-        self.lock = RLock()
-        self._acquire, self._release = self.lock.acquire, self.lock.release
+        self.section = CriticalSection()
+        self.lock = self.section.lock
+        self._acquire, self._release = self.section.acquire, self.section.release
         # what the other side has
         self.expressions: dict[int, str] = {}
         self.expression_ids: dict[str, int] = {}
@@ -287,10 +292,16 @@ class Link:
             return self._send_pieces(channel, (message,))
         # hot path: `with` takes 0.25 µs more for a lock that a thread may take twice (Python 3.11). The lock
         # is taken inside `try`, since a signal's handler may raise as soon as it is.
+        section = self.section
+        entered = False
         try:
             self._acquire()
             if not self.is_open:
                 return False
+            if section.is_busy:
+                section.late.append(partial(self._send_now, channel, message))
+                return True
+            entered = section.is_busy = True
             self.spoke = True
             if queue.size or (may_wait and self._when_held):
                 frame = queue.open[channel]
@@ -315,6 +326,10 @@ class Link:
                 self._when_full()
             return True
         finally:
+            if entered:
+                section.is_busy = False
+                if section.late:
+                    section.run_late()
             try:  # noqa: SIM105
                 self._release()
             except RuntimeError:  # a signal's handler raised while this waited for the lock
@@ -342,22 +357,30 @@ class Link:
         if not self.is_held:
             return self._is_bearable()
         if not may_wait or queue.size >= HELD_SIZE:
-            self.release()
+            self._send_held()
         elif is_first and self._when_held:
             self._when_held(self)
         return True
 
     def release(self) -> None:
         """Send what was held back. Any thread."""
-        with self.lock:
-            if self.is_held and not self._flush():
-                self._when_full()
+        self.section.run(self._send_held)
+
+    def _send_held(self) -> None:
+        if self.is_held and not self._flush():
+            self._when_full()
 
     def send_large(self, channel: int, message: Sequence[Buffer], *, droppable: bool) -> bool:
         """The same for a message in parts, which are not copied, and so must never change."""
         if self.queue.size > QUEUE_LIMIT and not self._finds_room(droppable=droppable):
             return False
         return self._send_pieces(channel, message)
+
+    def _send_pieces(self, channel: int, message: Sequence[Buffer]) -> bool:
+        if not self.is_open:
+            return False
+        self.section.run(partial(self._send_now, channel, *message))
+        return True
 
     def wait_for_room(self) -> None:
         """Wait until what may be dropped is not, where this thread may wait."""
@@ -369,7 +392,8 @@ class Link:
         if droppable:
             self.dropped += 1
             return False
-        self._wait_for_room()
+        if not self.section.is_entered():  # else it waits for the very thread that it interrupts
+            self._wait_for_room()
         return True
 
     def _frame(self, channel: int, message: bytes) -> bytes:
@@ -383,28 +407,6 @@ class Link:
         number = self._sent[channel]
         self._sent[channel] = (number + 1) & MASK
         return frame_head(channel, number)
-
-    def _send_pieces(self, channel: int, message: Sequence[Buffer]) -> bool:
-        if not self._has_priorities:
-            channel = 2 * DATA_PRIORITY | channel & 1
-        left = sum(map(len, message))
-        with self.lock:
-            if not self.is_open:
-                return False
-            self.spoke = True
-            is_free = self.is_held or not self.queue.size
-            marks_first = self._marks_first
-            for piece in pieces(message, self.room):
-                size = sum(map(len, piece))
-                left -= size
-                number = self._sent[channel]
-                self._sent[channel] = (number + 1) & MASK
-                head = fragment_head(channel, number, marks_first=marks_first, more=left > 0)
-                marks_first = False
-                self.queue.add(channel >> 1, ((len(head) + size).to_bytes(2, 'little') + head, *piece))
-            if is_free and not self._flush():
-                self._when_full()
-            return self._is_bearable()
 
     def _is_bearable(self) -> bool:
         """Whether the queue is within its last bound; if not, the owner gives the link up."""
@@ -422,34 +424,51 @@ class Link:
         size = 0
         for message in messages:
             if together and size + len(message) > self.room:
-                self._send_now(channel, b''.join(together))
+                self.section.run(partial(self._send_now, channel, b''.join(together)))
                 together, size = [], 0
             together.append(message)
             size += len(message)
         if together:
-            self._send_now(channel, b''.join(together))
+            self.section.run(partial(self._send_now, channel, b''.join(together)))
 
     def declare(self, *messages: bytes) -> None:
         """Send declarations, without waiting for room."""
         self.send_all(CONTROL_CHANNEL, list(messages))
 
-    def _send_now(self, channel: int, message: bytes) -> None:
-        if len(message) > self.room:
-            self._send_pieces(channel, (message,))
+    def _send_now(self, channel: int, *message: Buffer) -> None:
+        """Send a message in parts, in one frame or in pieces, with all that was held back; in the section."""
+        if not self.is_open:
             return
-        with self.lock:
-            if self.is_open:
-                self.spoke = True
-                self._put_batch(channel >> 1, self._frame(channel, message))
-                self._is_bearable()
+        if not self._has_priorities:
+            channel = 2 * DATA_PRIORITY | channel & 1
+        self.spoke = True
+        is_free = self.is_held or not self.queue.size
+        if sum(map(len, message)) <= self.room:
+            self.queue.add(channel >> 1, (self._frame(channel, b''.join(message)),))
+        else:
+            self._queue_pieces(channel, message)
+        if is_free and not self._flush():
+            self._when_full()
+        self._is_bearable()
+
+    def _queue_pieces(self, channel: int, message: Sequence[Buffer]) -> None:
+        left = sum(map(len, message))
+        marks_first = self._marks_first
+        for piece in pieces(message, self.room):
+            size = sum(map(len, piece))
+            left -= size
+            number = self._sent[channel]
+            self._sent[channel] = (number + 1) & MASK
+            head = fragment_head(channel, number, marks_first=marks_first, more=left > 0)
+            marks_first = False
+            self.queue.add(channel >> 1, ((len(head) + size).to_bytes(2, 'little') + head, *piece))
 
     def send_transport(self, message: bytes, priority: int = 0) -> None:
         """Send a message of the link itself, as a batch of its own."""
-        with self.lock:
-            self.spoke = True
-            self._put_batch(priority, len(message).to_bytes(2, 'little') + message)
+        self.section.run(partial(self._send_batch, priority, len(message).to_bytes(2, 'little') + message))
 
-    def _put_batch(self, priority: int, batch: bytes) -> None:
+    def _send_batch(self, priority: int, batch: bytes) -> None:
+        self.spoke = True
         is_free = self.is_held or not self.queue.size
         self.queue.add(priority, (batch,))
         if is_free and not self._flush():
@@ -457,8 +476,8 @@ class Link:
 
     def flush(self) -> bool:
         """Write what waits; False where the socket is full again."""
-        with self.lock:
-            return self._flush()
+        self.section.run(self._flush)
+        return not self.queue.size
 
     def _flush(self) -> bool:
         queue = self.queue
@@ -475,11 +494,13 @@ class Link:
 
     def retire_expression(self, message: bytes) -> None:
         """Take an expression id back, once no message that names it waits any more."""
-        with self.lock:
-            if self.queue.size:
-                self._retired.append(message)
-            else:
-                self.declare(message)
+        self.section.run(partial(self._retire, message))
+
+    def _retire(self, message: bytes) -> None:
+        if self.queue.size:
+            self._retired.append(message)
+        else:
+            self._send_now(CONTROL_CHANNEL, message)
 
     # ---- time
 

@@ -68,4 +68,4 @@ class Liveliness:
         """Return the tokens there are that meet `key`."""
         if not is_wild(key):
             return [key] if key in self._declared else []
-        return [token for token in self._declared if intersects(token, key)]
+        return [token for token in list(self._declared) if intersects(token, key)]

@@ -7,7 +7,8 @@ those that were declared complete and include the key. Best matching: the neares
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from functools import partial
+from typing import NamedTuple, TypeAlias
 
 from goalwire.transport.zenoh.protocol.channels import channel_of
 from goalwire.transport.zenoh.protocol.key_expressions import canonical, includes
@@ -30,6 +31,7 @@ from goalwire.transport.zenoh.protocol.network import (
     put_head,
     query_body,
     request_tail,
+    wire_key,
 )
 from goalwire.transport.zenoh.protocol.primitives import MORE, SourceInfo, encode_source, encode_z
 from goalwire.transport.zenoh.protocol.queries import ANY_KEY, Answer, LocalQuery, PendingQuery
@@ -66,8 +68,7 @@ class Publication:
         self._own: tuple[Callable[[Sample], None], ...] = ()
         self._is_open = True
         self.number = session.next_number()
-        with session.lock:
-            session.expressions.use(self._key)
+        session.use_key(self._key)
 
     def put(
         self,
@@ -132,23 +133,32 @@ class Publication:
 
     def _aim(self) -> None:
         """Look up the receivers of the key."""
+        if not self._session.section.run(partial(self._find, _name, is_final=True)):
+            self._find(_full_name, is_final=False)
+
+    def _find(self, name: Namer, *, is_final: bool) -> None:
         session, key = self._session, self._key
-        with session.lock:
-            self._version = session.version
-            self._own = tuple(each.callback for _, each in session.subscribers.meeting(key) if each.takes_own)
-            self._links = tuple(
-                (link, push_head(_name(session, link, key), self._qos))
-                for link in session.links
-                if not link.knows_all or link.subscribers.has_meeting(key)
-            )
+        version = session.version
+        self._own = tuple(each.callback for _, each in session.subscribers.meeting(key) if each.takes_own)
+        self._links = tuple(
+            (link, push_head(name(session, link, key), self._qos))
+            for link in session.links
+            if not is_final or not link.knows_all or link.subscribers.has_meeting(key)
+        )
+        if is_final:  # at last: other threads that send with it look no further than that
+            self._version = version
 
     def close(self) -> None:
         """Give the key's number up. Idempotent."""
-        session = self._session
-        with session.lock:
-            if self._is_open:
-                self._is_open = False
-                session.expressions.discard(self._key, session.links)
+        self._session.section.run(self._close)
+
+    def _close(self) -> None:
+        if self._is_open:
+            self._is_open = False
+            self._session.expressions.discard(self._key, self._session.links)
+
+
+Namer: TypeAlias = Callable[[SessionProtocol, Link, str], WireKey]
 
 
 def _name(session: SessionProtocol, link: Link, key: str) -> WireKey:
@@ -157,6 +167,11 @@ def _name(session: SessionProtocol, link: Link, key: str) -> WireKey:
     name = session.expressions.name(link, key, out)
     link.declare(*out)
     return name
+
+
+def _full_name(_session: SessionProtocol, _link: Link, key: str) -> WireKey:
+    """Name a key in full: for what interrupts its own thread while that changes the session's tables."""
+    return wire_key(key)
 
 
 class _Asked(NamedTuple):
@@ -194,8 +209,7 @@ class Querier:
         self._own: tuple[Queryable, ...] = ()
         self._tails: dict[float, bytes] = {}
         self._is_open = True
-        with session.lock:
-            session.expressions.use(self._key)
+        session.use_key(self._key)
 
     def ask(
         self,
@@ -266,26 +280,31 @@ class Querier:
 
     def _aim(self) -> None:
         """Find out whom a query is for."""
+        if not self._session.section.run(partial(self._find, _name, is_final=True)):
+            self._find(_full_name, is_final=False)
+
+    def _find(self, name: Namer, *, is_final: bool) -> None:
         session = self._session
-        with session.lock:
-            self._version = session.version
-            own = session.queryables.meeting(self._key) if self._asks_own else []
-            links = [(link, link.queryables.meeting(self._key)) for link in session.links]
-            if self._target == Target.BEST_MATCHING:
-                nearest = self._nearest(links, own)
-                if nearest is not None:
-                    links = [each for each in links if each[0] is nearest or not each[0].knows_all]
-                    own = own if nearest is _HERE else []
-            elif self._target == Target.ALL_COMPLETE:
-                own = [(key, each) for key, each in own if self._is_complete(key, each.complete)]
-                links = [
-                    (link, [(key, each) for key, each in queryables if self._is_complete(key, each[0])])
-                    for link, queryables in links
-                ]
-            self._own = tuple(queryable for _, queryable in own)
-            self._links = tuple(
-                self._asked(link) for link, queryables in links if queryables or not link.knows_all
-            )
+        version = session.version
+        own = session.queryables.meeting(self._key) if self._asks_own else []
+        links = [(link, link.queryables.meeting(self._key)) for link in session.links]
+        if self._target == Target.BEST_MATCHING:
+            nearest = self._nearest(links, own)
+            if nearest is not None:
+                links = [each for each in links if each[0] is nearest or not each[0].knows_all]
+                own = own if nearest is _HERE else []
+        elif self._target == Target.ALL_COMPLETE:
+            own = [(key, each) for key, each in own if self._is_complete(key, each.complete)]
+            links = [
+                (link, [(key, each) for key, each in queryables if self._is_complete(key, each[0])])
+                for link, queryables in links
+            ]
+        self._own = tuple(queryable for _, queryable in own)
+        self._links = tuple(
+            self._asked(link, name) for link, queryables in links if queryables or not link.knows_all
+        )
+        if is_final:  # at last: other threads that ask with it look no further than that
+            self._version = version
 
     def _is_complete(self, key: str, complete: bool) -> bool:
         """Whether one declared on `key` counts as complete for the queries."""
@@ -307,14 +326,15 @@ class Querier:
         ]
         return links[min(complete)[1]][0] if complete else None
 
-    def _asked(self, link: Link) -> _Asked:
-        name = _name(self._session, link, self._key)
+    def _asked(self, link: Link, name_key: Namer) -> _Asked:
+        name = name_key(self._session, link, self._key)
         return _Asked(link, bytes((REQUEST | MORE | name.flags,)), name.encoded)
 
     def close(self) -> None:
         """Give the key's number up. Idempotent."""
-        session = self._session
-        with session.lock:
-            if self._is_open:
-                self._is_open = False
-                session.expressions.discard(self._key, session.links)
+        self._session.section.run(self._close)
+
+    def _close(self) -> None:
+        if self._is_open:
+            self._is_open = False
+            self._session.expressions.discard(self._key, self._session.links)

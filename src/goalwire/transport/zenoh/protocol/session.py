@@ -8,15 +8,19 @@ gets every message and every query. So nothing is lost between the link and its 
 A put goes to the subscribers whose expression intersects its key, and a query to such queryables. A queryable
 that is declared complete counts as complete for a query only if it also includes the query's key. What is put
 or asked here is also delivered here, on the caller's thread.
+
+What changes or copies the tables does so in one critical section: what a signal's handler declares while its
+own thread is just at it is declared right after that.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from itertools import count
-from threading import RLock
 from typing import NamedTuple
 
+from goalwire.transport.critical_section import CriticalSection
 from goalwire.transport.reports import report_failure
 from goalwire.transport.zenoh.protocol.declarations import (
     About,
@@ -109,7 +113,7 @@ class SessionProtocol:
         self.id = show_id(identity.zid)
         self.locators: tuple[str, ...] = ()
         """Where this session listens; set before the first link."""
-        self.lock = RLock()
+        self.section = CriticalSection()
         self.version = 0
         """Counts the changes of receivers."""
         self.links: tuple[Link, ...] = ()
@@ -142,10 +146,12 @@ class SessionProtocol:
     def expire(self) -> None:
         """End the queries whose time is over."""
         now = self.clock()
-        with self.lock:
-            over = [request for request, query in self.pending.items() if query.deadline <= now]
-            ended = [self.pending.pop(request) for request in over]
-            self.next_timeout = min((query.deadline for query in self.pending.values()), default=float('inf'))
+        over = [request for request, query in list(self.pending.items()) if query.deadline <= now]
+        ended = [query for query in (self.pending.pop(each, None) for each in over) if query is not None]
+        # First none, then the least: what is asked meanwhile, on any thread, is earlier than none.
+        self.next_timeout = float('inf')
+        earliest = min((query.deadline for query in list(self.pending.values())), default=float('inf'))
+        self.next_timeout = min(self.next_timeout, earliest)
         for query in ended:
             for _ in query.left:
                 self._call(query.reply, TIMEOUT)
@@ -160,33 +166,42 @@ class SessionProtocol:
         """Call `callback` with each message whose key meets this one; return what to `undeclare`."""
         key = canonical(key)
         number = self.next_number()
-        with self.lock:
+
+        def declare() -> None:
             self.subscribers.add(number, key, Subscriber(callback, takes_own))
             self.expressions.use(key)
             self._forget_routes()
             self._tell_links(Kind.SUBSCRIBER, number, key)
+
+        self.section.run(declare)
         return number
 
     def declare_queryable(self, key: str, callback: Callable[[Query], None], *, complete: bool) -> int:
         """Call `callback` with each query for this key; it ends each one, at any time."""
         key = canonical(key)
         number = self.next_number()
-        with self.lock:
-            entity = Queryable(callback, complete, encode_replier(self.zid, number))
+        entity = Queryable(callback, complete, encode_replier(self.zid, number))
+
+        def declare() -> None:
             self.queryables.add(number, key, entity)
             self.expressions.use(key)
             self._forget_routes()
             self._tell_links(Kind.QUERYABLE, number, key, complete=complete)
+
+        self.section.run(declare)
         return number
 
     def declare_token(self, key: str) -> int:
         """Show a key to all who watch."""
         check(key)
         number = self.next_number()
-        with self.lock:
+
+        def declare() -> None:
             self._tokens[number] = key
             self._tell_links(Kind.TOKEN, number, key)
             self.liveliness.appeared(key)
+
+        self.section.run(declare)
         self.liveliness.tell()
         return number
 
@@ -194,34 +209,39 @@ class SessionProtocol:
         """Tell of tokens that come and go, and with `history` of those there are, before this returns."""
         key = canonical(key)
         number = self.next_number()
-        with self.lock:
-            self.liveliness.watch(number, key, callback, history=history)
+        self.section.run(partial(self.liveliness.watch, number, key, callback, history=history))
         self.liveliness.tell()
         return number
 
     def tokens(self, key: str) -> list[str]:
         """Return the tokens there are now that meet `key`."""
-        with self.lock:
+        with self.section.lock:
             return self.liveliness.present(canonical(key))
 
     def undeclare(self, number: int) -> None:
         """Take back whatever was declared; an unknown number is no error."""
-        with self.lock:
-            token = self._tokens.pop(number, None)
-            if token is not None:
-                self._take_back(Kind.TOKEN, number)
-                self.liveliness.vanished(token)
-            elif found := self.subscribers.pop(number):
-                self._take_back(Kind.SUBSCRIBER, number)
-                self.expressions.discard(found[0], self.links)
-                self._forget_routes()
-            elif taken := self.queryables.pop(number):
-                self._take_back(Kind.QUERYABLE, number)
-                self.expressions.discard(taken[0], self.links)
-                self._forget_routes()
-            else:
-                self.liveliness.unwatch(number)
+        self.section.run(partial(self._undeclare, number))
         self.liveliness.tell()
+
+    def _undeclare(self, number: int) -> None:
+        token = self._tokens.pop(number, None)
+        if token is not None:
+            self._take_back(Kind.TOKEN, number)
+            self.liveliness.vanished(token)
+        elif found := self.subscribers.pop(number):
+            self._take_back(Kind.SUBSCRIBER, number)
+            self.expressions.discard(found[0], self.links)
+            self._forget_routes()
+        elif taken := self.queryables.pop(number):
+            self._take_back(Kind.QUERYABLE, number)
+            self.expressions.discard(taken[0], self.links)
+            self._forget_routes()
+        else:
+            self.liveliness.unwatch(number)
+
+    def use_key(self, key: str) -> None:
+        """Keep a number for a key until as many `Expressions.discard`."""
+        self.section.run(partial(self.expressions.use, key))
 
     def _tell_links(self, kind: Kind, number: int, key: str, *, complete: bool = False) -> None:
         for link in self.links:
@@ -281,24 +301,26 @@ class SessionProtocol:
 
     def link_is_up(self, link: Link) -> None:
         """Tell a new link what there is, and ask a router for what it has."""
-        with self.lock:
-            self._settle_duplicate(link)
-            self.links += (link,)
-            out: list[bytes] = []
-            if link.role is Role.ROUTER:
-                self._changes += 1
-                out.append(tell_of(Node(self.zid, self.identity.role, self.locators), self._changes))
-            if link.role is Role.CLIENT:
-                link.knows_all = True
-            else:
-                self._tell_all(link, out)
-                if link.role is Role.PEER and self.identity.role is Role.PEER:
-                    out.append(final())
-                else:
-                    out.append(interest(self.next_number(), When.PRESENT | When.FUTURE, About.ALL))
-            link.declare(*out)
-            self._forget_routes()
+        self.section.run(partial(self._link_is_up, link))
         self._when_changed()
+
+    def _link_is_up(self, link: Link) -> None:
+        self._settle_duplicate(link)
+        self.links += (link,)
+        out: list[bytes] = []
+        if link.role is Role.ROUTER:
+            self._changes += 1
+            out.append(tell_of(Node(self.zid, self.identity.role, self.locators), self._changes))
+        if link.role is Role.CLIENT:
+            link.knows_all = True
+        else:
+            self._tell_all(link, out)
+            if link.role is Role.PEER and self.identity.role is Role.PEER:
+                out.append(final())
+            else:
+                out.append(interest(self.next_number(), When.PRESENT | When.FUTURE, About.ALL))
+        link.declare(*out)
+        self._forget_routes()
 
     def _settle_duplicate(self, link: Link) -> None:
         """Of two links to one session, both sides keep the one that the greater id has opened."""
@@ -321,48 +343,53 @@ class SessionProtocol:
 
     def link_lost(self, link: Link) -> None:
         """A link has ended: what it had declared has gone, and it answers no query any more. Idempotent."""
-        ended = []
-        with self.lock:
-            if link.is_lost:
-                return
-            link.is_lost = True
-            self.links = tuple(each for each in self.links if each is not link)
-            for key in link.tokens.values():
-                self.liveliness.vanished(key)
-            link.tokens.clear()
-            self._forget_routes()
-            for request, query in list(self.pending.items()):
-                if link in query.left:
-                    query.left.remove(link)
-                    if not query.left and self.pending.pop(request, None) is not None:
-                        ended.append(query)
+        ended: list[PendingQuery] = []
+        self.section.run(partial(self._link_lost, link, ended))
         self.liveliness.tell()
         for query in ended:
             self._end(query)
         self._when_changed()
 
+    def _link_lost(self, link: Link, ended: list[PendingQuery]) -> None:
+        if link.is_lost:
+            return
+        link.is_lost = True
+        self.links = tuple(each for each in self.links if each is not link)
+        for key in link.tokens.values():
+            self.liveliness.vanished(key)
+        link.tokens.clear()
+        self._forget_routes()
+        for request, query in list(self.pending.items()):
+            if link in query.left:
+                query.left.remove(link)
+                if not query.left and self.pending.pop(request, None) is not None:
+                    ended.append(query)
+
     # ---- what links tell
 
     def declaration_came(self, link: Link, declaration: Declaration) -> None:
         """Take note of what the other side of a link declares or takes back."""
+        self.section.run(partial(self._note_declaration, link, declaration))
         kind = declaration.kind
-        with self.lock:
-            if kind is Kind.FINAL:
-                if not link.knows_all:
-                    link.knows_all = True
-                    self._forget_routes()
-            elif declaration.taken_back:
-                self._take_off(link, kind, declaration.number)
-            else:
-                key = link.key_of(
-                    declaration.scope, declaration.suffix, self.expressions.keys, declaration.is_senders
-                )
-                if key is not None:
-                    self._put_on(link, declaration, check(key))
         if kind is Kind.TOKEN:
             self.liveliness.tell()
         elif kind is Kind.FINAL:
             self._when_changed()
+
+    def _note_declaration(self, link: Link, declaration: Declaration) -> None:
+        kind = declaration.kind
+        if kind is Kind.FINAL:
+            if not link.knows_all:
+                link.knows_all = True
+                self._forget_routes()
+        elif declaration.taken_back:
+            self._take_off(link, kind, declaration.number)
+        else:
+            key = link.key_of(
+                declaration.scope, declaration.suffix, self.expressions.keys, declaration.is_senders
+            )
+            if key is not None:
+                self._put_on(link, declaration, check(key))
 
     def _put_on(self, link: Link, declaration: Declaration, key: str) -> None:
         kind, number = declaration.kind, declaration.number
@@ -404,19 +431,21 @@ class SessionProtocol:
 
     def interest_came(self, link: Link, wish: Interest) -> None:
         """Answer what a client asks; peers and routers were told everything."""
-        with self.lock:
-            if not wish.when:
-                link.interests.pop(wish.number, None)
-                return
-            out: list[bytes] = []
-            if link.role is Role.CLIENT:
-                if wish.when & When.FUTURE and len(link.interests) < MOST_INTERESTS:
-                    link.interests[wish.number] = wish
-                if wish.when & When.PRESENT:
-                    self._tell_what_is_wanted(link, wish, out)
+        self.section.run(partial(self._note_interest, link, wish))
+
+    def _note_interest(self, link: Link, wish: Interest) -> None:
+        if not wish.when:
+            link.interests.pop(wish.number, None)
+            return
+        out: list[bytes] = []
+        if link.role is Role.CLIENT:
+            if wish.when & When.FUTURE and len(link.interests) < MOST_INTERESTS:
+                link.interests[wish.number] = wish
             if wish.when & When.PRESENT:
-                out.append(final(wish.number))
-            link.declare(*out)
+                self._tell_what_is_wanted(link, wish, out)
+        if wish.when & When.PRESENT:
+            out.append(final(wish.number))
+        link.declare(*out)
 
     def _tell_what_is_wanted(self, link: Link, wish: Interest, out: list[bytes]) -> None:
         things: list[tuple[Kind, int, str, bool]] = []
@@ -447,16 +476,21 @@ class SessionProtocol:
 
     def receivers(self, link: Link, scope: int, suffix: bytes, is_senders: int) -> Receivers:
         """Return the receivers of what a link puts on one of its keys, and remember them."""
-        with self.lock:
+        receivers = _NOBODY
+
+        def find() -> None:
+            nonlocal receivers
             key = link.key_of(scope, suffix, self.expressions.keys, is_senders)
             if key is None:
-                return _NOBODY
+                return
             found = tuple(each.callback for _, each in self.subscribers.meeting(key))
             receivers = Receivers(key, found)
             where = (scope, is_senders, suffix) if suffix else scope | is_senders << 16
             if len(link.push_receivers) >= ROUTES_LIMIT:
                 link.forget_receivers()
             link.push_receivers[where] = receivers
+
+        self.section.run(find)
         return receivers
 
     # ---- what is asked
@@ -527,14 +561,19 @@ class SessionProtocol:
             self._call(queryable.callback, asked)
 
     def _find_answerers(self, link: Link, scope: int, suffix: bytes, is_senders: int) -> Answerers:
-        with self.lock:
+        answerers = Answerers('', ())
+
+        def find() -> None:
+            nonlocal answerers
             key = link.key_of(scope, suffix, self.expressions.keys, is_senders)
             if key is None:
-                return Answerers('', ())
+                return
             answerers = Answerers(key, tuple(each for _, each in self.queryables.meeting(key)))
             if len(self._answerers) >= ROUTES_LIMIT:
                 self._answerers.clear()
             self._answerers[link, scope, suffix, is_senders] = answerers
+
+        self.section.run(find)
         return answerers
 
     # ---- users' functions

@@ -59,7 +59,7 @@ class Stamps:
                 self._unit, self._count = unit, 0
             else:  # in the same unit, or the clock was set back
                 self._count += 1
-                if self._count == SMALL_END:
+                if self._count >= SMALL_END:  # more, where a signal's handler makes stamps here meanwhile
                     self._go_on()
             return PADDED_LOW[self._count] + PADDED_LOW[self._unit] + self._rest
         finally:
@@ -71,15 +71,16 @@ class Stamps:
     def _enter(self, now: int) -> int:
         """Go on to the slot that `now` is in; return its unit."""
         passed = now % _SLOT_NS
-        self._slot_ns = now - passed
-        self._unit = self._count = -1
-        self._rest = encode_timestamp(ntp64(self._slot_ns), self._zid)[_FIRST_BYTES:]
+        slot_ns = now - passed
+        rest = encode_timestamp(ntp64(slot_ns), self._zid)[_FIRST_BYTES:]
+        if slot_ns > self._slot_ns:  # a signal's handler may have been here meanwhile
+            self._rest, self._slot_ns, self._unit, self._count = rest, slot_ns, -1, -1
         return passed // _UNIT_NS
 
     def _go_on(self) -> None:
         """Take the next unit, whatever the clock shows: all stamps of this one are used."""
         self._count = 0
         self._unit += 1
-        if self._unit == SMALL_END:
+        if self._unit >= SMALL_END:
             self._enter(self._slot_ns + _SLOT_NS)
-            self._unit = self._count = 0
+            self._unit, self._count = max(self._unit, 0), self._count + 1

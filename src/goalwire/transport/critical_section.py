@@ -1,0 +1,87 @@
+"""A lock for code that something on its own thread may interrupt: a signal's handler, or a finalizer.
+
+Python runs a signal's handler on the main thread between any two of its steps, and a finalizer on whichever
+thread has dropped or collected the last reference. Both may publish while their thread is just publishing. A
+plain lock would then wait for itself. A re-entrant one lets them in, and two messages change places. So
+whoever finds its own thread in here leaves what it wants done, and the thread does that on its way out, in
+order, before any other thread comes in.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from threading import RLock
+
+
+class CriticalSection:
+    """One lock, and what waits for the thread that has it.
+
+    Hot paths do what `run` does in their own code, to save its calls:
+
+        entered = False
+        try:
+            section.acquire()  # inside `try`: a handler may raise as soon as the lock is taken
+            if section.is_busy:
+                section.late.append(...)
+                return
+            entered = section.is_busy = True
+            ...
+        finally:
+            if entered:
+                section.is_busy = False
+                if section.late:
+                    section.run_late()
+            try:
+                section.release()
+            except RuntimeError:  # a signal's handler raised while this waited for the lock
+                pass
+    """
+
+    __slots__ = ('acquire', 'is_busy', 'late', 'lock', 'release')
+
+    def __init__(self) -> None:
+        self.lock = RLock()
+        self.acquire, self.release = self.lock.acquire, self.lock.release
+        self.is_busy = False
+        """Whether the thread that has the lock is in the midst of something. Only that thread may ask."""
+        self.late: deque[Callable[[], object]] = deque()
+        """What was wanted meanwhile, on the same thread."""
+
+    def run(self, do: Callable[[], object]) -> bool:
+        """Do something, alone; False: it interrupts the thread's own work in here, and is done after that.
+
+        What `do` raises is raised here in the first case only.
+        """
+        with self.lock:
+            if self.is_busy:
+                self.late.append(do)
+                return False
+            try:
+                self.is_busy = True
+                do()
+            finally:
+                self.is_busy = False
+                if self.late:
+                    self.run_late()
+        return True
+
+    def run_late(self) -> None:
+        """Do what was left for later; under the lock, on the way out."""
+        late = self.late
+        while late:
+            try:
+                self.is_busy = True
+                while late:
+                    late.popleft()()
+            finally:
+                self.is_busy = False
+
+    def is_entered(self) -> bool:
+        """Whether the calling thread is in the midst of something in here."""
+        if not self.lock.acquire(blocking=False):
+            return False
+        try:
+            return self.is_busy
+        finally:
+            self.lock.release()
