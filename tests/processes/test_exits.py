@@ -12,6 +12,8 @@ from helpers.wires import DDS, require
 
 pytestmark = pytest.mark.skipif(sys.platform == 'win32', reason='signals of POSIX')
 
+SOME_PROGRAMS = pytest.mark.timeout(240)
+"""Twenty programs one after the other, on a machine that is busy."""
 TRAFFIC = [('rmw_zenoh_cpp', 20), (DDS, int(os.environ.get('GOALWIRE_TEST_EXITS', '4')))]
 """How often a program leaves on each wire; GOALWIRE_TEST_EXITS=20 makes it as often on DDS."""
 
@@ -40,6 +42,7 @@ def test_a_program_that_guards_nothing_ends_as_under_rclpy_but_quietly(
 
 
 @pytest.mark.slow
+@SOME_PROGRAMS
 @pytest.mark.parametrize(('transport', 'times'), TRAFFIC)
 @pytest.mark.parametrize('how', ['nothing closed', 'sys.exit', 'shutdown'])
 def test_leaving_in_the_middle_of_traffic_is_clean_every_time(
@@ -59,6 +62,7 @@ def test_leaving_in_the_middle_of_traffic_is_clean_every_time(
 
 
 @pytest.mark.slow
+@SOME_PROGRAMS
 @pytest.mark.parametrize(('transport', 'times'), TRAFFIC)
 def test_ctrl_c_in_the_middle_of_traffic_is_clean_every_time(
     start: Start, transport: str, times: int

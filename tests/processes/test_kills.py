@@ -1,4 +1,4 @@
-"""kill -9 of any one process: the others work on, and whoever comes next finds them within a second."""
+"""kill -9 of any one process: the others work on; whoever comes next finds them, before any lease ends."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from helpers.programs import Start
 
 pytestmark = pytest.mark.slow
 
-WITHIN_S = 1.0
 JOINING = ['on', 'off']
 """How a newcomer joins: offering a rendezvous itself, or, as rmw_zenoh does, only looking for one."""
 
@@ -47,9 +46,10 @@ def prepared_newcomer(start: Start, joining: str) -> Program:
     return newcomer
 
 
-def assert_joins_within_a_second(newcomer: Program, service: str) -> None:
+def assert_joins(newcomer: Program, service: str) -> None:
+    """See it join, and be answered: no lease of Zenoh's, 60 s, is over by then."""
     newcomer.write_line(service)
-    assert float(newcomer.expect(r'answered after ([\d.]+) s').group(1)) < WITHIN_S
+    newcomer.expect('answered after')
     newcomer.succeed()
 
 
@@ -61,7 +61,7 @@ def test_after_a_kill_the_others_work_on_and_a_newcomer_finds_them(
     newcomer = prepared_newcomer(start, joining)
     robot = Robot(start)
     robot.kill(victim)
-    assert_joins_within_a_second(newcomer, 'left')
+    assert_joins(newcomer, 'left')
     robot.works_on('left')
     if victim == 'rendezvous':
         robot.works_on('right')
@@ -78,7 +78,7 @@ def test_the_rendezvous_survives_one_holder_after_the_other(start: Start, joinin
         newcomer = prepared_newcomer(start, joining)
         holder.kill()
         holder.wait()
-        assert_joins_within_a_second(newcomer, 'add')
+        assert_joins(newcomer, 'add')
 
 
 def test_a_client_gets_answers_again_once_its_killed_server_is_back(start: Start) -> None:

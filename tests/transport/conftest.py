@@ -7,26 +7,31 @@ from typing import TypeAlias
 
 import pytest
 from helpers.wire import Side
-from helpers.wires import DDS, TRANSPORTS, require_wire
+from helpers.wires import DDS, TRANSPORTS, opens_native, require_wire
 
 from goalwire.transport.contract import EndpointKind, Session
 from goalwire.transport.faults import Faults
+from goalwire.transport.zenoh.session import CHOICE, ECLIPSE, NATIVE
 
 Sides: TypeAlias = tuple[Side, Side]
 
 
 UNDER_FAULTS = 'goalwire_memory under no fault'
+OTHER_SESSIONS = 'rmw_zenoh_cpp with the sessions that are not chosen'
 
 
-@pytest.fixture(params=[*sorted({*TRANSPORTS, DDS}), UNDER_FAULTS])
-def transport_name(request: pytest.FixtureRequest) -> Iterator[str]:
+@pytest.fixture(params=[*sorted({*TRANSPORTS, DDS}), OTHER_SESSIONS, UNDER_FAULTS])
+def transport_name(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
     """Each transport in turn, DDS always among them: the contract is what they have in common.
 
-    One comes in the wrapping that faults are made in, too.
+    One comes in the wrapping that faults are made in, too, and Zenoh with sessions of either make.
     """
     if request.param == UNDER_FAULTS:
         with Faults():
             yield 'goalwire_memory'
+    elif request.param == OTHER_SESSIONS:
+        monkeypatch.setenv(CHOICE, ECLIPSE if opens_native() else NATIVE)
+        yield 'rmw_zenoh_cpp'
     else:
         yield require_wire(request)
 

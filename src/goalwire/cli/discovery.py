@@ -8,7 +8,6 @@ or what it looks for is there.
 from __future__ import annotations
 
 import argparse
-import os
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from threading import Condition
@@ -95,15 +94,7 @@ def _open_session() -> Session:
         options = SessionOptions(domain_id=domain_from_environment())
     except ValueError as error:
         raise CommandError(Outcome.USAGE, str(error)) from None
-    chosen = os.environ.get('GOALWIRE_ZENOH')
-    os.environ['GOALWIRE_ZENOH'] = chosen or 'native'
-    try:
-        return registry.get().open(options)
-    finally:
-        if chosen is None:
-            del os.environ['GOALWIRE_ZENOH']
-        else:
-            os.environ['GOALWIRE_ZENOH'] = chosen
+    return registry.get().open(options)
 
 
 class _Changes:

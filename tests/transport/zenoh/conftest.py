@@ -14,14 +14,25 @@ from helpers.wire import BARE, Side
 
 from goalwire.transport.contract import SessionOptions
 from goalwire.transport.zenoh import TRANSPORT, threads
+from goalwire.transport.zenoh.session import CHOICE, ECLIPSE, NATIVE
 
 OpenSide: TypeAlias = Callable[[str], Side]
 
+on_both = pytest.mark.parametrize('world', [NATIVE, ECLIPSE], indirect=True)
+"""What is run with sessions of either make: those chosen least are kept right by it."""
+on_eclipse = pytest.mark.parametrize('world', [ECLIPSE], indirect=True)
+"""What is about eclipse-zenoh's sessions alone."""
+
 
 @pytest.fixture
-def world(monkeypatch: pytest.MonkeyPatch) -> dict[str, str]:
-    """The environment of this process and, for whoever wants it, of others: one domain, one port."""
+def world(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> dict[str, str]:
+    """The environment of this process and, for whoever wants it, of others: one domain, one port.
+
+    Modules choose whose sessions are opened by `indirect` parameters, as `on_both`.
+    """
     env = isolated_env('rmw_zenoh_cpp')
+    if hasattr(request, 'param'):
+        env[CHOICE] = request.param
     for name in set(os.environ) - set(env):
         monkeypatch.delenv(name)
     for name, value in env.items():

@@ -21,6 +21,10 @@ from goalwire.rules.qos import DurabilityPolicy, QoS
 from goalwire.transport.contract import Endpoint, EndpointKind, Request, Sample
 from goalwire.transport.zenoh.session import ZenohSession
 
+from .conftest import on_both
+
+pytestmark = on_both
+
 T = TypeVar('T')
 CHATTER = f'/chatter/std_msgs::msg::dds_::String_/{HASH}'
 ADD = f'/add/example_interfaces::srv::dds_::AddTwoInts_/{HASH}'

@@ -18,6 +18,10 @@ from goalwire.rules.qos import DurabilityPolicy, QoS, ReliabilityPolicy
 from goalwire.transport.contract import EndpointKind, Sample
 from goalwire.transport.zenoh import subscription
 
+from .conftest import on_both
+
+pytestmark = on_both
+
 T = TypeVar('T')
 LASTING = QoS(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 MAP = f'/map/std_msgs::msg::dds_::String_/{HASH}'

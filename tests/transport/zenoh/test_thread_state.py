@@ -12,7 +12,7 @@ from goalwire.transport.contract import Request
 from goalwire.transport.zenoh import threads
 from goalwire.transport.zenoh.threads import keep_thread_state
 
-from .conftest import OpenSide
+from .conftest import OpenSide, on_eclipse
 
 
 def test_only_the_first_call_on_a_thread_runs_python_code() -> None:
@@ -29,6 +29,7 @@ def test_only_the_first_call_on_a_thread_runs_python_code() -> None:
     assert threads.__file__ not in entered
 
 
+@on_eclipse
 def test_what_is_local_to_a_thread_of_zenohs_is_there_the_next_time(open_side: OpenSide) -> None:
     """It goes with the thread's state: so that was kept."""
     ours, theirs, here = open_side('ours'), open_side('theirs'), threading.local()

@@ -8,7 +8,9 @@ from helpers.processes import Program
 
 from goalwire.rules.qos import DurabilityPolicy, QoS
 
-from .conftest import OpenSide
+from .conftest import OpenSide, on_both
+
+pytestmark = on_both
 
 LASTING = QoS(depth=30, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 

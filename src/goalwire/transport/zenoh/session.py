@@ -1,6 +1,6 @@
 """One context's session: opened as the environment says, closed once with all that it has; and its nodes.
 
-GOALWIRE_ZENOH says which session is opened: `eclipse` (the default), or `native` for goalwire's own. If the
+GOALWIRE_ZENOH says which session is opened: `native`, the default, for goalwire's own, or `eclipse`. If the
 configuration asks for something that goalwire's own does not do, eclipse-zenoh is used in its place, and
 a line in the log says so.
 
@@ -58,7 +58,7 @@ from goalwire.transport.zenoh.wire import Declared, Wire, undeclare
 
 CHOICE = 'GOALWIRE_ZENOH'
 NATIVE, ECLIPSE = 'native', 'eclipse'
-DEFAULT_CHOICE = ECLIPSE
+DEFAULT_CHOICE = NATIVE
 
 
 def _open_wire(configuration: Configuration) -> Wire:
