@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import tomllib
 from dataclasses import MISSING, fields, is_dataclass
+from typing import Any
 
 from helpers.markdown import DOCS, ROOT, rows
 
@@ -15,9 +16,9 @@ PAGE = DOCS / 'reliability.md'
 TESTS = ROOT / 'tests'
 
 
-def items() -> list[dict[str, object]]:
+def items() -> list[dict[str, Any]]:
     text = (TESTS / 'reliability' / 'items.toml').read_text(encoding='utf-8')
-    found: list[dict[str, object]] = tomllib.loads(text)['item']
+    found: list[dict[str, Any]] = tomllib.loads(text)['item']
     return found
 
 
@@ -26,9 +27,10 @@ def test_every_item_has_a_row_with_tests_that_there_are() -> None:
     assert [(int(number), what) for number, what, _ in table] == [
         (item['number'], item['what']) for item in items()
     ]
-    for _, _, tests in table:
+    for item, (_, _, tests) in zip(items(), table, strict=True):
         files = re.findall(r'`([^`]+)`', tests)
         assert files
+        assert {name for name in files if not name.startswith('reliability/')} == set(item['elsewhere'])
         assert [name for name in files if not (TESTS / name).is_file()] == []
 
 
