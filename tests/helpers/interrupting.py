@@ -11,12 +11,12 @@ from collections.abc import Callable, Iterator
 from itertools import count
 from pathlib import Path
 from types import FrameType
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import goalwire
 
 _SOURCE = str(Path(goalwire.__file__).parent)
-_Trace: TypeAlias = Callable[[FrameType, str, object], object]
+_Trace: TypeAlias = Callable[[FrameType, str, Any], Any]
 
 
 class Interruption:
@@ -43,7 +43,7 @@ class Interruption:
             sys.settrace(before[0])
             sys.setprofile(before[1])
 
-    def _trace(self, frame: FrameType, event: str, _argument: object) -> _Trace | None:
+    def _trace(self, frame: FrameType, event: str, _argument: Any) -> _Trace | None:
         if self._handler is None or not frame.f_code.co_filename.startswith(_SOURCE):
             return None
         if event in self._events:

@@ -28,14 +28,16 @@ class CriticalSection:
             entered = section.is_busy = True
             ...
         finally:
-            if entered:
-                section.is_busy = False
-                if section.late:
-                    section.run_late()
             try:
-                section.release()
-            except RuntimeError:  # a signal's handler raised while this waited for the lock
-                pass
+                if entered:
+                    section.is_busy = False
+                    if section.late:
+                        section.run_late()
+            finally:
+                try:
+                    section.release()
+                except RuntimeError:  # a signal's handler raised while this waited for the lock
+                    pass
     """
 
     __slots__ = ('acquire', 'is_busy', 'late', 'lock', 'release')

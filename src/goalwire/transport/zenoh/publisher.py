@@ -87,7 +87,7 @@ class ZenohPublisher(OpenPort, PublisherPort):
         self._context = context
         self._put: Callable[..., None] = publisher.put
         self._has_room = publisher.has_room
-        self._refusals: tuple[type[Exception], ...] = (*context.errors, MemoryError)
+        self._refusals: tuple[type[Exception], ...] = (*context.errors, MemoryError, TransportError)
         self._next_sequence = count(1).__next__
         self._turn = turn
         self._section = turn.section
@@ -123,14 +123,16 @@ class ZenohPublisher(OpenPort, PublisherPort):
             reason = self._context.wire.explain(error)
             raise TransportError(f'{state.title}: zenoh refused a message: {reason}') from None
         finally:
-            if entered:
-                section.is_busy = False
-                if section.late:
-                    section.run_late()
-            try:  # noqa: SIM105
-                section.release()
-            except RuntimeError:  # a signal's handler raised while this waited for its turn
-                pass
+            try:
+                if entered:
+                    section.is_busy = False
+                    if section.late:
+                        section.run_late()
+            finally:
+                try:  # noqa: SIM105
+                    section.release()
+                except RuntimeError:  # a signal's handler raised while this waited for its turn
+                    pass
 
     def _publish_late(self, payload: bytes) -> None:
         """Publish what a signal's handler has published while its thread was publishing; in the section."""
@@ -141,7 +143,7 @@ class ZenohPublisher(OpenPort, PublisherPort):
                 self._publish_large(payload)
             else:
                 self._put(payload, attachment=encode(self._next_sequence(), time_ns(), GID_SIZE, self.gid))
-        except (*self._refusals, TransportError) as error:
+        except self._refusals as error:
             reason = self._context.wire.explain(error) or type(error).__name__
             self._note_drop([len(payload)], f'zenoh refused it: {reason}')
 

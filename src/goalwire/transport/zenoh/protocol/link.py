@@ -326,14 +326,16 @@ class Link:
                 self._when_full()
             return True
         finally:
-            if entered:
-                section.is_busy = False
-                if section.late:
-                    section.run_late()
-            try:  # noqa: SIM105
-                self._release()
-            except RuntimeError:  # a signal's handler raised while this waited for the lock
-                pass
+            try:
+                if entered:
+                    section.is_busy = False
+                    if section.late:
+                        section.run_late()
+            finally:
+                try:  # noqa: SIM105
+                    self._release()
+                except RuntimeError:  # a signal's handler raised while this waited for the lock
+                    pass
 
     def _send_together(self, channel: int, message: bytes, *, may_wait: bool) -> bool:
         """Have a message wait, in one frame with others; under the lock.
