@@ -7,6 +7,7 @@ import sys
 from collections.abc import Iterator
 
 import pytest
+from helpers.command_line import CommandLine
 from helpers.processes import Program
 from helpers.robot import humanoid, robot_env
 
@@ -82,7 +83,7 @@ def test_ctrl_c_stops_the_robot(env: dict[str, str]) -> None:
     ('arguments', 'complaint'),
     [
         (('arm', 'left_arm_elbo', '1'), "there is no joint 'left_arm_elbo'; did you mean 'left_arm_elbow'?"),
-        (('arm', 'left_arm_elbow', '9'), 'the goal was refused; left_arm_elbow goes from 0.0 to 2.4 rad'),
+        (('arm', 'left_arm_elbow', '9'), 'the goal was refused: left_arm_elbow goes from 0.0 to 2.4 rad'),
         (('move', 'nan', '0'), 'the goal was refused: numbers must be finite'),
     ],
 )
@@ -90,6 +91,18 @@ def test_what_cannot_be_done_is_said_with_what_can(
     env: dict[str, str], arguments: tuple[str, ...], complaint: str
 ) -> None:
     assert complaint in said(env, *arguments, code=1)
+
+
+@pytest.mark.usefixtures('up')
+def test_a_goal_that_the_emergency_stop_refuses_says_so(env: dict[str, str]) -> None:
+    switch = CommandLine(env)
+    stop = ('service', 'call', 'emergency_stop', 'std_srvs/srv/SetBool')
+    switch.ok(*stop, '{data: true}')
+    try:
+        for goal in (('move', '1.0', '0.0'), ('arm', 'left_arm_elbow', '1.0')):
+            assert 'the goal was refused: emergency stop: nothing moves until' in said(env, *goal, code=1)
+    finally:
+        switch.ok(*stop, '{data: false}')
 
 
 def test_without_a_robot_it_says_how_to_start_one() -> None:

@@ -12,13 +12,15 @@ from collections.abc import Callable, Mapping
 from difflib import get_close_matches
 from queue import Empty, SimpleQueue
 from types import FrameType
-from typing import NoReturn
+from typing import NoReturn, TypeVar
 
 import rclpy
 from nav_msgs.msg import Odometry
 from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import JointState
+from std_msgs.msg import Bool
 
+from humanoid.emergency import GONE, REFUSAL, STATE
 from humanoid.gestures import WAVE, unhurried
 from humanoid.mission.calls import GoalRun
 from humanoid.mission.retry import NoAnswer
@@ -29,6 +31,8 @@ from humanoid.text import brief
 WATCH_EVERY = 1.0  # s
 GOAL_OVERHEAD = 5.0  # s beyond what a goal itself may take
 ARRIVED, FAILED, STOPPED = 0, 1, 130
+
+Told = TypeVar('Told')
 
 
 class Impossible(Exception):
@@ -95,14 +99,28 @@ def status(robot: Robot, _options: argparse.Namespace) -> int:
 
 def _odometry(robot: Robot) -> Odometry:
     """Return where the base is. Raises NoAnswer."""
-    came: SimpleQueue[Odometry] = SimpleQueue()
-    subscription = robot.node.create_subscription(Odometry, 'odom', came.put, 1)
+    return _next(robot, Odometry, 'odom')
+
+
+def _next(robot: Robot, type_: type[Told], topic: str) -> Told:
+    """The next message of a topic. Raises NoAnswer."""
+    came: SimpleQueue[Told] = SimpleQueue()
+    subscription = robot.node.create_subscription(type_, topic, came.put, 1)
     try:
         return came.get(timeout=ANSWER_WITHIN)
     except Empty:
-        raise NoAnswer(f'odom: no message within {ANSWER_WITHIN:.1f} s') from None
+        raise NoAnswer(f'{topic}: no message within {ANSWER_WITHIN:.1f} s') from None
     finally:
         robot.node.destroy_subscription(subscription)
+
+
+def _refused(robot: Robot, otherwise: str) -> str:
+    """Why a goal was refused, as far as can be told from here: `otherwise` where the robot is not stopped."""
+    try:
+        stopped = _next(robot, Bool, STATE).data
+    except NoAnswer:
+        return f'the goal was refused: {otherwise}; or the emergency stop: {GONE}'
+    return f'the goal was refused: {REFUSAL if stopped else otherwise}'
 
 
 def _base(odometry: Odometry) -> str:
@@ -116,7 +134,7 @@ def move(robot: Robot, options: argparse.Namespace) -> int:
     allowed = options.timeout
     with robot.drive(options.x, options.y, allowed=allowed, timeout=allowed + GOAL_OVERHEAD) as goal:
         if not goal.accepted:
-            raise Impossible('the goal was refused: numbers must be finite, the time positive')
+            raise Impossible(_refused(robot, 'numbers must be finite, the time positive'))
         for feedback in goal.feedback():
             _progress(f'{feedback.distance_remaining:.2f} m to go')
     _progress('')
@@ -156,7 +174,7 @@ def _reach(robot: Robot, angles: Mapping[str, float], duration: float | None = N
                 f'{joint.max_velocity} {joint.unit}/s at most'
                 for joint in map(JOINT_BY_NAME.__getitem__, angles)
             )
-            raise Impossible(f'the goal was refused; {limits}')
+            raise Impossible(_refused(robot, limits))
         for feedback in goal.feedback():
             _progress(f'{feedback.fraction_done:.0%}')
     _progress('')
