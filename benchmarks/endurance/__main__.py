@@ -68,7 +68,7 @@ def run(name: str, count: int) -> Figures | str:
     command = [sys.executable, '-m', f'benchmarks.endurance.{name}', 'ask', str(count)]
     done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
     if done.returncode:
-        return done.stdout.strip() or f'it ended with code {done.returncode}'
+        return '\n'.join(done.stdout.splitlines()[-20:]) or f'it ended with code {done.returncode}'
     figures: Figures = json.loads(done.stdout.splitlines()[-1])
     return figures
 

@@ -1,8 +1,4 @@
-"""Links that come and go: what a process holds whose peers die, close, or are refused in the handshake.
-
-Of two sessions the one with the greater id connects: so it opens about half of the links, and takes the
-others.
-"""
+"""Links that come and go: what a process holds whose peers die, close, or are refused in the handshake."""
 
 from __future__ import annotations
 
@@ -17,6 +13,9 @@ from time import monotonic, sleep
 from benchmarks import stage
 from benchmarks.endurance.held import Held
 from benchmarks.line import Figures
+from goalwire.transport.contract import NodeName
+from goalwire.transport.zenoh.native.session import NativeSession, Settings
+from goalwire.transport.zenoh.tokens import encode_node
 
 SESSIONS = 20
 """So many links at a time: those of one process."""
@@ -24,32 +23,35 @@ VERSION_8 = bytes.fromhex('0d00c10831b1b2b3b40ac8ff812701')
 _LISTENS = '0A'
 
 
-def answer(part: str = 'stays') -> None:
+def answer(port: int = 0) -> None:
+    if port:
+        come_and_go(port)
+        return
     import rclpy
 
-    if part == 'stays':
-        rclpy.init()
-        node = rclpy.create_node('endurance_stays')
-        stage.obey({
-            'nodes': lambda: len(node.get_node_names()),
-            'collect': gc.collect,
-        })  # fmt: skip
-        rclpy.shutdown()
-        return
-    contexts = [rclpy.Context() for _ in range(SESSIONS)]
-    for number, context in enumerate(contexts):
-        context.init()
-        rclpy.create_node(f'endurance_{number}', context=context)
+    rclpy.init()
+    node = rclpy.create_node('endurance_stays')
+    stage.obey({'nodes': lambda: len(node.get_node_names()), 'collect': gc.collect})
+    rclpy.shutdown()
+
+
+def come_and_go(port: int) -> None:
+    """Open sessions that connect to one port, each with a node to be seen by."""
+    domain = int(os.environ['ROS_DOMAIN_ID'])
+    settings = Settings(listen=(), connect=(f'tcp/127.0.0.1:{port}',), meets_peers=False)
+    sessions = [NativeSession(settings) for _ in range(SESSIONS)]
+    for number, session in enumerate(sessions):
+        session.protocol.declare_token(encode_node(domain, session.id, 0, NodeName(f'endurance_{number}')))
 
     def close() -> None:
-        for context in contexts:
-            context.shutdown()
+        for session in sessions:
+            session.close()
 
     stage.obey({'die': lambda: os.kill(os.getpid(), signal.SIGKILL), 'close': close})
 
 
 def ask(count: int) -> Figures:
-    with stage.Partner('benchmarks.endurance.links', 'stays') as stays:
+    with stage.Partner('benchmarks.endurance.links') as stays:
         _meet(stays, 'die')
         _meet(stays, 'close')
         _be_refused(stays.pid)
@@ -69,10 +71,12 @@ def ask(count: int) -> Figures:
 
 def _meet(stays: stage.Partner, end: str) -> None:
     """Have sessions meet the one that stays, and end."""
-    with stage.Partner('benchmarks.endurance.links', 'goes') as goes:
+    with stage.Partner('benchmarks.endurance.links', _port_of(stays.pid)) as goes:
         _wait_for_nodes(stays, 1 + SESSIONS)
         goes.order(end)
         _wait_for_nodes(stays, 1)
+        if end == 'close':
+            goes.result()
 
 
 def _wait_for_nodes(stays: stage.Partner, number: int) -> None:

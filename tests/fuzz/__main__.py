@@ -18,7 +18,7 @@ HERE = Path(__file__).parent
 SECONDS_FOR_ONE = 5
 MIB_FOR_ONE = 1024
 LONGEST = 4096
-GRACE_S = 120
+GRACE_S = 600
 """What a process may take beyond its time: it imports, instruments, and ends."""
 
 
