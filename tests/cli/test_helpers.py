@@ -55,6 +55,8 @@ def test_doctor_says_what_to_do_where_a_port_is_held(world: dict[str, str]) -> N
         (['action', 'send_goal', ''], ['/lab/fibonacci']),
         (['node', 'info', '/'], ['/lab/workshop']),
         (['param', 'get', ''], ['/lab/workshop']),
+        (['param', 'get', '/lab/workshop', 'sp'], ['speed']),
+        (['param', 'set', 'lab/workshop', 'ge'], ['gears']),
         (['interface', 'show', 'std_srvs/srv/S'], ['std_srvs/srv/SetBool']),
         (['interface', 'package', 'std_s'], ['std_srvs']),
         (['completion', 'b'], ['bash']),

@@ -10,9 +10,12 @@ from goalwire.cli.nouns import NOUNS, load
 from goalwire.cli.verbs import Noun, Verb, verb_parser
 
 if TYPE_CHECKING:
+    import goalwire
     from goalwire.cli.output import Output
     from goalwire.graph.graph import Graph
 
+PATIENCE_S = 2.0
+"""How long a node may take to say its parameters."""
 SCRIPTS = {  # each calls `ros2 _complete WORD …`, the last of which is being written
     'bash': """_goalwire_complete() {
     local IFS=$'\\n'
@@ -98,6 +101,8 @@ def _live(noun: str, what: str, given: Sequence[str]) -> list[str]:
     }
     if what in names:
         return [name for name in _of_graph(names[what]) if not is_hidden(name) and '/_' not in name]
+    if noun == 'param' and what in {'parameter_name', 'parameter_names', 'pairs'}:
+        return _parameters_of(given[0])
     if what in {'words', 'service_type', 'action_type', 'message_type'} and len(given) == 1:
         return _types_of(noun, given[0])
     if what in {'type', 'topic_type', 'service_type', 'action_type'}:
@@ -121,6 +126,22 @@ def _of_graph(question: Callable[[Graph], Iterable[str]]) -> list[str]:
 
     with discovered(Namespace()) as graph:
         return list(question(graph))
+
+
+def _parameters_of(given: str) -> list[str]:
+    """Return the parameters of a node, which must say them itself."""
+    from goalwire.cli.live import live
+    from goalwire.cli.nodes import named_node
+    from goalwire.cli.param import names_of
+
+    arguments = Namespace(node_name=given, service_timeout=PATIENCE_S)
+    name, found = named_node(arguments), list[str]()
+
+    async def look(node: goalwire.Node) -> None:
+        found.extend(await names_of(node, name, arguments))
+
+    live(look)
+    return found
 
 
 def _types_of(noun: str, name: str) -> list[str]:

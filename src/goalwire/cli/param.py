@@ -71,7 +71,8 @@ def _plain(value: Any) -> Any:
     return value_of(value)
 
 
-async def _names(node: goalwire.Node, name: str, arguments: Namespace) -> list[str]:
+async def names_of(node: goalwire.Node, name: str, arguments: Namespace) -> list[str]:
+    """Return the names of a node's parameters, sorted; raises goalwire's own errors."""
     from rcl_interfaces.srv import ListParameters
 
     prefixes = getattr(arguments, 'param_prefixes', [])
@@ -90,7 +91,7 @@ async def _values(node: goalwire.Node, name: str, names: list[str], arguments: N
 async def _unknown_parameter(
     node: goalwire.Node, name: str, parameter: str, arguments: Namespace
 ) -> CommandError:
-    near = did_you_mean(parameter, await _names(node, name, arguments))
+    near = did_you_mean(parameter, await names_of(node, name, arguments))
     return CommandError(
         Outcome.NOT_FOUND,
         f"the node '{name}' has no parameter '{parameter}'",
@@ -145,7 +146,7 @@ def _list(arguments: Namespace, output: Output) -> Outcome:
 async def _show_names(
     node: goalwire.Node, name: str, wanted: re.Pattern[str], arguments: Namespace, output: Output
 ) -> None:
-    names = [each for each in await _names(node, name, arguments) if wanted.search(each)]
+    names = [each for each in await names_of(node, name, arguments) if wanted.search(each)]
     types: dict[str, str] = {}
     if names and (arguments.param_type or output.json):
         found = await _descriptors(node, name, names, arguments)
@@ -215,7 +216,7 @@ def _describe(arguments: Namespace, output: Output) -> Outcome:
     name = named_node(arguments)
 
     async def show(node: goalwire.Node) -> None:
-        known = set(await _names(node, name, arguments))
+        known = set(await names_of(node, name, arguments))
         for each in arguments.parameter_names:
             if each not in known:
                 raise await _unknown_parameter(node, name, each, arguments)
@@ -249,7 +250,7 @@ def _dump(arguments: Namespace, output: Output) -> Outcome:
     name = named_node(arguments)
 
     async def show(node: goalwire.Node) -> None:
-        names = await _names(node, name, arguments)
+        names = await names_of(node, name, arguments)
         values = [_json(value) for value in await _values(node, name, names, arguments)] if names else []
         tree: dict[str, Any] = {}
         for each, value in zip(names, values, strict=False):
