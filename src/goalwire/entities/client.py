@@ -91,7 +91,7 @@ class ClientCore(RequestClient, TimedCalls, Introspected):
         introspection = self.introspection
         if introspection is not None:
             call.introspected = IntrospectedCall(introspection, port.gid, request)
-        # hot path: as `start`, which would be one call more
+        # hot path: `start` written out, one call less of the 40 that a service call makes.
         call.awaited_by, call.decode, call.sent_as = self, self.support.decode_response, 0
         call.end_lock = allocate_lock()
         if timeout is None and self.retries is None:

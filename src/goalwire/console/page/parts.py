@@ -87,16 +87,6 @@ def head(title: str, icon: str = '') -> None:
     ui.label(title).classes('gw-title')
 
 
-def chip(text: str, tone: str = '') -> ui.label:
-    """Write a small label."""
-    return ui.label(text).classes(f'gw-chip {tone}')
-
-
-def text_block(text: str) -> ui.label:
-    """Show text as it is."""
-    return ui.label(text).classes('gw-code')
-
-
 def copy_buttons(python: Callable[[], str | None], command: Callable[[], str | None]) -> None:
     """Two buttons that copy what `python` and `command` return; None where there is nothing to copy."""
 

@@ -233,7 +233,7 @@ def _reader(reject: Callable[[RemoteError], None]) -> Callable[[Message], Sample
 
 def _handler(reject: Callable[[RemoteError], None], deliver: Callable[[Sample], None]) -> OnMessage:
     def on_message(raw: Message) -> None:
-        # hot path: `sample_of` for the ordinary attachment, without that call
+        # hot path: `sample_of` for the ordinary attachment, one call less for each message.
         data, payload = raw.attachment, raw.payload
         if data is not None and len(data) == SIZE and payload is not None:
             sequence, sent, size, gid = split(data)

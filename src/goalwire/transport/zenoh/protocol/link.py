@@ -315,7 +315,7 @@ class Link:
                 sent = self._sent
                 number = sent[DATA_CHANNEL]
                 sent[DATA_CHANNEL] = (number + 1) & MASK
-                # hot path: a call of encode_padded less
+                # hot path: encode_padded written out, one call less for each message.
                 low, high = PADDED_LOW[number & 0x3FFF], PADDED_HIGH[number >> 14]
                 batch = b''.join(((size + 5).to_bytes(2, 'little'), b'%', low, high, message))
             else:
