@@ -9,6 +9,7 @@ import pytest
 from helpers.patience import PATIENCE, wait_for
 from helpers.zenoh_sides import Ours, Side, Theirs, address
 
+from goalwire.transport.zenoh.native.socket_link import READ_SIZE, SocketLink
 from goalwire.transport.zenoh.protocol.senders import FLOOD
 
 COUNT = 5 * FLOOD
@@ -46,6 +47,32 @@ def test_the_last_of_a_flood_arrives_though_nothing_follows(sides: tuple[Ours, S
     assert [payload for _, payload in heard.samples] == [b'%d' % number for number in range(COUNT)]
     flood(ours, COUNT, 1)  # and again, when whoever sees to that sleeps
     heard.wait(COUNT + 1)
+
+
+def test_callbacks_run_before_more_than_one_piece_of_a_flood_is_read(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Else a subscription that keeps a thousand messages would lose the others of what was read at once."""
+    where, read = address(), SocketLink._read
+    turns: list[int] = []
+
+    def counted(link: SocketLink) -> None:
+        before = len(heard.samples)
+        read(link)
+        turns.append(len(heard.samples) - before)
+
+    monkeypatch.setattr(SocketLink, '_read', counted)
+    ours = Ours('peer', listen=(where,))
+    other = Ours('peer', connect=(where,))
+    heard = other.subscribe('k')
+    meet(ours, 'k')
+    gate = threading.Event()
+    other.session._poller.call(gate.wait)  # nothing is read until all waits
+    for _ in range(10_000):
+        ours.put('k', bytes(90))
+    gate.set()
+    heard.wait(10_000)
+    assert max(turns) <= READ_SIZE // 90 + 1
+    other.close()
+    ours.close()
 
 
 def test_a_flood_of_several_threads_arrives_whole_and_each_in_order(sides: tuple[Ours, Side]) -> None:

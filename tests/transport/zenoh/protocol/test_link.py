@@ -167,6 +167,32 @@ def test_bytes_come_in_any_pieces(step: int, size: int) -> None:
     assert cable.ends == [None, None]
 
 
+@settings(max_examples=20, deadline=None)
+@given(st.lists(st.integers(1, 30_000), min_size=1, max_size=20), st.booleans())
+def test_large_and_small_messages_come_whole_however_the_stream_is_cut(cuts: list[int], merges: bool) -> None:
+    one, other, cable = pair(batch_size=5000)
+    samples: list[Sample] = []
+    other.declare_subscriber('k', samples.append)
+    cable.carry()
+    sent = [b'%d' % number * (20_000 if number % 3 else 1) for number in range(6)]
+    publication = Publication(one, 'k')
+    for payload in sent:
+        publication.put(payload, b'a')
+
+    def cut(data: bytes) -> Sequence[bytes]:
+        pieces, at = [], 0
+        while at < len(data):
+            size = 1 + cuts[len(pieces) % len(cuts)] * (3 if merges else 1)
+            pieces.append(data[at : at + size])
+            at += size
+        return pieces
+
+    cable.carry(cut)
+    assert [bytes(sample.payload or b'') for sample in samples] == sent
+    assert cable.ends == [None, None]
+    assert not cable.links[1].in_pieces
+
+
 def full_wire() -> tuple[Session, Session, Cable, list[Sample]]:
     one, other, cable = pair()
     samples: list[Sample] = []

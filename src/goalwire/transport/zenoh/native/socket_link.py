@@ -24,10 +24,12 @@ if TYPE_CHECKING:
     from goalwire.transport.zenoh.protocol.channels import Buffer
 
 READ_SIZE = 65536
+READ_SIZE_LARGE = 1 << 18
+"""The same in the midst of a large message."""
 _MANY = 8
 """Pieces of a message from which it counts as large."""
 _READS_AT_ONCE = 8
-"""How often a connection that has more to say is read before the others have their turn."""
+"""How often a connection in the midst of a large message is read before the others have their turn."""
 
 ENOUGH_ROOM = QUEUE_LIMIT // 2
 """Bytes that may wait still when those who wait for room go on."""
@@ -171,17 +173,21 @@ class SocketLink:
     def _read(self) -> None:
         link = self.link
         reads = link.reads
+        size = READ_SIZE
         try:
             for _ in range(_READS_AT_ONCE):
-                data = self._recv(READ_SIZE)
+                data = self._recv(size)
                 reads += 1
                 if not data:
                     self.end('the other side has hung up')
                     return
                 self._receive(data)
-                if len(data) < READ_SIZE or self._has_ended:
+                # Small messages have their callbacks run before more are read: a subscription keeps only so
+                # many, and what else comes waits on the wire, where the publisher sees it.
+                if len(data) < size or not link.in_pieces or self._has_ended:
                     return
-            keep_freed_memory()
+                keep_freed_memory()
+                size = READ_SIZE_LARGE
         except (BlockingIOError, InterruptedError):
             return
         except OSError as error:

@@ -118,10 +118,10 @@ class Reassembly:
         """`has_marks` where first pieces are marked, by patch 1."""
         self._has_marks = has_marks
         self._limit = limit
-        self._pieces: list[bytes] | None = None
+        self._pieces: list[Buffer] | None = None
         self._size = 0
 
-    def add(self, piece: bytes, *, gap: int, first: bool, more: bool, given_up: bool) -> bytes | None:
+    def add(self, piece: Buffer, *, gap: int, first: bool, more: bool, given_up: bool) -> bytes | None:
         """Take a piece; return the message with its last one. Raises where it grows beyond the limit."""
         if first or (self._pieces is None and not self._has_marks):
             self._pieces, self._size = [], 0

@@ -110,6 +110,8 @@ MESSAGE_LIMIT = 1 << 30
 """Bytes of one message in fragments, as Zenoh's own default."""
 KEEP_ALIVES = 4
 """How many times within its lease a silent link says that it lives."""
+MOST_KEPT = 5
+"""How many times the size of a message in pieces may be kept until it is whole."""
 ROUTES_LIMIT = 4096
 """Keys whose receivers one link remembers."""
 _AT_ONCE = 64
@@ -118,6 +120,18 @@ HELD_SIZE = 8192
 the first of them waits for 0.1 ms."""
 
 _PRIORITY = PRIORITY_EXTENSION & EXTENSION
+
+
+LENGTH_SIZE = 2
+"""Bytes before each batch that tell its length."""
+
+
+def _missing(begun: bytes, most: int) -> int:
+    """Return how many bytes a batch lacks that has begun; 0 where that is unknown, or more than `most`."""
+    if len(begun) < LENGTH_SIZE:
+        return 0
+    missing = LENGTH_SIZE + (begun[0] | begun[1] << 8) - len(begun)
+    return missing if missing <= most else 0
 
 
 class ClosedByPeerError(RemoteError):
@@ -269,6 +283,8 @@ class Link:
         self._numbers = ReceivedNumbers(0)
         self._expected = b'none'
         self._reassembly: dict[int, Reassembly] = {}
+        self.in_pieces = False
+        """Whether of a message in pieces more are to come."""
 
     # ---- sending
 
@@ -538,10 +554,16 @@ class Link:
     def receive(self, data: bytes) -> None:
         """Take bytes. Raises ZenohProtocolError or ClosedByPeerError, after which the link is no more."""
         self.heard = True
-        if self._tail:
-            data = self._tail + data
-        start, end = 0, len(data)
+        start, tail = 0, self._tail
+        if tail:
+            if self.in_pieces:
+                start = _missing(tail, len(data))
+            if not start:
+                data = tail + data
+        end = len(data)
         try:
+            if start:  # hot path: of a large message one batch in four is copied here, not all that has come
+                self._take_batch(tail + data[:start])
             while end - start > 1:
                 at = start + 2
                 start = at + (data[at - 2] | data[at - 1] << 8)
@@ -564,6 +586,12 @@ class Link:
             # Also where a signal's handler raises in the midst of it: then only the rest of a batch is lost.
             self._tail = data[start:] if start < end else b''
             self.reads += 1
+
+    def _take_batch(self, batch: bytes) -> None:
+        """Take a whole batch, its length included."""
+        at, end = LENGTH_SIZE, len(batch)
+        while at < end:
+            at = self._take_transport(batch, at, end)
 
     def _take_transport(self, data: bytes, at: int, end: int) -> int:
         """Take a message of the link itself; return where it ends."""
@@ -634,11 +662,16 @@ class Link:
         if reassembly is None:
             reassembly = Reassembly(has_marks=self._marks_first, limit=MESSAGE_LIMIT)
             self._reassembly[channel] = reassembly
+        start = reader.at
+        # hot path: most pieces of 1 MB are not copied here, which saves 0.1 ms. What is shown of `data` keeps
+        # all of it, so only what is a good part of it.
+        is_shown = (end - start) * MOST_KEPT >= len(data)
+        self.in_pieces = bool(header & MORE_PIECES)
         message = reassembly.add(
-            data[reader.at : end],
+            memoryview(data)[start:end] if is_shown else data[start:end],
             gap=gap,
             first=IS_FIRST in found,
-            more=bool(header & MORE_PIECES),
+            more=self.in_pieces,
             given_up=IS_GIVEN_UP in found,
         )
         if message is not None and message[0] & MESSAGE_ID >= FIRST_NETWORK_ID:
