@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from pathlib import Path
 from statistics import median
 from time import monotonic
 
 from benchmarks import stage
 from benchmarks.line import Figures, Goal, Line, Of
+from benchmarks.lines.service_name import SERVICE
 from benchmarks.lines.service_spin import answer
+
+CLIENT = Path(__file__).with_name('first_call.py')
 
 LINE = Line(
     'import, node, discovery, first call',
@@ -25,7 +29,7 @@ LINE = Line(
 def first_call() -> Figures:
     """Run the client once, and return what it says of itself."""
     done = subprocess.run(
-        [sys.executable, '-m', 'benchmarks.lines.first_call', str(monotonic())],
+        [sys.executable, '-P', str(CLIENT), str(monotonic()), SERVICE],
         check=True, stdout=subprocess.PIPE, text=True, timeout=2 * stage.PATIENCE_S,
     )  # fmt: skip
     inside, wall, cpu, memory = map(float, done.stdout.split())

@@ -8,7 +8,6 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from copy import deepcopy
-from pathlib import PurePath
 from typing import NamedTuple
 
 from goalwire.errors import TransportError
@@ -139,7 +138,7 @@ def _from_file(variable: str) -> Configuration | None:
         reason = error.strerror if isinstance(error, OSError) else 'it is not text in UTF-8'
         raise _unusable(variable, path, reason or str(error)) from None
     try:
-        values = read_settings(text, is_yaml=PurePath(path).suffix in {'.yaml', '.yml'})
+        values = read_settings(text, is_yaml=path.endswith(('.yaml', '.yml')))
     except json5.Json5Error as error:
         raise _unusable(variable, path, str(error)) from None
     return Configuration(values, f"{variable} names '{path}'")
