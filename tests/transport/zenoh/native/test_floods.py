@@ -49,6 +49,11 @@ def test_the_last_of_a_flood_arrives_though_nothing_follows(sides: tuple[Ours, S
     heard.wait(COUNT + 1)
 
 
+def wait(gate: threading.Event) -> None:
+    """Hold the thread that reads until the gate opens."""
+    assert gate.wait(PATIENCE)
+
+
 def test_callbacks_run_before_more_than_one_piece_of_a_flood_is_read(monkeypatch: pytest.MonkeyPatch) -> None:
     """Else a subscription that keeps a thousand messages would lose the others of what was read at once."""
     where, read = address(), SocketLink._read
@@ -65,7 +70,7 @@ def test_callbacks_run_before_more_than_one_piece_of_a_flood_is_read(monkeypatch
     heard = other.subscribe('k')
     meet(ours, 'k')
     gate = threading.Event()
-    other.session._poller.call(gate.wait)  # nothing is read until all waits
+    other.session._poller.call(lambda: wait(gate))  # nothing is read until all waits
     for _ in range(10_000):
         ours.put('k', bytes(90))
     gate.set()

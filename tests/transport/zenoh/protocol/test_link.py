@@ -180,7 +180,8 @@ def test_large_and_small_messages_come_whole_however_the_stream_is_cut(cuts: lis
         publication.put(payload, b'a')
 
     def cut(data: bytes) -> Sequence[bytes]:
-        pieces, at = [], 0
+        pieces: list[bytes] = []
+        at = 0
         while at < len(data):
             size = 1 + cuts[len(pieces) % len(cuts)] * (3 if merges else 1)
             pieces.append(data[at : at + size])
