@@ -180,7 +180,11 @@ def test_a_stranger_without_tls_ends_its_own_connection_alone(
     assert [line for line in warnings if 'TLS: http request' in line]
 
 
-@pytest.mark.parametrize('said', [b'', client_hello()[:40], b'\x16\x03\x01\xff\xff'])
+@pytest.mark.parametrize(
+    'said',
+    [b'', client_hello()[:40], b'\x16\x03\x01\xff\xff'],
+    ids=['nothing', 'half a hello', 'a record of any length'],
+)
 def test_one_that_does_not_shake_hands_is_hung_up_on(
     certificates: Certificates,
     open_side: Open,
