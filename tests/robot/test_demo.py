@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import signal
+from contextlib import ExitStack
 
 import pytest
 from helpers.patience import PATIENCE
@@ -112,14 +113,20 @@ def test_up_keeps_the_others_working_when_one_is_killed(world: dict[str, str], n
 
 
 def test_a_mission_beside_up_ends_well_twice(world: dict[str, str]) -> None:
-    with humanoid('up', env=world):
+    with humanoid('up', env=world) as up:
+        for _ in SERVERS:
+            up.expect(r'Service ready|Server ready', DEMO)
         for _ in range(2):
             with humanoid('mission', env=world) as mission:
                 assert '10 of 10 steps ended as they should' in mission.succeed(DEMO)
 
 
 def test_a_stopped_mission_cancels_its_goal_before_it_leaves(world: dict[str, str]) -> None:
-    with humanoid('up', env=world) as up, humanoid('mission', env=world) as mission:
+    with ExitStack() as running:
+        up = running.enter_context(humanoid('up', env=world))
+        for _ in SERVERS:
+            up.expect(r'Service ready|Server ready', DEMO)
+        mission = running.enter_context(humanoid('mission', env=world))
         mission.expect(r'^\[5/10\] drive to', DEMO)
         mission.expect(r'\d% .* m to go')
         mission.send_signal(signal.SIGINT)
