@@ -313,10 +313,10 @@ def test_a_site_in_xml_and_yaml(ending: str, launch: Launch, share: Path) -> Non
         ]
         assert next(each.cwd for each in robot.processes if each.program == 'plain') == str(share / 'launch')
         robot.end()
-    with launch(f'site.launch.{ending}') as robot:  # a small one, which ends with its last part
+    with launch(f'site.launch.{ending}') as robot:  # a small one
         assert [each.program for each in robot.started(3)] == ['plain', 'short', 'state_publisher']
         assert next(each.argv for each in robot.processes if each.program == 'short') == ['burger_end']
-        assert f'[launch.user]: tb_burger at {share / "launch"}' in robot.ended()
+        assert f'[launch.user]: tb_burger at {share / "launch"}' in robot.end()
 
 
 @pytest.mark.parametrize('rmw', ['rmw_zenoh_cpp', DDS])
