@@ -117,10 +117,11 @@ def _rclpy_commands(node: Node, name: str) -> dict[str, Callable[[int], object]]
 async def in_asyncio(report: Report, context: Context) -> None:
     """The same in the asyncio API."""
     async with goalwire.Node('asyncio_commander', context=context) as node:
-        report.say('ready')
+        commands = [_asyncio_commands(node, name) for name in (*STEADY, *MORTAL)]
+        report.say('ready')  # from now on SIGTERM may come
         async with asyncio.TaskGroup() as group:
-            for name in (*STEADY, *MORTAL):
-                for kind, command in _asyncio_commands(node, name).items():
+            for each in commands:
+                for kind, command in each.items():
                     group.create_task(Orders(kind, context.ok, report).give_async(command))
 
 
