@@ -140,6 +140,7 @@ def test_a_server_that_says_nothing_to_a_cancel_request_is_told(ros2: CommandLin
         'ros2: the server has not said within 5 s that it cancels the goal, which may go on; '
         'see: ros2 action goals /lab/fibonacci\n'
     )
+    ros2.ok('topic', 'pub', '-1', 'lab/orders', 'data=speak')  # else whoever cancels all goals waits for it
 
 
 def test_goals_are_listed_and_cancelled(ros2: CommandLine, begin: Begin) -> None:

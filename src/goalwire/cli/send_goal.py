@@ -105,6 +105,9 @@ class _Goal:
             return self._finish(
                 'ABORTED' if isinstance(error, goalwire.GoalAborted) else 'CANCELED', error.result
             )
+        except CommandError:  # the feedback cannot be shown as asked: leaving the block cancels the goal
+            node.logger.set_level(50)
+            raise
         except (asyncio.CancelledError, goalwire.DeadlineError) as error:
             node.logger.set_level(50)  # what the goal still does is told here, not by the log
             return await self._cancel(run, error)

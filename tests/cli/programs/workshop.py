@@ -2,6 +2,7 @@
 
 import sys
 from contextlib import suppress
+from threading import Event
 from time import sleep
 
 import rclpy
@@ -32,7 +33,7 @@ def execute(goal_handle):
     feedback = Fibonacci.Feedback(sequence=[0, 1])
     while len(feedback.sequence) <= order % 1000:
         if goal_handle.is_cancel_requested:
-            if order >= 3000:
+            if order == 3005:
                 sleep(20)
             goal_handle.canceled()
             return Fibonacci.Result(sequence=feedback.sequence)
@@ -53,9 +54,19 @@ def execute(goal_handle):
     return Fibonacci.Result(sequence=feedback.sequence)
 
 
+speaks = Event()
+"""Set once a message 'speak' has come: until then it does not answer who cancels a goal of order 4005."""
+
+
+def hear(message):
+    print('heard', message.data, flush=True)
+    if message.data == 'speak':
+        speaks.set()
+
+
 def answer_cancel(goal):
     if goal.request.order == 4005:
-        sleep(30)
+        speaks.wait(60)
     return CancelResponse.REJECT if goal.request.order == 2005 else CancelResponse.ACCEPT
 
 
@@ -81,7 +92,7 @@ def main():
     )
     latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
     node.create_publisher(String, 'state', latched).publish(String(data='ready \x1b[31m'))
-    node.create_subscription(String, 'orders', lambda message: print('heard', message.data, flush=True), 10)
+    node.create_subscription(String, 'orders', hear, 10)
     client = hidden.create_client(SetBool, '/lab/switch')
     node.declare_parameter('speed', 1.5)
     node.declare_parameter(

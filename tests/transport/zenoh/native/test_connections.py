@@ -327,7 +327,10 @@ def expect_nothing_left(open_and_lose: Callable[[int], None]) -> None:
     after, _ = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     # A link leaves the tables first, its socket and its thread a moment later.
-    wait_for(lambda: threading.active_count() <= threads and descriptors() <= files, 'what was there before')
+    # One that dials again has a socket now, and may have had none then; of 80 links 80 would be left.
+    wait_for(
+        lambda: threading.active_count() <= threads and descriptors() <= files + 2, 'what was there before'
+    )
     assert after - before < 60_000
 
 
