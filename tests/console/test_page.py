@@ -50,11 +50,12 @@ def choose(page: Any, select: str, option: str) -> None:
     """Choose an option of a list that opens."""
     page.locator('.q-select', has=page.locator(select)).click()
     page.click(f'.q-menu .q-item:has-text("{option}")')
+    page.wait_for_selector('.q-menu', state='detached')  # while it fades it takes what the mouse does
 
 
 def drag(page: Any, joint: str, to: float) -> None:
     """Drag a joint's slider to a part of its length."""
-    slider = page.locator(f'[data-joint={joint}]')
+    slider = page.locator(f'[data-joint={joint}]:not(.disabled)')  # free once the server knows the choice
     slider.scroll_into_view_if_needed()
     box = slider.bounding_box()
     y = box['y'] + box['height'] / 2
