@@ -4,8 +4,8 @@ const COLOURS = {
   SUCCEEDED: "#10b981", CANCELED: "#f59e0b", ABORTED: "#ef4444", UNKNOWN: "#a855f7",
 };
 const ROW = 26, HEAD = 24, LEFT = 12, AXIS = 22;
-const REDRAW = 50; // ms between drawings, at least; and so many times what the last one took, so that the page stays free:
-const REST = 6;
+const REDRAW = 50; // ms between drawings, at least
+const REST = 6; // times as long as the last drawing took, at least: so that the page stays free on a slow computer
 
 export default {
   template: `<div class="gw-lanes"><canvas></canvas></div>`,
