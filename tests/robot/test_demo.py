@@ -112,13 +112,21 @@ def test_up_keeps_the_others_working_when_one_is_killed(world: dict[str, str], n
         assert_all_gone(up)
 
 
-def test_a_mission_beside_up_ends_well_twice(world: dict[str, str]) -> None:
+def test_missions_beside_up_end_well_until_the_robot_is_stopped(world: dict[str, str]) -> None:
     with humanoid('up', env=world) as up:
         for _ in SERVERS:
             up.expect(r'Service ready|Server ready', DEMO)
-        for _ in range(2):
-            with humanoid('mission', env=world) as mission:
-                assert '10 of 10 steps ended as they should' in mission.succeed(DEMO)
+        with humanoid('mission', env=world) as mission:
+            assert '10 of 10 steps ended as they should' in mission.succeed(DEMO)
+        with humanoid('mission', '--whole-body', env=world) as mission:
+            assert '13 of 13 steps ended as they should' in mission.succeed(DEMO)
+        with robot_client() as robot:
+            assert robot.emergency_stop(stopped=True, timeout=PATIENCE).success
+        with humanoid('mission', '--whole-body', env=world | {'COLUMNS': '160'}) as mission:
+            assert mission.wait(DEMO) == 1
+        for step in ('wave', 'open and close the left hand', 'emergency stop'):
+            assert re.search(rf'^FAILED +{step} ', mission.output, re.MULTILINE)
+        assert '4 of 13 steps ended as they should' in mission.output
 
 
 def test_a_stopped_mission_cancels_its_goal_before_it_leaves(world: dict[str, str]) -> None:

@@ -42,7 +42,7 @@ def _report(number: int, tell: Sink) -> Report:
 
 def main(args: Sequence[str] | None = None) -> int:
     options, ros_args = _parser().parse_known_args(args)
-    mission = steps(battery_starts_late=options.battery_starts_late)
+    mission = steps(battery_starts_late=options.battery_starts_late, whole_body=options.whole_body)
     # Ctrl-C must reach the mission before it reaches ROS: goals in motion are cancelled first.
     join(ros_args, SignalHandlerOptions.NO)
     signal.signal(signal.SIGTERM, _interrupt)
@@ -83,6 +83,11 @@ def _parser() -> argparse.ArgumentParser:
         '--battery-starts-late',
         action='store_true',
         help='expect the battery service to be down at first (humanoid demo starts it later)',
+    )
+    parser.add_argument(
+        '--whole-body',
+        action='store_true',
+        help='three steps more: wave, open and close a hand, be stopped and released',
     )
     return parser
 

@@ -3,25 +3,34 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Mapping
-from contextlib import suppress
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from queue import SimpleQueue
 from types import TracebackType
 from typing import Self
 
+from control_msgs.action import GripperCommand
 from geometry_msgs.msg import Point, Quaternion
 from humanoid_interfaces.action import MoveArm, MoveToPosition
 from humanoid_interfaces.srv import GetBatteryStatus, GetJointState
 from rclpy.action import ActionClient
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
+from sensor_msgs.msg import JointState
+from std_srvs.srv import SetBool, Trigger
 
+from humanoid.emergency import SWITCH
 from humanoid.mission.calls import GoalRun, call
 
 ANSWER_WITHIN = 2.0  # s for a service call
+HAND = 'left_gripper_controller/gripper_cmd'
 
 
 class Robot:
-    """A node with the clients of all the robot's services and actions, spinning until the block is left."""
+    """A node with clients of the robot's services and actions, spinning until the block is left.
+
+    The clients that a mission of ten steps does not need are made where they are used.
+    """
 
     def __init__(self, name: str = 'mission') -> None:
         self.node = Node(name)
@@ -29,6 +38,7 @@ class Robot:
         self._battery = self.node.create_client(GetBatteryStatus, 'get_battery_status')
         self._base = ActionClient(self.node, MoveToPosition, 'move_to_position')
         self._arm = ActionClient(self.node, MoveArm, 'move_arm')
+        self._hand: ActionClient | None = None
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self.node)
         self._thread = threading.Thread(target=self._spin, name='mission spin', daemon=True)
@@ -42,6 +52,8 @@ class Robot:
     ) -> None:
         self._executor.shutdown()
         self._thread.join()
+        if self._hand is not None:
+            self._hand.destroy()
         self._arm.destroy()
         self._base.destroy()
         self.node.destroy_node()
@@ -74,3 +86,33 @@ class Robot:
         goal.positions = list(joints.values())
         goal.duration = duration
         return GoalRun(self._arm, 'move_arm', goal, timeout)
+
+    def grip(self, gap: float, *, timeout: float) -> GoalRun:
+        """Open or close the left hand until its fingers are `gap` m apart."""
+        if self._hand is None:
+            self._hand = ActionClient(self.node, GripperCommand, HAND)
+        goal = GripperCommand.Goal()
+        goal.command.position = gap
+        return GoalRun(self._hand, HAND, goal, timeout)
+
+    def wave(self, timeout: float) -> Trigger.Response:
+        """Have it wave; the answer comes when it has waved."""
+        client = self.node.create_client(Trigger, 'wave')
+        response: Trigger.Response = call(client, Trigger.Request(), timeout)
+        return response
+
+    def emergency_stop(self, *, stopped: bool, timeout: float = ANSWER_WITHIN) -> SetBool.Response:
+        """Throw the switch, or release it."""
+        client = self.node.create_client(SetBool, SWITCH)
+        response: SetBool.Response = call(client, SetBool.Request(data=stopped), timeout)
+        return response
+
+    @contextmanager
+    def joint_states(self) -> Iterator[SimpleQueue[JointState]]:
+        """The joint states that come while the block runs."""
+        came: SimpleQueue[JointState] = SimpleQueue()
+        subscription = self.node.create_subscription(JointState, 'joint_states', came.put, 10)
+        try:
+            yield came
+        finally:
+            self.node.destroy_subscription(subscription)

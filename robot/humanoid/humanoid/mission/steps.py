@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from queue import Empty, SimpleQueue
 
+from sensor_msgs.msg import JointState
+
+from humanoid.emergency import ENDED
 from humanoid.mission.calls import GoalRun
-from humanoid.mission.retry import Backoff, retry
+from humanoid.mission.retry import Backoff, NoAnswer, retry
 from humanoid.mission.robot import Robot
-from humanoid.model import JOINTS
+from humanoid.model import JOINTS, MOVING_SPEED
 
 MEASURED_WITHIN = 0.01  # rad: a joint that has mass stands at its stop only about
 GOAL_WITHIN = 12.0  # s for a whole goal of this mission
 RAISED = {'left_arm_shoulder': 1.5, 'left_arm_elbow': 1.0}
 LOWERED = {'left_arm_shoulder': 0.5, 'left_arm_elbow': 0.0}
+GAP = 0.05  # m between the fingers of an open hand
 
 
 class NotAsExpected(Exception):
@@ -171,6 +177,122 @@ def home_with_lowered_arm(robot: Robot, report: Report) -> str:
     return f'both SUCCEEDED, {1000 * drained:.0f} mAh drained'
 
 
+def wave(robot: Robot, report: Report) -> str:
+    """The service answers at its end; what it has done is seen in the joint states."""
+    with robot.joint_states() as states:
+        _next(states)  # they come before it waves
+        answer = robot.wave(GOAL_WITHIN)
+        expect(answer.success, answer.message)
+        seen = [_next(states) for _ in range(states.qsize())]
+    elbow = [_angle(state, 'right_arm_elbow') for state in seen]
+    raised, swing = max(-_angle(state, 'right_arm_shoulder') for state in seen), max(elbow) - min(elbow)
+    happened = f'{answer.message}: arm up to {raised:.2f} rad, elbow through {swing:.2f} rad'
+    expect(raised > 2.0 and swing > 0.7, happened)
+    report.progress(1.0, answer.message)
+    return happened
+
+
+def grip(robot: Robot, report: Report) -> str:
+    gaps = []
+    for part, gap in enumerate((GAP, 0.0), start=1):
+        with robot.grip(gap, timeout=GOAL_WITHIN) as run:
+            expect(run.accepted, 'refused')
+            run.finish()
+            expect(run.status == 'SUCCEEDED' and run.result.reached_goal, f'{run.status}: {run.result}')
+        gaps.append(run.result.position)
+        report.progress(part / 2, f'{gaps[-1]:.3f} m')
+        expect(abs(gaps[-1] - gap) < 0.003, f'the fingers are {gaps[-1]:.3f} m apart, not {gap} m')
+    return f'SUCCEEDED: {gaps[0]:.3f} m open, {gaps[1]:.3f} m closed'
+
+
+def emergency_stop(robot: Robot, report: Report) -> str:
+    """Both goals under way end, the robot stands, nothing is taken until the release, and then it obeys."""
+    with (
+        robot.reach({'left_arm_shoulder': 2.0}, duration=10.0, timeout=GOAL_WITHIN) as arm,
+        robot.drive(9.0, 9.0, allowed=30.0, timeout=GOAL_WITHIN) as base,
+    ):
+        expect(arm.accepted and base.accepted, 'a goal was refused before the stop')
+        _go_on(base, 0.3)
+        report.progress(0.2, 'under way')
+        answer = robot.emergency_stop(stopped=True)
+        expect(answer.success, answer.message)
+        for run in (base, arm):
+            run.finish()
+            happened = f'{run.status}: {run.result.message}'
+            expect(happened == f'ABORTED: {ENDED}', f'after the stop a goal ended {happened}')
+    held = _stand_still(robot)
+    report.progress(0.4, 'stands still')
+    with (
+        robot.drive(0.0, 0.0, allowed=10.0, timeout=GOAL_WITHIN) as base,
+        robot.reach(LOWERED, duration=1.5, timeout=GOAL_WITHIN) as arm,
+    ):
+        expect(not base.accepted and not arm.accepted, 'a stopped robot has accepted a goal')
+    moved = max(abs(was - now) for was, now in zip(held.position, _stand_still(robot).position, strict=True))
+    expect(moved < MEASURED_WITHIN, f'a stopped joint has moved by {moved:.3f}')
+    answer = robot.emergency_stop(stopped=False)
+    expect(answer.success, answer.message)
+    report.progress(0.6, 'released')
+    with (
+        _once_released(lambda: robot.drive(0.0, 0.0, allowed=10.0, timeout=GOAL_WITHIN), report) as base,
+        _once_released(lambda: robot.reach(LOWERED, duration=1.5, timeout=GOAL_WITHIN), report) as arm,
+    ):
+        base.finish()
+        arm.finish()
+        expect(base.status == arm.status == 'SUCCEEDED', f'released: base {base.status}, arm {arm.status}')
+    return 'both ABORTED, both refused; released: both SUCCEEDED'
+
+
+def _go_on(run: GoalRun, way: float) -> None:
+    """Until the base has gone so many metres."""
+    whole = None
+    for feedback in run.feedback():
+        whole = whole or feedback.distance_remaining
+        if whole - feedback.distance_remaining >= way:
+            return
+    raise NotAsExpected(f'the drive ended before it had gone {way} m: {run.status}')
+
+
+def _stand_still(robot: Robot) -> JointState:
+    """Wait until no joint moves; the joint state that shows it."""
+    deadline = time.monotonic() + GOAL_WITHIN
+    with robot.joint_states() as states:
+        while time.monotonic() < deadline:
+            state = _next(states)
+            if all(abs(speed) < MOVING_SPEED for speed in state.velocity):
+                return state
+    raise NotAsExpected(f'stopped for {GOAL_WITHIN:.0f} s, and its joints still move')
+
+
+def _once_released(send: Callable[[], GoalRun], report: Report) -> GoalRun:
+    """The goal that is accepted: a server hears of the release by a topic, so a moment later than we do."""
+
+    def attempt(_seconds: float) -> GoalRun:
+        run = send()
+        if not run.accepted:
+            raise NoAnswer('released, but still refused')
+        return run
+
+    run, _ = retry(
+        attempt,
+        attempt_timeout=GOAL_WITHIN,
+        timeout=GOAL_WITHIN,
+        backoff=Backoff(),
+        on_retry=lambda number, pause, why: report.retrying(number, pause, str(why)),
+    )
+    return run
+
+
+def _next(states: SimpleQueue[JointState]) -> JointState:
+    try:
+        return states.get(timeout=GOAL_WITHIN)
+    except Empty:
+        raise NoAnswer(f'joint_states: no message within {GOAL_WITHIN:.1f} s') from None
+
+
+def _angle(state: JointState, joint: str) -> float:
+    return state.position[list(state.name).index(joint)]
+
+
 def _watch_drive(run: GoalRun, report: Report) -> None:
     whole = None
     for feedback in run.feedback():
@@ -179,8 +301,11 @@ def _watch_drive(run: GoalRun, report: Report) -> None:
         report.progress(1.0 - left / whole if whole else 1.0, f'{left:.2f} m to go')
 
 
-def steps(*, battery_starts_late: bool = False) -> Sequence[Step]:
-    """`battery_starts_late`: the battery service is started only after the mission has missed it."""
+def steps(*, battery_starts_late: bool = False, whole_body: bool = False) -> Sequence[Step]:
+    """The chapter's ten steps; with `whole_body` it also waves, grips, and is stopped.
+
+    `battery_starts_late`: the battery service is started only after the mission has missed it.
+    """
     battery = (
         Step('battery, down at first', 'answers on a retry', battery_late)
         if battery_starts_late
@@ -197,4 +322,12 @@ def steps(*, battery_starts_late: bool = False) -> Sequence[Step]:
         Step('newer goal while driving', 'older ABORTED, newer SUCCEEDED', pre_empt),
         Step('drive with too little time', 'ABORTED, success=False', too_little_time),
         Step('home, lowering the arm', 'both SUCCEEDED, battery drained', home_with_lowered_arm),
+        *(WHOLE_BODY if whole_body else ()),
     ]
+
+
+WHOLE_BODY = (
+    Step('wave', 'waved, seen in the joints', wave),
+    Step('open and close the left hand', 'both SUCCEEDED', grip),
+    Step('emergency stop', 'goals ABORTED, refused until released', emergency_stop),
+)
