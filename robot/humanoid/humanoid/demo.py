@@ -16,7 +16,9 @@ from humanoid.up import SIM_TIME, servers
 
 MISSION = 'mission'
 LATE = 'battery_service'  # started only after the mission has missed it
-FOR_VIEWERS = 'robot_state_publisher'  # of no use to the mission, so started last
+FOR_VIEWERS = 'robot_state_publisher'  # of no use to the mission, so without a page started last
+WITHOUT_PAGE = 'the demo goes on without the page'
+PAGE_WITHIN = 30.0  # s for the page to be served, before the mission begins without it
 TIME_LIMIT = 120.0  # s: a mission takes about 15, with physics and its three steps more 35
 
 
@@ -27,8 +29,8 @@ class Failed(Exception):
 def demo(*, physics: bool | None = None, sim_time: bool = False, view: bool = False) -> int:
     """0 only if every step of the mission ended as it should and no program ended before its time.
 
-    `physics` as in humanoid.physics.choice, `view`: with the page in the browser. Raises Taken, NotInstalled
-    and NoView.
+    `physics` as in humanoid.physics.choice, `view`: with the page in the browser, which is served before the
+    mission begins. Raises Taken, NotInstalled and NoView.
     """
     summary = Summary()
     problem = None
@@ -39,14 +41,17 @@ def demo(*, physics: bool | None = None, sim_time: bool = False, view: bool = Fa
         print(told(physics=physics), flush=True)
         if page is not None:
             supervisor.start(console.NAME, page)
+        later = (LATE, FOR_VIEWERS) if page is None else (LATE,)
         for name in servers(physics=physics):
-            if name not in (LATE, FOR_VIEWERS):
+            if name not in later:
                 _start(supervisor, name, *arguments)
-        more = ('--whole-body',) if physics else ()
-        _start(supervisor, MISSION, '--events', '--battery-starts-late', *more, *arguments)
         try:
+            if page is not None:
+                _await_page(supervisor)
+            more = ('--whole-body',) if physics else ()
+            _start(supervisor, MISSION, '--events', '--battery-starts-late', *more, *arguments)
             with display() as show:
-                _follow(supervisor, summary, show, arguments)
+                _follow(supervisor, summary, show, [(name, *arguments) for name in later])
         except Failed as failure:
             problem = str(failure)
             supervisor.stop(MISSION)  # while there are servers left to cancel its goals
@@ -64,10 +69,32 @@ def _start(supervisor: Supervisor, name: str, *arguments: str) -> None:
     print(f'started {name} (pid {pid})', flush=True)
 
 
-def _follow(supervisor: Supervisor, summary: Summary, show: Sink, arguments: Sequence[str]) -> None:
-    """Until the mission has ended. Raises Failed."""
+def _await_page(supervisor: Supervisor) -> None:
+    """Until the page is served, so that a viewer sees the whole mission, or cannot be. Raises Failed."""
+    deadline = time.monotonic() + PAGE_WITHIN
+    while True:
+        event = supervisor.next_event(deadline)
+        if event is None:
+            print(f'the page was not served within {PAGE_WITHIN:.0f} s; {WITHOUT_PAGE}', flush=True)
+            return
+        if isinstance(event, StopAsked):
+            raise Failed('stopped on request')
+        if event.name == console.NAME:
+            _relay(event)
+            if isinstance(event, Ended) or console.is_served(event.line):
+                return
+        elif isinstance(event, Ended):
+            raise _cut_short(supervisor, event)
+
+
+def _relay(event: Printed | Ended) -> None:
+    """Show what the page's program says, or how it ended."""
+    print(event.line if isinstance(event, Printed) else f'{event}; {WITHOUT_PAGE}', flush=True)
+
+
+def _follow(supervisor: Supervisor, summary: Summary, show: Sink, later: Sequence[Sequence[str]]) -> None:
+    """Until the mission has ended; `later`: the programs that begin when it retries. Raises Failed."""
     deadline = time.monotonic() + TIME_LIMIT
-    late_started = False
     while True:
         event = supervisor.next_event(deadline)
         if event is None:
@@ -75,7 +102,7 @@ def _follow(supervisor: Supervisor, summary: Summary, show: Sink, arguments: Seq
         if isinstance(event, StopAsked):
             raise Failed('stopped on request')
         if event.name == console.NAME:
-            print(event.line if isinstance(event, Printed) else f'{event}; the demo goes on', flush=True)
+            _relay(event)
             continue
         if isinstance(event, Ended):
             _judge_end(supervisor, summary, event)
@@ -84,10 +111,10 @@ def _follow(supervisor: Supervisor, summary: Summary, show: Sink, arguments: Seq
         if told is not None:
             summary.note(told)
             show(told)
-            if isinstance(told, Retrying) and not late_started:
-                late_started = True
-                _start(supervisor, LATE, *arguments)
-                _start(supervisor, FOR_VIEWERS, *arguments)
+            if isinstance(told, Retrying):
+                for command in later:
+                    _start(supervisor, *command)
+                later = ()
 
 
 def _judge_end(supervisor: Supervisor, summary: Summary, ended: Ended) -> None:
@@ -99,5 +126,9 @@ def _judge_end(supervisor: Supervisor, summary: Summary, ended: Ended) -> None:
                 ended = event
                 break
     if ended.name != MISSION or not summary.complete:
-        last = ''.join(f'\n    {line}' for line in supervisor.tail(ended.name) if from_line(line) is None)
-        raise Failed(f'{ended} in mid-demo; its last lines:{last or " none"}')
+        raise _cut_short(supervisor, ended)
+
+
+def _cut_short(supervisor: Supervisor, ended: Ended) -> Failed:
+    last = ''.join(f'\n    {line}' for line in supervisor.tail(ended.name) if from_line(line) is None)
+    return Failed(f'{ended} in mid-demo; its last lines:{last or " none"}')

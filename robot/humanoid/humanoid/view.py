@@ -29,6 +29,11 @@ def command() -> Sequence[str]:
     return [sys.executable, '-m', 'humanoid.view']
 
 
+def is_served(line: str) -> bool:
+    """Whether a line of its output says that the page is served."""
+    return line.startswith('the console is at ')
+
+
 def main() -> None:
     """Run `goalwire console` in this process."""
     lifeline.hold(os.environ)
