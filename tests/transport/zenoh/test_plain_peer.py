@@ -12,7 +12,7 @@ import pytest
 import xxhash
 import zenoh
 from helpers.collector import Collector
-from helpers.patience import PATIENCE
+from helpers.patience import PATIENCE, wait_for
 from helpers.wire import HASH, Answers, Side
 from zenoh import ext
 
@@ -211,6 +211,8 @@ def test_a_late_peer_gets_our_history(goalwire_side: Side, peer: zenoh.Session, 
     publisher = goalwire_side.publisher('/chatter', LASTING)
     for text in (b'1', b'2', b'3'):
         publisher.publish(text)
+    # A peer that has just been met may get them all the same; they are past it once a query is answered.
+    wait_for(lambda: list(peer.get(f'{domain}{CHATTER}/@adv/**?_anyke')), 'the history')
     heard: Collector[zenoh.Sample] = Collector()
     ext.declare_advanced_subscriber(
         peer,

@@ -25,7 +25,7 @@ from goalwire.transport.zenoh import TRANSPORT, rendezvous
 from goalwire.transport.zenoh.config import Configuration
 from goalwire.transport.zenoh.rendezvous import PORT_IS_TAKEN, RENDEZVOUS, EmbeddedRouter, Holder, is_taken
 
-from .conftest import OpenSide
+from .conftest import OpenSide, on_both
 
 OPEN = """
 import os, sys
@@ -202,7 +202,7 @@ def test_without_a_router_one_is_missed_aloud(
 ) -> None:
     monkeypatch.setenv('GOALWIRE_ROUTER', 'off')
     TRANSPORT.open(SessionOptions()).close()
-    assert ['rmw_zenohd' in record.message for record in records] == [True]
+    assert ['start one (ros2 router; ' in record.message for record in records] == [True]
 
 
 def test_the_check_for_a_router_can_be_turned_off(
@@ -347,7 +347,7 @@ def test_a_port_left_to_a_router_is_left_for_good(
     plain_router.close()  # type: ignore[no-untyped-call]
     open_side('two')
     assert not answers(port)
-    assert ['rmw_zenohd' in record.message for record in records] == [True]
+    assert ['start one (ros2 router; ' in record.message for record in records] == [True]
 
 
 def test_a_rendezvous_of_another_process_is_replaced_as_ever(
@@ -392,12 +392,13 @@ def test_a_router_that_is_there_already_is_used(
     assert records == []
 
 
-def test_an_unreachable_router_of_a_client_is_an_error_that_names_it(
+@on_both
+def test_an_unreachable_router_of_a_client_is_an_error_that_names_it_and_says_how_to_start_one(
     world: dict[str, str], monkeypatch: pytest.MonkeyPatch, port: int
 ) -> None:
     monkeypatch.setenv('GOALWIRE_ROUTER', 'off')
     monkeypatch.setenv('ZENOH_CONFIG_OVERRIDE', 'mode="client"')
-    with pytest.raises(TransportError, match=f'localhost:{port}'):
+    with pytest.raises(TransportError, match=rf'localhost:{port}.*start one \(ros2 router'):
         TRANSPORT.open(SessionOptions())
 
 

@@ -31,6 +31,7 @@ from goalwire.transport.zenoh.config import Configuration
 from goalwire.transport.zenoh.protocol.network import Payload, ReplyError
 from goalwire.transport.zenoh.protocol.primitives import SourceInfo, Timestamp, read_id
 from goalwire.transport.zenoh.protocol.queries import Answer, Query
+from goalwire.transport.zenoh.settings import START_ROUTER
 from goalwire.transport.zenoh.threads import keep_thread_state
 from goalwire.transport.zenoh.wire import Declared, taken_back, undeclare
 
@@ -316,11 +317,12 @@ class EclipseWire(wire.Wire):
         try:
             self._zenoh = library.open_zenoh(configuration)
         except zenoh.ZError as error:
+            advice = f'{START_ROUTER}, or check' if configuration.at('mode') == 'client' else 'check'
             raise TransportError(
                 f'cannot open a Zenoh session (connecting to '
                 f'{json.dumps(configuration.at("connect/endpoints"))}, listening on '
                 f'{json.dumps(configuration.at("listen/endpoints"))}): {library.reason(error)}; '
-                f'check ZENOH_SESSION_CONFIG_URI, ZENOH_CONFIG_OVERRIDE and that these addresses can be '
+                f'{advice} ZENOH_SESSION_CONFIG_URI, ZENOH_CONFIG_OVERRIDE and that these addresses can be '
                 f'reached'
             ) from None
         self.id = str(self._zenoh.zid())

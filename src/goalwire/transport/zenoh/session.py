@@ -280,9 +280,7 @@ def _look_for_router(wire: Wire, plan: config.Plan, found: Holder) -> None:
     from goalwire.logging import get_logger  # needed only when something is broken
 
     if not offers:
-        advice = (
-            'start one (ros2 run rmw_zenoh_cpp rmw_zenohd), or set GOALWIRE_ROUTER=on to have it embedded'
-        )
+        advice = f'{settings.START_ROUTER}, or set GOALWIRE_ROUTER=on to have it embedded'
     else:
         advice = f'another program may hold port {plan.port}: set GOALWIRE_ROUTER_PORT to a free one'
     where = ', '.join(_endpoints(plan.session)) or 'any endpoint'

@@ -28,6 +28,8 @@ Json: TypeAlias = 'dict[str, Json] | list[Json] | str | int | float | bool | Non
 Settings: TypeAlias = dict[str, Json]
 
 DEFAULT_PORT = 7447
+START_ROUTER = 'start one (ros2 router; beside an installed ROS 2 also ros2 run rmw_zenoh_cpp rmw_zenohd)'
+"""What to do where no router answers."""
 
 _FAST_RETRY: Settings = {'period_init_ms': 100, 'period_max_ms': 400, 'period_increase_factor': 2}
 """rmw waits 1 s, 2 s, 4 s; a rendezvous that has moved to another process is found in under half a second."""

@@ -28,6 +28,7 @@ from goalwire.transport.zenoh.protocol.link_state import Node, connects_to
 from goalwire.transport.zenoh.protocol.primitives import GENERIC, UNRESPONSIVE, show_id
 from goalwire.transport.zenoh.protocol.session import SessionProtocol
 from goalwire.transport.zenoh.protocol.transport import Role
+from goalwire.transport.zenoh.settings import START_ROUTER
 
 if TYPE_CHECKING:
     from goalwire.transport.zenoh.native.tls import Tls
@@ -448,10 +449,11 @@ class NativeSession:
         missing = [dial for dial in list(self._dials.values()) if dial.expected is None and not dial.is_up]
         if missing:
             errors = ', '.join(dial.error for dial in missing if dial.error)
-            who = 'router' if self._settings.role is Role.CLIENT else 'peer or router'
+            is_client = self._settings.role is Role.CLIENT
+            who, advice = ('router', f'{START_ROUTER}, or check') if is_client else ('peer or router', 'check')
             raise TransportError(
                 f'cannot open a Zenoh session: no {who} answers at '
-                f'{", ".join(address for dial in missing for address in dial.locators)}: {errors}; check '
+                f'{", ".join(address for dial in missing for address in dial.locators)}: {errors}; {advice} '
                 f'ZENOH_SESSION_CONFIG_URI, ZENOH_CONFIG_OVERRIDE and that these addresses can be reached'
             )
 
