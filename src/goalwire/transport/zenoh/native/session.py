@@ -450,7 +450,8 @@ class NativeSession:
         if missing:
             errors = ', '.join(dial.error for dial in missing if dial.error)
             is_client = self._settings.role is Role.CLIENT
-            who, advice = ('router', f'{START_ROUTER}, or check') if is_client else ('peer or router', 'check')
+            who = 'router' if is_client else 'peer or router'
+            advice = f'{START_ROUTER}, or check' if is_client else 'check'
             raise TransportError(
                 f'cannot open a Zenoh session: no {who} answers at '
                 f'{", ".join(address for dial in missing for address in dial.locators)}: {errors}; {advice} '
