@@ -62,12 +62,24 @@ def test_replies_errors_and_their_ends() -> None:
     for batch in said_by('A')[2:]:
         if batch.says.startswith('response 1'):
             query = PendingQuery(
-                '0/srv/T/H', [link], 1e9, answers.append, lambda: answers.append('end'), takes_any_key=False
+                '0/srv/T/H',
+                b'0/srv/T/H',
+                [link],
+                1e9,
+                answers.append,
+                lambda: answers.append('end'),
+                takes_any_key=False,
             )
             assert session.ask(query) == 1
         if batch.says.startswith('response 2'):
             query = PendingQuery(
-                '0/srv/T/H', [link], 1e9, answers.append, lambda: answers.append('end'), takes_any_key=False
+                '0/srv/T/H',
+                b'0/srv/T/H',
+                [link],
+                1e9,
+                answers.append,
+                lambda: answers.append('end'),
+                takes_any_key=False,
             )
             assert session.ask(query) == 2
         if batch.says != 'close':

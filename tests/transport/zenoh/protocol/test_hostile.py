@@ -36,7 +36,7 @@ def open_session() -> tuple[Session, Link, Wire]:
     session.declare_queryable('**', lambda query: query.answer(query.key, b'x'), complete=True)
     session.watch_tokens('@ros2_lv/**', lambda _: None, history=True)
     for _ in range(2):
-        session.ask(PendingQuery('**', [link], 1e9, lambda _: None, lambda: None, takes_any_key=True))
+        session.ask(PendingQuery('**', b'**', [link], 1e9, lambda _: None, lambda: None, takes_any_key=True))
     return session, link, wire
 
 

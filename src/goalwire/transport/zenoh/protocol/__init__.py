@@ -15,6 +15,7 @@ writes. What a user asks for, a put, a query, a declaration, is a method of the 
     expressions       the short numbers of keys
     liveliness        tokens: which are there, and who is told
     link_state        OAM, by which routers tell of nodes; which of two peers connects
+    forms             what repeats in requests, replies and messages, read in one step
     link              one link: frames and fragments to messages and back, leases, keep-alives
     queries           queries on their way, their replies and their ends
     senders           publications and queriers, each for one key

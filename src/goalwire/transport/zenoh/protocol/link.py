@@ -48,11 +48,21 @@ from goalwire.transport.zenoh.protocol.declarations import (
     read_declaration,
     read_interest,
 )
+from goalwire.transport.zenoh.protocol.forms import (
+    KEY_SIZE,
+    PushForm,
+    ReplyForm,
+    RequestForm,
+    push_form,
+    read_alike_query,
+    read_alike_reply,
+    reply_form,
+    request_form,
+)
 from goalwire.transport.zenoh.protocol.handshake import Handshake, Terms
 from goalwire.transport.zenoh.protocol.key_index import KeyIndex
 from goalwire.transport.zenoh.protocol.link_state import LinkStates, Node
 from goalwire.transport.zenoh.protocol.network import (
-    ATTACHMENT_OF_PUT,
     DECLARE,
     INTEREST,
     IS_SENDERS,
@@ -60,6 +70,7 @@ from goalwire.transport.zenoh.protocol.network import (
     OAM,
     PUSH,
     PUT_OF_ROS,
+    QOS,
     REQUEST,
     RESPONSE,
     RESPONSE_FINAL,
@@ -145,30 +156,6 @@ class Receivers(NamedTuple):
     callbacks: tuple[Callable[[Sample], None], ...]
 
 
-class PushForm(NamedTuple):
-    """What is the same in all messages of one publisher that have a stamp, an attachment, and nothing else.
-
-    So has everything that ROS publishes. Behind `head` come nine bytes of time, then `middle` (the session's
-    id, the attachment's length), the attachment, the payload's length, the payload.
-    """
-
-    head: bytes
-    middle: bytes
-    middle_at: int
-    attachment_at: int
-    attachment_size: int
-    key: str
-    callbacks: tuple[Callable[[Sample], None], ...]
-
-
-TIME_SIZE = 9
-"""Bytes of the time in a stamp, since 1970 was half a year old."""
-FORM_KEY_SIZE = 3
-"""Bytes of a message by which its form is looked up: its header and its key's number."""
-LEAST_ID = 8
-"""Bytes of a session's id from which forms are remembered: no other message has it in the same place."""
-
-
 class LinkOwner(Protocol):
     """A session, as far as a link needs it."""
 
@@ -192,7 +179,7 @@ class LinkOwner(Protocol):
     def reply_came(self, link: Link, request: int, answer: Sample | ReplyError) -> None:
         """A RESPONSE came."""
 
-    def final_came(self, link: Link, request: int) -> None:
+    def last_word(self, who: Link, request: int) -> None:
         """A RESPONSE_FINAL came."""
 
     def declaration_came(self, link: Link, declaration: Declaration) -> None:
@@ -251,6 +238,8 @@ class Link:
         # the receivers of each key, looked up once
         self.push_receivers: dict[object, Receivers] = {}
         self.push_forms: dict[bytes, PushForm] = {}
+        self.request_forms: dict[bytes, RequestForm] = {}
+        self.reply_forms: dict[bytes, ReplyForm] = {}
         # time
         self.keep_alive_s = lease_ms / 1000 / KEEP_ALIVES
         self.heard = True
@@ -684,7 +673,7 @@ class Link:
             header = data[at]
             kind = header & MESSAGE_ID
             if kind == PUSH:
-                form = self.push_forms.get(data[at : at + FORM_KEY_SIZE])
+                form = self.push_forms.get(data[at : at + KEY_SIZE])
                 if form is not None and data.startswith(form.head, at):
                     at = self._take_alike(data, at, end, form)
                 else:
@@ -694,8 +683,11 @@ class Link:
             elif kind == RESPONSE_FINAL:
                 request, at = read_request_id(data, at + 1)
                 if header & MORE:
-                    _, at = read_extensions(data, at)
-                self.owner.final_came(self, request)
+                    if data[at] == QOS and data[at + 1] < MORE:  # hot path: as rmw_zenoh has it
+                        at += 2
+                    else:
+                        _, at = read_extensions(data, at)
+                self.owner.last_word(self, request)
             elif kind == REQUEST:
                 at = self._take_request(data, at, end)
             elif kind < FIRST_NETWORK_ID:
@@ -759,34 +751,17 @@ class Link:
         body = at
         sample, at = read_body(data, at, end, receivers.key)
         if not suffix and sample.attachment is not None and data[body] == PUT_OF_ROS:
-            self._note_form(data[begin : body + 1], sample, receivers, where)
+            form = push_form(data[begin : body + 1], sample, receivers.callbacks)
+            if form is not None and len(self.push_forms) < ROUTES_LIMIT:
+                self.push_forms[form.head[:KEY_SIZE]] = form
+            if self.push_receivers.get(where) is not receivers:  # forgotten meanwhile, by another thread
+                self.push_forms.clear()
         for callback in receivers.callbacks:
             try:
                 callback(sample)
             except Exception as error:
                 self.owner.callback_failed(error)
         return at
-
-    def _note_form(self, head: bytes, sample: Sample, receivers: Receivers, where: object) -> None:
-        """Remember the form of a message, so that the next ones like it are read in one step."""
-        stamp, attachment = sample.stamp, sample.attachment
-        assert stamp is not None
-        assert attachment is not None
-        if (
-            sample.source is not None
-            or len(stamp) <= TIME_SIZE + LEAST_ID
-            or stamp[TIME_SIZE] != len(stamp) - TIME_SIZE - 1
-            or len(attachment) > 0x7F
-            or len(self.push_forms) >= ROUTES_LIMIT
-        ):
-            return
-        middle = stamp[TIME_SIZE:] + bytes((ATTACHMENT_OF_PUT, len(attachment)))
-        middle_at = len(head) + TIME_SIZE
-        self.push_forms[head[:FORM_KEY_SIZE]] = PushForm(
-            head, middle, middle_at, middle_at + len(middle), len(attachment), *receivers
-        )
-        if self.push_receivers.get(where) is not receivers:  # forgotten meanwhile, by another thread
-            self.push_forms.clear()
 
     def forget_receivers(self) -> None:
         """Who gets what is put has changed, or what a key's number means."""
@@ -795,24 +770,46 @@ class Link:
 
     def _take_request(self, data: bytes, at: int, end: int) -> int:
         header = data[at]
-        request, at = read_request_id(data, at + 1)
-        scope, suffix, at = read_wire_key(data, at, header)
+        request, start = read_request_id(data, at + 1)
+        form = self.request_forms.get(data[start : start + KEY_SIZE])
+        if form is not None and header == form.header and data.startswith(form.head, start):
+            alike, at = read_alike_query(form, data, start + len(form.head), end)
+            if alike is not None:
+                self.owner.query_came(self, request, form.where, form.qos, alike)
+                return at
+        scope, suffix, at = read_wire_key(data, start, header)
         qos = 5
         if header & MORE:
             qos, at = read_extensions(data, at)
         query, at = read_query(data, at, end)
-        self.owner.query_came(self, request, (scope, suffix, header & IS_SENDERS), qos, query)
+        where = (scope, suffix, header & IS_SENDERS)
+        if not suffix and len(self.request_forms) < ROUTES_LIMIT:
+            form = request_form(data, header, start, at, where, qos, query)
+            if form is not None:
+                self.request_forms[data[start : start + KEY_SIZE]] = form
+        self.owner.query_came(self, request, where, qos, query)
         return at
 
     def _take_response(self, data: bytes, at: int, end: int) -> int:
         header = data[at]
         request, at = read_request_id(data, at + 1)
         scope, suffix, at = read_wire_key(data, at, header)
+        form = None if scope else self.reply_forms.get(suffix)
+        if form is not None and header == form.header and data.startswith(form.head, at):
+            alike, next_at = read_alike_reply(form, data, at + len(form.head), end)
+            if alike is not None:
+                self.owner.reply_came(self, request, alike)
+                return next_at
+        start = at
         if header & MORE:
             _, at = read_extensions(data, at)
         key = self.owner.reply_key(self, request, scope, suffix, header & IS_SENDERS)
         answer, at = read_reply(data, at, end, key or '')
         if key is not None:
+            if not scope and type(answer) is Sample and len(self.reply_forms) < ROUTES_LIMIT:
+                form = reply_form(data, header, start, at, answer)
+                if form is not None:
+                    self.reply_forms[suffix] = form
             self.owner.reply_came(self, request, answer)
         return at
 

@@ -29,6 +29,7 @@ from goalwire.transport.zenoh.protocol.network import (
     put_body,
     response_final,
     response_head,
+    whole_answer,
 )
 
 if TYPE_CHECKING:
@@ -59,6 +60,7 @@ class PendingQuery:
     def __init__(
         self,
         key: str,
+        encoded_key: bytes,
         left: list[object],
         deadline: float,
         on_reply: Callable[[Answer], None],
@@ -68,7 +70,7 @@ class PendingQuery:
         consolidation: int = Consolidation.NONE,
     ) -> None:
         self.key = key
-        self.encoded_key = key.encode()
+        self.encoded_key = encoded_key
         self.left = left
         self.deadline = deadline
         self.takes_any_key = takes_any_key
@@ -216,12 +218,12 @@ class RemoteQuery(Query):
         if len(self._others) > 1 or not self._closes():
             super().answer(key, payload, attachment)
             return
-        response = self._response(new_sample((key, payload, attachment, None, None)))
-        final = response_final(self._request, self._qos)
-        if len(response) + len(final) <= self._link.room:
-            self._transmit(response + final)
+        message = whole_answer(self._request, key, self._qos, self._replier, payload, attachment)
+        if len(message) <= self._link.room:
+            self._transmit(message)
         else:  # pieces are of one message alone
-            self._transmit(response)
+            final = response_final(self._request, self._qos)
+            self._transmit(message[: -len(final)])
             self._transmit(final)
 
     def _send(self, answer: Answer) -> None:

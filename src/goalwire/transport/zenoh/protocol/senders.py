@@ -29,11 +29,19 @@ from goalwire.transport.zenoh.protocol.network import (
     push_head,
     put_body,
     put_head,
-    query_body,
+    query_head,
+    query_rest,
     request_tail,
     wire_key,
 )
-from goalwire.transport.zenoh.protocol.primitives import MORE, SourceInfo, encode_source, encode_z
+from goalwire.transport.zenoh.protocol.primitives import (
+    MORE,
+    SMALL_END,
+    SMALL_Z,
+    SourceInfo,
+    encode_source,
+    encode_z,
+)
 from goalwire.transport.zenoh.protocol.queries import ANY_KEY, Answer, LocalQuery, PendingQuery
 from goalwire.transport.zenoh.protocol.session import Queryable, SessionProtocol
 
@@ -204,10 +212,13 @@ class Querier:
         self._asks_own = asks_own
         self._parameters = parameters
         self._takes_any_key = ANY_KEY in parameters.split(';')
+        self._encoded_key = self._key.encode()
+        self._channel = channel_of(qos & 7)
+        self._droppable = not qos & BLOCK
         self._version = -1
         self._links: tuple[_Asked, ...] = ()
         self._own: tuple[Queryable, ...] = ()
-        self._tails: dict[float, bytes] = {}
+        self._tails: dict[tuple[float, bool, bool], bytes] = {}
         self._is_open = True
         session.use_key(self._key)
 
@@ -224,10 +235,14 @@ class Querier:
         if self._version != session.version:
             self._aim()
         links, own = self._links, self._own
-        left: list[object] = [asked.link for asked in links]
-        left += [_HERE] * len(own)
+        if len(links) == 1 and not own:
+            left: list[object] = [links[0].link]
+        else:
+            left = [asked.link for asked in links]
+            left += [_HERE] * len(own)
         query = PendingQuery(
             self._key,
+            self._encoded_key,
             left,
             session.clock() + timeout_s,
             on_reply,
@@ -255,18 +270,26 @@ class Querier:
         attachment: bytes | None,
         timeout_s: float,
     ) -> None:
-        tail = self._tails.get(timeout_s)
+        form = (timeout_s, payload is not None, attachment is not None)
+        tail = self._tails.get(form)
         if tail is None:
-            if len(self._tails) > 256:
-                self._tails.clear()
-            milliseconds = min(int(timeout_s * 1000), 2**63)
-            tail = self._tails[timeout_s] = request_tail(self._qos, self._target, milliseconds)
-        number = encode_z(request)
-        body = tail + query_body(self._consolidation, self._parameters, payload, attachment)
-        channel = channel_of(self._qos & 7)
+            tail = self._make_tail(*form)
+        number = SMALL_Z[request] if request < SMALL_END else encode_z(request)
+        body = tail + query_rest(payload, attachment)
         for link, header, rest in links:
-            if not link.send(channel, header + number + rest + body, not self._qos & BLOCK):
+            if not link.send(self._channel, b''.join((header, number, rest, body)), self._droppable):
                 self._session.last_word(link, request)
+
+    def _make_tail(self, timeout_s: float, has_payload: bool, has_attachment: bool) -> bytes:
+        """Return what is the same in all requests of one timeout: from behind the key to the payload."""
+        if len(self._tails) > 256:
+            self._tails.clear()
+        milliseconds = min(int(timeout_s * 1000), 2**63)
+        tail = request_tail(self._qos, self._target, milliseconds) + query_head(
+            self._consolidation, self._parameters, has_payload=has_payload, has_attachment=has_attachment
+        )
+        self._tails[timeout_s, has_payload, has_attachment] = tail
+        return tail
 
     def _ask_own(
         self, queryable: Queryable, request: int, query: PendingQuery, message: QueryMessage

@@ -154,7 +154,7 @@ class SessionProtocol:
         self.next_timeout = min(self.next_timeout, earliest)
         for query in ended:
             for _ in query.left:
-                self._call(query.reply, TIMEOUT)
+                self._reply(query, TIMEOUT)
             query.left.clear()
             self._end(query)
 
@@ -524,10 +524,6 @@ class SessionProtocol:
         if not query.left and self.pending.pop(request, None) is not None:
             self._end(query)
 
-    def final_came(self, link: Link, request: int) -> None:
-        """A link has nothing more to say to a query."""
-        self.last_word(link, request)
-
     def reply_key(self, link: Link, request: int, scope: int, suffix: bytes, is_senders: int) -> str | None:
         """Return the key that a reply is on, mostly that of its query; None where nobody waits for it."""
         query = self.pending.get(request)
@@ -541,7 +537,7 @@ class SessionProtocol:
         """Hand a reply over."""
         query = self.pending.get(request)
         if query is not None and link in query.left:
-            self._call(query.reply, answer)
+            self._reply(query, answer)
 
     def query_came(
         self, link: Link, request: int, where: tuple[int, bytes, int], qos: int, query: QueryMessage
@@ -558,7 +554,10 @@ class SessionProtocol:
         others = [None] * len(queryables)
         for queryable in queryables:
             asked = RemoteQuery(link, request, key, qos, query, queryable.replier, others)
-            self._call(queryable.callback, asked)
+            try:
+                queryable.callback(asked)
+            except Exception as error:
+                self.callback_failed(error)
 
     def _find_answerers(self, link: Link, scope: int, suffix: bytes, is_senders: int) -> Answerers:
         answerers = Answerers('', ())
@@ -578,9 +577,9 @@ class SessionProtocol:
 
     # ---- users' functions
 
-    def _call(self, function: Callable[[Answer], None] | Callable[[Query], None], argument: object) -> None:
+    def _reply(self, query: PendingQuery, answer: Answer) -> None:
         try:
-            function(argument)  # type: ignore[arg-type]
+            query.reply(answer)
         except Exception as error:
             self.callback_failed(error)
 
