@@ -241,7 +241,7 @@ def test_a_cancelled_trajectory_holds(robot: Robot, arm: Sender) -> None:
         next(run.feedback())
         run.cancel()
         run.finish()
-    assert run.status == 'CANCELED'
+    assert (run.status, run.result) == ('CANCELED', Result()), 'empty: error_code is SUCCESSFUL'
     time.sleep(0.2)  # virtual
     here = robot.joint('left_arm_shoulder')
     assert not here.is_moving
@@ -254,7 +254,8 @@ def test_a_newer_trajectory_takes_over(robot: Robot, arm: Sender) -> None:
         with arm(follow((1.0, 0.2))) as newer:
             older.finish()
             newer.finish()
-    assert (older.status, older.result.error_string) == ('ABORTED', 'Pre-empted by a newer goal')
+    ended = (older.status, older.result.error_code, older.result.error_string)
+    assert ended == ('ABORTED', Result.INVALID_GOAL, 'Pre-empted by a newer goal')
     assert newer.status == 'SUCCEEDED'
     assert robot.joint('left_arm_shoulder').position == pytest.approx(0.2, abs=0.02)
 

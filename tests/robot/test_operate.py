@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import signal
+import subprocess
 import sys
 from collections.abc import Iterator
 
@@ -10,6 +12,8 @@ import pytest
 from helpers.command_line import CommandLine
 from helpers.processes import Program
 from helpers.robot import humanoid, robot_env
+
+COMMAND = 120.0  # s: only a failure takes as long
 
 pytestmark = pytest.mark.skipif(sys.platform == 'win32', reason='signals of POSIX')
 
@@ -25,7 +29,7 @@ def up(env: dict[str, str]) -> Iterator[Program]:
     """A humanoid that is up."""
     with humanoid('up', env=env) as program:
         for _ in range(5):
-            program.expect('(Service|Server|Publisher) ready')
+            program.expect('(Service|Server|Publisher) ready', COMMAND)
         yield program
 
 
@@ -118,6 +122,27 @@ def test_arguments_of_ros_2_that_cannot_be_read_are_told_in_one_line(
     assert "failed to initialize rcl: Couldn't parse remap rule: '-r bad::=:'" in output
     assert output.startswith('humanoid')
     assert len(output.splitlines()) == 1
+
+
+@pytest.mark.usefixtures('up')
+@pytest.mark.parametrize('command', ['status', 'watch', '--help', 'up'])
+def test_output_that_nobody_reads_ends_a_command_quietly(env: dict[str, str], command: str) -> None:
+    reader, writer = os.pipe()
+    os.close(reader)
+    try:
+        ended = subprocess.run(
+            [sys.executable, '-m', 'humanoid', command],
+            env=(robot_env() if command == 'up' else env) | {'PYTHONUNBUFFERED': ''},
+            stdin=subprocess.DEVNULL,
+            stdout=writer,
+            stderr=subprocess.PIPE,
+            text=True,
+            timeout=COMMAND,
+            check=False,
+        )
+    finally:
+        os.close(writer)
+    assert (ended.returncode, ended.stderr) == (141, '')
 
 
 @pytest.mark.usefixtures('up')

@@ -26,10 +26,25 @@ PROGRAMS = {
 }
 
 
+CLOSED_PIPE = 141  # the exit code where nobody reads the output any more, as after `| head`
+
+
 def main(args: Sequence[str] | None = None) -> int:
-    """What follows a program's name belongs to that program, `--ros-args` included."""
-    arguments = list(sys.argv[1:] if args is None else args)
+    """Run one command line; the exit code of the process."""
     lifeline.hold(os.environ)
+    try:
+        try:
+            return _run(list(sys.argv[1:] if args is None else args))
+        finally:
+            print(end='', flush=True)
+    except BrokenPipeError:
+        # The interpreter writes what is left when it ends, and would complain.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return CLOSED_PIPE
+
+
+def _run(arguments: list[str]) -> int:
+    """What follows a program's name belongs to that program, `--ros-args` included."""
     try:
         if arguments and arguments[0] in PROGRAMS:
             program = importlib.import_module(PROGRAMS[arguments[0]])

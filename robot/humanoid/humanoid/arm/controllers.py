@@ -170,6 +170,9 @@ class TrajectoryController(Controller):
             self.end(Ending(End.SUCCEEDED if done else End.ABORTED, verdict.message))
 
     def _result(self, run: Run, ending: Ending) -> FollowJointTrajectory.Result:
+        """Empty where the goal was cancelled, as that of ROS 2's joint_trajectory_controller is."""
+        if ending.end is End.CANCELED:
+            return FollowJointTrajectory.Result()
         return FollowJointTrajectory.Result(error_code=run.code, error_string=ending.message)
 
 
