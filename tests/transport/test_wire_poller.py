@@ -8,39 +8,54 @@ import pytest
 
 from goalwire.errors import TransportError
 from goalwire.transport import wire_poller
-from goalwire.transport.wire_poller import DEFAULT_LOOK_US, FOREVER, LeaderFollowers, Look, look_ns
+from goalwire.transport.wire_poller import (
+    DEFAULT_LOOK_US,
+    FOREVER,
+    KEPT,
+    RAREST,
+    TRIED,
+    LeaderFollowers,
+    Look,
+    look_ns,
+)
 
 LONGEST_NS = 50_000
 STEP_NS = 1000
-NEVER = 10**9
 
 
 class Wire:
-    """A wire on which something comes after so many looks; each takes a step of time."""
+    """A wire on which something comes some time after the last thing; each look takes a step of time."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.now = 10**12
         self.waits: list[int] = []
-        self.comes_after = NEVER
+        self.comes_after_ns = 0
+        self.wake_up_ns = 100_000
         self.stolen_ns = 0
+        self.due = 1000 * self.now
         self.awaited: list[None] = []
         self.served = 0
-        self.on_sleep: Callable[[], int] = lambda: 0
+        self.on_sleep: Callable[[], int] = self.sleep
         monkeypatch.setattr(wire_poller, 'monotonic_ns', lambda: self.now)
         monkeypatch.setattr(wire_poller, 'let_others_run', self._let_others_run)
 
     def _let_others_run(self) -> None:
         self.now += self.stolen_ns
 
+    def send(self) -> None:
+        """Have the next thing come."""
+        self.due = self.now + self.comes_after_ns
+
     def wait(self, timeout_ns: int) -> int:
         self.waits.append(timeout_ns)
         self.now += STEP_NS
         if timeout_ns:
             return self.on_sleep()
-        self.comes_after -= 1
-        if self.comes_after >= 0:
-            return 0
-        self.comes_after = NEVER
+        return 2 if self.now >= self.due else 0
+
+    def sleep(self) -> int:
+        """Sleep until it has come, and be woken."""
+        self.now = max(self.now, self.due) + self.wake_up_ns
         return 2
 
     def serve(self, found: int) -> None:
@@ -71,66 +86,72 @@ def look(fake: Wire) -> Look:
     return Look(fake.wait, LONGEST_NS)
 
 
-def fail(look: Look, fake: Wire) -> None:
-    """Look in vain until it looks no more."""
-    fake.comes_after = NEVER
-    while True:
-        assert look() == 0
-        if not fake.looks():
-            return
-
-
-def test_what_comes_in_time_is_found(look: Look, fake: Wire) -> None:
-    for _ in range(100):
-        fake.comes_after = 20
-        assert look() == 2
-        assert fake.looks() == 21
-
-
-def test_a_look_ends_in_time(look: Look, fake: Wire) -> None:
-    assert look() == 0
-    assert 0 < fake.looks() <= LONGEST_NS // STEP_NS + 1
-
-
-def test_looks_in_vain_end_and_are_tried_ever_more_rarely(look: Look, fake: Wire) -> None:
-    fail(look, fake)
-    tried = []
-    for chance in range(20_000):
-        look()
+def waits_that_look(look: Look, fake: Wire, count: int) -> list[int]:
+    """Wait for so many things; return which of the waits have looked."""
+    looked = []
+    for number in range(count):
+        fake.send()
+        assert look(FOREVER) == 2
         if fake.looks():
-            tried.append(chance)
-    assert 10 < len(tried) < 40
-    assert tried[-1] - tried[-2] == 1024
+            looked.append(number)
+    return looked
 
 
-def test_looks_that_mostly_succeed_go_on(look: Look, fake: Wire) -> None:
-    for chance in range(1000):
-        fake.comes_after = NEVER if chance % 5 == 4 else 3
-        look()
-        assert fake.looks()
+def test_a_look_is_tried_and_stays_where_it_saves_a_wake_up(look: Look, fake: Wire) -> None:
+    fake.comes_after_ns = 20_000
+    looked = waits_that_look(look, fake, TRIED + 1000)
+    assert looked[0] == TRIED
+    assert len(looked) > 1000 * KEPT / (KEPT + TRIED) - KEPT
 
 
-def test_one_that_succeeds_again_has_the_next_ones_follow(look: Look, fake: Wire) -> None:
-    fail(look, fake)
-    while not fake.looks():
-        fake.comes_after = 0
-        look()
-    for _ in range(10):
-        fake.comes_after = 0
-        assert look() == 2
-        assert fake.looks() == 1
+def test_what_is_found_by_a_look_needs_no_sleep(look: Look, fake: Wire) -> None:
+    fake.comes_after_ns = 20_000
+    waits_that_look(look, fake, TRIED)
+    fake.send()
+    assert look(FOREVER) == 2
+    assert fake.waits == [0] * 20
 
 
-def test_where_others_need_the_processor_a_look_has_failed_whatever_it_finds(look: Look, fake: Wire) -> None:
-    fake.stolen_ns = 3_000_000
-    found = 0
-    for _ in range(20):
-        fake.comes_after = 1
-        found += bool(look())
-    assert 0 < found < 5
-    fake.looks()
-    assert look() == 0
-    assert fake.looks() == 0
+def test_a_look_ends_in_time_and_sleeps(look: Look, fake: Wire) -> None:
+    fake.comes_after_ns = 20_000
+    waits_that_look(look, fake, TRIED)
+    fake.comes_after_ns = 10 * LONGEST_NS
+    fake.send()
+    assert look(FOREVER) == 2
+    assert fake.waits[-1] == FOREVER
+    assert LONGEST_NS // STEP_NS <= len(fake.waits) - 1 <= LONGEST_NS // STEP_NS + 1
+
+
+def test_looks_in_vain_are_tried_ever_more_rarely(look: Look, fake: Wire) -> None:
+    fake.comes_after_ns = 10 * LONGEST_NS
+    looked = waits_that_look(look, fake, 20_000)
+    assert len(looked) < 250
+    begins = [at for at in looked if at - 1 not in looked]
+    assert begins[-1] - begins[-2] == RAREST + TRIED
+
+
+def test_a_stream_that_comes_at_its_own_times_is_slept_for(look: Look, fake: Wire) -> None:
+    fake.comes_after_ns, fake.wake_up_ns = LONGEST_NS - 10_000, 5_000
+    assert len(waits_that_look(look, fake, 20_000)) < 250
+
+
+def test_looks_that_pay_again_come_back(look: Look, fake: Wire) -> None:
+    fake.comes_after_ns = 10 * LONGEST_NS
+    waits_that_look(look, fake, 20_000)
+    fake.comes_after_ns = 20_000
+    assert len(waits_that_look(look, fake, 20_000)) > 15_000
+
+
+def test_where_others_take_the_processor_meanwhile_looks_end(look: Look, fake: Wire) -> None:
+    fake.comes_after_ns, fake.stolen_ns = 20_000, 3_000_000
+    assert len(waits_that_look(look, fake, 20_000)) < 250
+
+
+def test_a_wait_that_nothing_came_to_says_nothing(look: Look, fake: Wire) -> None:
+    fake.on_sleep = lambda: 0
+    for _ in range(10 * TRIED):
+        assert look(FOREVER) == 0
+    assert not fake.looks()
 
 
 class Sleeper:
@@ -162,26 +183,26 @@ def test_who_expects_nothing_sleeps_at_once(fake: Wire) -> None:
     assert lead(fake) == [FOREVER]
 
 
-def test_who_has_been_told_something_looks_before_the_next_sleep(fake: Wire) -> None:
-    waits = lead(fake, 1)
-    assert waits[0] == waits[-1] == FOREVER
-    assert set(waits[1:-1]) == {0}
-    assert fake.served == 1
-
-
-def test_who_has_asked_looks_before_the_first_sleep(fake: Wire) -> None:
-    fake.awaited.append(None)
-    fake.comes_after = 3
-    waits = lead(fake)
-    assert waits[:4] == [0, 0, 0, 0]
+def test_who_was_told_something_looks_before_it_sleeps(fake: Wire) -> None:
+    waits = lead(fake, *[1] * (1 + TRIED))
+    assert waits[: 1 + TRIED] == [FOREVER] * (1 + TRIED)
+    assert set(waits[1 + TRIED : -1]) == {0}
     assert waits[-1] == FOREVER
-    assert fake.served >= 2
+    assert fake.served == 1 + TRIED
+
+
+def test_who_has_asked_looks_before_it_sleeps(fake: Wire) -> None:
+    fake.awaited.append(None)
+    waits = lead(fake, *[1] * TRIED)
+    assert waits[:TRIED] == [FOREVER] * TRIED
+    assert set(waits[TRIED:-1]) == {0}
+    assert waits[-1] == FOREVER
 
 
 def test_nobody_looks_where_it_is_turned_off(fake: Wire, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv('GOALWIRE_LOOK_US', '0')
     fake.awaited.append(None)
-    assert lead(fake, 1, 1) == [FOREVER] * 3
+    assert lead(fake, *[1] * 50) == [FOREVER] * 51
 
 
 def test_the_switch() -> None:

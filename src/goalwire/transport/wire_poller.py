@@ -36,10 +36,13 @@ FOREVER = 2**63 - 1
 """So many ns are waited for without limit."""
 LOOK_VARIABLE = 'GOALWIRE_LOOK_US'
 """How long to look at the wire before a sleep, at most; 0: not at all."""
-DEFAULT_LOOK_US = 50
+DEFAULT_LOOK_US = 200
+"""Longer than another process needs to wake up and answer: so one side that looks finds its answer."""
 LONGEST_LOOK_US = 1000
-_WORTH, _ALWAYS = 128, 256
-_RAREST = 1024
+TRIED, KEPT, RAREST = 8, 64, 1024
+"""Waits in which the other way is tried; that looks have which pay; after which they are tried at last."""
+WORTH = 7 / 8
+"""Looks pay where what comes is there in less than this part of the time that it takes without."""
 _LEAD = 'lead'
 _STANDBY = object()
 
@@ -57,48 +60,58 @@ def look_ns(env: Mapping[str, str] = os.environ) -> int:
 
 
 class Look:
-    """Looks at the wire again and again for a moment, as long as that has paid lately.
+    """Waits; looks at the wire again and again for a moment before it sleeps, as long as that pays.
 
-    A wake-up on another processor takes 35 µs and more. A look saves it if the message comes within that
-    moment. A look that fails costs as much processor time as it lasts. `_score` is the share of looks that
-    succeeded, out of 256; the last ones count most. Below a half there are no more looks, except one now and
-    then, ever more rarely, to see whether things have changed. A look that the system interrupts for long
-    counts as failed: there are more runnable processes than processors.
+    A wake-up on another processor takes 35 to 100 µs. A look saves it if the message comes within that
+    moment; where it does not come, or others need the processor, a look only costs. Which of the two holds
+    is measured: the time until something comes, with a look and without. The better way has the next waits;
+    then the other way is tried in a few. Where looks pay nothing, they are tried ever more rarely.
     """
 
-    __slots__ = ('_longest_ns', '_pause', '_score', '_skipped', '_wait')
+    __slots__ = ('_count', '_left', '_longest_ns', '_looks', '_mean', '_pause', '_sum', '_tries', '_wait')
 
     def __init__(self, wait: Callable[[int], int], longest_ns: int) -> None:
-        """`wait` is the wire's, called with 0."""
+        """`wait` is the wire's: it takes ns and returns what it has found."""
         self._wait = wait
         self._longest_ns = longest_ns
-        self._score = _WORTH
-        self._pause = 8
-        self._skipped = 0
+        self._looks = self._tries = False
+        self._pause = self._left = TRIED
+        self._mean = 0.0
+        self._sum = self._count = 0
 
-    def __call__(self) -> int:
-        """Return what `wait` has found, or 0."""
-        if self._score < _WORTH:
-            self._skipped += 1
-            if self._skipped < self._pause:
-                return 0
-            self._skipped = 0
-        wait, longest = self._wait, self._longest_ns
+    def __call__(self, timeout_ns: int) -> int:
+        """Return what `wait` has found, as it does."""
         begun = monotonic_ns()
-        found = wait(0)
-        looked = 0
-        while not found and looked < longest:
-            let_others_run()
+        found = 0
+        if self._looks:
+            longest, wait = self._longest_ns, self._wait
             found = wait(0)
-            looked = monotonic_ns() - begun
-        if found and looked < 2 * longest:
-            self._score = max(self._score + (_ALWAYS - self._score >> 3), _WORTH + 16)
-            self._pause = 8
-        elif self._score >= _WORTH:
-            self._score -= self._score >> 2
-        else:
-            self._pause = min(2 * self._pause, _RAREST)
+            while not found and monotonic_ns() - begun < longest:
+                let_others_run()
+                found = wait(0)
+        if not found:
+            found = self._wait(timeout_ns)
+        if found > 0:
+            # What takes long says nothing of wake-ups. All that does counts the same.
+            self._sum += min(monotonic_ns() - begun, 2 * self._longest_ns)
+            self._count += 1
+            if self._count == self._left:
+                self._decide()
         return found
+
+    def _decide(self) -> None:
+        """Choose what the next waits do, after some that all did the same."""
+        mean = self._sum / self._count
+        self._sum = self._count = 0
+        if not self._tries:  # time to try the other way
+            self._tries, self._mean, self._left = True, mean, TRIED
+            self._looks = not self._looks
+            return
+        looking, sleeping = (mean, self._mean) if self._looks else (self._mean, mean)
+        self._tries = False
+        self._looks = looking < WORTH * sleeping
+        self._pause = TRIED if self._looks else min(2 * self._pause, RAREST)
+        self._left = KEPT if self._looks else self._pause
 
 
 class WireSet(Protocol):
@@ -143,11 +156,11 @@ class LeaderFollowers(WirePoller):
         self._least_ns = longest or FOREVER
         self._awaited = wire.awaited
         self._was_busy = False
+        """Whether the last wait has found something."""
         self._loops: list[int] = []
         """The threads of the asyncio loops that read the wire; a thread once for each of its loops."""
         self._period_s = AWAY_S
         """How long the own thread sleeps between two looks whether loops do."""
-        """Whether the last wait has found something."""
         self._leader: dict[str, object] = {}
         self._leaders_thread = 0
         self._followers: list[Sleeper] = []
@@ -216,13 +229,10 @@ class LeaderFollowers(WirePoller):
                     return False
             if self._loops and self._leaders_thread not in self._loops:
                 return True  # to come back, and sleep on the lock
-            found = 0
-            if left > self._least_ns:
-                if self._awaited:
-                    found = self._look_for_answers()
-                elif self._was_busy:
-                    found = self._look_for_more()
-            if not found:
+            if left > self._least_ns and (self._awaited or self._was_busy):
+                look = self._look_for_answers if self._awaited else self._look_for_more
+                found = look(left)
+            else:
                 found = self._set.wait(left)
             self._was_busy = found > 0
             sleeper.interrupt = None  # what this thread delivers to itself needs none
