@@ -10,6 +10,7 @@ import atexit
 import os
 import shutil
 import socket
+import sys
 import tempfile
 from functools import cache
 from itertools import count
@@ -87,13 +88,18 @@ def log_directory() -> Path:
 
 
 def keep_bytecode() -> None:
-    """Have the programs that tests start compile each module once in a test run, not each of them again.
+    """Have the programs that tests start, and pytest's workers, compile each module once.
 
-    To compile goalwire takes longer than all the rest of a start. The byte code is apart from the sources
-    and goes with the run. pytest's workers inherit the folder from the process that started them.
+    To compile goalwire takes longer than all the rest of a start, and each worker imports every test file.
+    The byte code is kept in `build`, apart from the sources. That of temporary files goes with the next run:
+    their paths are new each time.
     """
     os.environ.pop('PYTHONDONTWRITEBYTECODE', None)
-    os.environ.setdefault(BYTECODE, str(log_directory() / 'bytecode'))
+    kept = os.environ.setdefault(BYTECODE, str(Path(__file__).parents[2] / 'build' / 'bytecode'))
+    sys.dont_write_bytecode, sys.pycache_prefix = False, kept
+    if 'PYTEST_XDIST_WORKER' not in os.environ:
+        temporary = Path(tempfile.gettempdir()).resolve()
+        shutil.rmtree(Path(kept, *temporary.parts[1:]), ignore_errors=True)
 
 
 def isolated_env(transport: str, log_dir: Path | None = None) -> dict[str, str]:
