@@ -64,11 +64,11 @@ class Look:
 
     A wake-up on another processor takes 35 to 100 µs. A look saves it if the message comes within that
     moment; where it does not come, or others need the processor, a look only costs. Which of the two holds
-    is measured: the time until something comes, with a look and without. The better way has the next waits;
-    then the other way is tried in a few. Where looks pay nothing, they are tried ever more rarely.
+    is measured: the median time until something comes, with a look and without. The quicker way has the next
+    waits; then the other way is tried in a few. Where looks pay nothing, they are tried ever more rarely.
     """
 
-    __slots__ = ('_count', '_left', '_longest_ns', '_looks', '_mean', '_pause', '_sum', '_tries', '_wait')
+    __slots__ = ('_before', '_left', '_longest_ns', '_looks', '_pause', '_times', '_tries', '_wait')
 
     def __init__(self, wait: Callable[[int], int], longest_ns: int) -> None:
         """`wait` is the wire's: it takes ns and returns what it has found."""
@@ -76,8 +76,8 @@ class Look:
         self._longest_ns = longest_ns
         self._looks = self._tries = False
         self._pause = self._left = TRIED
-        self._mean = 0.0
-        self._sum = self._count = 0
+        self._times: list[int] = []
+        self._before = 0
 
     def __call__(self, timeout_ns: int) -> int:
         """Return what `wait` has found, as it does."""
@@ -92,22 +92,22 @@ class Look:
         if not found:
             found = self._wait(timeout_ns)
         if found > 0:
-            # What takes long says nothing of wake-ups. All that does counts the same.
-            self._sum += min(monotonic_ns() - begun, 2 * self._longest_ns)
-            self._count += 1
-            if self._count == self._left:
-                self._decide()
+            self._left -= 1
+            if self._left < TRIED:
+                self._times.append(monotonic_ns() - begun)
+                if not self._left:
+                    self._decide()
         return found
 
     def _decide(self) -> None:
         """Choose what the next waits do, after some that all did the same."""
-        mean = self._sum / self._count
-        self._sum = self._count = 0
+        median = sorted(self._times)[TRIED // 2]
+        self._times.clear()
         if not self._tries:  # time to try the other way
-            self._tries, self._mean, self._left = True, mean, TRIED
+            self._tries, self._before, self._left = True, median, TRIED
             self._looks = not self._looks
             return
-        looking, sleeping = (mean, self._mean) if self._looks else (self._mean, mean)
+        looking, sleeping = (median, self._before) if self._looks else (self._before, median)
         self._tries = False
         self._looks = looking < WORTH * sleeping
         self._pause = TRIED if self._looks else min(2 * self._pause, RAREST)
