@@ -54,13 +54,12 @@ def _long_z(number: int) -> bytes:
     return bytes(out)
 
 
-PADDED_HIGH = [(number & 0x7F | 0x80 | number >> 7 << 8).to_bytes(2, 'little') for number in range(SMALL_END)]
+_LAST, _MORE = [bytes((byte,)) for byte in range(0x80)], [bytes((byte,)) for byte in range(0x80, 0x100)]
+PADDED_HIGH = [low + high for high in _LAST for low in _MORE]
 """The last two bytes of a number that is written in full length."""
-PADDED_LOW = [
-    (number & 0x7F | 0x80 | (number >> 7 | 0x80) << 8).to_bytes(2, 'little') for number in range(SMALL_END)
-]
+PADDED_LOW = [low + high for high in _MORE for low in _MORE]
 """Two bytes of a longer number, for each 14 bits of it: more bytes follow."""
-SMALL_Z = [bytes((number,)) for number in range(0x80)] + PADDED_HIGH[0x80:]
+SMALL_Z = _LAST + PADDED_HIGH[0x80:]
 """The encodings of the numbers below 16384, for those who look them up in place."""
 
 
