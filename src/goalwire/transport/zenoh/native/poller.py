@@ -244,17 +244,17 @@ class Poller:
         if self._unsent:
             self._send_unsent()
         timeout = timeout_ns * 1e-9
-        if self._next_due != float('inf'):
-            timeout = max(min(timeout, self._next_due - monotonic()), 0)
+        left = self._next_due - monotonic()
+        if left < timeout:
+            timeout = left if left > 0 else 0.0
+        events: list[tuple[int, int]] = []
         try:
             if timeout >= 1e6:
-                self._events = self._poller.poll()
+                events = self._poller.poll()
             elif timeout >= 0.002 or self._precise is None:
-                self._events = self._poller.poll(timeout - 0.001 if self._precise else timeout)
-            else:
-                self._events = []
-                if not timeout or select.select([self._precise], (), (), timeout)[0]:
-                    self._events = self._poller.poll(0)
+                events = self._poller.poll(timeout - 0.001 if self._precise else timeout)
+            elif not timeout or select.select([self._precise], (), (), timeout)[0]:
+                events = self._poller.poll(0)
         except (OSError, ValueError) as error:
             if self._is_gone():
                 return -1
@@ -263,7 +263,8 @@ class Poller:
                     0  # a socket was closed meanwhile, which select minds on Windows: the next set is right
                 )
             raise
-        return len(self._events) + (self._next_due <= monotonic())
+        self._events = events
+        return len(events) or self._next_due <= monotonic()
 
     def _is_gone(self) -> bool:
         """Whether this was closed meanwhile."""
