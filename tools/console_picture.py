@@ -1,6 +1,8 @@
-"""Draws docs/console.png: the humanoid on its way, as the console shows it. Needs Chromium and playwright.
+"""Draws docs/console.png: the humanoid where it was sent, as the console shows it.
 
 python tools/console_picture.py
+
+Needs Chromium and playwright. tests/console/test_humanoid.py takes the same picture and looks at it.
 """
 
 from __future__ import annotations
@@ -12,8 +14,10 @@ import subprocess
 import sys
 from contextlib import ExitStack
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from playwright.sync_api import Page, sync_playwright
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
 
 ROOT = Path(__file__).parents[1]
 PICTURE = ROOT / 'docs' / 'console.png'
@@ -25,9 +29,11 @@ GOAL = (1.1, 0.7)
 
 def main() -> int:
     """Start the robot and a console, take the picture, end both."""
+    from playwright.sync_api import sync_playwright
+
     environment = os.environ | {'ROS_DOMAIN_ID': '97', 'PYTHONPATH': str(ROOT / 'robot' / 'humanoid')}
     with ExitStack() as ends:
-        for command in (['-m', 'humanoid', 'up'], ['-m', 'goalwire.cli', 'console', *_FLAGS]):
+        for command in (['-m', 'humanoid', 'up'], ['-m', 'goalwire.cli', 'console', *_CONSOLE]):
             process = subprocess.Popen(
                 [sys.executable, *command], env=environment, cwd=ROOT, stdout=subprocess.PIPE, text=True
             )
@@ -38,32 +44,33 @@ def main() -> int:
         driver = ends.enter_context(sync_playwright())
         browser = driver.chromium.launch(executable_path=shutil.which('chromium'), args=FLAGS)
         ends.callback(browser.close)
-        page = browser.new_page(viewport={'width': 1280, 'height': 800})
-        page.set_default_timeout(PATIENCE_MS)
-        page.goto(f'{url}?view=robot')
-        _send(page)
-        page.screenshot(path=str(PICTURE))
+        take(browser, url, PICTURE)
     size = PICTURE.stat().st_size
     print(f'{PICTURE.relative_to(ROOT)}: {size} bytes')
     return 0 if size < MOST_BYTES else 1
 
 
-_FLAGS = ['--no-open', '--json', '--port', '0']
+_CONSOLE = ['--no-open', '--json', '--port', '0']
 
 
-def _send(page: Page) -> None:
-    """Click where it is to go, answer the question, and wait until it is half way."""
+def take(browser: Browser, url: str, file: Path) -> Page:
+    """Send the robot to a place on the floor, and take the picture when it is there; the page, still open."""
+    page = browser.new_page(viewport={'width': 1280, 'height': 800})
+    page.set_default_timeout(PATIENCE_MS)
+    page.goto(f'{url}?view=robot')
     page.wait_for_selector('[data-way]:visible')
     page.wait_for_function('() => (window.goalwireScene?.links?.size ?? 0) > 10')
     x, y = page.evaluate('([x, y]) => goalwireScene.screen_of(x, y, 0)', list(GOAL))
     page.mouse.click(x, y)
     page.click('.q-dialog [data-send]')
     page.wait_for_function(
-        '([x, y]) => { const base = goalwireScene.poses().base_link;'
-        ' return Math.hypot(base[0], base[1]) > 0.3 * Math.hypot(x, y) }',
+        '([x, y]) => { const base = goalwireScene.poses().base_link, eye = goalwireScene.controls.target;'
+        ' return Math.hypot(base[0] - x, base[1] - y) < 0.01 && Math.hypot(eye.x - x, eye.y - y) < 0.01 }',
         arg=list(GOAL),
     )
     page.mouse.move(500, 760)
+    page.screenshot(path=str(file))
+    return page
 
 
 if __name__ == '__main__':

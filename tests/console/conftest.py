@@ -8,6 +8,8 @@ from typing import Any
 import pytest
 from helpers.console import CHROMIUM, PATIENCE_MS, Stage
 
+from tools import console_picture
+
 
 @pytest.fixture
 def stage(transport_name: str) -> Iterator[Stage]:
@@ -31,8 +33,7 @@ def chromium() -> Iterator[Any]:
     if CHROMIUM is None:
         pytest.skip('there is no Chromium here')
     with playwright.sync_playwright() as driver:
-        flags = ['--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader']
-        browser = driver.chromium.launch(executable_path=CHROMIUM, args=flags)
+        browser = driver.chromium.launch(executable_path=CHROMIUM, args=console_picture.FLAGS)
         yield browser
         browser.close()
 

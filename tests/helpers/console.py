@@ -71,9 +71,18 @@ class Stage:
         self._programs.close()
 
 
+def screenshots() -> Path | None:
+    """The folder in which screenshots are kept, where GOALWIRE_SCREENSHOTS names one."""
+    named = os.environ.get('GOALWIRE_SCREENSHOTS')
+    if not named:
+        return None
+    folder = Path(named)
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
 def picture(page: Any, name: str) -> None:
-    """Keep a screenshot, where GOALWIRE_SCREENSHOTS names a folder."""
-    folder = os.environ.get('GOALWIRE_SCREENSHOTS')
+    """Keep a screenshot, where there is a folder for them."""
+    folder = screenshots()
     if folder:
-        Path(folder).mkdir(parents=True, exist_ok=True)
-        page.screenshot(path=str(Path(folder) / f'{name}.png'))
+        page.screenshot(path=str(folder / f'{name}.png'))

@@ -1,4 +1,4 @@
-"""`humanoid up --view` and `humanoid demo --view`: the page in the browser beside the robot."""
+"""`humanoid demo --view`: the page beside the mission. That of `humanoid up --view` is in tests/console."""
 
 from __future__ import annotations
 
@@ -21,17 +21,6 @@ DEMO = 120.0  # s
 def shows_the_page(url: str) -> bool:
     with urlopen(url, timeout=PATIENCE) as answer:
         return b'goalwire console' in answer.read()
-
-
-def test_up_serves_the_page_and_goes_on_without_it(world: dict[str, str]) -> None:
-    pytest.importorskip('nicegui')
-    with humanoid('up', '--no-physics', '--view', env=world | {'BROWSER': 'true'}) as up:
-        pid = int(up.expect(r'\[view\] pid (\d+)')[1])
-        assert shows_the_page(up.expect(rf'\[view\] {SERVED}')[1])
-        os.kill(pid, signal.SIGKILL)
-        up.expect(r'^view \(pid \d+\) was killed by SIGKILL; the others go on')
-        up.send_signal(signal.SIGINT)
-        assert up.wait() == 0
 
 
 def test_the_demos_page_is_there_before_the_mission_and_until_its_end(world: dict[str, str]) -> None:
