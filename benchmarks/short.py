@@ -26,6 +26,8 @@ EXPECTED = Path(__file__).with_name('expected.json')
 BAND = 1.6
 """How many times the expected ratio is still taken for noise."""
 ROUNDS = 3
+MORE_RUNS = 2
+"""How often what seems slower is measured again: another program's burst is over by then, a doubling is not."""
 ACCEPTED_RUNS = 6
 """What is expected is the highest of so many."""
 MEMORY = Subject('goalwire in one process', 'goalwire_memory', lambda line: [line.module, 'ask'])
@@ -112,9 +114,10 @@ def main(*, accept: bool = False) -> int:
         rounded = {name: float(f'{ratio:.3g}') for name, ratio in measured.items()}
         EXPECTED.write_text(json.dumps(rounded, indent=1) + '\n', encoding='utf-8')
     expected: dict[str, float] = json.loads(EXPECTED.read_text(encoding='utf-8'))
-    if slowed(measured, expected):  # another program's burst is over the second time, a doubling is not
-        again = ratios()
-        measured = {name: min(ratio, again[name]) for name, ratio in measured.items()}
+    for _ in range(MORE_RUNS):
+        if slowed(measured, expected):
+            again = ratios()
+            measured = {name: min(ratio, again[name]) for name, ratio in measured.items()}
     slower = slowed(measured, expected)
     for name, ratio in measured.items():
         mark = '  SLOWER' if name in slower else ''
