@@ -27,7 +27,7 @@ BAND = 1.6
 """How many times the expected ratio is still taken for noise."""
 ROUNDS = 3
 MORE_RUNS = 2
-"""How often what seems slower is measured again: another program's burst is over by then, a doubling is not."""
+"""How often what seems slower is measured again: other programs are done by then, a doubling stays."""
 ACCEPTED_RUNS = 6
 """What is expected is the highest of so many."""
 MEMORY = Subject('goalwire in one process', 'goalwire_memory', lambda line: [line.module, 'ask'])
