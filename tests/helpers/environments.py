@@ -3,16 +3,49 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 import venv
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
+import pytest
 from helpers.fresh import clean_environment
+
+if sys.platform != 'win32':
+    import fcntl
 
 ROOT = Path(__file__).parents[2]
 _UNREACHABLE = ('connection', 'retrying', 'temporary failure', 'timed out', 'name resolution')
+
+
+@contextmanager
+def _alone(file: Path) -> Iterator[None]:
+    """Hold a lock against pytest's other workers and against other runs (where there is flock)."""
+    with file.open('w', encoding='utf-8') as lock:
+        if sys.platform != 'win32':
+            fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
+
+
+def made_once(factory: pytest.TempPathFactory, name: str, make: Callable[[Path], object]) -> Path:
+    """Return a folder of this test run that the first worker to ask for it fills; the others wait.
+
+    What `make` raises comes through, and the next to ask begins anew.
+    """
+    run = factory.getbasetemp()
+    run = run.parent if 'PYTEST_XDIST_WORKER' in os.environ else run
+    folder, finished = run / name, run / f'{name}.finished'
+    with _alone(run / f'{name}.lock'):
+        if not finished.exists():
+            shutil.rmtree(folder, ignore_errors=True)
+            folder.mkdir()
+            make(folder)
+            finished.touch()
+    return folder
 
 
 class CannotInstall(Exception):
@@ -70,12 +103,13 @@ class Environment:
         Raises CannotInstall.
         """
         finished = folder / 'finished'
-        if finished.exists():
-            return cls(folder)
-        environment = cls.create(folder)
-        environment.require('--retries=1', '--timeout=15', *requirements)
-        finished.touch()
-        return environment
+        with _alone(folder.with_name(f'{folder.name}.lock')):
+            if finished.exists():
+                return cls(folder)
+            environment = cls.create(folder)
+            environment.require('--retries=1', '--timeout=15', *requirements)
+            finished.touch()
+            return environment
 
     @classmethod
     def create(cls, folder: Path) -> Environment:

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from helpers.environments import ROOT, Environment
+from helpers.environments import ROOT, Environment, made_once
 from helpers.fresh import output_of
 
 
@@ -35,7 +35,8 @@ def checkout(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope='session')
 def wheel(checkout: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The wheel of this checkout."""
-    return build('wheel', checkout, tmp_path_factory.mktemp('dist'))
+    dist = made_once(tmp_path_factory, 'dist', lambda folder: build('wheel', checkout, folder))
+    return next(dist.glob('*.whl'))
 
 
 @pytest.fixture(scope='session')

@@ -118,6 +118,8 @@ def test_missions_beside_up_end_well_until_the_robot_is_stopped(world: dict[str,
             up.expect(r'Service ready|Server ready', DEMO)
         with humanoid('mission', env=world) as mission:
             assert '10 of 10 steps ended as they should' in mission.succeed(DEMO)
+            mission.expect(r'\[WARN\].*move_to_position: the goal was aborted: Pre-empted by a newer goal')
+            mission.expect(r'\[WARN\].*move_to_position: the goal was aborted: Timed out after 0.5 s')
         with humanoid('mission', '--whole-body', env=world) as mission:
             assert '13 of 13 steps ended as they should' in mission.succeed(DEMO)
         with robot_client() as robot:
