@@ -40,9 +40,11 @@ class CriticalSection:
                     pass
     """
 
-    __slots__ = ('acquire', 'is_busy', 'late', 'lock', 'release')
+    __slots__ = ('acquire', 'is_busy', 'late', 'lock', 'mend', 'release')
 
-    def __init__(self) -> None:
+    def __init__(self, mend: Callable[[], object] = lambda: None) -> None:
+        """`mend` puts right what was left half done where `run` or `run_late` raises; it is called inside."""
+        self.mend = mend
         self.lock = RLock()
         self.acquire, self.release = self.lock.acquire, self.lock.release
         self.is_busy = False
@@ -62,6 +64,9 @@ class CriticalSection:
             try:
                 self.is_busy = True
                 do()
+            except BaseException:
+                self.mend()
+                raise
             finally:
                 self.is_busy = False
                 if self.late:
@@ -76,6 +81,9 @@ class CriticalSection:
                 self.is_busy = True
                 while late:
                     late.popleft()()
+            except BaseException:
+                self.mend()
+                raise
             finally:
                 self.is_busy = False
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import socket
 from collections.abc import Callable, Iterator
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import NamedTuple
 
@@ -33,12 +34,19 @@ class Certificates(NamedTuple):
     files: TlsFiles
     nameless: TlsFiles
     """The same authority's certificate for another host."""
+    expired: TlsFiles
 
 
-def _issue(folder: Path, authority: trustme.CA, host: str, *, mtls: bool) -> TlsFiles:
+LONG_AGO = datetime(2020, 1, 1, tzinfo=UTC)
+
+
+def _issue(
+    folder: Path, authority: trustme.CA, host: str, *, mtls: bool, until: datetime | None = None
+) -> TlsFiles:
     folder.mkdir(parents=True)
     authority.cert_pem.write_to_path(str(folder / 'ca.pem'))
-    issued = authority.issue_cert(host, common_name=host)  # eclipse-zenoh before 1.9 panics without
+    # eclipse-zenoh before 1.9 panics without a common name
+    issued = authority.issue_cert(host, common_name=host, not_before=LONG_AGO, not_after=until)
     issued.private_key_pem.write_to_path(str(folder / 'key.pem'))
     with (folder / 'cert.pem').open('wb') as file:
         for part in issued.cert_chain_pems:
@@ -60,6 +68,7 @@ def certificates(tmp_path_factory: pytest.TempPathFactory) -> Certificates:
     return Certificates(
         _issue(folder / 'here', authority, '127.0.0.1', mtls=True),
         _issue(folder / 'there', authority, 'robot.example', mtls=True),
+        _issue(folder / 'old', authority, '127.0.0.1', mtls=True, until=LONG_AGO + timedelta(days=1)),
     )
 
 
@@ -163,6 +172,55 @@ def test_a_certificate_for_another_host_is_refused_unless_names_are_not_checked(
         Ours, connect=(where,), tls=replace(certificates.files, verify_name_on_connect=False)
     )
     wait_for(careless.links, 'the link')
+
+
+@pytest.mark.parametrize(
+    ('server', 'client', 'advice_there', 'advice_here'),
+    [
+        (
+            'expired',
+            'files',
+            "renew the other side's certificate",
+            "refuses this side's certificate: renew it",
+        ),
+        (
+            'files',
+            'expired',
+            "refuses this side's certificate: renew it",
+            "renew the other side's certificate",
+        ),
+        ('nameless', 'files', 'it must name the host that is dialled', 'name the host dialled?'),
+        ('files', 'nobody', 'connect_private_key here', 'did not return a certificate; set enable'),
+        ('strangers', 'files', 'must hold the authority that signed it', 'must hold the authority of this'),
+    ],
+    ids=['server expired', 'client expired', 'other host', 'client without one', 'other authority'],
+)
+def test_a_refusal_says_on_either_side_what_to_do(
+    certificates: Certificates,
+    strangers: TlsFiles,
+    open_side: Open,
+    warnings: list[str],
+    server: str,
+    client: str,
+    advice_there: str,
+    advice_here: str,
+) -> None:
+    """And who is refused is let in once what was wrong is mended: the listener starts anew."""
+    files = certificates._asdict() | {
+        'nobody': replace(certificates.files, enable_mtls=False),
+        'strangers': replace(strangers, enable_mtls=False),
+    }
+    where = address('tls')
+    listener = open_side(Ours, listen=(where,), tls=files[server])
+    caller = open_side(Ours, connect=(where,), tls=files[client])
+    for advice in (advice_there, advice_here):
+        wait_for(lambda: [line for line in warnings if advice in line], advice)  # noqa: B023
+    assert all('\n' not in line for line in warnings)
+    assert not caller.links()
+    listener.close()
+    mended = open_side(Ours, listen=(where,), tls=replace(certificates.files, enable_mtls=client == 'files'))
+    if client != 'expired':
+        wait_for(lambda: caller.id in mended.links(), 'the link')
 
 
 def test_a_stranger_without_tls_ends_its_own_connection_alone(

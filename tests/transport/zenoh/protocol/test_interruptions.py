@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
 
 import pytest
@@ -191,6 +192,39 @@ def test_nothing_is_lost_wherever_a_handler_comes(prepare: Callable[[Linked], Ca
             assert (handler.answers, handler.ends) == ([b'?'], 1), interruption.place
         assert [each for each in linked.heard if each not in handlers] == undisturbed, interruption.place
         assert not linked.one.pending, interruption.place
+
+
+class RaisedError(Exception):
+    """What a signal's handler raises."""
+
+
+def raises() -> None:
+    raise RaisedError
+
+
+@pytest.mark.parametrize('prepare', ACTIONS)
+def test_a_handler_that_raises_leaves_the_link_whole_wherever_it_comes(
+    prepare: Callable[[Linked], Callable[[], object]],
+) -> None:
+    """What it interrupts may be lost; no message arrives in part or twice, and those after it arrive."""
+    linked, action = prepared(prepare)
+    action()
+    linked.settle()
+    undisturbed = linked.heard
+    for interruption in at_each_call():
+        linked, action = prepared(prepare)
+        with suppress(RaisedError):
+            interruption.run(action, raises)
+        later = Publication(linked.one, 'z')
+        for payload in HANDLERS:
+            later.put(payload)
+        linked.settle()
+        heard = list(undisturbed)
+        for each in linked.heard[: -len(HANDLERS)]:
+            assert each in heard, interruption.place
+            heard.remove(each)
+        assert linked.heard[-len(HANDLERS) :] == [('z', payload) for payload in HANDLERS], interruption.place
+        assert not linked.cable.links[0].queue.size, interruption.place
 
 
 def test_what_a_handler_declares_is_known_wherever_it_comes() -> None:

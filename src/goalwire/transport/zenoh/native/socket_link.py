@@ -109,10 +109,14 @@ class SocketLink:
         self.link.start()
 
     # ---- writing: under the link's lock
+    #
+    # A signal's handler runs where a function of C's has returned to one of Python's, before its result
+    # is kept, and may raise. `map` and the unpacking of its one result are a single step: it is kept.
 
     def _write(self, data: Buffer) -> int:
         try:
-            return self._send(data)
+            (taken,) = map(self._send, (data,))
+            return taken  # noqa: TRY300
         except (BlockingIOError, InterruptedError):
             return 0
         except OSError as error:
@@ -123,7 +127,8 @@ class SocketLink:
         if len(buffers) > _MANY:
             keep_freed_memory()
         try:
-            return self._sendmsg(buffers)
+            (taken,) = map(self._sendmsg, (buffers,))
+            return taken  # noqa: TRY300
         except (BlockingIOError, InterruptedError):
             return 0
         except OSError as error:
@@ -137,8 +142,8 @@ class SocketLink:
 
     def _when_full(self) -> None:
         if not self._wants_room:
-            self._wants_room = True
             self._poller.modify(self._fd, IN | OUT)
+            self._wants_room = True  # last: a signal's handler may raise
         if self.link.overflowed:
             self._poller.call(self._check)
 

@@ -13,7 +13,7 @@ from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from threading import RLock
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from goalwire.errors import TransportError
 from goalwire.transport.zenoh.native.endpoints import TlsFiles
@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from goalwire.transport.zenoh.protocol.channels import Buffer
     from goalwire.transport.zenoh.protocol.handshake import Handshake
     from goalwire.transport.zenoh.protocol.link import Link, LinkOwner
+
+T = TypeVar('T')
 
 
 def client_context(files: TlsFiles) -> ssl.SSLContext:
@@ -76,13 +78,34 @@ def _unusable(name: str, path: str, error: OSError) -> str:
     return f"transport/link/tls/{name}: '{path}' cannot be used: {explain(error)}"
 
 
+_HERE = 'transport/link/tls'
+_ADVICE = {
+    'mismatch': f'it must name the host that is dialled, or set {_HERE}/verify_name_on_connect to false here',
+    'issuer': f'{_HERE}/root_ca_certificate must hold the authority that signed it',
+    'self-signed': f'{_HERE}/root_ca_certificate must hold the authority that signed it',
+    'certificate has expired': "renew the other side's certificate, or set this machine's clock",
+    'not yet valid': "set this machine's clock, or renew the other side's certificate",
+    'alert certificate expired': "the other side refuses this side's certificate: renew it, or set its clock",
+    'alert unknown ca': "the root_ca_certificate there must hold the authority of this side's certificate",
+    'alert bad certificate': "it is refused there: does this side's certificate name the host dialled?",
+    'certificate required': f'set {_HERE}/enable_mtls, connect_certificate and connect_private_key here',
+    'did not return a certificate': 'set enable_mtls and connect_certificate there, or turn it off here',
+    'wrong version number': 'the other side speaks no TLS: both addresses must begin with tls/',
+    'http request': 'the other side speaks no TLS: this port is for Zenoh',
+}
+"""What to do about what OpenSSL says, by a part of that."""
+
+
 def explain(error: OSError) -> str:
-    """Return an error of TLS or of a file in short words."""
+    """Return an error of TLS or of a file in short words, with what to do where that is known."""
     if isinstance(error, ssl.SSLCertVerificationError):
-        return f'the certificate is not accepted: {error.verify_message}'
-    if isinstance(error, ssl.SSLError) and error.reason:
-        return error.reason.lower().replace('_', ' ')
-    return error.strerror or str(error)
+        text = f'the certificate is not accepted: {error.verify_message.rstrip(".")}'
+    elif isinstance(error, ssl.SSLError) and error.reason:
+        text = error.reason.lower().replace('_', ' ')
+    else:
+        return error.strerror or str(error)
+    advice = next((advice for part, advice in _ADVICE.items() if part in text), '')
+    return f'{text}; {advice}' if advice else text
 
 
 class TlsStream:
@@ -189,7 +212,8 @@ class TlsStream:
             if not self._unsent:
                 self._unsent = memoryview(self._outgoing.read())
             try:
-                self._unsent = self._unsent[self._socket.send(self._unsent) :]
+                (sent,) = map(self._socket.send, (self._unsent,))  # in one step, as in SocketLink._write
+                self._unsent = self._unsent[sent:]
             except (BlockingIOError, InterruptedError):
                 return False
         return True
@@ -270,13 +294,18 @@ class TlsSocketLink(SocketLink):
         return super()._has_unsent() or self._tls.has_unsent
 
     def _write(self, data: Buffer) -> int:
-        taken = super()._write(data)
-        self._watch_unsent()
-        return taken
+        return self._encrypt(super()._write, data)
 
     def _write_many(self, buffers: list[Buffer]) -> int:
-        taken = super()._write_many(buffers)
-        self._watch_unsent()
+        return self._encrypt(super()._write_many, buffers)
+
+    def _encrypt(self, write: Callable[[T], int], data: T) -> int:
+        try:
+            taken = write(data)
+            self._watch_unsent()
+        except BaseException:  # of a signal's handler: how much OpenSSL has taken is not known
+            self._poller.call(lambda: self.end('its writer was interrupted'))
+            raise
         return taken
 
     def on_ready(self, events: int) -> None:

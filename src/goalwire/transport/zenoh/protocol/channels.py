@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterator, Sequence
+from itertools import chain
 
 from goalwire.transport.zenoh.protocol.primitives import (
     MANDATORY,
@@ -169,9 +170,12 @@ class SendQueue:
     Small messages of one channel share a frame, as far as they fit: that is one number, one piece of memory
     and one turn of whoever writes for 100 of them and more. A batch that the socket has begun to take is
     finished before any other.
+
+    A signal's handler may raise between any two steps here. What is under way is noted before, so that `mend`
+    can finish it or undo it.
     """
 
-    __slots__ = ('_begun', '_begun_size', '_waiting', 'open', 'size')
+    __slots__ = ('_begun', '_begun_size', '_moved', '_waiting', '_written', 'open', 'size', 'taken')
 
     def __init__(self) -> None:
         self.size = 0
@@ -181,6 +185,12 @@ class SendQueue:
         self._waiting: list[deque[Sequence[Buffer] | Frame]] = [deque() for _ in range(PRIORITIES)]
         self.open: list[Frame | None] = [None] * CHANNELS
         """The frame of each channel that what is sent there may join."""
+        self.taken = 0
+        """How much the socket took of the last `next_buffers`; set by whoever writes them."""
+        self._moved: tuple[deque[Sequence[Buffer] | Frame], int, int] | None = None
+        """Whence a batch is being taken, how many were there, and how many buffers had begun."""
+        self._written: tuple[list[Buffer], int] | None = None
+        """What is being written, and how many buffers have begun beyond that."""
 
     def __bool__(self) -> bool:
         return self.size > 0
@@ -208,12 +218,18 @@ class SendQueue:
         begun = self._begun
         for waiting in self._waiting:
             while waiting and len(begun) < limit and self._begun_size < _AT_ONCE:
-                batch = waiting.popleft()
+                batch = waiting[0]
                 if isinstance(batch, Frame):
                     batch = self._close(batch)
+                self._moved = waiting, len(waiting), len(begun)
                 begun.extend(batch)
+                waiting.popleft()
+                self._moved = None
                 self._begun_size += sum(map(len, batch))
-        return [begun[at] for at in range(min(len(begun), limit))]
+        buffers = [begun[at] for at in range(min(len(begun), limit))]
+        self.taken = 0
+        self._written = buffers, len(begun) - len(buffers)
+        return buffers
 
     def _close(self, frame: Frame) -> Sequence[Buffer]:
         """Let nothing more join a frame; return its batch."""
@@ -231,13 +247,47 @@ class SendQueue:
             first = begun.popleft()
             if size < len(first):
                 begun.appendleft(memoryview(first)[size:])
-                return
+                break
             size -= len(first)
+        self._written = None
+
+    def mend(self) -> None:
+        """Put right what somebody was doing here when a signal's handler raised."""
+        begun = self._begun
+        if self._moved is not None:
+            waiting, count, had_begun = self._moved
+            if len(waiting) == count:
+                while len(begun) > had_begun:
+                    begun.pop()
+            self._moved = None
+        if self._written is not None:
+            buffers, beyond = self._written
+            rest = deque(_behind(buffers, self.taken))
+            rest.extend(list(begun)[len(begun) - beyond :])
+            self._begun = begun = rest
+            self._written = None
+        for frame in filter(None, self.open):
+            frame.size = sum(map(len, frame.parts[1:]))
+        self._begun_size = sum(map(len, begun))
+        self.size = self._begun_size + sum(map(_size, chain.from_iterable(self._waiting)))
 
     def clear(self) -> None:
         """Empty the queues: the link has ended."""
         self.size = self._begun_size = 0
+        self._moved = self._written = None
         self._begun.clear()
         self.open = [None] * CHANNELS
         for waiting in self._waiting:
             waiting.clear()
+
+
+def _size(batch: Sequence[Buffer] | Frame) -> int:
+    return 2 + batch.size if isinstance(batch, Frame) else sum(map(len, batch))
+
+
+def _behind(buffers: list[Buffer], size: int) -> Iterator[Buffer]:
+    """Yield what is left of some buffers without their first `size` bytes."""
+    for each in buffers:
+        if size < len(each):
+            yield memoryview(each)[size:] if size else each
+        size = max(0, size - len(each))

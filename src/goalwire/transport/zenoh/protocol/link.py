@@ -218,7 +218,7 @@ class Link:
         self.role = Role.PEER
         self.is_open = True
         self.is_up = False
-        self.section = CriticalSection()
+        self.section = CriticalSection(self._mend)
         self.lock = self.section.lock
         self._acquire, self._release = self.section.acquire, self.section.release
         # what the other side has
@@ -299,6 +299,7 @@ class Link:
         # is taken inside `try`, since a signal's handler may raise as soon as it is.
         section = self.section
         entered = False
+        batch, taken = b'', 0
         try:
             self._acquire()
             if not self.is_open:
@@ -329,7 +330,11 @@ class Link:
             if taken != len(batch):
                 queue.add_rest(memoryview(batch)[taken:])
                 self._when_full()
-            return True
+            return True  # noqa: TRY300
+        except BaseException:  # of a signal's handler
+            if entered:
+                self._mend(batch, taken)
+            raise
         finally:
             try:
                 if entered:
@@ -341,6 +346,19 @@ class Link:
                     self._release()
                 except RuntimeError:  # a signal's handler raised while this waited for the lock
                     pass
+
+    def _mend(self, batch: bytes = b'', taken: int = 0) -> None:
+        """Have what the socket took in part go on; a signal's handler has raised here, in the section.
+
+        `taken` is how much of `batch` was.
+        """
+        queue = self.queue
+        queue.mend()
+        if 0 < taken < len(batch) and not queue.size:
+            queue.add_rest(memoryview(batch)[taken:])
+        if queue.size:
+            self.is_held = False
+            self._when_full()
 
     def _send_together(self, channel: int, message: bytes, *, may_wait: bool) -> bool:
         """Have a message wait, in one frame with others; under the lock.
@@ -461,14 +479,20 @@ class Link:
     def _queue_pieces(self, channel: int, message: Sequence[Buffer]) -> None:
         left = sum(map(len, message))
         marks_first = self._marks_first
-        for piece in pieces(message, self.room):
-            size = sum(map(len, piece))
-            left -= size
-            number = self._sent[channel]
-            self._sent[channel] = (number + 1) & MASK
-            head = fragment_head(channel, number, marks_first=marks_first, more=left > 0)
-            marks_first = False
-            self.queue.add(channel >> 1, ((len(head) + size).to_bytes(2, 'little') + head, *piece))
+        sent = self._sent
+        number = sent[channel]
+        try:
+            for piece in pieces(message, self.room):
+                size = sum(map(len, piece))
+                left -= size
+                number = sent[channel]
+                sent[channel] = (number + 1) & MASK
+                head = fragment_head(channel, number, marks_first=marks_first, more=left > 0)
+                marks_first = False
+                self.queue.add(channel >> 1, ((len(head) + size).to_bytes(2, 'little') + head, *piece))
+        except BaseException:  # of a signal's handler: no later piece may follow on the last one
+            sent[channel] = (number + 2) & MASK
+            raise
 
     def send_transport(self, message: bytes, priority: int = 0) -> None:
         """Send a message of the link itself, as a batch of its own."""
@@ -490,10 +514,12 @@ class Link:
         queue = self.queue
         self.is_held = False
         while queue.size:
-            taken = self._write_many(queue.next_buffers(_AT_ONCE))
-            if not taken:
+            # In one step: a signal's handler may raise before the next one.
+            queue.taken = self._write_many(queue.next_buffers(_AT_ONCE))
+            is_full = not queue.taken
+            queue.written(queue.taken)
+            if is_full:
                 return False
-            queue.written(taken)
         if self._retired:
             retired, self._retired = self._retired, []
             self.declare(*retired)
