@@ -206,6 +206,36 @@ def upgrade(port: int, **headers: str) -> bytes:
     ).encode()
 
 
+@pytest.mark.parametrize('has_left', [True, False])
+def test_a_browser_that_leaves_before_its_answer_is_noted_and_no_failure(has_left: bool) -> None:
+    base = pytest.importorskip('starlette.middleware.base')
+    events = ['http.request', 'http.disconnect'] if has_left else ['http.request']
+    noted: list[str] = []
+
+    async def silent(_scope: Any, receive: Any, _send: Any) -> None:
+        for _ in range(len(events)):
+            await receive()
+
+    async def pass_on(request: Any, call_next: Any) -> Any:
+        return await call_next(request)
+
+    async def receive() -> dict[str, Any]:
+        return {'type': events.pop(0), 'body': b'', 'more_body': has_left}
+
+    async def send(_message: Any) -> None:
+        raise AssertionError('nobody is there to be answered')
+
+    headers = [(b'host', b'localhost:8420')]
+    scope = {'type': 'http', 'method': 'GET', 'path': '/file', 'query_string': b'', 'headers': headers}
+    guard = Guard(base.BaseHTTPMiddleware(silent, pass_on), Settings(), note=noted.append)
+    if has_left:
+        asyncio.run(guard(scope, receive, send))
+    else:
+        with pytest.raises(RuntimeError, match='No response'):
+            asyncio.run(guard(scope, receive, send))
+    assert noted == (["a browser left before it had the answer to '/file'"] if has_left else [])
+
+
 def port_of(url: str) -> int:
     found = re.search(r':(\d+)/', url)
     assert found is not None

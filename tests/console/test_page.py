@@ -388,15 +388,59 @@ def test_goals_are_cancelled_those_before_one_and_all(stage: Stage, open_page: O
     # The robot goes in the middle of a goal: the page says so.
     page.click('[data-send-goal]')
     page.wait_for_selector('[data-goal] [data-status]:has-text("executing")')
-    view(page, 'robot')
-    page.wait_for_selector('[data-fresh]:has-text("live")')
     robot.kill()
-    page.wait_for_selector('[data-fresh]:has-text("no news")')
-    picture(page, 'robot-gone')
-    view(page, 'actions')
     until(page, "() => window.goalwireLanes?.hits?.some(hit => hit[4].status === 'UNKNOWN')")
     view(page, 'robot')
     page.wait_for_selector('text=No robot yet')
+
+
+@pytest.mark.parametrize('transport_name', ['rmw_zenoh_cpp', DDS])
+def test_what_does_not_answer_is_said_to_be_old(
+    stage: Stage, open_page: OpenPage, transport_name: str
+) -> None:
+    require(transport_name)
+    robot = stage.robot()
+    console, url = stage.console()
+    page = open_page(f'{url}?view=robot')
+    live, stale = '[data-fresh]:text-is("live")', '.gw-stale'
+    page.wait_for_selector(live)
+    page.wait_for_selector('[data-battery]:text-is("battery 62 %")')
+    assert page.locator(stale).count() == 0
+
+    # It is there, and says nothing: its battery and its pose have an age.
+    stage.command('ros2 service call /hush std_srvs/srv/SetBool "{data: true}"')
+    page.wait_for_selector('[data-battery].old:has-text("battery 62 %, ")')
+    page.wait_for_selector('[data-fresh]:has-text("no news for ")')
+    page.wait_for_selector('[data-gone]:has-text("It is silent")')
+    page.wait_for_selector(stale)
+    picture(page, f'robot-silent-{transport_name}')
+
+    # It is killed: the page has nobody else on the wire, no battery and no STOP, and shows where it was.
+    robot.kill()
+    page.wait_for_selector('[data-nodes]:has-text("nobody else on the wire")')
+    page.wait_for_selector('[data-gone]:has-text("It has gone")')
+    page.wait_for_selector('[data-battery]', state='hidden')
+    page.wait_for_selector('[data-estop]', state='hidden')
+    picture(page, f'robot-gone-{transport_name}')
+
+    # It comes back, and moves.
+    stage.robot()
+    page.wait_for_selector(live)
+    page.wait_for_selector(stale, state='detached')
+    page.wait_for_selector('[data-battery]:text-is("battery 62 %")')
+    page.wait_for_selector('[data-estop]')
+    pose = page.evaluate('() => goalwireScene.poses().left_arm')
+    until(page, '(pose) => Math.abs(goalwireScene.poses().left_arm[4] - pose[4]) > 0.1', pose)
+
+    # The console is killed: the page says so and takes no click. It goes on with the next one.
+    console.kill()
+    page.wait_for_selector('[data-lost]:has-text("STOP does not reach the robot")')
+    assert page.evaluate("() => document.getElementById('app').inert")
+    picture(page, f'console-gone-{transport_name}')
+    stage.console('--port', url.rstrip('/').rpartition(':')[2])
+    page.wait_for_selector('[data-lost]', state='hidden')
+    page.wait_for_selector(live)
+    page.wait_for_selector('[data-battery]:text-is("battery 62 %")')
 
 
 def test_read_only_shows_all_and_sends_nothing_and_an_allow_list_little(

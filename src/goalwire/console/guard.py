@@ -15,6 +15,7 @@ from typing import Any, TypeAlias
 from urllib.parse import parse_qsl, quote, urlencode, urlsplit
 
 from goalwire.console.settings import Settings, is_loopback
+from goalwire.errors import peer_text
 
 Scope: TypeAlias = MutableMapping[str, Any]
 Message: TypeAlias = MutableMapping[str, Any]
@@ -49,12 +50,20 @@ class Guard:
     """Wraps an application; refuses strangers, limits sizes, and adds the headers that bind a browser."""
 
     def __init__(
-        self, application: Application, settings: Settings, is_full: Callable[[], bool] = lambda: False
+        self,
+        application: Application,
+        settings: Settings,
+        is_full: Callable[[], bool] = lambda: False,
+        note: Callable[[str], object] = lambda _text: None,
     ) -> None:
-        """`is_full` tells whether there are as many pages as there may be: each holds memory for a while."""
+        """`is_full` tells whether there are as many pages as there may be: each holds memory for a while.
+
+        `note` is told of what is normal: a browser that left before its answer.
+        """
         self._application = application
         self._settings = settings
         self._is_full = is_full
+        self._note = note
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Serve one connection."""
@@ -118,11 +127,12 @@ class Guard:
         if scope['path'] == '/' and self._is_full():
             await _refuse(scope, send, 503, 'too many pages are open: close some, or try again in a minute')
             return
-        received = 0
+        received, has_left = 0, False
 
         async def limited() -> Message:
-            nonlocal received
+            nonlocal received, has_left
             message = await receive()
+            has_left = has_left or message['type'] == 'http.disconnect'
             received += len(message.get('body', b''))
             if received > MOST_BYTES:
                 raise TooLargeError
@@ -142,6 +152,17 @@ class Guard:
         except TooLargeError:
             if not begun:
                 await _refuse(scope, send, 413, 'that is too large')
+        except Exception as error:
+            if not has_left or not _tells_that_it_left(error):
+                raise
+            self._note(f"a browser left before it had the answer to '{peer_text(scope['path'], 100)}'")
+
+
+def _tells_that_it_left(error: Exception) -> bool:
+    """Return whether Starlette raises it where a browser leaves: it has a class for some places alone."""
+    from starlette.requests import ClientDisconnect
+
+    return isinstance(error, ClientDisconnect) or str(error) == 'No response returned.'
 
 
 def _is_followed_link(headers: dict[str, str]) -> bool:

@@ -146,7 +146,12 @@ class RobotWatch:
     @property
     def is_fresh(self) -> bool:
         """Whether it has moved, or said that it stands, within 2 s."""
-        return time() - self.moved_at < 2.0
+        return self.age < 2.0
+
+    @property
+    def age(self) -> float:
+        """How long ago it moved, or said that it stands, in s; since 1970 where it never did."""
+        return time() - self.moved_at
 
     def close(self) -> None:
         """Watch no more."""

@@ -133,7 +133,7 @@ async def serve(node: goalwire.Node, settings: Settings, ready: Callable[[str], 
         async with Session(node, settings) as session:
             application = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
             install(application, session)
-            server = _Server(_config(application, settings))
+            server = _Server(_config(application, settings, node))
             serving = asyncio.get_running_loop().create_task(server.serve(sockets=[listener]))
             try:
                 taking = asyncio.get_running_loop().create_task(server.taking.wait())
@@ -159,9 +159,9 @@ def _listen(settings: Settings) -> socket.socket:
         ) from None
 
 
-def _config(application: FastAPI, settings: Settings) -> uvicorn.Config:
+def _config(application: FastAPI, settings: Settings, node: goalwire.Node) -> uvicorn.Config:
     config = uvicorn.Config(
-        Guard(application, settings, is_full),  # type: ignore[arg-type, unused-ignore] # the same thing, typed alike
+        Guard(application, settings, is_full, node.logger.debug),  # type: ignore[arg-type, unused-ignore] # the same thing, typed alike
         log_config=None,
         log_level='warning',
         access_log=False,

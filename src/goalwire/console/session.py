@@ -44,6 +44,8 @@ class Session:
         self.stops: list[StopService] = []
         self.battery: float | None = None
         """0 to 1."""
+        self.battery_at = 0.0
+        """When that came: s since 1970."""
         self.battery_topic = ''
         self._robots: dict[str, tuple[RobotWatch, int]] = {}
         self._battery_reading: Reading | None = None
@@ -96,7 +98,8 @@ class Session:
             with suppress(UnknownInterfaceError):
                 self._battery_reading = self.topics.read(topic, BATTERY, self._take_battery)
 
-    def _take_battery(self, message: Any, _at: float) -> None:
+    def _take_battery(self, message: Any, at: float) -> None:
+        self.battery_at = at
         self.battery = min(max(float(message.percentage), 0.0), 1.0)
 
     async def _tick(self) -> None:

@@ -28,7 +28,7 @@ class Robot:
     def __init__(self, node):
         self.node = node
         self.x = self.y = self.clock = 0.0
-        self.stopped = False
+        self.stopped = self.mute = False
         self.head = None
         self.asked = 0
 
@@ -81,6 +81,10 @@ class Robot:
         print('stopped', flush=True)
         return Trigger.Response(success=True, message='stopped')
 
+    async def hush(self, request):
+        self.mute = request.data
+        return SetBool.Response(success=True)
+
     async def lamp(self, request):
         print('lamp', request.data, flush=True)
         return SetBool.Response(success=True, message='on <b>and bright</b>' if request.data else 'off')
@@ -121,6 +125,7 @@ async def main(urdf):
         ]
         node.service(Trigger, 'estop', robot.stop)
         node.service(SetBool, 'lamp', robot.lamp)
+        node.service(SetBool, 'hush', robot.hush)
         node.action_server(GoTo, 'go_to', robot.go)
         node.action_server(Fibonacci, 'count', robot.count, accept=lambda goal: goal.order < 100)
         mischief.publisher(String, 'quarrel')
@@ -133,6 +138,8 @@ async def main(urdf):
         texts.publish(data='<script>window.hacked = 1</script> javascript:window.hacked=1')
         print('ready', len(listening), flush=True)
         async for _ in node.timer(PERIOD_S):
+            if robot.mute:
+                continue
             if not robot.stopped:
                 robot.clock += PERIOD_S
             waving = 0.8 * math.sin(2 * robot.clock)

@@ -96,6 +96,8 @@ class RobotView(View):
                 ui.element('div').classes('gw-spread')
                 self._fresh = ui.label('').classes('gw-chip').props('data-fresh')
             self._about = ui.label('').classes('gw-small gw-dim')
+            self._gone = ui.label('').classes('gw-note').props('data-gone')
+            self._gone.set_visibility(False)
             self._problem = ui.label('').classes('gw-problem')
             self._problem.set_visibility(False)
             self._way = ui.select({}, label='A click on the floor sends').props(
@@ -183,13 +185,23 @@ class RobotView(View):
         self._foot.set_visibility(True)
         self._foot.set_text(f'{frame or "?"}  x {signed(x)}  y {signed(y)} m  {math.degrees(yaw):+.0f}°')
         self._fresh.set_visibility(True)
-        self._fresh.set_text('live' if watch.is_fresh else 'no news')
-        self._fresh.classes(
-            add='good' if watch.is_fresh else 'warn', remove='warn' if watch.is_fresh else 'good'
-        )
+        self._put_state(watch)
         if self._joints is not None:
             self._joints.refresh(watch.positions)
         self._put_goals()
+
+    def _put_state(self, watch: RobotWatch) -> None:
+        """Say how old what is shown is: a robot that has gone stands where it was, in grey."""
+        is_fresh = watch.is_fresh
+        news = 'live' if is_fresh else f'no news for {watch.age:.0f} s' if watch.moved_at else 'no news yet'
+        self._fresh.set_text(news)
+        self._fresh.classes(add='good' if is_fresh else 'warn', remove='warn' if is_fresh else 'good')
+        is_old = not is_fresh and bool(watch.moved_at)
+        self._scene.classes(add='gw-stale') if is_old else self._scene.classes(remove='gw-stale')
+        self._gone.set_visibility(is_old)
+        if is_old:
+            why = 'It is silent' if watch.namespace in self._names else 'It has gone'
+            self._gone.set_text(f'{why}: shown is where it was.')
 
     def _take_model(self, watch: RobotWatch) -> None:
         self._problem.set_visibility(bool(watch.problem))

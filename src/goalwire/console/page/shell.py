@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 from pathlib import Path
+from time import time
 from typing import Any
 
 from fastapi import FastAPI
@@ -35,7 +36,25 @@ VIEWS: tuple[type[View], ...] = (
 )
 MOST_PAGES = 100
 """Of all browsers together; one that nobody connects to counts for a minute."""
+_OLD_BATTERY_S = 5.0
 _STYLE = Path(__file__).with_name('style.css')
+
+_LOST = """
+<div class="gw-lost" data-lost role="alert" hidden>
+  The console does not answer: what you see is old, and STOP does not reach the robot. Trying again…
+</div>
+<script>
+  addEventListener('DOMContentLoaded', () => {
+    const popup = document.getElementById('popup');
+    new MutationObserver(() => {
+      const lost = popup.ariaHidden === 'false';
+      document.querySelector('[data-lost]').hidden = !lost;
+      document.body.classList.toggle('gw-is-lost', lost);
+      document.getElementById('app').inert = lost;  // what is clicked now would be sent much later
+    }).observe(popup, { attributes: true, attributeFilter: ['aria-hidden'] });
+  });
+</script>
+"""
 
 
 def install(application: FastAPI, session: Session) -> None:
@@ -93,6 +112,7 @@ class Shell:
         """Make the page and begin to refresh it."""
         page = self._page
         ui.add_head_html(f'<link rel="stylesheet" href="/console/style.css?{self._style}">')
+        ui.add_body_html(_LOST)
         self._dark = ui.dark_mode(value=None)
         ui.colors(
             primary='#4f46e5', negative='#dc2626', positive='#059669', warning='#b45309', dark='#131c2b'
@@ -133,7 +153,7 @@ class Shell:
         ui.label('goalwire console').classes('gw-brand')
         wire = 'DDS' if 'cyclone' in os.environ.get('RMW_IMPLEMENTATION', '') else 'Zenoh'
         ui.label(f'{wire} · domain {node.context.get_domain_id()}').classes('gw-chip')
-        self._nodes = ui.label('').classes('gw-chip')
+        self._nodes = ui.label('').classes('gw-chip').props('data-nodes')
         self._problems = ui.label('').classes('gw-chip bad').style('cursor: pointer')
         self._problems.on('click', lambda: self._show('graph'))
         if self._session.settings.read_only:
@@ -159,7 +179,9 @@ class Shell:
         if graph.version != self._seen_version:
             self._seen_version = graph.version
             count = len(graph.nodes())
-            self._nodes.set_text(f'{count} node' + ('s' if count != 1 else ''))
+            is_alone = count <= 1
+            self._nodes.set_text('nobody else on the wire' if is_alone else f'{count} nodes')
+            self._nodes.classes(add='warn') if is_alone else self._nodes.classes(remove='warn')
             problems = len(session.problems())
             self._problems.set_text(f'{problems} mismatch' + ('es' if problems != 1 else ''))
             self._problems.set_visibility(problems > 0)
@@ -170,9 +192,13 @@ class Shell:
         battery = session.battery
         self._battery.set_visibility(battery is not None)
         if battery is not None:
-            self._battery.set_text(f'battery {battery * 100:.0f} %')
-            tone = 'good' if battery > 0.4 else 'warn' if battery > 0.15 else 'bad'
-            self._battery.classes(add=tone, remove=' '.join({'good', 'warn', 'bad'} - {tone}))
+            age = time() - session.battery_at
+            is_old = age > _OLD_BATTERY_S
+            self._battery.set_text(
+                f'battery {battery * 100:.0f} %' + (f', {age:.0f} s ago' if is_old else '')
+            )
+            tone = 'old' if is_old else 'good' if battery > 0.4 else 'warn' if battery > 0.15 else 'bad'
+            self._battery.classes(add=tone, remove=' '.join({'good', 'warn', 'bad', 'old'} - {tone}))
 
     async def _emergency_stop(self) -> None:
         try:
