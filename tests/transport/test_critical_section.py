@@ -93,3 +93,27 @@ def test_a_handler_that_raises_leaves_no_link_locked(
             assert interruption.place
         assert is_free(cable.links[0].section), interruption.place
         assert is_free(one.section), interruption.place
+
+
+def test_who_interrupts_the_way_out_comes_after_what_waits() -> None:
+    done: list[str] = []
+
+    class Interrupted(CriticalSection):
+        """A signal's handler comes just before what was left for later is done."""
+
+        interrupts = True
+
+        def run_late(self) -> None:
+            if self.interrupts:
+                self.interrupts = False
+                self.run(lambda: done.append('second handler'))
+            super().run_late()
+
+    section = Interrupted()
+
+    def work() -> None:
+        section.run(lambda: done.append('first handler'))
+        done.append('work')
+
+    section.run(work)
+    assert done == ['work', 'first handler', 'second handler']

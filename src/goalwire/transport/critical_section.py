@@ -25,6 +25,8 @@ class CriticalSection:
             if section.is_busy:
                 section.late.append(...)
                 return
+            if section.late:
+                section.run_late()
             entered = section.is_busy = True
             ...
         finally:
@@ -61,6 +63,8 @@ class CriticalSection:
             if self.is_busy:
                 self.late.append(do)
                 return False
+            if self.late:  # this interrupts who was about to do that, on the way out
+                self.run_late()
             try:
                 self.is_busy = True
                 do()
@@ -74,7 +78,7 @@ class CriticalSection:
         return True
 
     def run_late(self) -> None:
-        """Do what was left for later; under the lock, on the way out."""
+        """Do what was left for later; under the lock, on the way out, or before what comes next."""
         late = self.late
         while late:
             try:

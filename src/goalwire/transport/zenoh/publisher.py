@@ -111,6 +111,8 @@ class ZenohPublisher(OpenPort, PublisherPort):
             if section.is_busy:
                 section.late.append(partial(self._publish_late, payload))
                 return
+            if section.late:
+                section.run_late()
             entered = section.is_busy = True
             if state.guard.is_silent:  # since then: the turn may have been long in coming
                 state.check_sending()

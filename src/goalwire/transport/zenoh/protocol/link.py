@@ -307,6 +307,8 @@ class Link:
             if section.is_busy:
                 section.late.append(partial(self._send_now, channel, message))
                 return True
+            if section.late:
+                section.run_late()
             entered = section.is_busy = True
             self.spoke = True
             if queue.size or (may_wait and self._when_held):
