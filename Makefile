@@ -28,6 +28,9 @@ ifdef ZENOH
 export GOALWIRE_ZENOH := $(ZENOH)
 endif
 
+# Where the tests in a browser leave their pictures.
+test test-again quick: export GOALWIRE_SCREENSHOTS ?= $(CURDIR)/build/screenshots
+
 test: $(VENV)/.dev
 	$(BIN)/python -m pytest -n auto --dist worksteal
 
