@@ -215,6 +215,7 @@ class Caller:
                 raise
         finally:
             ending.cancel()  # where it was given up, the client has nothing to wait for any more
+            ending.exception()  # where it failed meanwhile, somebody has looked
         if end.status == GoalStatus.STATUS_ABORTED:
             raise GoalAborted('the goal was aborted')
         if end.status == GoalStatus.STATUS_CANCELED:
