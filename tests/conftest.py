@@ -30,10 +30,11 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 
 @pytest.fixture(autouse=True)
 def nothing_left_behind() -> Iterator[None]:
-    """Fail a test that leaves a thread, a session, a file or a network socket behind."""
+    """Fail a test that leaves a thread, an executor, a session, a file or a network socket behind."""
     claim_slot()
     before = Inventory()
     yield
+    assert _running_executors() == [], 'executors that still count as running on this thread'
     assert before.added_threads() == [], 'threads left running'
     assert _open_memory_sessions() == 0, 'sessions of the memory transport left open'
     assert before.added_descriptors() == [], 'file descriptors left open'
@@ -51,6 +52,16 @@ def records() -> Iterator[list[LogRecord]]:
     seen: list[LogRecord] = []
     with logging.add_sink(seen.append):
         yield seen
+
+
+def _running_executors() -> list[object]:
+    """Take out what the tests after this one would be blamed for."""
+    module = sys.modules.get('goalwire.execution.current')
+    if module is None:
+        return []
+    executors: list[object] = module.active_executors.executors
+    left, executors[:] = list(executors), []
+    return left
 
 
 def _open_memory_sessions() -> int:

@@ -87,11 +87,12 @@ class AsyncExecutor(Engine):
         self._timer_due: int | None = None  # None: there is no timer
         self._stop_reading: Callable[[], None] | None = None
         """What ends this loop's reading of the wire, where it does."""
-        self._watch = shutdown_signal.watch(self._ask)
+        self._on_this_thread = active_executors.executors
+        self._watch = shutdown_signal.watch(self._on_shutdown)
 
     def open(self) -> None:
         """Begin. From now on a call that blocks the loop's thread, on something of this node, is refused."""
-        active_executors.executors.append(self)
+        self._on_this_thread.append(self)
         self._waker.open()
         self._stop_reading = read_wire(self._loop, self._shutdown_signal.wire_poller)
         if self._stop_reading is None:
@@ -107,7 +108,7 @@ class AsyncExecutor(Engine):
         self._watch.close()
         self._ready.unlisten(self._ask)
         self._set_timer(None)
-        active_executors.executors.remove(self)
+        self._stop_counting_as_active()
         if self._stop_reading is not None:
             self._stop_reading()
         else:
@@ -122,6 +123,17 @@ class AsyncExecutor(Engine):
 
     def add_capacity(self, count: int) -> None:
         """There is no other thread that could make up for it."""
+
+    def _on_shutdown(self) -> None:
+        """Any thread, signal handlers too."""
+        if self._loop.is_closed():  # in the midst of the block: nobody will leave it
+            self._stop_counting_as_active()
+        else:
+            self._ask()
+
+    def _stop_counting_as_active(self) -> None:
+        with suppress(ValueError):
+            self._on_this_thread.remove(self)
 
     def _turn(self) -> None:
         if self._is_shutdown:
