@@ -79,8 +79,8 @@ class SharedContexts:
 
     @property
     def open(self) -> int:
-        """How many contexts are open."""
-        return len(self._users)
+        """How many contexts are open; those that have been shut down meanwhile are not."""
+        return sum(context.ok() for context in list(self._users))
 
     def close(self, context: Context) -> None:
         """One node less needs it. Any thread; it may take as long as the wire takes to close."""
