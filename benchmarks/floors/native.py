@@ -51,21 +51,21 @@ def nothing() -> None:
 
 
 class Reader:
-    """A thread that reads the wire until it is woken."""
+    """A thread that reads the wire until it has what it wants."""
 
     def __init__(self, wire: NativeWire) -> None:
         self.interrupt: Callable[[], None] | None = None
         self._poller = wire.session.wire_poller
-        self._is_woken = False
+        self._is_over = False
         self._gate = allocate_lock()
         self._gate.acquire()
 
     def wait(self, timeout_ns: int | None = TIME_NS) -> None:
-        """Read until somebody calls `wake`; ends the program where that takes too long."""
-        while not self._is_woken:
+        """Read until somebody calls `end`; ends the program where that takes too long."""
+        while not self._is_over:
             if not self._poller.wait(self, timeout_ns):
                 sys.exit('the raw partner did not answer')
-        self._is_woken = False
+        self._is_over = False
 
     def wait_on_lock(self, timeout_ns: int | None = None) -> bool:
         """Sleep on the lock, where another thread reads."""
@@ -75,9 +75,13 @@ class Reader:
             return self._gate.acquire(blocking=False)
         return self._gate.acquire(timeout=timeout_ns / 1e9)
 
-    def wake(self) -> None:
+    def end(self) -> None:
         """End the wait. Any thread."""
-        self._is_woken = True
+        self._is_over = True
+        self.wake()
+
+    def wake(self) -> None:
+        """Have it look again: to read, where another thread has done so until now. Any thread."""
         with suppress(RuntimeError):  # it is awake
             self._gate.release()
         interrupt = self.interrupt
@@ -107,7 +111,7 @@ def answer(port: int) -> None:
 
     def follow() -> None:
         stage.obey({'send': send})
-        reader.wake()
+        reader.end()
 
     thread = Thread(target=follow)
     thread.start()
@@ -129,14 +133,14 @@ def query(wire: NativeWire, on_answer: OnAnswer) -> Callable[[], None]:
 def meet(wire: NativeWire) -> None:
     """Wait until the partner knows what was declared here: it does once a query has come back."""
     reader = Reader(wire)
-    query(wire, lambda _: reader.wake())()
+    query(wire, lambda _: reader.end())()
     reader.wait()
 
 
 def service(wire: NativeWire, count: int, partner: stage.Partner) -> Figures:
     """Query and read until the answer is there, one after the other."""
     reader = Reader(wire)
-    get = query(wire, lambda _: reader.wake())
+    get = query(wire, lambda _: reader.end())
     meet(wire)
 
     def call() -> None:
@@ -179,7 +183,7 @@ def topic(wire: NativeWire, count: int, partner: stage.Partner) -> Figures:
     """Send a message and read until it has come back."""
     reader = Reader(wire)
     ping = wire.declare_publisher(PING, reliable=True, waits=False)
-    wire.declare_subscriber(PONG, lambda _: reader.wake())
+    wire.declare_subscriber(PONG, lambda _: reader.end())
     meet(wire)
 
     def exchange() -> None:
@@ -197,7 +201,7 @@ def throughput(wire: NativeWire, count: int, partner: stage.Partner) -> Figures:
     def take(_message: Message) -> None:
         arrivals.append(perf_counter())
         if len(arrivals) == count:
-            reader.wake()
+            reader.end()
 
     wire.declare_subscriber(STREAM, take)
     meet(wire)
@@ -217,7 +221,7 @@ def image(wire: NativeWire, count: int, partner: stage.Partner, size: int = IMAG
     def on_seen(message: Message) -> None:
         assert message.payload is not None
         (seen[0],) = CLOCK.unpack(message.payload)
-        reader.wake()
+        reader.end()
 
     def send() -> float:
         begun = perf_counter()
