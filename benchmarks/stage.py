@@ -32,6 +32,8 @@ PATIENCE_S = 20.0
 SPIN_ONCE = 'BENCHMARK_SPIN_ONCE'
 """Set where spin_until_future_complete is not to be measured; see spin_until_done."""
 
+_SPINS_ONCE = SPIN_ONCE in os.environ
+
 PINNED = 'BENCHMARK_PINNED'
 """Two processors, of the asking process and of its partner. Unset: wherever the system puts them."""
 
@@ -149,7 +151,7 @@ def spin_until_done(node: Node, future: Future[Any], timeout: float | None = Non
     """
     import rclpy
 
-    if SPIN_ONCE not in os.environ:
+    if not _SPINS_ONCE:
         rclpy.spin_until_future_complete(node, future, timeout_sec=timeout)
         return
     end = perf_counter() + (PATIENCE_S if timeout is None else timeout)
