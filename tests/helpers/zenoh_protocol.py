@@ -9,6 +9,7 @@ from goalwire.transport.zenoh.protocol.channels import Buffer
 from goalwire.transport.zenoh.protocol.handshake import Handshake, Identity
 from goalwire.transport.zenoh.protocol.link import ClosedByPeerError, Link
 from goalwire.transport.zenoh.protocol.link_state import Node
+from goalwire.transport.zenoh.protocol.outgoing import Outgoing
 from goalwire.transport.zenoh.protocol.primitives import ZenohProtocolError
 from goalwire.transport.zenoh.protocol.session import SessionProtocol
 from goalwire.transport.zenoh.protocol.transport import Role
@@ -59,7 +60,7 @@ class Wire:
     def wait_for_room(self) -> None:
         self.waits += 1
 
-    def when_held(self, _link: Link) -> None:
+    def when_held(self, _link: Outgoing) -> None:
         self.held += 1
 
     def take(self) -> bytes:

@@ -24,7 +24,7 @@ from goalwire.transport.zenoh.native import socket_link
 from goalwire.transport.zenoh.native.dialler import Retry
 from goalwire.transport.zenoh.native.endpoints import Endpoint, is_quickly_resolved, parse, resolve
 from goalwire.transport.zenoh.native.poller import IN, Poller
-from goalwire.transport.zenoh.protocol.link import QUEUE_LIMIT
+from goalwire.transport.zenoh.protocol.outgoing import QUEUE_LIMIT
 from goalwire.transport.zenoh.protocol.primitives import GENERIC
 from goalwire.transport.zenoh.protocol.transport import close_message
 

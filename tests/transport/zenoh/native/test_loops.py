@@ -16,8 +16,8 @@ from helpers.zenoh_sides import Ours, address
 
 from goalwire.execution.asyncio.waiting import shared_waker
 from goalwire.execution.asyncio.wire_reader import read_wire
-from goalwire.transport.zenoh.protocol.link import QUEUE_LIMIT
 from goalwire.transport.zenoh.protocol.network import Sample
+from goalwire.transport.zenoh.protocol.outgoing import QUEUE_LIMIT
 
 RunLoop = Callable[[Coroutine[Any, Any, None]], None]
 

@@ -15,7 +15,7 @@ from goalwire.transport.zenoh.native.dialler import Retry
 from goalwire.transport.zenoh.native.session import Settings
 from goalwire.transport.zenoh.native.wire import NativeWire
 from goalwire.transport.zenoh.protocol.channels import Buffer
-from goalwire.transport.zenoh.protocol.link import QUEUE_LIMIT
+from goalwire.transport.zenoh.protocol.outgoing import QUEUE_LIMIT
 from goalwire.transport.zenoh.protocol.transport import Role
 
 MEGABYTE = 1 << 20

@@ -10,8 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from goalwire.transport.zenoh.protocol.channels import DATA_CHANNEL, SendQueue, channel_of
-from goalwire.transport.zenoh.protocol.link import HELD_SIZE, ClosedByPeerError, Link
+from goalwire.transport.zenoh.protocol.link import ClosedByPeerError, Link
 from goalwire.transport.zenoh.protocol.network import LARGE, Sample
+from goalwire.transport.zenoh.protocol.outgoing import HELD_SIZE
 from goalwire.transport.zenoh.protocol.primitives import ZenohProtocolError, decode_timestamp, ntp64
 from goalwire.transport.zenoh.protocol.senders import FLOOD, SMALL, Publication
 from goalwire.transport.zenoh.protocol.stamps import PAUSE_NS, Stamps

@@ -10,8 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from goalwire.transport.zenoh.protocol.channels import MASK, frame_head
-from goalwire.transport.zenoh.protocol.link import QUEUE_LIMIT, ClosedByPeerError
+from goalwire.transport.zenoh.protocol.link import ClosedByPeerError
 from goalwire.transport.zenoh.protocol.network import Sample
+from goalwire.transport.zenoh.protocol.outgoing import QUEUE_LIMIT
 from goalwire.transport.zenoh.protocol.primitives import (
     EXPIRED,
     UNSUPPORTED,

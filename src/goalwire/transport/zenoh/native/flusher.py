@@ -11,7 +11,7 @@ from _thread import allocate_lock
 from contextlib import suppress
 from threading import Thread
 
-from goalwire.transport.zenoh.protocol.link import Link
+from goalwire.transport.zenoh.protocol.outgoing import Outgoing
 
 HOLD_S = 0.001
 """As long as Zenoh holds back what it collects, by default."""
@@ -25,7 +25,7 @@ class Flusher:
 
     def __init__(self, name: str) -> None:
         """`name` is that of the thread."""
-        self.held: list[Link] = []
+        self.held: list[Outgoing] = []
         self._name = name
         self._thread: Thread | None = None
         self._holds = 0
@@ -34,7 +34,7 @@ class Flusher:
         self._gate = allocate_lock()
         self._gate.acquire()
 
-    def hold(self, link: Link) -> None:
+    def hold(self, link: Outgoing) -> None:
         """Have `link` release what it holds back, soon. Its lock is held."""
         self._holds += 1
         self.held.append(link)  # then look who sleeps; who goes to sleep looks here after having said so

@@ -23,8 +23,9 @@ from goalwire.transport.zenoh.native.flusher import Flusher
 from goalwire.transport.zenoh.native.poller import IN, IS_PORTABLE, Poller
 from goalwire.transport.zenoh.native.socket_link import SocketLink
 from goalwire.transport.zenoh.protocol.handshake import Handshake, Identity
-from goalwire.transport.zenoh.protocol.link import QUEUE_LIMIT, Link
+from goalwire.transport.zenoh.protocol.link import Link
 from goalwire.transport.zenoh.protocol.link_state import Node, connects_to
+from goalwire.transport.zenoh.protocol.outgoing import QUEUE_LIMIT
 from goalwire.transport.zenoh.protocol.primitives import GENERIC, UNRESPONSIVE, show_id
 from goalwire.transport.zenoh.protocol.session import SessionProtocol
 from goalwire.transport.zenoh.protocol.transport import Role

@@ -13,11 +13,11 @@ from goalwire.transport.zenoh.native.poller import IN, OUT, Poller
 from goalwire.transport.zenoh.protocol.handshake import Handshake
 from goalwire.transport.zenoh.protocol.link import (
     KEEP_ALIVES,
-    QUEUE_LIMIT,
     ClosedByPeerError,
     Link,
     LinkOwner,
 )
+from goalwire.transport.zenoh.protocol.outgoing import QUEUE_LIMIT, Outgoing
 from goalwire.transport.zenoh.protocol.primitives import MAX_LINKS, TO_SELF, ZenohProtocolError
 
 if TYPE_CHECKING:
@@ -70,7 +70,7 @@ class SocketLink:
         lease_ms: int,
         when_ended: Callable[[SocketLink, str, bool], None],
         wait_for_room: Callable[[SocketLink], None],
-        when_held: Callable[[Link], None],
+        when_held: Callable[[Outgoing], None],
     ) -> None:
         """`when_ended` is told why, and whether the other side broke the rules."""
         self._socket = sock

@@ -23,7 +23,8 @@ from goalwire.transport.zenoh.native.socket_link import JOINED_SIZE, SocketLink,
 if TYPE_CHECKING:
     from goalwire.transport.zenoh.protocol.channels import Buffer
     from goalwire.transport.zenoh.protocol.handshake import Handshake
-    from goalwire.transport.zenoh.protocol.link import Link, LinkOwner
+    from goalwire.transport.zenoh.protocol.link import LinkOwner
+    from goalwire.transport.zenoh.protocol.outgoing import Outgoing
 
 T = TypeVar('T')
 
@@ -241,7 +242,7 @@ class TlsSocketLink(SocketLink):
         lease_ms: int,
         when_ended: Callable[[SocketLink, str, bool], None],
         wait_for_room: Callable[[SocketLink], None],
-        when_held: Callable[[Link], None],
+        when_held: Callable[[Outgoing], None],
     ) -> None:
         """See SocketLink; `tls` is the stream on `sock`."""
         super().__init__(

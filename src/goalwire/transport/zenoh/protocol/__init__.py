@@ -16,7 +16,8 @@ writes. What a user asks for, a put, a query, a declaration, is a method of the 
     liveliness        tokens: which are there, and who is told
     link_state        OAM, by which routers tell of nodes; which of two peers connects
     forms             what repeats in requests, replies and messages, read in one step
-    link              one link: frames and fragments to messages and back, leases, keep-alives
+    link              one link: reads the frames and fragments that come; the other side's lease
+    outgoing          the sending half of a link: numbers, frames, what waits for room, keep-alives
     queries           queries on their way, their replies and their ends
     senders           publications and queriers, each for one key
     stamps            timestamps of a session, each later than all before it
@@ -24,8 +25,8 @@ writes. What a user asks for, a put, a query, a declaration, is a method of the 
 
 Threads. Every method may be called on any thread, but what one link receives is handed to it by one thread
 at a time. `SessionProtocol.section` is over the tables of a session and of what its links have declared;
-`Link.section` over what a link sends: the number of a frame, its place in the queue, the write. Whoever holds
-both took the session's first. Neither is held while a user's function runs, nor while anybody waits.
+`Outgoing.section` over what a link sends: the number of a frame, its place in the queue, the write. Whoever
+holds both took the session's first. Neither is held while a user's function runs, nor while anybody waits.
 A few tables are read without the lock by what runs for each message. Those are dicts and tuples that are
 replaced or changed in one step.
 

@@ -12,7 +12,7 @@ from typing import NamedTuple, TypeAlias
 
 from goalwire.transport.zenoh.protocol.channels import channel_of
 from goalwire.transport.zenoh.protocol.key_expressions import canonical, includes
-from goalwire.transport.zenoh.protocol.link import QUEUE_LIMIT, Link
+from goalwire.transport.zenoh.protocol.link import Link
 from goalwire.transport.zenoh.protocol.network import (
     BLOCK,
     DEFAULT_QOS,
@@ -34,6 +34,7 @@ from goalwire.transport.zenoh.protocol.network import (
     request_tail,
     wire_key,
 )
+from goalwire.transport.zenoh.protocol.outgoing import QUEUE_LIMIT
 from goalwire.transport.zenoh.protocol.primitives import (
     MORE,
     SMALL_END,

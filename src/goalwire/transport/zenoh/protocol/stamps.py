@@ -46,7 +46,7 @@ class Stamps:
     def next(self) -> bytes:
         """Return a timestamp later than any before it, as the wire has it."""
         try:
-            self._acquire()  # as in `Link.send`
+            self._acquire()  # as in `Outgoing.send`
             now = self._wall_clock_ns()
             if now - self._last_ns >= PAUSE_NS:
                 self.burst >>= 2
