@@ -7,6 +7,7 @@ import os
 import signal
 import socket
 import sys
+from contextlib import suppress
 from pathlib import Path
 from time import monotonic, sleep
 
@@ -97,7 +98,10 @@ def _be_refused(pid: int) -> None:
 
 def _port_of(pid: int) -> int:
     """Return the port of 127.0.0.1 where a process listens."""
-    sockets = {os.readlink(each) for each in Path(f'/proc/{pid}/fd').iterdir() if each.is_symlink()}  # noqa: PTH115
+    sockets = set()
+    for descriptor in Path(f'/proc/{pid}/fd').iterdir():
+        with suppress(FileNotFoundError):  # closed meanwhile
+            sockets.add(str(descriptor.readlink()))
     for line in Path('/proc/net/tcp').read_text().splitlines()[1:]:
         fields = line.split()
         if fields[3] == _LISTENS and f'socket:[{fields[9]}]' in sockets:
