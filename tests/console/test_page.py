@@ -5,13 +5,12 @@ from __future__ import annotations
 import csv
 import re
 from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pytest
-from helpers.console import PATIENCE_MS, PROGRAMS, Stage, picture
-from helpers.patience import wait_for
+from helpers.console import PROGRAMS, Stage, picture
+from helpers.page import choose, confirm, copied, drag, row, until, view
 from helpers.wires import DDS, require
 
 OpenPage = Callable[[str], Any]
@@ -22,52 +21,6 @@ pytestmark = [pytest.mark.slow, pytest.mark.timeout(400)]
 @pytest.fixture(autouse=True)
 def nothing_left_behind() -> None:
     """The browser's driver keeps threads of its own until the module's end; consoles are processes."""
-
-
-def until(page: Any, expression: str, argument: object = None) -> Any:
-    """Wait until an expression of the page's is true, and return it."""
-    return page.wait_for_function(expression, arg=argument, timeout=PATIENCE_MS, polling=50).json_value()
-
-
-def copied(page: Any, button: str, *parts: str) -> str:
-    """Press a button that copies, wait until the clipboard's text has these parts, and return it."""
-    page.click(f'text={button}')
-    read = partial(page.evaluate, '() => navigator.clipboard.readText()')
-    wait_for(lambda: all(part in read() for part in parts), f'a copied text that has {parts}')
-    return str(read())
-
-
-def view(page: Any, name: str) -> None:
-    page.click(f'[data-view={name}]')
-    page.wait_for_selector(f'[data-view={name}].chosen')
-
-
-def row(page: Any, key: str) -> None:
-    page.click(f'tr[data-key="{key}"]')
-
-
-def choose(page: Any, select: str, option: str) -> None:
-    """Choose an option of a list that opens."""
-    page.locator('.q-select', has=page.locator(select)).click()
-    page.click(f'.q-menu .q-item:has-text("{option}")')
-    page.wait_for_selector('.q-menu', state='detached')  # while it fades it takes what the mouse does
-
-
-def drag(page: Any, joint: str, to: float) -> None:
-    """Drag a joint's slider to a part of its length."""
-    slider = page.locator(f'[data-joint={joint}]:not(.disabled)')  # free once the server knows the choice
-    slider.scroll_into_view_if_needed()
-    box = slider.bounding_box()
-    y = box['y'] + box['height'] / 2
-    page.mouse.move(box['x'] + box['width'] * 0.4, y)
-    page.mouse.down()
-    page.mouse.move(box['x'] + box['width'] * to, y, steps=4)
-    page.mouse.up()
-
-
-def confirm(page: Any) -> None:
-    page.click('.q-dialog [data-send]')
-    page.wait_for_selector('.q-dialog', state='detached')
 
 
 @pytest.mark.parametrize('transport_name', ['rmw_zenoh_cpp', DDS])
@@ -190,6 +143,42 @@ def test_services_are_called_and_calls_of_others_seen(stage: Stage, open_page: O
     stage.command('ros2 service call /add example_interfaces/srv/AddTwoInts "{a: 40, b: 2}"')
     page.wait_for_selector('[data-events] tr:has-text("{a: 40, b: 2}"):has-text("{sum: 42}")')
     picture(page, 'introspection')
+
+
+@pytest.mark.parametrize('transport_name', [DDS])
+def test_on_dds_a_service_is_called_a_parameter_set_and_a_topic_plotted(
+    stage: Stage, open_page: OpenPage, transport_name: str
+) -> None:
+    require(transport_name)
+    robot = stage.robot()
+    _, url = stage.console()
+    page = open_page(f'{url}?view=services')
+    page.wait_for_selector('.gw-chip:has-text("DDS")')
+    row(page, '/lamp')
+    page.click('[data-field=data]')
+    page.click('[data-call]')
+    confirm(page)
+    robot.expect('lamp True')
+    page.wait_for_selector('[data-answer]:has-text("on <b>and bright</b>")')
+
+    view(page, 'parameters')
+    row(page, '/robot')
+    page.fill('[data-parameter=speed]', '1.5')
+    page.click('[data-set=speed]')
+    confirm(page)
+    page.wait_for_selector('.q-notification:has-text("speed is set")')
+    assert stage.command('ros2 param get /robot speed').split()[-1] == '1.5'
+
+    view(page, 'topics')
+    row(page, '/load')
+    page.click('.gw-plot-button')
+    page.wait_for_selector('[data-series]:has-text("/load data")')
+    chart = "getElement(document.querySelector('[data-plot]').id.slice(1)).chart"
+    drawn = f'{chart}.getOption().series[0]?.data ?? []'
+    until(page, f'() => ({drawn}).length > 20')
+    assert all(2.0 <= value <= 4.0 for _, value in page.evaluate(f'() => {drawn}'))
+    until(page, '() => /Hz/.test(document.querySelector(\'tr[data-key="/load"]\').textContent)')
+    picture(page, f'topics-{DDS}')
 
 
 def test_parameters_are_set_within_their_descriptors(stage: Stage, open_page: OpenPage) -> None:

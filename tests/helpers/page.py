@@ -1,0 +1,58 @@
+"""What a user does with the page in a browser, and waits for there."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+from helpers.console import PATIENCE_MS
+from helpers.patience import wait_for
+
+
+def until(page: Any, expression: str, argument: object = None) -> Any:
+    """Wait until an expression of the page's is true, and return it."""
+    return page.wait_for_function(expression, arg=argument, timeout=PATIENCE_MS, polling=50).json_value()
+
+
+def copied(page: Any, button: str, *parts: str) -> str:
+    """Press a button that copies, wait until the clipboard's text has these parts, and return it."""
+    page.click(f'text={button}')
+    read = partial(page.evaluate, '() => navigator.clipboard.readText()')
+    wait_for(lambda: all(part in read() for part in parts), f'a copied text that has {parts}')
+    return str(read())
+
+
+def view(page: Any, name: str) -> None:
+    """Choose a view of the page."""
+    page.click(f'[data-view={name}]')
+    page.wait_for_selector(f'[data-view={name}].chosen')
+
+
+def row(page: Any, key: str) -> None:
+    """Choose a row of a table."""
+    page.click(f'tr[data-key="{key}"]')
+
+
+def choose(page: Any, select: str, option: str) -> None:
+    """Choose an option of a list that opens."""
+    page.locator('.q-select', has=page.locator(select)).click()
+    page.click(f'.q-menu .q-item:has-text("{option}")')
+    page.wait_for_selector('.q-menu', state='detached')  # while it fades it takes what the mouse does
+
+
+def drag(page: Any, joint: str, to: float) -> None:
+    """Drag a joint's slider to a part of its length."""
+    slider = page.locator(f'[data-joint={joint}]:not(.disabled)')  # free once the server knows the choice
+    slider.scroll_into_view_if_needed()
+    box = slider.bounding_box()
+    y = box['y'] + box['height'] / 2
+    page.mouse.move(box['x'] + box['width'] * 0.4, y)
+    page.mouse.down()
+    page.mouse.move(box['x'] + box['width'] * to, y, steps=4)
+    page.mouse.up()
+
+
+def confirm(page: Any) -> None:
+    """Say yes to the question whether to send."""
+    page.click('.q-dialog [data-send]')
+    page.wait_for_selector('.q-dialog', state='detached')
