@@ -295,6 +295,25 @@ def test_a_hand_that_meets_something_has_gripped_it(gw_graph: Graph, hand: Sende
     assert run.result.position > 0.01
 
 
+def test_a_cancelled_hand_holds_and_a_newer_goal_takes_over(robot: Robot, hand: Sender) -> None:
+    with hand(grip(0.08)) as run:
+        next(run.feedback())
+        run.cancel()
+        run.finish()
+    assert (run.status, run.result) == ('CANCELED', GripperCommand.Result()), 'empty'
+    time.sleep(0.2)  # virtual
+    fingers = robot.joint('left_gripper')
+    assert not fingers.is_moving
+    assert fingers.position < 0.02
+    with hand(grip(0.08)) as older:
+        next(older.feedback())
+        with hand(grip(0.02)) as newer:
+            older.finish()
+            newer.finish()
+    assert (older.status, older.result.reached_goal, older.result.stalled) == ('ABORTED', False, False)
+    assert (newer.status, newer.result.reached_goal) == ('SUCCEEDED', True)
+
+
 @pytest.mark.parametrize('gap', [-0.01, 0.09, math.nan])
 def test_a_gap_that_no_hand_has_is_refused(hand: Sender, gap: float) -> None:
     with hand(grip(gap)) as run:

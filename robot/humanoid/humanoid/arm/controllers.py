@@ -226,6 +226,9 @@ class GripperController(Controller):
         return self._limbs.here[self._joint] * FINGERS
 
     def _result(self, run: Run, ending: Ending) -> GripperCommand.Result:
+        """Empty where the goal was cancelled, as that of ROS 2's GripperActionController is."""
+        if ending.end is End.CANCELED:
+            return GripperCommand.Result()
         return GripperCommand.Result(
             position=self._gap(),
             effort=self._limbs.efforts.get(self._joint, 0.0),
