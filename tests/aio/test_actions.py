@@ -15,6 +15,7 @@ from action_msgs.msg import GoalStatusArray
 from example_interfaces.action import Fibonacci
 from helpers.collector import Collector
 from helpers.loops import LOOPS, Play, run, turns
+from helpers.patience import PATIENCE
 from helpers.processes import Program
 from helpers.spinning import Spinner
 from rclpy.action import ActionServer
@@ -38,6 +39,7 @@ from goalwire.errors import (
 )
 from goalwire.logging import add_sink
 from goalwire.rules.goals.table import GoalStatus
+from goalwire.transport.faults import Faults, Kill, Point
 
 Taken: TypeAlias = goalwire.Goal[Fibonacci.Goal, Fibonacci.Feedback]
 Sent: TypeAlias = Run[Fibonacci.Result, Fibonacci.Feedback]
@@ -440,6 +442,38 @@ def test_the_late_failure_of_a_goal_that_was_left_is_no_surprise(
             done.set()
 
     play(scenario)
+    assert 'never retrieved' not in capsys.readouterr().err
+
+
+def test_a_server_that_is_lost_under_a_goal_nobody_waits_for_any_more_is_no_surprise(
+    play: Play, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The task was cancelled before the goal was accepted, so that nobody can look at its result."""
+
+    async def scenario() -> None:
+        async def hesitate(_: Fibonacci.Goal) -> bool:
+            asked.set()
+            await decided.wait()
+            return True
+
+        asked, decided = asyncio.Event(), asyncio.Event()
+        async with goalwire.Node('caller') as caller, goalwire.Node('server') as server:
+            server.action_server(Fibonacci, 'count', Counter(), accept=hesitate)
+            client = caller.action(Fibonacci, 'count')
+            entering = asyncio.create_task(client.call(order=0, timeout=PATIENCE, grace=PATIENCE))
+            await asked.wait()
+            lost = faults.add(Kill('server', Point.RESULT_READY, '/count'))
+            entering.cancel()
+            await turns()
+            decided.set()
+            with pytest.raises(asyncio.CancelledError):
+                await entering
+            assert lost.struck
+            del entering
+            gc.collect()
+
+    with Faults() as faults:
+        play(scenario)
     assert 'never retrieved' not in capsys.readouterr().err
 
 

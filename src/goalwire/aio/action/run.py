@@ -137,13 +137,18 @@ class Run(Generic[ResultT, FeedbackT]):
         until_accepted = None if self._limits.timeout is None else attempt
         sending = core.send_as(self._id, self._goal, self._stream, until_accepted)
         self._record = core.goal(self._id)
+        is_accepted = False
         try:
             if not await settle(sending, context.shutdown_signal):
                 raise ShutDownError(attempt.title)
             self._take(sending)
+            is_accepted = True
         except asyncio.CancelledError:
             await self._cancel_late(sending)
             raise
+        finally:
+            if not is_accepted:
+                self._discard()  # the block is not entered, so nobody leaves it
         if attempt.deadline is not None:
             delay = delay_s(attempt.deadline - context.shutdown_signal.clock.now())
             self._alarm = asyncio.get_running_loop().call_later(delay, self._stream.close)
@@ -183,16 +188,21 @@ class Run(Generic[ResultT, FeedbackT]):
                 self._heartbeat.close()
             if self._watch is not None:
                 self._watch.close()
-            self._stream.discard()
-            if self._answer is not None:
-                # Look at its outcome, now or later, since nobody else does: else Python warns.
-                self._answer.add_waker(partial(_look_at, self._answer))
-                self._answer.cancel()  # if the goal goes on: its end is no longer awaited
+            self._discard()
 
     # -- its end -------------------------------------------------------------------------------------------
 
     def _limit(self) -> CallContext:
         return CallContext(self._core.node.context, 'action', self._core.full_name, self._limits.grace)
+
+    def _discard(self) -> None:
+        """Hold no feedback, and wait for no result of a goal that goes on."""
+        self._stream.discard()
+        answer = self._answer
+        if answer is not None:
+            # Look at its outcome, now or later, since nobody else does: else Python warns.
+            answer.add_waker(partial(_look_at, answer))
+            answer.cancel()
 
     async def _cancel_late(self, sending: Future[ClientGoalHandle[Any, Any, Any]]) -> None:
         """Nobody waits for this goal any more, which the server may take yet: cancel it then."""
