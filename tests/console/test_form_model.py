@@ -11,10 +11,14 @@ from geometry_msgs.msg import PoseStamped
 from goalwire.console.form_model import (
     FormField,
     check,
+    completed,
     defaults_of,
     filled,
     form_of,
+    list_text,
+    parse_list,
     parse_yaml,
+    time_text,
     to_yaml,
     without_defaults,
 )
@@ -42,6 +46,8 @@ console_forms/Part[<=2] parts
 builtin_interfaces/Time stamp
 byte flag
 bool on true
+string<=5[<=3] tags
+bool[] switches
 """,
     },
 )
@@ -78,6 +84,14 @@ def test_constants_that_begin_with_a_fields_name_are_its_choices() -> None:
         ({'three': [1, 2, 3]}, {'three': [1, 2, 3]}),
         ({'names': 'a, "b, c"'}, {'names': ['a', 'b, c']}),
         ({'names': ''}, {'names': []}),
+        (
+            {'names': "yes, 12, it's, '', 'isn''t', {a: b} # c"},
+            {'names': ['yes', '12', "it's", '', "isn't", '{a: b} # c']},
+        ),
+        ({'names': '[a, b,]'}, {'names': ['a', 'b']}),
+        ({'names': '[a], [b]'}, {'names': ['[a]', '[b]']}),
+        ({'switches': 'true, False'}, {'switches': [True, False]}),
+        ({'stamp': '1700000000.000000005'}, {'stamp': {'sec': 1_700_000_000, 'nanosec': 5}}),
         ({'part': {'size': '2'}}, {'part': {'size': 2.0}}),
         ({'parts': [{'size': 1}]}, {'parts': [{'size': 1.0}]}),
         ({'stamp': 'now'}, {'stamp': 'now'}),
@@ -95,6 +109,7 @@ def test_what_fits_is_converted(values: dict[str, Any], sent: dict[str, Any]) ->
         ({'small': '128'}, 'small', '-128 to 127'),
         ({'small': '1.5'}, 'small', 'whole number'),
         ({'small': 'x'}, 'small', 'give a number'),
+        ({'small': '1' + 400 * '0'}, 'small', '-128 to 127'),
         ({'small': True}, 'small', 'give a number'),
         ({'speed': float('nan')}, 'speed', 'finite'),
         ({'speed': '.inf'}, 'speed', 'give a number'),
@@ -104,7 +119,18 @@ def test_what_fits_is_converted(values: dict[str, Any], sent: dict[str, Any]) ->
         ({'three': '1, 2'}, 'three', '3 items'),
         ({'few': '1, 2, 3'}, 'few', '2 items at most'),
         ({'few': '1, 99999'}, 'few[1]', '-32768 to 32767'),
-        ({'few': '{'}, 'few', 'no list'),
+        ({'few': '1, {'}, 'few[1]', 'give a number'),
+        ({'few': 3}, 'few', 'give a list'),
+        ({'few': '[[1], [2]]'}, 'few[0]', 'give a number'),
+        ({'names': '"a'}, 'names[0]', 'must end with it'),
+        ({'names': '"a" b'}, 'names[0]', 'must end with it'),
+        ({'names': ' , a'}, 'names[0]', 'nothing before the comma'),
+        ({'names': r'a, "\x"'}, 'names[1]', 'after a backslash'),
+        ({'tags': 'abc, abcdef'}, 'tags[1]', '5 characters at most'),
+        ({'switches': 'true, perhaps'}, 'switches[1]', 'true or false'),
+        ({'speed': '1e39'}, 'speed', 'from -3.40282e+38'),
+        ({'angle': '1' + 400 * '0'}, 'angle', 'more than a float64 holds'),
+        ({'name': 'äöü'}, 'name', '4 bytes at most, not 6'),
         ({'part': 3}, 'part', 'the fields of'),
         ({'part': {'size': 'x'}}, 'part.size', 'give a number'),
         ({'parts': [{'size': 1}, {'sise': 1}]}, 'parts[1]', "no field 'sise'"),
@@ -134,6 +160,45 @@ def test_defaults_are_the_messages_own_and_headers_are_stamped_when_sent() -> No
 def test_yaml_and_back() -> None:
     values = {'name': 'now: then', 'three': [1, 2, 3], 'part': {'size': 0.5}}
     assert parse_yaml(to_yaml(values)) == values
-    for text in ('[1]', 'a: [', '!!python/object/apply:os.system [true]', '- ' * 100_000):
+    for text in (
+        '[1]',
+        'a: [',
+        'a: 2024-13-01',
+        'a: 1' + 5000 * '0',
+        '!!python/object/apply:os.system [true]',
+        '- ' * 100_000,
+    ):
         with pytest.raises(FormError):
             parse_yaml(text)
+
+
+@pytest.mark.parametrize(
+    'texts',
+    [
+        [],
+        [''],
+        ['', ''],
+        ['a, b', 'c'],
+        ["it's", "'it", '"it"', 'say "it"', "''"],
+        [' a', 'b ', 'c\td', 'e\nf', '\\', '\x85'],
+        ['[', '[x]', ']', '[a, b]'],
+        ['yes', 'null', '~', '#', '&a', '*a', '!a', '{', 'a: b', '1', '🙂'],
+    ],
+)
+def test_a_list_of_texts_is_read_as_it_was_written(texts: list[str]) -> None:
+    assert parse_list(list_text(texts)) == texts
+
+
+def test_what_is_not_given_is_the_default_in_items_too() -> None:
+    defaults = {field.name: '' for field in FIELDS} | {'part': {'size': 0.5}}
+    whole = completed(FIELDS, {'parts': [{'size': 2.0}, {}], 'small': 3}, defaults)
+    assert whole['parts'] == [{'size': 2.0}, {'size': 0.0}]
+    assert (whole['small'], whole['part'], whole['name']) == (3, {'size': 0.5}, '')
+    whole['part']['size'] = 1.0
+    assert defaults['part'] == {'size': 0.5}
+
+
+def test_times_are_written_to_the_nanosecond() -> None:
+    assert time_text({'sec': 1_700_000_000, 'nanosec': 5}) == '1700000000.000000005'
+    assert time_text({'sec': 1, 'nanosec': 500_000_000}) == '1.5'
+    assert time_text({'sec': 0, 'nanosec': 0}) == '0'

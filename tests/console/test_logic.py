@@ -30,6 +30,7 @@ from goalwire.console.service_events import ServiceEvents
 from goalwire.console.snippets import as_python
 from goalwire.console.types import as_data
 from goalwire.errors import RemoteError
+from goalwire.idl.registry import register_definitions
 
 # -- measuring -----------------------------------------------------------------------------------------------
 
@@ -231,6 +232,22 @@ def test_attempts_share_the_deadline_and_are_copied_with_the_call() -> None:
     once = Target('service', '/lamp', 'std_srvs/srv/SetBool').sending({'data': True}, 6.0)
     assert once.retry is None
     assert 'Retry' not in as_python(once)
+
+
+def test_two_classes_of_one_name_are_copied_under_two_names() -> None:
+    register_definitions('console_first', {'msg/Part': 'float64 size\n'})
+    register_definitions(
+        'console_second', {'msg/Part': 'console_first/Part[] parts\nconsole_first/Part part\nstring name\n'}
+    )
+    values = {'name': 'b', 'part': {'size': 2}, 'parts': [{'size': 3}]}
+    text = as_python(Target('topic', '/parts', 'console_second/msg/Part').sending(values))
+    assert 'from console_first.msg import Part as console_first_msg_Part\n' in text
+    [line] = [line for line in text.splitlines() if 'message = ' in line]
+    names: dict[str, Any] = {}
+    imports = '\n'.join(line for line in text.splitlines() if line.startswith('from '))
+    exec(imports, names)
+    message = eval(line.partition('=')[2], names)
+    assert (message.name, message.part.size, [part.size for part in message.parts]) == ('b', 2.0, [3.0])
 
 
 # -- calls of others -----------------------------------------------------------------------------------------

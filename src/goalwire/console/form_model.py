@@ -5,13 +5,16 @@ Values of a form are plain data, as YAML has them: numbers, texts, lists, and ma
 
 from __future__ import annotations
 
+import json
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from decimal import Decimal, InvalidOperation
 from typing import Any, Literal, TypeAlias
 
 import yaml
 
+from goalwire.console.types import interface
 from goalwire.errors import FormError
 from goalwire.idl.model import FLOATS, Field, MessageDefinition, Shape, integer_range
 from goalwire.idl.registry import message_definition
@@ -64,6 +67,12 @@ _UNITS = frozenset(
 )
 _NUMBER = r'[-+]?\d+(?:\.\d+)?'
 _RANGE = re.compile(rf'(?<![\w.])\[?\s*({_NUMBER})\s*(?:to|\.\.\.?|,)\s*({_NUMBER})\s*\]?(?![\w.])')
+_LARGEST_FLOAT32 = (2 - 2**-23) * 2.0**127
+_ITEM = re.compile(
+    r"""\s*(?:"(?P<double>(?:[^"\\]|\\.)*)"|'(?P<single>(?:[^']|'')*)'|(?P<plain>(?!\s*["'])[^,]*?))\s*(?:,|$)""",
+    re.DOTALL,
+)
+_NEEDS_QUOTES = re.compile(r'^$|^[\s"\'\[]|\s$|[,\x00-\x1f\x7f-\x9f\u2028\u2029]')
 _FIRST_WORD = re.compile(r'[:\s]*\(?([^\s,;:.()]+)')
 
 
@@ -83,13 +92,15 @@ class FormField:
     hint: str = ''
     """A range that the comment names; what lies outside is not refused, for it is a comment."""
     capacity: int | None = None
-    """Characters of a text, or items of a list."""
+    """Bytes of a text (UTF-16 units of a `wstring`), or items of a list."""
     exact: bool = False
     """Whether a list has just `capacity` items."""
     choices: tuple[tuple[str, Any], ...] = ()
     """Names and values of the constants that are meant for this field."""
     fields: tuple[FormField, ...] = ()
     """Those of a nested message, or of each item of a list of messages."""
+    item_capacity: int | None = None
+    """Bytes, or UTF-16 units, of each text of a list."""
 
 
 def form_of(type_name: str) -> tuple[FormField, ...]:
@@ -131,7 +142,18 @@ def _field(field: Field, owner: MessageDefinition) -> FormField:
     least, most = _bounds(kind.base)
     if several:
         return FormField(
-            field.name, 'list', text, kind.base, comment, unit, least, most, hint, capacity, exact
+            field.name,
+            'list',
+            text,
+            kind.base,
+            comment,
+            unit,
+            least,
+            most,
+            hint,
+            capacity,
+            exact,
+            item_capacity=kind.string_capacity or None,
         )
     if kind.is_string:
         choices = _choices(field, owner)
@@ -152,6 +174,8 @@ def _field(field: Field, owner: MessageDefinition) -> FormField:
 def _bounds(base: str) -> tuple[float | None, float | None]:
     if base == 'byte':
         return 0, 255
+    if base == 'float32':
+        return -_LARGEST_FLOAT32, _LARGEST_FLOAT32
     return integer_range(base) if 'int' in base or base == 'char' else (None, None)
 
 
@@ -192,6 +216,32 @@ def defaults_of(fields: tuple[FormField, ...], message: Any) -> dict[str, Any]:
     from rosidl_runtime_py import message_to_ordereddict
 
     return _with_now(fields, dict(message_to_ordereddict(message)), in_header=False)
+
+
+def new_item(field: FormField) -> dict[str, Any]:
+    """Return the values of a new item of a list of messages."""
+    return defaults_of(field.fields, interface(field.base)())
+
+
+def completed(
+    fields: tuple[FormField, ...], values: Mapping[str, Any], defaults: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Return values for all fields: those that `values` does not name have their defaults.
+
+    `values` are those that `check` returns.
+    """
+    whole: dict[str, Any] = {}
+    for field in fields:
+        default = defaults.get(field.name)
+        value = values.get(field.name, default)
+        if field.kind == 'message' and isinstance(value, Mapping):
+            whole[field.name] = completed(field.fields, value, default or {})
+        elif field.kind == 'messages' and isinstance(value, list | tuple):
+            item = new_item(field) if value else {}
+            whole[field.name] = [completed(field.fields, each, item) for each in value]
+        else:
+            whole[field.name] = plain(value)
+    return whole
 
 
 def _with_now(fields: tuple[FormField, ...], values: dict[str, Any], *, in_header: bool) -> dict[str, Any]:
@@ -235,6 +285,8 @@ def _checked(field: FormField, value: Any, path: str) -> Any:
 def _list(field: FormField, value: Any, path: str) -> list[Any]:
     if isinstance(value, str):
         value = parse_list(value, path)
+        if field.base == 'bool':
+            value = [{'true': True, 'false': False}.get(item.lower(), item) for item in value]
     if not isinstance(value, list | tuple):
         raise FormError(path, 'give a list: 1, 2, 3')
     if field.exact and len(value) != field.capacity:
@@ -257,18 +309,28 @@ def _scalar(field: FormField, value: Any, path: str) -> Any:
         raise FormError(path, f'give true or false, not {_shown(value)}')
     if base in {'string', 'wstring'}:
         if not isinstance(value, str):
-            raise FormError(path, f'give a text, not {_shown(value)}')
-        if field.kind == 'text' and field.capacity is not None and len(value.encode()) > field.capacity:
-            raise FormError(path, f'{field.capacity} characters at most')
+            raise FormError(path, f'give a text, not {_shown(value)}: in quotes it is one')
+        capacity = field.capacity if field.kind == 'text' else field.item_capacity
+        size = len(value.encode()) if base == 'string' else len(value.encode('utf-16-le')) // 2
+        if capacity is not None and size > capacity:
+            unit = 'characters' if size == len(value) else 'bytes' if base == 'string' else 'UTF-16 units'
+            raise FormError(path, f'{capacity} {unit} at most, not {size}')
         return value
     number = _number(value, path)
     if base in FLOATS:
-        return float(number)
+        if field.least is not None and field.most is not None and not field.least <= number <= field.most:
+            raise FormError(
+                path, f'give a number from {field.least:g} to {field.most:g}, not {_shown(number)}'
+            )
+        try:
+            return float(number)
+        except OverflowError:
+            raise FormError(path, 'that is more than a float64 holds') from None
     if number != int(number):
         raise FormError(path, f'give a whole number, not {_shown(value)}')
     number = int(number)
     if field.least is not None and field.most is not None and not field.least <= number <= field.most:
-        raise FormError(path, f'give a number from {field.least} to {field.most}, not {number}')
+        raise FormError(path, f'give a number from {field.least} to {field.most}, not {_shown(number)}')
     return number
 
 
@@ -284,7 +346,7 @@ def _number(value: Any, path: str) -> float | int:
             number = read(value) if isinstance(value, str) else math.nan
         except ValueError:
             continue
-        if math.isfinite(number):
+        if isinstance(number, int) or math.isfinite(number):
             return number
     raise FormError(path, f'give a number, not {_shown(value)}')
 
@@ -300,28 +362,67 @@ def _time(value: Any, path: str) -> Any:
         if set(value) <= {'sec', 'nanosec'}:
             return {name: int(_number(part, f'{path}.{name}')) for name, part in value.items()}
         raise FormError(path, 'a time has sec and nanosec')
-    seconds = _number(value, path)
-    if not 0 <= seconds < 2**31:
+    if not 0 <= _number(value, path) < 2**31:
         raise FormError(path, "give seconds since 1970, or 'now'")
-    return {'sec': int(seconds), 'nanosec': round(seconds % 1 * 1e9) % 1_000_000_000}
+    try:
+        seconds = Decimal(str(value).strip())  # a float has not the digits of a nanosecond
+    except InvalidOperation:
+        seconds = Decimal(_number(value, path))
+    return {'sec': int(seconds), 'nanosec': int(seconds % 1 * 1_000_000_000)}
 
 
 def _shown(value: Any) -> str:
     return "''" if value == '' else repr(value)[:60]
 
 
-def parse_list(text: str, path: str = '') -> list[Any]:
-    """Read '1, 2, 3' or '[1, 2, 3]'. Raises FormError."""
-    inner = text.strip()
-    if not inner.startswith('['):
-        inner = f'[{inner}]'
-    try:
-        value = yaml.safe_load(inner)
-    except yaml.YAMLError:
-        raise FormError(path, 'that is no list; write 1, 2, 3') from None
-    if not isinstance(value, list):
-        raise FormError(path, 'that is no list; write 1, 2, 3')
-    return value
+def parse_list(text: str, path: str = '') -> list[str]:
+    """Read '1, 2, 3', or the same in brackets; the items are texts. Raises FormError.
+
+    An item that has a comma, a quotation mark at its beginning, or nothing in it, is put in quotes: in
+    "double" ones backslashes are those of JSON, in 'single' ones a quotation mark is doubled.
+    """
+    rest = text.strip()
+    if rest.startswith('[') and rest.endswith(']') and not set(rest[1:-1]) & set('[]'):
+        rest = rest[1:-1].strip()
+    items: list[str] = []
+    at = 0
+    while at < len(rest):
+        where = f'{path}[{len(items)}]'
+        found = _ITEM.match(rest, at)
+        if found is None:
+            raise FormError(where, 'what begins with a quotation mark must end with it, before a comma')
+        at = found.end()
+        if found['double'] is not None:
+            try:
+                items.append(json.loads(f'"{found["double"]}"', strict=False))
+            except ValueError:
+                raise FormError(where, 'after a backslash comes one of " \\ / b f n r t u') from None
+        elif found['single'] is not None:
+            items.append(found['single'].replace("''", "'"))
+        elif found['plain']:
+            items.append(found['plain'])
+        else:
+            raise FormError(where, "there is nothing before the comma; an empty text is ''")
+    return items
+
+
+def list_text(values: Sequence[Any]) -> str:
+    """Write a list as `parse_list` reads it."""
+    return ', '.join(_item_text(value) for value in values)
+
+
+def _item_text(value: Any) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str) and _NEEDS_QUOTES.search(value):
+        return json.dumps(value, ensure_ascii=False) if value else "''"
+    return str(value)
+
+
+def time_text(value: Mapping[str, Any]) -> str:
+    """Write a time in seconds, to the nanosecond."""
+    nanoseconds = f'{value.get("nanosec", 0):09d}'.rstrip('0')
+    return f'{value.get("sec", 0)}' + (f'.{nanoseconds}' if nanoseconds else '')
 
 
 def parse_yaml(text: str) -> dict[str, Any]:
@@ -333,6 +434,8 @@ def parse_yaml(text: str) -> dict[str, Any]:
         where = f' (line {mark.line + 1}, column {mark.column + 1})' if mark else ''
         problem = getattr(error, 'problem', None) or 'it cannot be read'
         raise FormError('', f'that is no YAML: {problem}{where}') from None
+    except ValueError as error:  # a date that there is not, a number of thousands of digits
+        raise FormError('', f'that is no YAML: {error}') from None
     except RecursionError:
         raise FormError('', 'that is nested too deeply') from None
     if value is None:

@@ -48,8 +48,7 @@ def as_command(sending: Sending) -> str:
 def as_python(sending: Sending) -> str:
     """Return a program for the asyncio API."""
     writer = _Writer()
-    package, kind, name = sending.type_name.split('/')
-    writer.imports.setdefault(f'{package}.{kind}', set()).add(name)
+    name = writer.class_of(sending.type_name)
     part = {'service': f'{name}.Request', 'action': f'{name}.Goal', 'topic': name}[sending.kind]
     body = [f'        message = {writer.message(part, sending.fields, sending.values)}']
     timeout = '' if sending.timeout is None else f', timeout={sending.timeout!r}'
@@ -107,6 +106,7 @@ class _Writer:
 
     def __init__(self) -> None:
         self.imports: dict[str, set[str]] = {}
+        self._names: dict[str, str] = {}
 
     def message(self, cls: str, fields: tuple[FormField, ...], values: Mapping[str, Any]) -> str:
         known = {field.name: field for field in fields}
@@ -117,21 +117,25 @@ class _Writer:
         if field.kind == 'time' and value == NOW:
             return 'node.clock.now().to_msg()'
         if field.kind == 'message':
-            return self.message(self._class(field.base), field.fields, value)
+            return self.message(self.class_of(field.base), field.fields, value)
         if field.kind == 'messages':
-            cls = self._class(field.base)
+            cls = self.class_of(field.base)
             return '[' + ', '.join(self.message(cls, field.fields, item) for item in value) + ']'
         if field.kind == 'time':
             given = ', '.join(f'{name}={number!r}' for name, number in value.items())
-            return f'{self._class(field.base)}({given})'
+            return f'{self.class_of(field.base)}({given})'
         if field.base == 'byte':
             return f'[{", ".join(map(_byte, value))}]' if isinstance(value, list) else _byte(value)
         return repr(plain(value))
 
-    def _class(self, type_name: str) -> str:
+    def class_of(self, type_name: str) -> str:
+        """Return the name of a class in the program; one whose name is taken has its package before it."""
         package, kind, name = type_name.split('/')
-        self.imports.setdefault(f'{package}.{kind}', set()).add(name)
-        return name
+        known = self._names.setdefault(name, type_name) == type_name
+        called = name if known else f'{package}_{kind}_{name}'
+        imported = name if known else f'{name} as {called}'
+        self.imports.setdefault(f'{package}.{kind}', set()).add(imported)
+        return called
 
 
 def _byte(value: Any) -> str:

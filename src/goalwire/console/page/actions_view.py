@@ -236,10 +236,9 @@ class ActionsView(View):
             with ui.element('div').classes('gw-head'):
                 ui.label(name).classes('gw-title gw-mono')
                 ui.label(type_name).classes('gw-chip')
-            history = self.session.sender.history.get(('action', name))
             self._form = form = SendForm(self.page, target)
-            if history:
-                form.fill(history[-1].sending.values)
+            if form.sent:
+                form.fill(form.sent[-1].sending.values)
             with ui.element('div').classes('gw-actions'):
                 form.send_button('Send goal', 'data-send-goal', self._send)
                 form.deadline_field(None)
@@ -251,6 +250,9 @@ class ActionsView(View):
             )
             with ui.element('div').classes('gw-actions'):
                 form.copy_buttons()
+            with ui.element('div').classes('gw-group'):
+                ui.label('History').classes('gw-group-head')
+                form.history()
 
     async def _send(self) -> None:
         form = self._form
@@ -259,6 +261,7 @@ class ActionsView(View):
             return
         ends = bool(self._ends.value)
         goal = await self.page.attempt(self.session.sender.send_goal(form.target, sending))
+        form.put_history()
         if goal is None:
             return
         if ends:

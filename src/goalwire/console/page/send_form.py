@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Awaitable, Callable, Mapping, Sequence
+from time import localtime, strftime
 from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 
+from goalwire.console.form_model import in_one_line
 from goalwire.console.page.forms import Form
-from goalwire.console.page.parts import copy_buttons
+from goalwire.console.page.parts import LiveTable, copy_buttons
+from goalwire.console.page.view import duration
 from goalwire.console.snippets import Sending, as_command, as_python
 from goalwire.errors import FormError
 
 if TYPE_CHECKING:
     from goalwire.console.page.view import Page
-    from goalwire.console.sending import Target
+    from goalwire.console.sending import Sent, Target
 
 
 class SendForm:
@@ -24,9 +27,11 @@ class SendForm:
         """`values`: what the form begins with, where that is not the message's defaults."""
         self.target = target
         self._page = page
-        self._form = Form(target.fields, target.defaults if values is None else values)
+        self._form = Form(target.fields, target.defaults, values or {})
         self._deadline: ui.number | None = None
         self._attempts: ui.number | None = None
+        self._history: LiveTable | None = None
+        self._used: Callable[[Sent], None] | None = None
 
     # -- its buttons -----------------------------------------------------------------------------------------
 
@@ -68,11 +73,52 @@ class SendForm:
         """Add the buttons that copy what would be sent."""
         copy_buttons(lambda: self._copied(as_python), lambda: self._copied(as_command))
 
+    def history(self, used: Callable[[Sent], None] | None = None) -> None:
+        """Add the table of what was sent to that name from here; a click on a row fills the form with it.
+
+        `used` is called with what was chosen.
+        """
+        self._used = used
+        took = {'name': 'took', 'label': 'Took', 'align': 'right', 'width': '84px'}
+        kind = self.target.kind
+        self._history = LiveTable(
+            [
+                {'name': 'at', 'label': 'At', 'width': '84px'},
+                *([took] if kind == 'service' else []),
+                {'name': 'what', 'label': 'Request' if kind == 'service' else 'Goal', 'mono': True},
+            ],
+            empty=f'{"Calls" if kind == "service" else "Goals"} from here are kept while the console runs.',
+            on_row=self._use_again,
+        )
+        self.put_history()
+
+    @property
+    def sent(self) -> Sequence[Sent]:
+        """What was sent to that name from this console, the latest last."""
+        return self._page.session.sender.history.get((self.target.kind, self.target.name), ())
+
+    def put_history(self) -> None:
+        """Show what was sent since."""
+        if self._history is not None:
+            self._history.put([_history_row(sent) for sent in reversed(self.sent)])
+
+    def _use_again(self, key: str) -> None:
+        for sent in self.sent:
+            if f'{sent.at}' == key:
+                self._form.fill(sent.sending.values)
+                if self._used is not None:
+                    self._used(sent)
+
     def _toggle_yaml(self) -> None:
         try:
             self._form.toggle_yaml()
         except FormError as error:
-            self._page.tell(str(error), 'warning')
+            self._tell(error)
+
+    def _tell(self, error: FormError) -> None:
+        self._page.tell(str(error), 'warning')
+        if error.path and not self._form.is_yaml:
+            self._form.show(error.path)
 
     def _copied(self, write: Callable[[Sending], str]) -> str | None:
         sending = self.sending()
@@ -81,7 +127,7 @@ class SendForm:
     # -- what it holds ---------------------------------------------------------------------------------------
 
     def fill(self, values: Mapping[str, Any]) -> None:
-        """Put other values in; fields that they do not name keep theirs."""
+        """Put other values in; fields that they do not name get their defaults."""
         self._form.fill(values)
 
     def sending(self) -> Sending | None:
@@ -93,7 +139,7 @@ class SendForm:
                 self._form.values(), float(deadline) if deadline else None, int(attempts or 1)
             )
         except FormError as error:
-            self._page.tell(str(error), 'warning')
+            self._tell(error)
             return None
 
     async def confirmed(self, title: str, button: str) -> Sending | None:
@@ -104,3 +150,11 @@ class SendForm:
         kind, name = self.target.kind, self.target.name
         asked = await self._page.confirm(kind, name, title, as_command(sending), button)
         return sending if asked else None
+
+
+def _history_row(sent: Sent) -> dict[str, Any]:
+    values = in_one_line(sent.sending.values)
+    what = f'{sent.problem} · {values}' if sent.problem else values
+    took = [duration(sent.seconds)] if sent.sending.kind == 'service' else []
+    cells = [strftime('%H:%M:%S', localtime(sent.at)), *took, {'text': what, 'title': what}]
+    return {'key': f'{sent.at}', 'cells': cells, **({'tone': 'bad'} if sent.problem else {})}

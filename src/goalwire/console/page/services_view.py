@@ -114,18 +114,9 @@ class ServicesView(View):
                 with ui.element('div').classes('gw-card flush'):
                     with ui.element('div').classes('gw-head'):
                         head('History', 'history')
-                    self._history = LiveTable(
-                        [
-                            {'name': 'at', 'label': 'At', 'width': '84px'},
-                            {'name': 'took', 'label': 'Took', 'align': 'right', 'width': '84px'},
-                            {'name': 'what', 'label': 'Request', 'mono': True},
-                        ],
-                        empty='Calls from here are kept while the console runs.',
-                        on_row=self._use_again,
-                    )
+                    self._form.history(self._show)
             self._build_events()
-        history = self.session.sender.history.get(('service', name))
-        self._show(history[-1] if history else None)
+        self._show(self._form.sent[-1] if self._form.sent else None)
         self._refresh_events()
 
     def _build_events(self) -> None:
@@ -191,14 +182,6 @@ class ServicesView(View):
 
     # -- what was called from here ---------------------------------------------------------------------------
 
-    def _use_again(self, key: str) -> None:
-        if self._form is None:
-            return
-        for sent in self.session.sender.history.get(('service', self._form.target.name), ()):
-            if f'{sent.at}' == key:
-                self._form.fill(sent.sending.values)
-                self._show(sent)
-
     def _show(self, sent: Sent | None) -> None:
         assert self._form is not None
         self._answer_card.clear()
@@ -217,24 +200,8 @@ class ServicesView(View):
                     ui.label(sent.problem).classes('gw-problem').props('data-problem')
                 else:
                     ValueTree(empty='').put(dict(sent.answer or {}))
-        self._put_history()
+        self._form.put_history()
         self._put_latencies()
-
-    def _put_history(self) -> None:
-        assert self._form is not None
-        rows = [
-            {
-                'key': f'{sent.at}',
-                'cells': [
-                    strftime('%H:%M:%S', localtime(sent.at)),
-                    duration(sent.seconds),
-                    sent.problem or in_one_line(sent.sending.values),
-                ],
-                **({'tone': 'bad'} if sent.problem else {}),
-            }
-            for sent in reversed(self.session.sender.history.get(('service', self._form.target.name), ()))
-        ]
-        self._history.put(rows)
 
     def _put_latencies(self) -> None:
         assert self._form is not None
