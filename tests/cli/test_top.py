@@ -15,6 +15,7 @@ from rclpy.qos import QoSProfile
 from rclpy.service_introspection import ServiceIntrospectionState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
+from textual.app import App, ComposeResult
 from textual.events import Paste
 from textual.pilot import Pilot
 from textual.widgets import TabbedContent, TextArea
@@ -452,6 +453,36 @@ async def test_a_filter_leaves_what_fits() -> None:
         await on.sees('filter: left')
         await on.pilot.press('slash', 'escape')
         await on.until(lambda: '/right/state' in tab._rows)
+
+
+def test_what_is_drawn_before_the_table_is_idle_is_whole() -> None:
+    """The screen may be drawn in between, and what was drawn is drawn again until it changes."""
+
+    class Tab(TableTab):
+        COLUMNS = ('name', 'of', 'type')
+
+    class OneTab(App[None]):
+        def compose(self) -> ComposeResult:
+            with TabbedContent():
+                yield Tab('1 Names', 'names')
+
+    async def test() -> None:
+        async with OneTab().run_test(size=(140, 20)) as pilot:
+            tab = pilot.app.query_one(Tab)
+            for name, whose in (
+                ('/a', ''),
+                ('/a', 'server'),
+                ('/a', 'top'),
+                ('/a/long/name', 'another server'),
+            ):
+                tab.show({name: [cell(name), cell(whose), cell('std_srvs/srv/Trigger')]})
+                for _ in ('at once', 'when it was idle'):
+                    drawn = [tab.table.render_line(y).text for y in (0, 1)]
+                    assert drawn[1].split() == [name, *whose.split(), 'std_srvs/srv/Trigger']
+                    assert drawn[0].index('type') == drawn[1].index('std_srvs')
+                    await pilot.pause()
+
+    run(test())
 
 
 @scenario

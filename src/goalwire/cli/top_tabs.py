@@ -25,7 +25,7 @@ from goalwire.graph.names import SEND_GOAL, NamesAndTypes, without_hidden
 from goalwire.transport.contract import EndpointKind
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Collection, Iterable
 
     from textual.app import ComposeResult
 
@@ -129,17 +129,33 @@ class TableTab(TabPane):
         if list(rows) != list(self._rows):
             chosen, at, offset = self.chosen, table.cursor_row, table.scroll_offset
             table.clear()
+            self._widen(rows, self.COLUMNS)
             for key, cells in rows.items():
                 table.add_row(*cells, key=key)
             at = list(rows).index(chosen) if chosen in rows else min(at, len(rows) - 1)
             table.move_cursor(row=at, scroll=False)
             table.scroll_to(y=offset.y, animate=False)
         else:
-            for key, cells in rows.items():
-                for title, old, new in zip(self.COLUMNS, self._rows[key], cells, strict=True):
-                    if old != new:
-                        table.update_cell(key, title, new, update_width=True)
+            changed = [
+                (key, title, new)
+                for key, cells in rows.items()
+                for title, old, new in zip(self.COLUMNS, self._rows[key], cells, strict=True)
+                if old != new
+            ]
+            self._widen(rows, {title for _, title, _ in changed})
+            for key, title, new in changed:
+                table.update_cell(key, title, new, update_width=True)
         self._rows = rows
+
+    def _widen(self, rows: Rows, titles: Collection[str]) -> None:
+        """Make columns as wide as what they are about to hold.
+
+        The table does it when it is idle; what is drawn before is cut off, and stays so until it changes.
+        """
+        for number, column in enumerate(self.table.ordered_columns):
+            if column.key.value in titles:
+                widths = [cells[number].cell_len for cells in rows.values()]
+                column.content_width = max([column.content_width, *widths])
 
     def on_screen(self) -> list[str]:
         """Return the keys of the rows that can be seen."""
