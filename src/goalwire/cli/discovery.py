@@ -2,7 +2,8 @@
 
 On Zenoh a session of goalwire's own is opened: it is complete once the router has told what it knows. On DDS,
 and with eclipse-zenoh, the graph comes piece by piece; so a command waits until nothing has come for a while,
-or what it looks for is there.
+or what it looks for is there. On DDS all programs of this machine have answered by then: the system tells at
+which ports they listen. In the range LOCALHOST nobody else can answer: the wait ends with the last of them.
 """
 
 from __future__ import annotations
@@ -25,13 +26,16 @@ if TYPE_CHECKING:
 SPIN_TIME_S = 1.0
 """How long discovery may take on a wire that does not know its end; `--spin-time` says otherwise."""
 FIRST_S = 0.12
-"""How long a look lasts there at least: others answer within some ms, or later where the machine is busy."""
+"""How long a look lasts there at least: others answer within some ms, or later where the network is busy."""
 NOBODY_S = 0.5
 """How long the first answer may take: an empty graph is rare, and told later."""
 MISSING_S = 1.5
 """How much longer what is asked for by its name may take there, before it is called missing."""
 QUIET_S = 0.05
 """After this long without a change, and with nothing outstanding, the graph counts as complete there."""
+LAST_S = 0.02
+"""The same where all who can answer are known. A process that has answered may be about to tell of a second
+context that it has."""
 
 
 def add_graph_arguments(parser: argparse.ArgumentParser) -> None:
@@ -77,7 +81,7 @@ def discovered(
             session.watch_graph(graph)
             if not session.discovers_at_once:
                 limit = SPIN_TIME_S if spin_time is None else spin_time
-                changes.settle(limit, None if whole else found, session.has_heard_all)
+                changes.settle(limit, None if whole else found, session)
             elif not graph.nodes():
                 changes.wait_for(lambda graph: bool(graph.nodes()), NOBODY_S)
             if found is not None:  # what is not there is told after a second look: the others may be busy
@@ -110,25 +114,26 @@ class _Changes:
             self._at = monotonic()
             self._changed.notify_all()
 
-    def settle(
-        self, limit: float, found: Callable[[Graph], bool] | None, has_heard_all: Callable[[], bool]
-    ) -> None:
+    def settle(self, limit: float, found: Callable[[Graph], bool] | None, session: Session) -> None:
         """Wait until nothing has come for a while and nothing is outstanding, or what is looked for has come.
 
         `limit` s at most.
         """
         start = monotonic()
+        quiet = LAST_S if session.knows_its_peers else QUIET_S
         with self._changed:
             while not (found is not None and found(self._graph)):
-                if self._at is None:
+                if session.knows_its_peers:
+                    quiet_from = (start if self._at is None else self._at) + quiet
+                elif self._at is None:
                     quiet_from = start + NOBODY_S
                 else:
-                    quiet_from = max(self._at + QUIET_S, start + FIRST_S)
+                    quiet_from = max(self._at + quiet, start + FIRST_S)
                 now, end = monotonic(), start + limit
-                if now >= end or (now >= quiet_from and has_heard_all()):
+                if now >= end or (now >= quiet_from and session.has_heard_all()):
                     return
                 # What is outstanding may come without a change of the graph: then look again in a moment.
-                self._changed.wait(min(end, quiet_from if now < quiet_from else now + QUIET_S) - now)
+                self._changed.wait(min(end, quiet_from if now < quiet_from else now + quiet) - now)
 
     def wait_for(self, found: Callable[[Graph], bool], limit: float) -> None:
         """Wait until it has come, `limit` s at most."""

@@ -326,6 +326,8 @@ class Session(ABC):
     """True where different definitions of one type keep endpoints apart; DDS compares names alone."""
     discovers_at_once = True
     """True where `watch_graph` tells everything there is before it returns; else it comes piece by piece."""
+    knows_its_peers = False
+    """True where no peer can be met but those that `has_heard_all` counts."""
     wire_poller: WirePoller | None = None
     """Where idle threads may wait on this wire; None where it has threads of its own that must do that."""
 
@@ -341,7 +343,7 @@ class Session(ABC):
         """
 
     def has_heard_all(self) -> bool:
-        """Whether all peers met so far have told all they have; True where the wire does not say."""
+        """Whether all peers that are known of have told all they have; True where the wire does not say."""
         return True
 
     @abstractmethod

@@ -61,13 +61,9 @@ def test_on_arm64_the_systems_own_library_is_pointed_to(monkeypatch: pytest.Monk
 @pytest.mark.usefixtures('nowhere')
 def test_a_ros_2_beside_is_found_by_its_distribution(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv('ROS_DISTRO', 'jazzy')
-    state = Path('/opt/ros/jazzy/lib')
-
-    def of_jazzy(folder: Path, pattern: str) -> list[Path]:
-        return [folder / 'libddsc.so'] if (folder, pattern) == (state, 'libddsc.so*') else []
-
-    monkeypatch.setattr(Path, 'glob', of_jazzy)
-    assert find_library() == str(state / 'libddsc.so')
+    there = '/opt/ros/jazzy/lib/libddsc.so'
+    monkeypatch.setattr(libraries, 'glob', lambda pattern: [there] if pattern == f'{there}*' else [])
+    assert find_library() == there
 
 
 def test_a_library_of_another_kind_is_refused_in_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:

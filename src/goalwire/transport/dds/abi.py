@@ -206,6 +206,7 @@ _HOLDING: dict[str, tuple[type | None, tuple[type, ...]]] = {
     'dds_qget_lifespan': (c_bool, (_P, _P)),
     'dds_qget_liveliness': (c_bool, (_P, _P, _P)),
     'dds_qget_reliability': (c_bool, (_P, _P, _P)),
+    'dds_qget_prop': (c_bool, (_P, c_char_p, _P)),
     'dds_qget_userdata': (c_bool, (_P, _P, _P)),
     'ddsi_serdata_from_ser_iov': (
         _P,
@@ -261,6 +262,7 @@ class Library:
     dds_qget_history: Function
     dds_qget_lifespan: Function
     dds_qget_liveliness: Function
+    dds_qget_prop: Function
     dds_qget_reliability: Function
     dds_qget_userdata: Function
     dds_qset_deadline: Function

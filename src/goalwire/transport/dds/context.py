@@ -79,7 +79,7 @@ class DdsContext:
             self.peers = Peers(library)
             self.local_readers = domain.local_readers
             self.wire_poller = DdsWirePoller(self.participant, 'goalwire-dds-io')
-            self.discovery = Discovery(self.participant, self.notifier, self.rejects)
+            self.discovery = Discovery(self.participant, domain_id, self.notifier, self.rejects)
         except BaseException:
             self._leave()
             raise

@@ -7,6 +7,7 @@ the ids that tie a service's ends together. Source: rmw_cyclonedds_cpp src/deman
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from ctypes import byref, c_int32, c_int64, c_size_t, c_void_p, string_at
@@ -223,6 +224,32 @@ def read_qos(library: Library, made: int, *, verbatim: bool = False) -> QoS:
     if library.dds_qget_liveliness(made, byref(kind), byref(duration)):
         liveliness, lease = _LIVELINESSES.get(kind.value, liveliness), duration.value
     return QoS(kept, history, reliability, durability, deadline, lifespan, liveliness, lease, verbatim)
+
+
+_PORT = re.compile(r':([0-9]+)(?=@|,|$)')
+
+
+def read_ports(library: Library, made: int, host: str) -> frozenset[int] | None:
+    """Return the UDP ports at which a participant listens for discovery, if it is on `host`.
+
+    None where it does not tell, as an older Cyclone DDS, or one of another vendor.
+    """
+    addresses = _read_property(library, made, b'__NetworkAddresses')
+    if addresses is None:
+        return None
+    if _read_property(library, made, b'__Hostname') != host:
+        return frozenset()
+    return frozenset(map(int, _PORT.findall(addresses)))
+
+
+def _read_property(library: Library, made: int, name: bytes) -> str | None:
+    value = c_void_p()
+    if not library.dds_qget_prop(made, name, byref(value)) or not value.value:
+        return None
+    try:
+        return string_at(value.value).decode(errors='replace')
+    finally:
+        library.dds_free(value)
 
 
 def read_user_data(library: Library, made: int) -> bytes:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import ctypes
 import os
+import socket
 from collections.abc import Callable, Iterable, Iterator
 from ctypes import c_void_p
 from threading import Lock
@@ -27,6 +28,7 @@ from goalwire.transport.dds.abi import (
     BuiltinParticipant,
     SampleInfo,
 )
+from goalwire.transport.dds.configuration import ports_in_use
 from goalwire.transport.dds.description import (
     DISCOVERY_TOPIC,
     DISCOVERY_TYPE,
@@ -34,6 +36,7 @@ from goalwire.transport.dds.description import (
     decode_endpoint,
     enclave_of,
     endpoint_qos,
+    read_ports,
     read_qos,
     read_user_data,
     ros_topic,
@@ -148,7 +151,7 @@ class Announcement:
         self._gid_size = gid_size()
         self._lock = Lock()
         self._nodes: dict[int, tuple[NodeName, dict[bytes, None], dict[bytes, None]]] = {}
-        self._changed = False
+        self._changed = True  # a session without nodes tells so: else others would wait for it to tell them
         with endpoint_qos(participant.library, _WRITTEN, b'', blocking_ns=_BLOCKING_NS) as qos:
             self._writer = Writer(participant, DISCOVERY_TOPIC, DISCOVERY_TYPE, qos)
         with endpoint_qos(participant.library, _READ, b'', ignore_local=True) as qos:
@@ -210,8 +213,16 @@ B = TypeVar('B', BuiltinEndpoint, BuiltinParticipant)
 class Discovery:
     """Keeps the graph up to date with what the others have, and the others with what this session has."""
 
-    def __init__(self, participant: Participant, notifier: GraphNotifier, rejects: RejectCounters) -> None:
+    def __init__(
+        self, participant: Participant, domain_id: int, notifier: GraphNotifier, rejects: RejectCounters
+    ) -> None:
         self._participant = participant
+        self._domain_id = domain_id
+        self._host = socket.gethostname()
+        self._ports: dict[bytes, frozenset[int] | None] = {}
+        """Of each participant that was met: see read_ports."""
+        self._is_telling = False
+        """True while what has changed in the state may not have been told yet."""
         self._library = participant.library
         self._notifier = notifier
         self._rejects = rejects
@@ -223,6 +234,7 @@ class Discovery:
         self._readers = [self._builtin(topic) for topic in (PUBLICATIONS, SUBSCRIPTIONS, PARTICIPANTS)]
         for condition in (*(condition for _, condition in self._readers), self.announcement.reader.condition):
             self.waitset_thread.watch(condition, self._look)
+        self.waitset_thread.wake()  # tells that there are no nodes yet
 
     def _builtin(self, topic: int) -> tuple[int, int]:
         library = self._library
@@ -235,10 +247,26 @@ class Discovery:
         self.waitset_thread.close()
 
     def has_heard_all(self) -> bool:
-        """Whether all participants that were met have told their nodes and endpoints. Any thread."""
-        return self._state_of_discovery.is_complete()
+        """Whether all participants that were met have told their nodes and endpoints. Any thread.
+
+        Those count, too, that were not met yet and have a port of the domain on this machine: they have been
+        asked, and will answer.
+        """
+        told = list(self._ports.values())
+        missing = ports_in_use(self._domain_id).difference(*filter(None, told))
+        if len(missing) > told.count(None):  # who does not tell a port may have one of these
+            return False
+        # In this order: what completed the state has been told to the listeners once that is over.
+        return self._state_of_discovery.is_complete() and not self._is_telling
 
     def _look(self) -> None:
+        self._is_telling = True
+        try:
+            self._take_all()
+        finally:
+            self._is_telling = False
+
+    def _take_all(self) -> None:
         """Take what is new. Participants are taken last and told first: so each endpoint's is known."""
         infos = self._infos()
         (publications, _), (subscriptions, _), (participants, _) = self._readers
@@ -297,7 +325,9 @@ class Discovery:
             if is_there:
                 enclave = enclave_of(read_user_data(self._library, participant.qos))
                 self._state_of_discovery.participant_came(guid, enclave)
+                self._ports[guid] = read_ports(self._library, participant.qos, self._host)
             else:
+                self._ports.pop(guid, None)
                 departed.append(guid)
         return departed
 
@@ -349,5 +379,9 @@ class Discovery:
 
     def _show_unclaimed(self) -> None:
         waiting, self._waiting = self._waiting, frozenset()
-        self._notifier.change(self._state_of_discovery.show_unclaimed(waiting))
+        self._is_telling = True
+        try:
+            self._notifier.change(self._state_of_discovery.show_unclaimed(waiting))
+        finally:
+            self._is_telling = False
         self._wait_for_claims()

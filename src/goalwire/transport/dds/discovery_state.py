@@ -13,14 +13,13 @@ of 16 bytes, and of 24 up to Humble.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
 from functools import partial
 from itertools import count
 from struct import Struct
 from typing import NamedTuple
 
 from goalwire.errors import RemoteError
-from goalwire.records import replace
+from goalwire.records import record, replace
 from goalwire.rules.qos import QoS
 from goalwire.transport.contract import EndpointKind, GraphEntity, NodeName
 from goalwire.transport.dds.description import Role
@@ -37,7 +36,7 @@ _U32 = Struct('<I')
 _EMPTY_SIZE = len(_ENCAPSULATION) + GID_SIZE + _U32.size
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class NodeInfo:
     """One node and the gids of its endpoints."""
 
@@ -47,7 +46,7 @@ class NodeInfo:
     writers: tuple[bytes, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class ParticipantInfo:
     """One participant's nodes."""
 
@@ -159,29 +158,30 @@ class Found(NamedTuple):
     qos: QoS
 
 
-@dataclass(slots=True)
-class _Node:
+class _Node(NamedTuple):
     """One node of a participant, as last heard of."""
 
     entity: GraphEntity
     gids: frozenset[bytes]
 
 
-@dataclass(slots=True)
 class _Participant:
-    guid: bytes
-    enclave: str
-    speaks_ros: bool = False
-    has_told: bool = False
-    """Whether it has told its nodes."""
-    nodes: list[_Node] = field(default_factory=list)
-    owners: dict[bytes, _Node] = field(default_factory=dict)
-    shown: dict[bytes, GraphEntity] = field(default_factory=dict)
-    found: dict[bytes, Found] = field(default_factory=dict)
-    """Every endpoint that there is, shown or not."""
-    seen: set[bytes] = field(default_factory=set)
-    """Every endpoint that was told of, those that the graph does not show included."""
-    next_id: Iterator[int] = field(default_factory=count)
+    """One participant and what is known of it."""
+
+    def __init__(self, guid: bytes, enclave: str) -> None:
+        self.guid = guid
+        self.enclave = enclave
+        self.speaks_ros = False
+        self.has_told = False
+        """Whether it has told its nodes."""
+        self.nodes: list[_Node] = []
+        self.owners: dict[bytes, _Node] = {}
+        self.shown: dict[bytes, GraphEntity] = {}
+        self.found: dict[bytes, Found] = {}
+        """Every endpoint that there is, shown or not."""
+        self.seen: set[bytes] = set()
+        """Every endpoint that was told of, those that the graph does not show included."""
+        self.next_id = count()
 
 
 class DiscoveryState:

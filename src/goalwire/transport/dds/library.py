@@ -9,11 +9,10 @@ is refused.
 from __future__ import annotations
 
 import os
-import platform
 import sys
 import time
 from collections.abc import Iterator
-from pathlib import Path
+from glob import escape, glob
 from threading import Lock
 
 from goalwire.errors import ForkedError, GoalwireError, TransportError
@@ -40,11 +39,11 @@ def find_library() -> str:
     """Return the path or name of libddsc. Raises TransportError, which says what to install."""
     override = os.environ.get(OVERRIDE, '').strip()
     if override:
-        if not Path(override).is_file():
+        if not os.path.isfile(override):  # noqa: PTH113 - pathlib takes 5 ms to import
             raise TransportError(f"{OVERRIDE} is '{override}', and there is no such file: correct it")
         return override
     for path in _candidates():
-        return str(path)
+        return path
     from ctypes.util import find_library as find_of_system
 
     found = find_of_system('ddsc')
@@ -53,25 +52,28 @@ def find_library() -> str:
     return found
 
 
-def _candidates() -> Iterator[Path]:
+def _candidates() -> Iterator[str]:
     yield from _of_wheel()
     distribution = os.environ.get('ROS_DISTRO', '').strip()
     if distribution:
-        lib = Path('/opt/ros') / distribution / 'lib'
-        yield from sorted(lib.glob('libddsc.so*'))
-        yield from sorted(lib.glob('*/libddsc.so*'))
+        lib = escape(f'/opt/ros/{distribution}/lib')
+        yield from sorted(glob(f'{lib}/libddsc.so*'))  # noqa: PTH207
+        yield from sorted(glob(f'{lib}/*/libddsc.so*'))  # noqa: PTH207
 
 
-def _of_wheel() -> list[Path]:
+def _of_wheel() -> list[str]:
     from importlib.util import find_spec
 
     spec = find_spec('cyclonedds')
     places = [] if spec is None else list(spec.submodule_search_locations or ())
     patterns = _PATTERNS.get(sys.platform, ())
-    return [path for place in places for pattern in patterns for path in Path(place).parent.glob(pattern)]
+    folders = [escape(os.path.dirname(place)) for place in places]  # noqa: PTH120
+    return [path for folder in folders for pattern in patterns for path in glob(f'{folder}/{pattern}')]  # noqa: PTH207
 
 
 def _advice() -> str:
+    import platform
+
     machine, version = platform.machine().lower(), sys.version_info
     if sys.platform == 'linux' and machine not in {'x86_64', 'amd64'}:
         why = f'its wheels do not cover Linux on {machine}'

@@ -22,6 +22,7 @@ from goalwire.transport.contract import (
     Sample,
     SessionOptions,
 )
+from goalwire.transport.dds.configuration import knows_its_peers
 from goalwire.transport.dds.context import DdsContext, EndpointBuilder
 from goalwire.transport.dds.library import load
 from goalwire.transport.dds.services import DdsClient, DdsService
@@ -128,6 +129,7 @@ class DdsSession(OpenSession):
         self.id = context.id
         self.wire_poller = context.wire_poller
         self._context = context
+        self.knows_its_peers = knows_its_peers()
         self.state.undo += [context.close, self.nodes.close, context.participant.leave_at_once]
         close_at_exit(self)
 
@@ -142,7 +144,7 @@ class DdsSession(OpenSession):
         self._context.notifier.watch(listener)
 
     def has_heard_all(self) -> bool:
-        """Whether all participants that were met have told their nodes and endpoints."""
+        """Whether all participants of this machine, and all that were met, have told what they have."""
         return self._context.discovery.has_heard_all()
 
     def statistics(self) -> dict[str, int]:

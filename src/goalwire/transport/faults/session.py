@@ -122,6 +122,7 @@ class FaultySession(Session):
         self.id = inner.id
         self.enforces_qos = inner.enforces_qos
         self.discovers_at_once = inner.discovers_at_once
+        self.knows_its_peers = inner.knows_its_peers
         self.compares_definitions = inner.compares_definitions
         self.wire_poller = inner.wire_poller
         self._lock = Lock()
