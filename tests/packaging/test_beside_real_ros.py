@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 from helpers import real_rclpy
-from helpers.environments import CannotInstall, Environment
+from helpers.environments import CannotInstall, Environment, made_once
 from helpers.fresh import output_of
 from helpers.packages import write_files
 
@@ -73,14 +73,19 @@ def both(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory, wheel: Path
 ) -> Environment:
     """An environment with both, installed in either order."""
-    environment = Environment.create(tmp_path_factory.mktemp('both') / 'venv')
-    if request.param == 'real first':
-        install_real(environment)
-    done = environment.install('--no-compile', str(wheel))
-    assert done.returncode == 0, done.stderr
-    if request.param == 'goalwire first':
-        install_real(environment)
-    return environment
+
+    def install_both(folder: Path) -> None:
+        environment = Environment.create(folder)
+        if request.param == 'real first':
+            install_real(environment)
+        done = environment.install('--no-compile', str(wheel))
+        assert done.returncode == 0, done.stderr
+        if request.param == 'goalwire first':
+            install_real(environment)
+
+    # "goalwire" in the folder's name would be in the path of every file.
+    name = 'ours-second' if request.param == 'real first' else 'ours-first'
+    return Environment(made_once(tmp_path_factory, name, install_both))
 
 
 def test_no_file_is_overwritten_or_claimed_twice(both: Environment) -> None:
