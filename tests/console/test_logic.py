@@ -92,6 +92,8 @@ def test_messages_become_data_that_json_can_hold() -> None:
     assert data['position'][-1] == '… 501 items'
     assert len(data['name'][0]) < 2100
     assert as_data(2**60) == str(2**60)
+    octets = as_data(bytes(1_000_000))
+    assert (len(octets), octets[-1]) == (201, '… 1000000 items')
 
 
 # -- goals ---------------------------------------------------------------------------------------------------
@@ -176,6 +178,15 @@ def test_log_lines_are_found_by_level_node_and_text() -> None:
     assert len(book.latest(99, node='arm')) == 10
     assert [line.text for line in book.latest(99, text='LINE 1')][-1] == 'line 1'
     assert book.nodes == ['arm', 'leg']
+
+
+def test_log_lines_of_any_size_are_cut_and_say_so() -> None:
+    book = LogBook()
+    size = 10_000_000
+    book.take(Log(level=20, name='n' * size, msg='m' * size, file='f' * size, function='g' * size))
+    [line] = book.latest(1)
+    assert line.text == 'm' * 4000 + '… (10000000 characters)'
+    assert len(line.node) + len(line.place) < 1000
 
 
 # -- pictures ------------------------------------------------------------------------------------------------

@@ -7,11 +7,13 @@ from collections.abc import Iterator
 from itertools import islice
 from typing import Any
 
+from goalwire.console.types import cut
 from goalwire.records import record
 
 KEPT = 5000
 LEVELS = {10: 'DEBUG', 20: 'INFO', 30: 'WARN', 40: 'ERROR', 50: 'FATAL'}
 _MOST_TEXT = 4000
+_MOST_NAME = 300
 
 
 @record
@@ -42,15 +44,16 @@ class LogBook:
     def take(self, message: Any, _at: float = 0.0) -> None:
         """Note an rcl_interfaces/msg/Log."""
         self._count += 1
-        place = f'{message.file}:{message.line} {message.function}' if message.file else ''
+        file, function = message.file[:_MOST_NAME], message.function[:_MOST_NAME]
+        place = f'{file}:{message.line} {function}' if file else ''
         self._lines.append(
             LogLine(
                 self._count,
                 message.stamp.sec + message.stamp.nanosec / 1e9,
                 message.level,
-                message.name,
-                message.msg[:_MOST_TEXT],
-                place[:300],
+                message.name[:_MOST_NAME],
+                cut(message.msg, _MOST_TEXT),
+                place,
             )
         )
 

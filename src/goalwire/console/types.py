@@ -35,15 +35,23 @@ def as_data(value: Any) -> Any:
     if isinstance(value, float):
         return value if math.isfinite(value) else str(value)
     if isinstance(value, str):
-        return value if len(value) <= _MOST_TEXT else f'{value[:_MOST_TEXT]}… ({len(value)} characters)'
+        return cut(value, _MOST_TEXT)
     if isinstance(value, bytes | bytearray | memoryview):
-        return as_data(list(value[: _MOST_ITEMS + 1]))
+        return _shortened(list(value[:_MOST_ITEMS]), len(value))
     if hasattr(value, 'item') and not hasattr(value, '__len__'):
         return as_data(value.item())
     if hasattr(value, '__len__'):
-        items = [as_data(value[at]) for at in range(min(len(value), _MOST_ITEMS))]
-        return [*items, f'… {len(value)} items'] if len(value) > _MOST_ITEMS else items
+        return _shortened([as_data(value[at]) for at in range(min(len(value), _MOST_ITEMS))], len(value))
     return str(value)
+
+
+def _shortened(items: list[Any], count: int) -> list[Any]:
+    return [*items, f'… {count} items'] if count > len(items) else items
+
+
+def cut(text: str, most: int) -> str:
+    """Return a text of at most so many characters; where it was longer, its end says how long."""
+    return text if len(text) <= most else f'{text[:most]}… ({len(text)} characters)'
 
 
 def full_data(message: Any) -> dict[str, Any]:
