@@ -253,9 +253,9 @@ def test_shutdown_ends_spin(by_timer: bool) -> None:
         thread.start()
     node.create_timer(0.001, callback)
     rclpy.spin(node)
-    assert not rclpy.ok()
     if not by_timer:
-        thread.join()
+        thread.join()  # as in rclpy: the executor's end, which ends the spin, comes before the context's
+    assert not rclpy.ok()
     assert ended.items == ['on_shutdown']
     node.destroy_node()
 
