@@ -15,7 +15,9 @@ from goalwire.transport.zenoh.native.dialler import Retry
 from goalwire.transport.zenoh.native.session import Settings
 from goalwire.transport.zenoh.native.wire import NativeWire
 from goalwire.transport.zenoh.protocol.channels import Buffer
+from goalwire.transport.zenoh.protocol.network import Target
 from goalwire.transport.zenoh.protocol.outgoing import QUEUE_LIMIT
+from goalwire.transport.zenoh.protocol.senders import Querier
 from goalwire.transport.zenoh.protocol.transport import Role
 
 MEGABYTE = 1 << 20
@@ -150,3 +152,21 @@ def test_one_with_time_goes_on_until_it_has_connected() -> None:
         wire.close()
     finally:
         late.close()
+
+
+def test_times_of_queries_that_have_ended_leave_no_timer_behind() -> None:
+    """One query goes on for long, while others come and run out of time."""
+    wire = NativeWire(Settings(listen=(), connect=()))
+    held: list[object] = []
+    try:
+        wire.declare_queryable('a', held.append)  # it answers none
+        querier = Querier(wire.session.protocol, 'a', target=Target.ALL)
+        querier.ask(None, None, lambda _: None, lambda: None, 600.0)
+        for _ in range(300):
+            ended = Event()
+            querier.ask(None, None, lambda _: None, ended.set, 0.001)
+            assert ended.wait(PATIENCE)
+        assert len(held) == 301
+        assert len(wire.session._poller._timers) < 150
+    finally:
+        wire.close()

@@ -20,7 +20,7 @@ from goalwire.transport.wire_poller import LeaderFollowers
 from goalwire.transport.zenoh.native.dialler import Dial, Retry
 from goalwire.transport.zenoh.native.endpoints import TlsFiles, locators_of, parse, resolve
 from goalwire.transport.zenoh.native.flusher import Flusher
-from goalwire.transport.zenoh.native.poller import IN, IS_PORTABLE, Poller
+from goalwire.transport.zenoh.native.poller import IN, IS_PORTABLE, Poller, Timer
 from goalwire.transport.zenoh.native.socket_link import SocketLink
 from goalwire.transport.zenoh.protocol.handshake import Handshake, Identity
 from goalwire.transport.zenoh.protocol.link import Link
@@ -176,6 +176,7 @@ class NativeSession:
         self._is_closed = False
         self._watches: set[LinkWatch] = set()
         self._expiry: float = float('inf')
+        self._expiry_timer: Timer | None = None
         self._told_of_limit = False
         self._secured: Tls | None = None
         self._tls_faults: set[str] = set()
@@ -402,12 +403,16 @@ class NativeSession:
         with self._lock:
             if when >= self._expiry:
                 return
-            self._expiry = when
-        self._poller.call_later(when - monotonic(), self._expire)
+            timer = self._poller.call_later(when - monotonic(), self._expire)
+            later, self._expiry_timer, self._expiry = self._expiry_timer, timer, when
+        if later is not None:  # else each that fires would set another, and they become ever more
+            later.cancel()
 
     def _expire(self) -> None:
         with self._lock:
-            self._expiry = float('inf')
+            timer, self._expiry_timer, self._expiry = self._expiry_timer, None, float('inf')
+        if timer is not None:
+            timer.cancel()
         self.protocol.expire()
         if self.protocol.next_timeout != float('inf'):
             self.expire_sooner()
