@@ -303,6 +303,19 @@ def test_an_interpreter_starts_with_nothing_heavy_and_without_a_search(tmp_path:
     assert start == "['goalwire', 'goalwire.idl', 'goalwire.idl.hook'] set()"
 
 
+@pytest.mark.parametrize('name', ['sitecustomize_of_ours', 'apport_python_hook', 'org'])
+def test_what_every_python_tries_to_import_starts_no_search(name: str, tmp_path: Path) -> None:
+    """apport_python_hook is asked for by the sitecustomize.py of Debian's and Ubuntu's Python."""
+    program = f"""\
+        import sys
+        try:
+            import {name}
+        except ImportError:
+            print('goalwire.idl.search_path' in sys.modules)
+    """
+    assert output_of(program, cwd=tmp_path) == str(name == 'sitecustomize_of_ours')
+
+
 def test_a_hook_that_is_called_by_hand_needs_no_pth(tmp_path: Path) -> None:
     program = """\
         import sys

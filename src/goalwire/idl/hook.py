@@ -30,7 +30,13 @@ if TYPE_CHECKING:
 OVERLAY = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), 'overlay')
 OVERLAY_FIRST = 'GOALWIRE_FIRST'
 # Python itself tries to import these and is used to missing them.
-NEVER_PACKAGES = frozenset({'sitecustomize', 'usercustomize', 'org', 'java'}) | sys.stdlib_module_names
+NEVER_PACKAGES = sys.stdlib_module_names | {
+    'sitecustomize',
+    'usercustomize',
+    'apport_python_hook',  # by each start of Debian's and Ubuntu's Python
+    'org',
+    'java',
+}
 KINDS = ('msg', 'srv', 'action')
 TELLING_ENDINGS = ('_msgs', '_srvs', '_interfaces', '_actions')
 

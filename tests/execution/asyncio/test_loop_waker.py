@@ -7,6 +7,7 @@ import contextvars
 import gc
 import os
 import resource
+import sys
 import threading
 from collections import deque
 from collections.abc import Callable, Iterator
@@ -334,7 +335,10 @@ def test_tasks_of_every_make_sleep_in_pauses() -> None:
     async def scenario() -> None:
         loop = asyncio.get_running_loop()
         pure = asyncio.tasks._PyTask  # type: ignore[attr-defined]
-        for make in (None, lambda loop, it, **how: pure(it, loop=loop, **how), EAGER):
+        makes = [None, lambda loop, it, **how: pure(it, loop=loop, **how), EAGER]
+        if sys.version_info >= (3, 14):  # there asyncio.current_task does not know tasks in Python
+            del makes[1]
+        for make in makes:
             loop.set_task_factory(make)
             task = loop.create_task(sleeper())
             assert await task is task

@@ -47,7 +47,7 @@ def reader() -> Iterator[Reader]:
 
 def test_a_large_message_has_left_room_for_others_when_its_thread_goes_on(reader: Reader) -> None:
     """Else small ones behind it would be dropped, though nothing is lost on the way."""
-    wire = NativeWire(Settings(listen=(), connect=(reader.where,)))
+    wire = NativeWire(Settings(listen=(), connect=(reader.where,), must_connect=True, connecting_s=PATIENCE))
     small = wire.declare_publisher('a', reliable=True, waits=False)
     left_room: list[bool] = []
 
@@ -74,7 +74,7 @@ def test_who_waits_for_room_goes_on_though_another_publisher_made_it(
 ) -> None:
     """A large message fills the queue, and its own thread empties that, without the socket being full."""
     reader.may_go_on.set()
-    wire = NativeWire(Settings(listen=(), connect=(reader.where,)))
+    wire = NativeWire(Settings(listen=(), connect=(reader.where,), must_connect=True, connecting_s=PATIENCE))
     small = wire.declare_publisher('a', reliable=True, waits=True)
     (link,) = wire.session.protocol.links
     socket_link = wire.session._links[link]
