@@ -5,7 +5,9 @@ const COLOURS = {
 };
 const ROW = 26, HEAD = 24, LEFT = 12, AXIS = 22;
 const REDRAW = 50; // ms between drawings, at least
-const REST = 6; // times as long as the last drawing took, at least: so that the page stays free on a slow computer
+const REST = 6; // times as long as the last drawing cost, at least: so that the page stays free on a slow computer
+const LONGEST_REST = 1000; // ms
+const FRAME = 17; // ms from one frame to the next where drawing costs nothing
 
 export default {
   template: `<div class="gw-lanes"><canvas></canvas></div>`,
@@ -17,13 +19,17 @@ export default {
     this.canvas.addEventListener("click", (event) => this.clicked(event));
     this.observer = new ResizeObserver(() => this.draw());
     this.observer.observe(this.$el);
-    this.received = performance.now();
-    const tick = () => {
+    this.received = this.ticked = performance.now();
+    this.slowest = 0; // ms: the longest frame since the last drawing, which tells what that cost the browser beside `took`
+    const tick = (now) => {
       this.request = requestAnimationFrame(tick);
-      const rest = Math.max(REDRAW, REST * (this.took || 0));
+      this.slowest = Math.max(this.slowest, now - this.ticked);
+      this.ticked = now;
+      const cost = Math.max(this.took || 0, this.slowest - FRAME);
+      const rest = Math.min(Math.max(REDRAW, REST * cost), LONGEST_REST);
       if (this.data.groups.length && performance.now() - (this.drawn || 0) > rest) this.draw();
     };
-    tick();
+    tick(this.ticked);
     window.goalwireLanes = this; // for tests
   },
   unmounted() {
@@ -47,6 +53,7 @@ export default {
     },
     draw() {
       this.drawn = performance.now();
+      this.slowest = 0;
       const ratio = window.devicePixelRatio || 1;
       const width = this.$el.clientWidth, height = this.$el.clientHeight;
       if (!width) return;

@@ -93,6 +93,7 @@ class TopicsView(View):
                 ui.button('PNG', icon='image', on_click=self._save_png).props('flat dense no-caps data-png')
             self._chart = ui.echart(_plot_options(dark=self.page.is_dark)).classes('gw-fill')
             self._chart.style('width: 100%; min-height: 220px').props('data-plot')
+        self._put_names()
 
     # -- the list --------------------------------------------------------------------------------------------
 
@@ -222,6 +223,8 @@ class TopicsView(View):
     def _put_names(self) -> None:
         self._names.clear()
         with self._names:
+            if not self._plots:
+                ui.label('Press ∿ beside a number of a message to plot it.').classes('gw-dim gw-small')
             for at, each in enumerate(self._plots):
                 colour = _PALETTE[at % len(_PALETTE)]
                 with ui.element('span').classes('gw-chip').props('data-series'):
