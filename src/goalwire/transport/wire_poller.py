@@ -358,7 +358,8 @@ class LeaderFollowers(WirePoller):
         self._set.interrupt()
         self.ensure_polled()
         if thread is not None:
-            thread.join(CLOSING_S)
+            with suppress(RuntimeError):  # Ctrl-C came while it was being started: it ends by itself
+                thread.join(CLOSING_S)
         if _LEAD in self._leader and self._leaders_thread != get_ident():
             self._deserted.wait(CLOSING_S)
 

@@ -216,7 +216,12 @@ class EmbeddedRouter:
         if self._thread is not None:
             self._thread.join()
         if self._router is not None:
-            self._router.close()  # type: ignore[no-untyped-call]
+            try:
+                self._router.close()  # type: ignore[no-untyped-call]
+            except Exception as error:  # a ZError: zenoh gives its closing up after 10 s
+                from goalwire.logging import get_logger
+
+                get_logger(LOGGER).warning(f'the Zenoh rendezvous did not close in order: {error}')
 
 
 class Rendezvous:

@@ -286,25 +286,29 @@ class NativeSession:
     # ---- links
 
     def _add(self, sock: socket.socket, make: LinkMaker, dial: Dial | None = None) -> None:
-        handshake = Handshake(
-            self.protocol.identity,
-            connects=dial is not None,
-            random=os.urandom,
-            expected=None if dial is None else dial.expected,
-            is_linked=self._is_met,
-        )
-        new = make(sock)(
-            self.protocol,
-            sock,
-            handshake,
-            self._poller,
-            clock=monotonic,
-            lease_ms=self._settings.lease_ms,
-            when_ended=self._ended,
-            wait_for_room=self._wait_for_room,
-            when_held=self._flusher.hold,
-        )
-        self._links[new.link] = new
+        try:
+            handshake = Handshake(
+                self.protocol.identity,
+                connects=dial is not None,
+                random=os.urandom,
+                expected=None if dial is None else dial.expected,
+                is_linked=self._is_met,
+            )
+            new = make(sock)(
+                self.protocol,
+                sock,
+                handshake,
+                self._poller,
+                clock=monotonic,
+                lease_ms=self._settings.lease_ms,
+                when_ended=self._ended,
+                wait_for_room=self._wait_for_room,
+                when_held=self._flusher.hold,
+            )
+            self._links[new.link] = new
+        except BaseException:  # of a signal's handler: nobody else has the socket, and its other end waits
+            sock.close()
+            raise
         if dial is not None:
             self._dialled[new.link] = dial
         new.start()
