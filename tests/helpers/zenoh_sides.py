@@ -214,6 +214,7 @@ class Theirs(Side):
         strategy: str = 'greater-zid',
         *,
         tls: TlsFiles = NO_FILES,
+        numbers: str = '32bit',
     ) -> None:
         config = zenoh.Config()
         values: dict[str, object] = {
@@ -227,6 +228,7 @@ class Theirs(Side):
             'scouting/gossip/autoconnect_strategy': {'peer': {'to_router': 'always', 'to_peer': strategy}},
             'timestamping/enabled': True,
             'transport/link/tx/lease': lease_ms,
+            'transport/link/tx/sequence_number_resolution': numbers,
             'transport/shared_memory/enabled': False,
             'transport/link/tls': {name: getattr(tls, name) or None for name in TLS_NAMES},
         }

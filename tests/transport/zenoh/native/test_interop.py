@@ -57,6 +57,32 @@ def test_messages_of_all_sizes_arrive_in_order_both_ways(pair: tuple[Side, Side]
         ready()
 
 
+@pytest.mark.parametrize('ours_connects', [True, False])
+@pytest.mark.parametrize('numbers', ['8bit', '16bit'])
+def test_a_peer_with_smaller_sequence_numbers_is_served(
+    numbers: str, ours_connects: bool, sides: list[Side]
+) -> None:
+    """Numbers of 8 bits are modulo 128: each way they go round, also within one message in pieces."""
+    where = address()
+    if ours_connects:
+        sides.append(Theirs('peer', listen=(where,), numbers=numbers))
+        sides.append(Ours('peer', connect=(where,)))
+    else:
+        sides.append(Ours('peer', listen=(where,)))
+        sides.append(Theirs('peer', connect=(where,), numbers=numbers))
+    for sender, receiver in (sides, sides[::-1]):
+        heard = receiver.subscribe('a/b')
+        ready = receiver.token(f'ready/{sender.id}')
+        sender.watch(f'ready/{sender.id}').wait(1)
+        sizes = [*range(300), 2_000_000, *range(300), 9_000_000, 5]
+        for size in sizes:
+            sender.put('a/b', bytes(size))
+        assert [len(payload or b'') for _, payload in heard.wait(len(sizes))] == sizes
+        ready()
+        receiver.serve(f'q/{sender.id}', b'yes')
+        wait_for(lambda: sender.ask(f'q/{sender.id}').wait() == [(f'q/{sender.id}', b'yes')], 'it')  # noqa: B023
+
+
 @MAKES
 def test_queries_replies_and_errors_both_ways(pair: tuple[Side, Side]) -> None:
     for number, (client, server) in enumerate((pair, pair[::-1])):

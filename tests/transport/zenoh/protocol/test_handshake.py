@@ -64,6 +64,24 @@ def test_a_later_patch_is_answered_with_ours() -> None:
     assert answer.patch == 1
 
 
+@pytest.mark.parametrize(('size', 'agreed', 'bits'), [(0, 0, 7), (1, 1, 14), (2, 2, 28), (3, 2, 28)])
+def test_sequence_numbers_are_as_small_as_the_other_side_has_them(size: int, agreed: int, bits: int) -> None:
+    other = acceptor()
+    answer = Init.decode(Reader(other.receive(Reader(Init(B, Role.PEER, number_size=size).encode()))))
+    assert answer.number_size == agreed
+    first = Open.decode(Reader(other.receive(Reader(Open(60_000, 5, answer.cookie).encode())))).first_number
+    assert first < 1 << bits
+    assert other.terms is not None
+    assert other.terms.number_mask == (1 << bits) - 1
+
+
+def test_a_first_number_beyond_what_was_agreed_is_refused() -> None:
+    other = acceptor()
+    answer = Init.decode(Reader(other.receive(Reader(Init(B, Role.PEER, number_size=0).encode()))))
+    with pytest.raises(ZenohProtocolError, match='first sequence number 128 has more than 7 bits'):
+        other.receive(Reader(Open(60_000, 128, answer.cookie).encode()))
+
+
 def test_sizes_may_be_left_out() -> None:
     init = Init.decode(Reader(bytes.fromhex('010931b1b2b3b4')))
     assert (init.batch_size, init.qos, init.patch, init.role) == (65535, False, 0, Role.PEER)
@@ -122,6 +140,8 @@ def test_a_connector_refuses_another_than_it_looked_for() -> None:
 def test_a_connector_refuses_more_than_it_offered() -> None:
     with pytest.raises(ZenohProtocolError, match='exceeds'):
         connector().receive(Reader(Init(A, Role.PEER, 65535, cookie=b'x').encode()))
+    with pytest.raises(ZenohProtocolError, match='exceeds'):
+        connector().receive(Reader(Init(A, Role.PEER, 49152, cookie=b'x', number_size=3).encode()))
 
 
 def test_leases_are_said_in_seconds_or_milliseconds() -> None:

@@ -1,9 +1,10 @@
 """Sequence numbers, fragments, and the queue before the socket.
 
 A link has eight priorities, and each has a reliable and a best-effort channel. That makes sixteen channels,
-and each counts its own messages. All begin at the number said in OPEN and go on modulo 2^28. TCP loses none
-and keeps the order. So a receiver takes any number that is ahead by less than half of all numbers, and drops
-the others. Frames that a sender left out are not asked for again.
+and each counts its own messages. All begin at the number said in OPEN and go on modulo 2^28, or less if the
+other side wants smaller numbers. TCP loses none and keeps the order. So a receiver takes any number that is
+ahead by less than half of all numbers, and drops the others. Frames that a sender left out are not asked for
+again.
 
 A message that fits no batch travels in pieces, each a FRAGMENT in a batch of its own. The pieces must follow
 one another in their channel. Anything between them loses the message, but not the link.
@@ -38,7 +39,7 @@ IS_FIRST = 0x02
 IS_GIVEN_UP = 0x03
 
 MASK = (1 << 28) - 1
-_HALF = 1 << 27
+"""The bits of a sequence number, unless the handshake agreed on fewer."""
 
 HEAD_SIZE = 16
 """Bytes that the head of a frame or fragment takes of a batch at most, its length included."""
@@ -90,17 +91,20 @@ def pieces(message: Sequence[Buffer], size: int) -> Iterator[list[Buffer]]:
 class ReceivedNumbers:
     """The last number seen on each channel of a link."""
 
-    __slots__ = ('last',)
+    __slots__ = ('_half', '_mask', 'last')
 
-    def __init__(self, first: int) -> None:
-        self.last = [(first - 1) & MASK] * CHANNELS
+    def __init__(self, first: int, mask: int = MASK) -> None:
+        """`mask` has the bits of a number."""
+        self.last = [(first - 1) & mask] * CHANNELS
+        self._mask = mask
+        self._half = (mask + 1) // 2
 
     def advance(self, channel: int, number: int) -> int:
         """Return how far `number` is ahead, and go on from it; 0 where it is not. Raises where it is none."""
-        if number > MASK:
-            raise ZenohProtocolError(f'sequence number {number} has more than 28 bits')
-        gap = (number - self.last[channel]) & MASK
-        if gap >= _HALF:
+        if number > self._mask:
+            raise ZenohProtocolError(f'sequence number {number} has more than {self._mask.bit_length()} bits')
+        gap = (number - self.last[channel]) & self._mask
+        if gap >= self._half:
             return 0
         self.last[channel] = number
         return gap

@@ -63,6 +63,8 @@ class Terms:
     patch: int
     lease_ms: int
     """How long the other side may be silent."""
+    number_mask: int
+    """The bits of a sequence number."""
     first_sent: int
     """The first sequence number of ours, on every channel."""
     first_received: int
@@ -122,7 +124,11 @@ class Handshake:
         if self.connects:
             if self._expected is not None and theirs.zid != self._expected:
                 raise ZenohProtocolError('another session answers at this address', INVALID)
-            if theirs.batch_size > ours.batch_size or theirs.patch > ours.patch:
+            if (
+                theirs.batch_size > ours.batch_size
+                or theirs.patch > ours.patch
+                or theirs.number_size > ours.number_size
+            ):
                 raise ZenohProtocolError('the answer exceeds what was offered', INVALID)
         self._theirs = theirs
         self._agreed = Init(
@@ -132,7 +138,9 @@ class Handshake:
             theirs.qos and ours.qos,
             min(theirs.patch, OUR_PATCH),
             None if self.connects else self._random(16),
+            min(theirs.number_size, ours.number_size),
         )
+        self._first_sent &= self._agreed.number_mask
         self.state = State.WAIT_OPEN
         if self.connects:
             if theirs.zid == ours.zid:
@@ -150,6 +158,9 @@ class Handshake:
                 raise ZenohProtocolError('it is a link to ourselves', TO_SELF)
             if self._is_linked(other.zid):
                 raise ZenohProtocolError('there is a link to this session already', MAX_LINKS)
+        if theirs.first_number > agreed.number_mask:
+            bits = agreed.number_mask.bit_length()
+            raise ZenohProtocolError(f'first sequence number {theirs.first_number} has more than {bits} bits')
         if not theirs.lease_ms:
             raise ZenohProtocolError('a lease of 0', GENERIC)
         self.terms = Terms(
@@ -159,6 +170,7 @@ class Handshake:
             agreed.qos,
             agreed.patch,
             theirs.lease_ms,
+            agreed.number_mask,
             self._first_sent,
             theirs.first_number,
         )

@@ -218,6 +218,8 @@ class Link(Outgoing):
         self._largest_batch = MAX_BATCH
         self._tail = b''
         self._numbers = ReceivedNumbers(0)
+        self._mask = MASK
+        """The bits of a sequence number."""
         self._expected = b'none'
         self._reassembly: dict[int, Reassembly] = {}
         self.in_pieces = False
@@ -267,9 +269,9 @@ class Link(Outgoing):
                     start = at - 2
                     break
                 if data.startswith(self._expected, at):  # the next frame of reliable data
-                    last = self._numbers.last
-                    number = last[DATA_CHANNEL] = (last[DATA_CHANNEL] + 1) & MASK
-                    number = (number + 1) & MASK
+                    last, mask = self._numbers.last, self._mask
+                    number = last[DATA_CHANNEL] = (last[DATA_CHANNEL] + 1) & mask
+                    number = (number + 1) & mask
                     self._expected = b'%%%b%b' % (PADDED_LOW[number & 0x3FFF], PADDED_HIGH[number >> 14])
                     at = self._take_network(data, at + 5, start)
                 while at < start:
@@ -318,7 +320,8 @@ class Link(Outgoing):
         if terms is not None:
             self.terms = terms
             self.zid, self.role = terms.zid, terms.role
-            self._numbers = ReceivedNumbers(terms.first_received)
+            self._mask = terms.number_mask
+            self._numbers = ReceivedNumbers(terms.first_received, terms.number_mask)
             self._expected = b'%%%b' % encode_padded(terms.first_received)
             self._largest_batch = terms.batch_size - 2
             self.agree(terms)
@@ -346,7 +349,7 @@ class Link(Outgoing):
         if not gap:
             return end  # it came before
         if channel == DATA_CHANNEL:
-            self._expected = b'%%%b' % encode_padded((number + 1) & MASK)
+            self._expected = b'%%%b' % encode_padded((number + 1) & self._mask)
         if header & MESSAGE_ID == FRAME:
             if channel in self._reassembly:
                 self._reassembly[channel].clear()

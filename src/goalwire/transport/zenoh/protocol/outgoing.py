@@ -84,6 +84,8 @@ class Outgoing:
         self.is_held = False
         """Whether what waits does so for others to join it, and not for the socket."""
         self._sent = [0] * CHANNELS
+        self._mask = MASK
+        """The bits of a sequence number."""
         self.room = MAX_BATCH - HEAD_SIZE
         """Bytes of messages that fit one frame."""
         self._marks_first = False
@@ -92,6 +94,7 @@ class Outgoing:
 
     def agree(self, terms: Terms) -> None:
         """Send from now on as the handshake has it."""
+        self._mask = terms.number_mask
         self._sent = [terms.first_sent] * CHANNELS
         self.room = terms.batch_size - HEAD_SIZE
         self._marks_first = terms.patch > 0
@@ -136,7 +139,7 @@ class Outgoing:
             if channel == DATA_CHANNEL:
                 sent = self._sent
                 number = sent[DATA_CHANNEL]
-                sent[DATA_CHANNEL] = (number + 1) & MASK
+                sent[DATA_CHANNEL] = (number + 1) & self._mask
                 # hot path: encode_padded written out, one call less for each message.
                 low, high = PADDED_LOW[number & 0x3FFF], PADDED_HIGH[number >> 14]
                 batch = b''.join(((size + 5).to_bytes(2, 'little'), b'%', low, high, message))
@@ -246,7 +249,7 @@ class Outgoing:
     def _head(self, channel: int) -> bytes:
         """Return the head of a channel's next frame."""
         number = self._sent[channel]
-        self._sent[channel] = (number + 1) & MASK
+        self._sent[channel] = (number + 1) & self._mask
         return frame_head(channel, number)
 
     def _is_bearable(self) -> bool:
@@ -302,12 +305,12 @@ class Outgoing:
                 size = sum(map(len, piece))
                 left -= size
                 number = sent[channel]
-                sent[channel] = (number + 1) & MASK
+                sent[channel] = (number + 1) & self._mask
                 head = fragment_head(channel, number, marks_first=marks_first, more=left > 0)
                 marks_first = False
                 self.queue.add(channel >> 1, ((len(head) + size).to_bytes(2, 'little') + head, *piece))
         except BaseException:  # of a signal's handler: no later piece may follow on the last one
-            sent[channel] = (number + 2) & MASK
+            sent[channel] = (number + 2) & self._mask
             raise
 
     def send_transport(self, message: bytes, priority: int = 0) -> None:

@@ -31,8 +31,12 @@ IS_ANSWER = 0x20
 HAS_SIZES = 0x40
 IN_SECONDS = 0x40
 
-RESOLUTION = 0x0A
-"""Sequence numbers and request ids of 32 bits. Of the former Zenoh uses 28."""
+NUMBER_BITS = (7, 14, 28)
+"""Bits of a sequence number where INIT speaks of 8, 16 or 32: Zenoh keeps one in each byte for itself."""
+LARGEST_NUMBERS = 2
+"""How INIT names numbers of 32 bits; 3 stands for 64, which are not spoken here."""
+SIZES = 0x0A
+"""Sequence numbers and request ids of 32 bits: what holds where INIT names no sizes."""
 MAX_BATCH = 65535
 MAX_COOKIE = 65535
 
@@ -61,6 +65,13 @@ class Init:
     qos: bool = True
     patch: int = OUR_PATCH
     cookie: bytes | None = None
+    number_size: int = LARGEST_NUMBERS
+    """The size of sequence numbers, as NUMBER_BITS has them."""
+
+    @property
+    def number_mask(self) -> int:
+        """The bits of a sequence number."""
+        return (1 << NUMBER_BITS[self.number_size]) - 1
 
     def encode(self) -> bytes:
         """Return the message."""
@@ -72,7 +83,7 @@ class Init:
             (
                 bytes((header | (MORE if extensions else 0), VERSION, (len(self.zid) - 1) << 4 | self.role)),
                 self.zid,
-                bytes((RESOLUTION,)),
+                bytes((LARGEST_NUMBERS << 2 | self.number_size,)),
                 self.batch_size.to_bytes(2, 'little'),
                 b'' if self.cookie is None else encode_data(self.cookie),
                 chain(extensions),
@@ -81,7 +92,7 @@ class Init:
 
     @classmethod
     def decode(cls, reader: Reader) -> Init:
-        """Read one; raises ZenohProtocolError, also for another version or other numbers than ours."""
+        """Read one; raises ZenohProtocolError, also for another version or smaller request ids than ours."""
         header = reader.u8()
         version = reader.u8()
         if version != VERSION:
@@ -92,12 +103,12 @@ class Init:
         if who & 3 == 3:
             raise ZenohProtocolError('a role that does not exist', UNSUPPORTED)
         zid = reader.zid((who >> 4) + 1)
-        resolution, batch_size = RESOLUTION, MAX_BATCH
+        sizes, batch_size = SIZES, MAX_BATCH
         if header & HAS_SIZES:
-            resolution = reader.u8()
+            sizes = reader.u8()
             batch_size = int.from_bytes(reader.take(2), 'little')
-        if resolution & 0x0F != RESOLUTION:
-            raise ZenohProtocolError(f'it wants numbers of another size (0x{resolution:02x})', UNSUPPORTED)
+        if sizes >> 2 & 3 < LARGEST_NUMBERS:
+            raise ZenohProtocolError(f'it wants request ids of another size (0x{sizes:02x})', UNSUPPORTED)
         cookie = None
         if header & IS_ANSWER:
             cookie = reader.sized()
@@ -106,7 +117,7 @@ class Init:
         found = reader.extensions({QOS, PATCH}) if header & MORE else {}
         patch = found.get(PATCH, 0)
         assert isinstance(patch, int)
-        return cls(zid, Role(who & 3), batch_size, QOS in found, patch, cookie)
+        return cls(zid, Role(who & 3), batch_size, QOS in found, patch, cookie, sizes & 3)
 
 
 @record
