@@ -10,6 +10,7 @@ from contextlib import ExitStack
 
 import pytest
 from control_msgs.action import FollowJointTrajectory, GripperCommand
+from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import Twist
 from helpers.collector import Collector
 from helpers.robot import humanoid, on_both_wires, robot_client
@@ -93,7 +94,7 @@ def test_goals_of_every_kind_are_aborted_and_refused_until_it_is_released(
     runs = everything.goals()
     assert len(runs) == 24
     assert all(run.accepted for run in runs)
-    assert throw(robot, stopped=True) == 'stopped'
+    assert throw(robot, stopped=True) == 'stopped: /mission called the service'
     for run in runs:
         run.finish()
         assert run.status == 'ABORTED'
@@ -164,6 +165,25 @@ def test_a_button_stops_and_only_the_service_releases(gw_graph: Graph, robot: Ro
     throw(robot, stopped=False)
     time.sleep(0.5)  # virtual
     assert state.messages[-1].data is False
+
+
+def test_the_status_says_why_the_robot_is_stopped_and_by_whom(gw_graph: Graph, robot: Robot) -> None:
+    latched = QoS(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    status = gw_graph.record(DiagnosticStatus, 'emergency_stop_status', qos=latched)
+
+    def told(count: int) -> tuple[bytes, str, dict[str, str]]:
+        last = status.wait_for(count)[-1]
+        return last.level, last.message, {each.key: each.value for each in last.values}
+
+    assert told(1) == (DiagnosticStatus.OK, 'released', {'stopped': 'false', 'by': ''})
+    assert throw(robot, stopped=True) == 'stopped: /mission called the service'
+    reason = '/mission called the service'
+    assert told(2) == (DiagnosticStatus.ERROR, reason, {'stopped': 'true', 'by': '/mission'})
+    assert throw(robot, stopped=True) == f'stopped: {reason}', 'the first reason stays'
+    throw(robot, stopped=False)
+    assert told(3) == (DiagnosticStatus.OK, 'released', {'stopped': 'false', 'by': ''})
+    late = gw_graph.record(DiagnosticStatus, 'emergency_stop_status', qos=latched)
+    assert late.wait_for()[0].message == 'released'
 
 
 def test_a_server_that_comes_late_knows_that_it_is_stopped(gw_graph: Graph, gw_clock: VirtualClock) -> None:
