@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import TypeAlias
 
 import pytest
@@ -61,9 +62,9 @@ def goalwire_side(open_side: OpenSide) -> Side:
     return open_side('ours')
 
 
-@pytest.fixture
-def peer(world: dict[str, str], goalwire_side: Side) -> Iterator[zenoh.Session]:
-    """A zenoh session that knows nothing of goalwire, set up as rmw_zenoh's are."""
+@contextmanager
+def open_peer(world: dict[str, str]) -> Iterator[zenoh.Session]:
+    """Open a zenoh session that knows nothing of goalwire, set up as rmw_zenoh's are."""
     threads.start()
     settings = {
         'mode': 'peer',
@@ -77,5 +78,14 @@ def peer(world: dict[str, str], goalwire_side: Side) -> Iterator[zenoh.Session]:
         'transport': {'shared_memory': {'enabled': False}},
     }
     session = zenoh.open(zenoh.Config.from_json5(json.dumps(settings)))
-    yield session
-    session.close()  # type: ignore[no-untyped-call]
+    try:
+        yield session
+    finally:
+        session.close()  # type: ignore[no-untyped-call]
+
+
+@pytest.fixture
+def peer(world: dict[str, str], goalwire_side: Side) -> Iterator[zenoh.Session]:
+    """A plain peer beside goalwire's side."""
+    with open_peer(world) as session:
+        yield session

@@ -183,3 +183,41 @@ def test_whenever_messages_and_answers_meet_each_comes_once_in_order(
     assert listener.came == list(range(len(listener.came)))
     if heard_from < published:
         assert len(listener.came) == published
+
+
+HUGE = 2_000_000_000
+
+
+def test_a_number_that_recovery_cannot_reach_outdates_nothing() -> None:
+    listener = Listener()
+    listener.live(0, 1)
+    assert listener.live(HUGE) == ['_sn=2..']
+    listener.answer(2)
+    assert listener.live(3, 4) == [None, None]
+    assert listener.came == [0, 1, 2, HUGE, 3, 4]
+
+
+def test_a_subscription_that_does_not_recover_is_not_silenced_either() -> None:
+    listener = Listener(recovers=False)
+    listener.live(0, HUGE, 1, HUGE + 7, 2)
+    assert listener.came == [0, HUGE, 1, HUGE + 7, 2]
+
+
+def test_a_huge_number_before_a_publishers_first_message_outdates_nothing() -> None:
+    listener = Listener()
+    assert listener.live(HUGE) == ['_max=10']
+    listener.answer()
+    listener.live(0, 1)
+    assert listener.came == [HUGE, 0, 1]
+
+
+def test_what_came_behind_a_gap_is_not_delivered_again_with_the_history() -> None:
+    listener = Listener()
+    listener.live(0)
+    assert listener.live(5, 6) == ['_sn=1..', None]
+    listener.stream.end()
+    assert listener.live(6, 7) == [None, None]
+    listener.stream.ask()
+    listener.answer(4, 5, 6, 7, 8)
+    assert listener.live(9) == [None]
+    assert listener.came == [0, 5, 6, 7, 4, 8, 9]

@@ -4,21 +4,22 @@ from __future__ import annotations
 
 import struct
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import TypeVar
 
 import pytest
 import zenoh
 from helpers.collector import Collector
-from helpers.patience import PATIENCE
+from helpers.patience import PATIENCE, wait_for
 from helpers.wire import HASH, Side
 from zenoh import ext
 
 from goalwire.rules.qos import DurabilityPolicy, QoS, ReliabilityPolicy
 from goalwire.transport.contract import EndpointKind, Sample
-from goalwire.transport.zenoh import subscription
+from goalwire.transport.zenoh import subscription, wire
+from goalwire.transport.zenoh.session import CHOICE, NATIVE, ZenohSession
 
-from .conftest import on_both
+from .conftest import on_both, open_peer
 
 pytestmark = on_both
 
@@ -53,14 +54,14 @@ class TheirPublisher:
             cache=ext.CacheConfig(10),
             sample_miss_detection=ext.MissDetectionConfig(heartbeat=None, sporadic_heartbeat=None),
         )
-        self._source = self._cache.id
-        self._address = f'{key}/@adv/pub/{self._source.zid}/{self._source.eid}/_'
-        self._listener = peer.declare_queryable(self._address, direct(self._on_query))
+        self.source = self._cache.id
+        self.address = f'{key}/@adv/pub/{self.source.zid}/{self.source.eid}/_'
+        self._listener = peer.declare_queryable(self.address, direct(self._on_query))
         self._token: zenoh.LivelinessToken | None = None
 
     def show(self) -> None:
         """Declare the token."""
-        self._token = self._peer.liveliness().declare_token(self._address)
+        self._token = self._peer.liveliness().declare_token(self.address)
 
     def keep(self, *numbers: int) -> None:
         """Take messages into the history, from 0 on."""
@@ -70,12 +71,12 @@ class TheirPublisher:
     def send(self, *numbers: int) -> None:
         """Send messages."""
         for number in numbers:
-            source = zenoh.SourceInfo(self._source, number)
+            source = zenoh.SourceInfo(self.source, number)
             self._peer.put(self._key, b'%d' % number, attachment=beside(number), source_info=source)
 
     def beat(self, number: int) -> None:
         """Say which message was the last."""
-        self._peer.put(self._address, ext.z_serialize(ext.UInt32(number)))
+        self._peer.put(self.address, ext.z_serialize(ext.UInt32(number)))
 
     def _on_query(self, query: zenoh.Query) -> None:
         self.asked(str(query.parameters).partition(';')[0])
@@ -149,6 +150,60 @@ def test_a_publisher_that_keeps_nothing_is_heard(
     for number in (7, 8):
         peer.put(key, b'%d' % number, attachment=beside(number))
     assert arrived(samples, 2) == [b'7', b'8']
+
+
+@pytest.fixture
+def forger(world: dict[str, str]) -> Iterator[zenoh.Session]:
+    """A peer that is linked to each of the others."""
+    with open_peer(world) as session:
+        yield session
+
+
+def test_one_message_in_a_publishers_name_does_not_silence_it(
+    samples: Collector[Sample],
+    theirs: TheirPublisher,
+    forger: zenoh.Session,
+    key: str,
+    goalwire_side: Side,
+    world: dict[str, str],
+) -> None:
+    theirs.keep(0, 1, 2)
+    theirs.send(0, 1, 2)
+    arrived(samples, 3)
+    forger_watch: Collector[zenoh.Sample] = Collector()
+    forger.liveliness().declare_subscriber(f'{key}/@adv/sub/**', direct(forger_watch), history=True)
+    forger_watch.expect()
+    far = zenoh.SourceInfo(theirs.source, 2_000_000_000)
+    forger.put(key, b'forged', attachment=beside(2_000_000_000), source_info=far)
+    if world[CHOICE] == NATIVE:  # a session of ours sees over which link it came
+        ours = goalwire_side.session
+        assert isinstance(ours, ZenohSession)
+        wait_for(lambda: ours.statistics().get('forged message') == 1, 'the refusal')
+    else:
+        assert arrived(samples, 4)[3] == b'forged'
+    theirs.keep(3, 4)
+    theirs.send(3, 4)
+    expected = [b'0', b'1', b'2', b'3', b'4']
+    came = arrived(samples, 5 + (world[CHOICE] != NATIVE))
+    assert [each for each in came if each != b'forged'] == expected
+
+
+def test_a_stranger_that_never_answers_for_a_publisher_does_not_hold_its_messages_up(
+    samples: Collector[Sample],
+    theirs: TheirPublisher,
+    forger: zenoh.Session,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """eclipse-zenoh's sessions ask everybody: there the messages wait for HISTORY_S."""
+    monkeypatch.setattr(wire, 'HISTORY_S', 0.5)
+    held: list[zenoh.Query] = []
+    forger.declare_queryable(theirs.address, direct(held.append))
+    forger.liveliness().declare_token(theirs.address)
+    theirs.keep(0, 1, 2)
+    theirs.send(2)
+    theirs.show()
+    theirs.send(3)
+    assert arrived(samples, 4) == [b'0', b'1', b'2', b'3']
 
 
 class Gate:

@@ -397,6 +397,7 @@ class EclipseWire(wire.Wire):
         on_answer: wire.OnAnswer,
         on_end: Callable[[], None],
         *,
+        publisher: str,  # noqa: ARG002
         asks_own: bool = True,
     ) -> None:
         asked = _Asked(self._in_flight, on_answer, on_end)
@@ -408,6 +409,7 @@ class EclipseWire(wire.Wire):
                 consolidation=zenoh.ConsolidationMode.NONE,
                 accept_replies=zenoh.ReplyKeyExpr.ANY,
                 allowed_destination=None if asks_own else zenoh.Locality.REMOTE,
+                timeout=wire.HISTORY_S,
             )
         except BaseException:
             self._in_flight.leave(asked)

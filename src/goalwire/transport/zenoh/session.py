@@ -324,7 +324,8 @@ class ZenohSession(OpenSession):
 
     def statistics(self) -> dict[str, int]:
         """Return how many messages, requests, replies and tokens broke the rules and were ignored."""
-        return self._context.rejects.counts()
+        refused = self._context.wire.refused()
+        return {**refused, **self._context.rejects.counts()}
 
     def _unwatch_all(self) -> None:
         with self._lock:

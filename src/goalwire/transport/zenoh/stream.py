@@ -3,6 +3,11 @@
 Pure: its owner tells it what came, live or as the answer to a query, and asks it which query to send next.
 While a query is out, live messages wait; otherwise the first of them would make all history look outdated.
 Zenoh 1.10.2's own advanced subscriber does not wait after its first query, and so loses history.
+
+Anybody on the network can send a message in a publisher's name with a number far ahead. If such a number made
+all lower ones outdated, one message would silence the publisher for good. So a number behind a gap counts
+only after the publisher's own answer has filled the gap or has gone beyond it. Until then the message is
+delivered, and those that follow it are, too: it is a *run* beside the publisher's line of numbers.
 """
 
 from __future__ import annotations
@@ -14,6 +19,9 @@ T = TypeVar('T')
 
 _MASK = 0xFFFF_FFFF
 _HALF = 0x8000_0000
+
+MOST_RUNS = 8
+"""Runs of one publisher that are remembered; a message of an older one may be delivered twice."""
 
 
 def is_newer(number: int, other: int | None) -> bool:
@@ -35,6 +43,7 @@ class StreamState(Generic[T]):
         '_history',
         '_numbered',
         '_recovers',
+        '_runs',
         '_seen',
         'is_alive',
         'is_asking',
@@ -51,11 +60,8 @@ class StreamState(Generic[T]):
         self._held: list[tuple[int, bytes, T]] = []
         self._seen: dict[bytes, int] = {}
         self._answered: dict[bytes, int] = {}
-
-    @property
-    def gids(self) -> list[bytes]:
-        """The gids of the publishers of which messages came."""
-        return list(self._seen)
+        self._runs: dict[bytes, list[tuple[int, int]]] = {}
+        """First and last numbers of what came behind a gap that no answer has filled."""
 
     def ask(self) -> str | None:
         """Return the question for the history, or None where one is out already; `end` must follow."""
@@ -68,6 +74,8 @@ class StreamState(Generic[T]):
         """
         if self.is_asking:
             self._held.append((number, gid, item))
+            return None
+        if self._runs and self._joins_run(gid, number, item):
             return None
         last = self._seen.get(gid)
         if last is None and not is_first:  # never heard, yet not its first: there may be history
@@ -96,8 +104,11 @@ class StreamState(Generic[T]):
         if is_newer(number, self._seen.get(gid)):
             if self._held:
                 self._take_held_before(gid, number)
-            self._seen[gid] = self._answered[gid] = number
-            self._emit(item)
+            was_delivered = self._is_in_run(gid, number)
+            self._advance(gid, number)
+            self._answered[gid] = number
+            if not was_delivered:
+                self._emit(item)
 
     def _take_held_before(self, gid: bytes, number: int) -> None:
         """Emit the live messages of a publisher that came before its answer `number`."""
@@ -131,7 +142,48 @@ class StreamState(Generic[T]):
         so only an answer makes the messages up to it outdated.
         """
         seen = self._seen.get(gid)
-        if is_newer(number, seen if self._numbered else self._answered.get(gid)):
+        if self._numbered:
+            if self._is_next(number, seen):
+                self._advance(gid, number)
+                self._emit(item)
+            elif is_newer(number, seen) and not self._joins_run(gid, number, item):
+                runs = self._runs.setdefault(gid, [])
+                runs.append((number, number))
+                del runs[:-MOST_RUNS]
+                self._emit(item)
+        elif is_newer(number, self._answered.get(gid)):
             if is_newer(number, seen):
                 self._seen[gid] = number
             self._emit(item)
+
+    @staticmethod
+    def _is_next(number: int, seen: int | None) -> bool:
+        """Whether no message is missing before this one."""
+        return number == (0 if seen is None else (seen + 1) & _MASK)
+
+    def _advance(self, gid: bytes, number: int) -> None:
+        """All of a publisher's messages up to `number` are outdated; so are the runs up to there."""
+        self._seen[gid] = number
+        runs = self._runs.get(gid)
+        if runs:
+            left = [each for each in runs if is_newer(each[1], number)]
+            self._seen[gid] = next((last for first, last in left if not is_newer(first, number + 1)), number)
+            self._runs[gid] = left = [each for each in left if is_newer(each[1], self._seen[gid])]
+            if not left:
+                del self._runs[gid]
+
+    def _joins_run(self, gid: bytes, number: int, item: T) -> bool:
+        """Whether a message belongs to a run: the next one is delivered, one that came before is not."""
+        runs = self._runs.get(gid, ())
+        for at, (first, last) in enumerate(runs):
+            if number == (last + 1) & _MASK:
+                self._runs[gid][at] = first, number
+                self._emit(item)
+                return True
+        return self._is_in_run(gid, number)
+
+    def _is_in_run(self, gid: bytes, number: int) -> bool:
+        """Whether a message was delivered in a run."""
+        return any(
+            (number - first) & _MASK <= (last - first) & _MASK for first, last in self._runs.get(gid, ())
+        )

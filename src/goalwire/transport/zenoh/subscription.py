@@ -185,6 +185,7 @@ class HistorySubscriber:
                 question,
                 on_answer,
                 on_end,
+                publisher=address.partition('/')[0],
                 asks_own=self._takes_own,
             )
         except self._context.errors:  # the session is closing

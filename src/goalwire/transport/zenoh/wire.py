@@ -16,6 +16,9 @@ from goalwire.transport.zenoh.protocol.network import Payload, ReplyError
 from goalwire.transport.zenoh.protocol.primitives import SourceInfo, Timestamp
 from goalwire.transport.zenoh.protocol.queries import Query
 
+HISTORY_S = 10.0
+"""How long a publisher may take to say what it keeps: what it publishes meanwhile waits for that."""
+
 
 class Message(Protocol):
     """A message or a reply."""
@@ -166,9 +169,13 @@ class Wire(ABC):
         on_answer: OnAnswer,
         on_end: Callable[[], None],
         *,
+        publisher: str,
         asks_own: bool = True,
     ) -> None:
-        """Ask every queryable that matches, complete or not, for replies on any key."""
+        """Ask every queryable that matches, complete or not, for replies on any key, within HISTORY_S.
+
+        `publisher` is the session that has the answer: if it has a link of its own, nobody else is asked.
+        """
 
     @abstractmethod
     def declare_token(self, token: str) -> Declared:
@@ -188,6 +195,10 @@ class Wire(ABC):
     @abstractmethod
     def watch_routers(self, on_router: Callable[[str, str], None]) -> Declared:
         """Tell of each link to a router that there is or comes to be: its id, and the address dialled."""
+
+    def refused(self) -> dict[str, int]:
+        """Return how much of what peers sent was ignored, by kind, as far as the session tells."""
+        return {}
 
     @abstractmethod
     def close(self) -> None:

@@ -15,7 +15,7 @@ from weakref import WeakSet
 from goalwire.errors import TransportError
 from goalwire.records import record
 from goalwire.transport.endpoint import ForkGuard, in_child
-from goalwire.transport.reports import LOGGER
+from goalwire.transport.reports import LOGGER, RejectCounters
 from goalwire.transport.wire_poller import LeaderFollowers
 from goalwire.transport.zenoh.native.dialler import Dial, Retry
 from goalwire.transport.zenoh.native.endpoints import TlsFiles, locators_of, parse, resolve
@@ -137,6 +137,7 @@ class _Protocol(SessionProtocol):
             when_changed=session.wake_all,
             when_sooner=session.expire_sooner,
             close_link=session.close_link,
+            when_refused=session.rejects.add,
         )
 
     def link_is_up(self, link: Link) -> None:
@@ -151,6 +152,8 @@ class NativeSession:
         """Open it, and wait until it knows what those know whom it meets. Raises TransportError."""
         zid = settings.zid or os.urandom(15) + bytes((1 + os.urandom(1)[0] % 255,))
         self.guard = ForkGuard()
+        self.rejects = RejectCounters()
+        """What peers sent and this session ignored, by kind."""
         self.protocol = _Protocol(self, Identity(zid, settings.role, settings.lease_ms))
         self.id = self.protocol.id
         name = f'goalwire-zenoh {self.id[:8]}'

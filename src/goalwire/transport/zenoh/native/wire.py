@@ -207,6 +207,7 @@ class NativeWire(wire.Wire):
         on_answer: wire.OnAnswer,
         on_end: Callable[[], None],
         *,
+        publisher: str,
         asks_own: bool = True,
     ) -> None:
         querier = Querier(
@@ -215,9 +216,10 @@ class NativeWire(wire.Wire):
             target=Target.ALL,
             parameters=f'{parameters};{ANY_KEY}',
             asks_own=asks_own,
+            session_asked=publisher,
         )
         try:
-            querier.ask(None, None, on_answer, on_end, self._untimed_s)
+            querier.ask(None, None, on_answer, on_end, wire.HISTORY_S)
         finally:
             querier.close()
 
@@ -240,6 +242,9 @@ class NativeWire(wire.Wire):
         return self.session.watch_links(
             lambda link, address: on_router(show_id(link.zid), address) if link.role is Role.ROUTER else None
         )
+
+    def refused(self) -> dict[str, int]:
+        return self.session.rejects.counts()
 
     def close(self) -> None:
         self.session.close()

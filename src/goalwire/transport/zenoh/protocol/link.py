@@ -78,6 +78,7 @@ from goalwire.transport.zenoh.protocol.primitives import (
     ZenohProtocolError,
     decode_z,
     encode_padded,
+    encode_session,
 )
 from goalwire.transport.zenoh.protocol.transport import (
     CLOSE,
@@ -141,6 +142,9 @@ class LinkOwner(Protocol):
     def callback_failed(self, error: Exception) -> None:
         """A user's function raised."""
 
+    def is_forged(self, link: Link, source: bytes) -> bool:
+        """Whether what came over a link names a publisher that has a link of its own."""
+
     def query_came(
         self, link: Link, request: int, where: tuple[int, bytes, int], qos: int, query: QueryMessage
     ) -> None:
@@ -187,6 +191,8 @@ class Link(Outgoing):
         self.terms: Terms | None = None
         self.zid = b''
         self.role = Role.PEER
+        self._own_source = b''
+        """How the sources of what the other side publishes begin; empty if it is a router."""
         # what the other side has
         self.expressions: dict[int, str] = {}
         self.expression_ids: dict[str, int] = {}
@@ -320,6 +326,8 @@ class Link(Outgoing):
         if terms is not None:
             self.terms = terms
             self.zid, self.role = terms.zid, terms.role
+            if terms.role is not Role.ROUTER:
+                self._own_source = encode_session(terms.zid)
             self._mask = terms.number_mask
             self._numbers = ReceivedNumbers(terms.first_received, terms.number_mask)
             self._expected = b'%%%b' % encode_padded(terms.first_received)
@@ -457,7 +465,11 @@ class Link(Outgoing):
             receivers = self.owner.receivers(self, scope, suffix, is_senders)
         body = at
         sample, at = read_body(data, at, end, receivers.key)
-        if not suffix and sample.attachment is not None and data[body] == PUT_OF_ROS:
+        source = sample.source
+        if source is not None and not source.startswith(self._own_source):
+            if self.owner.is_forged(self, source):
+                return at
+        elif not suffix and sample.attachment is not None and data[body] == PUT_OF_ROS:
             form = push_form(data[begin : body + 1], sample, receivers.callbacks)
             if form is not None and len(self.push_forms) < ROUTES_LIMIT:
                 self.push_forms[form.head[:KEY_SIZE]] = form
@@ -512,6 +524,10 @@ class Link(Outgoing):
             _, at = read_extensions(data, at)
         key = self.owner.reply_key(self, request, scope, suffix, header & IS_SENDERS)
         answer, at = read_reply(data, at, end, key or '')
+        source = answer.source if type(answer) is Sample else None
+        is_own = source is None or source.startswith(self._own_source)
+        if not is_own and self.owner.is_forged(self, source or b''):
+            return at
         if key is not None:
             if not scope and type(answer) is Sample and len(self.reply_forms) < ROUTES_LIMIT:
                 form = reply_form(data, header, start, at, answer)

@@ -240,7 +240,12 @@ def encode_source(source: SourceInfo) -> bytes:
 
 def encode_replier(zid: bytes, entity: int) -> bytes:
     """Return the id of the replier, without the length."""
-    return bytes(((len(zid) - 1) << 4,)) + zid + encode_z(entity)
+    return encode_session(zid) + encode_z(entity)
+
+
+def encode_session(zid: bytes) -> bytes:
+    """Return how sources and repliers of a session begin."""
+    return bytes(((len(zid) - 1) << 4,)) + zid
 
 
 def decode_source(data: bytes) -> SourceInfo:

@@ -42,6 +42,7 @@ from goalwire.transport.zenoh.protocol.primitives import (
     SourceInfo,
     encode_source,
     encode_z,
+    show_id,
 )
 from goalwire.transport.zenoh.protocol.queries import ANY_KEY, Answer, LocalQuery, PendingQuery
 from goalwire.transport.zenoh.protocol.session import Queryable, SessionProtocol
@@ -204,13 +205,16 @@ class Querier:
         qos: int = DEFAULT_QOS | BLOCK,
         asks_own: bool = True,
         parameters: str = '',
+        session_asked: str = '',
     ) -> None:
+        """If `session_asked` is linked here, or is this session, only it is asked."""
         self._session = session
         self._key = canonical(key)
         self._target = target
         self._consolidation = consolidation
         self._qos = qos
         self._asks_own = asks_own
+        self._session_asked = session_asked
         self._parameters = parameters
         self._takes_any_key = ANY_KEY in parameters.split(';')
         self._encoded_key = self._key.encode()
@@ -311,7 +315,8 @@ class Querier:
         session = self._session
         version = session.version
         own = session.queryables.meeting(self._key) if self._asks_own else []
-        links = [(link, link.queryables.meeting(self._key)) for link in session.links]
+        asked = self._links_asked()
+        links = [(link, link.queryables.meeting(self._key)) for link in asked]
         if self._target == Target.BEST_MATCHING:
             nearest = self._nearest(links, own)
             if nearest is not None:
@@ -329,6 +334,12 @@ class Querier:
         )
         if is_final:  # at last: other threads that ask with it look no further than that
             self._version = version
+
+    def _links_asked(self) -> tuple[Link, ...]:
+        links, wanted = self._session.links, self._session_asked
+        if wanted == self._session.id:
+            return ()
+        return tuple(link for link in links if wanted and show_id(link.zid) == wanted) or links
 
     def _is_complete(self, key: str, complete: bool) -> bool:
         """Whether one declared on `key` counts as complete for the queries."""

@@ -49,6 +49,7 @@ from goalwire.transport.zenoh.protocol.network import (
 from goalwire.transport.zenoh.protocol.primitives import (
     MAX_LINKS,
     ZenohProtocolError,
+    decode_source,
     encode_replier,
     show_id,
 )
@@ -104,10 +105,12 @@ class SessionProtocol:
         when_changed: Callable[[], None] = lambda: None,
         when_sooner: Callable[[], None] = lambda: None,
         close_link: Callable[[Link, str, int], None] = lambda *_: None,
+        when_refused: Callable[[str, object], object] = lambda *_: None,
     ) -> None:
         """`clock` tells s for timeouts. `when_told` gets nodes to connect to, `when_changed` is called when a
         link has come, gone or told all, `when_sooner` when `next_timeout` is nearer than it was, `close_link`
-        with a link that a better one replaces, and that is to be closed soon. None of them may block."""
+        with a link that a better one replaces, and that is to be closed soon, `when_refused` with the kind of
+        what was ignored, and why. None of them may block."""
         self.identity = identity
         self.zid = identity.zid
         self.id = show_id(identity.zid)
@@ -137,6 +140,7 @@ class SessionProtocol:
         self._when_changed = when_changed
         self._when_sooner = when_sooner
         self._close_link = close_link
+        self.refuse = when_refused
         self._tokens: dict[int, str] = {}
         self._answerers: dict[tuple[Link, int, bytes, int], Answerers] = {}
         self._changes = 0
@@ -492,6 +496,23 @@ class SessionProtocol:
 
         self.section.run(find)
         return receivers
+
+    def is_forged(self, link: Link, source: bytes) -> bool:
+        """Whether what came over a peer's link names a publisher of this session's, or one with its own link.
+
+        Such a publisher's messages come over that link alone. Anything else cannot be told from what a peer
+        passes on for clients that are linked to it, or a router for anybody.
+        """
+        try:
+            zid = decode_source(source).zid
+        except ZenohProtocolError:
+            return False  # whoever looks at the source rejects it
+        if zid == link.zid or not (zid == self.zid or self.is_linked(zid)):
+            return False
+        self.refuse(
+            'forged message', f'session {show_id(link.zid)} sent it in the name of session {show_id(zid)}'
+        )
+        return True
 
     # ---- what is asked
 
