@@ -537,8 +537,27 @@ class LaunchError(LocalError, RuntimeError):
         self.located = located
 
 
+class BadLaunchValueError(LaunchError, TypeError, ValueError):
+    """An action or a parameter in a launch file was given a value of another type than it takes."""
+
+
 class InvalidLaunchFileError(LaunchError):
     """A file that is no launch file, or breaks the rules of its notation."""
+
+    def __init__(
+        self,
+        text: str = '',
+        *,
+        located: bool = False,
+        extension: str = '',
+        likely_errors: Sequence[Exception] = (),
+    ) -> None:
+        """Without a text, `likely_errors` tell what happened to a file of this extension, as in launch."""
+        if likely_errors and not text:
+            reasons = '; '.join(f'{type(error).__name__}: {error}' for error in likely_errors)
+            text = f"a file ending with '{extension}' cannot be read as a launch file: {reasons}"
+            self.__cause__ = likely_errors[0]
+        super().__init__(text or 'the launch file cannot be read', located=located)
 
 
 class InvalidFrontendLaunchFileError(InvalidLaunchFileError):
@@ -557,7 +576,7 @@ class NoSuchPackageError(LaunchError):
     """No package has that name."""
 
 
-class NoLaunchFileError(LaunchError):
+class NoLaunchFileError(LaunchError, FileNotFoundError):
     """A package has no launch file of that name, or there is none at that path."""
 
 

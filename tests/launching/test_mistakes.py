@@ -38,17 +38,18 @@ ACTIONS = {
     "LogInfo(msg=EnvironmentVariable('NOT_THERE'))": "environment variable 'NOT_THERE' does not exist",
     "IncludeLaunchDescription('/no/such.launch.py')": '/no/such.launch.py: No such file or directory',
     "DeclareLaunchArgument('needed')": "argument 'needed' was not provided: pass needed:=VALUE",
-    "DeclareLaunchArgument('a', default_value='x', choices=['y'])": "valid options are: ['y']",
+    "DeclareLaunchArgument('a', default_value='x', choices=['y'])": (
+        "default_value 'x' of argument 'a' is not in provided choices ['y']"
+    ),
     "ExecuteProcess(cmd=['x'], output='screan')": "output 'screan' is unknown: use one of screen, log",
     "TimerAction(period='soon', actions=[])": "a timer's period is a number of seconds, not 'soon'",
     'OpaqueFunction(function=lambda context: 1 / 0)': 'ZeroDivisionError: division by zero',
-    "ComposableNodeContainer(name='c', namespace='', package='p', executable='e')": 'sourced ROS 2',
     "ExecuteProcess(cmd=['/no/such/program'])": "cannot start '/no/such/program'",
 }
 XML = {
     '<nod pkg="a" exec="b"/>': 'unknown tag `nod`; did you mean node',
     '<node pkg="a"/>': "<node> needs the attribute 'exec'",
-    '<node pkg="a" exec="b" nmae="c"/>': "<node> does not take the attribute 'nmae'",
+    '<node pkg="a" exec="b" nmae="c"/>': "`node` does not take the attribute 'nmae'; did you mean name?",
     '<node pkg="a" exec="b"><parm name="c" value="d"/></node>': "does not take the tag 'parm' in it",
     '<log message="$(vra x)"/>': 'unknown substitution `vra`; did you mean var',
     '<log message="$(var x"/>': 'no ) ends $(var x',

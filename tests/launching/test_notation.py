@@ -20,9 +20,9 @@ from launch.substitutions import (
 )
 from launch.utilities import perform_substitutions
 
-from goalwire.errors import LaunchError, SubstitutionFailure
+from goalwire.errors import BadLaunchValueError, LaunchError, SubstitutionFailure
 from goalwire.launching.expressions import evaluate
-from goalwire.launching.ros.node import joined_namespace
+from goalwire.launching.ros.namespaces import joined_namespace
 from goalwire.launching.ros.parameters import as_rule, by_yaml, evaluate_dictionary
 
 
@@ -123,13 +123,13 @@ PARAMETERS: dict[str, tuple[Any, Any]] = {
     'string': ('5', '5'),
     'number': (5, 5),
     'boolean': (True, True),
-    'ints': ([1, 2], [1, 2]),
-    'mixed numbers': ([1, 2.5], [1.0, 2.5]),
-    'strings': (['a', '1'], ['a', '1']),
-    'nothing': ([], []),
+    'ints': ([1, 2], (1, 2)),
+    'mixed numbers': ([1, 2.5], (1.0, 2.5)),
+    'strings': (['a', '1'], ('a', '1')),
+    'nothing': ([], ()),
     'substitution': (parse_substitution('$(var number)')[0], 3),
     'several': (parse_substitution('$(var a)$(var number)'), 'x3'),
-    'list text': (parse_substitution('[1, $(var number)]'), [1, 3]),
+    'list text': (parse_substitution('[1, $(var number)]'), (1, 3)),
 }
 
 
@@ -168,4 +168,9 @@ def test_rules_for_the_command_line() -> None:
     assert as_rule('a', [1, 2]) == 'a:=[1, 2]'
     assert as_rule('a', '5') == "a:='5'"
     assert as_rule('a', 'x') == 'a:=x'
-    assert by_yaml('{a: 1}') == '{a: 1}'
+
+
+@pytest.mark.parametrize('text', ['{a: 1}', '[]', '[1, a]', '[[1], [2]]'])
+def test_a_text_that_stands_for_no_parameter_is_refused(text: str) -> None:
+    with pytest.raises(BadLaunchValueError, match=r'Expected a non-empty sequence|Allowed value types'):
+        by_yaml(text)

@@ -42,6 +42,7 @@ launch.launch_description_sources: AnyLaunchDescriptionSource FrontendLaunchDesc
 launch.launch_description_sources: PythonLaunchDescriptionSource get_launch_description_from_any_launch_file
 launch.launch_description_sources.python_launch_description_source: PythonLaunchDescriptionSource
 launch.launch_service: LaunchService
+launch.logging.handlers: Handler FileHandler RotatingFileHandler
 launch.logging: get_logger launch_config
 launch.some_substitutions_type: SomeSubstitutionsType SomeSubstitutionsType_types_tuple
 launch.some_entities_type: SomeEntitiesType
@@ -55,11 +56,23 @@ launch.substitutions: ThisLaunchFile ThisLaunchFileDir SubstitutionFailure
 launch.substitutions.launch_configuration: LaunchConfiguration
 launch.substitutions.path_join_substitution: PathJoinSubstitution
 launch.utilities: normalize_to_list_of_substitutions perform_substitutions ensure_argument_type
+launch.utilities: AsyncSafeSignalManager visit_all_entities_and_collect_futures is_a isclassinstance
+launch.utilities.class_tools_impl: is_a is_a_subclass isclassinstance
+launch.utilities.type_utils: coerce_list extract_type get_typed_value is_instance_of is_valid_scalar_type
 launch.utilities.type_utils: perform_typed_substitution normalize_typed_substitution
 launch_ros.actions: Node LifecycleNode LifecycleTransition PushRosNamespace PushROSNamespace SetParameter
 launch_ros.actions: SetRemap
 launch_ros.actions: SetParametersFromFile SetUseSimTime SetROSLogDir RosTimer ComposableNodeContainer
-launch_ros.actions: LoadComposableNodes
+launch_ros.actions: LoadComposableNodes ROSTimer
+launch_ros.actions.load_composable_nodes: LoadComposableNodes get_composable_node_load_request
+launch_ros.actions.push_ros_namespace: PushROSNamespace PushRosNamespace
+launch_ros.actions.ros_timer: ROSTimer
+launch_ros.actions.set_ros_log_dir: SetROSLogDir
+launch_ros.ros_adapters: ROSAdapter get_ros_adapter get_ros_node
+launch_ros.utilities: add_node_name evaluate_parameter_dict evaluate_parameters get_node_name_count
+launch_ros.utilities: is_namespace_absolute is_root_namespace make_namespace_absolute normalize_parameters
+launch_ros.utilities: normalize_parameter_dict normalize_remap_rule normalize_remap_rules prefix_namespace
+launch_ros.utilities: to_parameters_list
 launch_ros.actions.node: Node
 launch_ros.descriptions: ComposableNode Parameter ParameterFile ParameterValue
 launch_ros.event_handlers: OnStateTransition
@@ -69,8 +82,12 @@ launch_ros.parameter_descriptions: Parameter ParameterFile ParameterValue
 launch_ros.parameters_type: SomeParameters
 launch_ros.remap_rule_type: SomeRemapRules
 launch_ros.substitutions: ExecutableInPackage FindPackage FindPackagePrefix FindPackageShare Parameter
+launch.launch_description_sources.any_launch_file_utilities: get_launch_description_from_any_launch_file
+launch.launch_description_sources.python_launch_file_utilities: load_python_launch_file_as_module
 launch_xml: Entity Parser
+launch_xml.launch_description_sources: XMLLaunchDescriptionSource
 launch_yaml: Entity Parser
+launch_yaml.launch_description_sources: YAMLLaunchDescriptionSource
 """
 
 

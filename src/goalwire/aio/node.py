@@ -112,11 +112,13 @@ class Node:
         domain: int | None = None,
         context: Context | None = None,
         arguments: Sequence[str] = (),
+        program_arguments: bool = True,
         parameters: Mapping[str, ParameterValue] | None = None,
         call_timeout: float | None = None,
     ) -> None:
         """Nothing is opened yet. `arguments` are ROS arguments of this node, beside the program's own.
 
+        Without `program_arguments` it reads none of the program's, and has a context of its own.
         Nodes without a `context` share one for each `domain` (ROS_DOMAIN_ID's where None). `parameters`
         override the values that declarations give. `call_timeout` is how many s calls and goals may take
         that are given no time of their own (of goals: until they are accepted); without it
@@ -129,6 +131,7 @@ class Node:
         self._domain = domain
         self._given = context
         self._arguments = list(arguments)
+        self._program_arguments = program_arguments
         self._overrides = dict(parameters or {})
         self._call_timeout = call_timeout
         self._runs = CallbackTasks()
@@ -155,7 +158,11 @@ class Node:
 
     def _open(self) -> NodeCore:
         context = self._given
-        if context is None:
+        if context is None and not self._program_arguments:
+            context = Context()
+            context.init([], domain_id=self._domain)
+            self._resources.callback(context.try_shutdown)
+        elif context is None:
             context = CONTEXTS.take(self._domain)
             self._resources.callback(CONTEXTS.close, context)
         core = NodeCore(context, self._name, self._namespace, cli_args=self._arguments)

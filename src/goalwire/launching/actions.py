@@ -6,7 +6,7 @@ import asyncio
 from collections.abc import Awaitable, Callable, Iterable, Sequence
 from typing import Any
 
-from goalwire.errors import LaunchError, SubstitutionFailure
+from goalwire.errors import BadLaunchValueError, LaunchError, SubstitutionFailure
 from goalwire.launching.events import RunningProcessEvent, TimerEvent
 from goalwire.launching.events import Shutdown as ShutdownEvent
 from goalwire.launching.exposure import expose_action
@@ -51,10 +51,15 @@ class DeclareLaunchArgument(Action):
         self._choices = None if choices is None else list(choices)
         if self._choices == []:
             raise LaunchError(f"argument '{name}' has no choices: leave `choices` out")
+        if self._choices and isinstance(default_value, str) and default_value not in self._choices:
+            raise LaunchError(
+                f"default_value '{default_value}' of argument '{name}' is not in provided choices "
+                f'{self._choices}'
+            )
         self._description = description or 'no description given'
         if self._choices:
             self._description += f'. Valid choices are: {self._choices}'
-        self.conditionally_included = False
+        self._conditionally_included = False
 
     @classmethod
     def parse(cls, entity: Entity, parser: Parser) -> tuple[type[Action], dict[str, Any]]:
@@ -89,6 +94,15 @@ class DeclareLaunchArgument(Action):
     def choices(self) -> list[str] | None:
         return self._choices
 
+    @property
+    def conditionally_included(self) -> bool:
+        """Say whether conditions must hold for it to be asked for."""
+        return self._conditionally_included
+
+    def include_conditionally(self, *, conditional: bool) -> None:
+        """Note whether conditions must hold for it to be asked for."""
+        self._conditionally_included = conditional
+
     def describe(self) -> str:
         return f"DeclareLaunchArgument('{self._name}')"
 
@@ -96,7 +110,7 @@ class DeclareLaunchArgument(Action):
         if self._name not in context.launch_configurations:
             if self._default is None:
                 raise LaunchError(
-                    f"required launch argument '{self._name}' was not provided: pass {self._name}:=VALUE"
+                    f"Required launch argument '{self._name}' was not provided: pass {self._name}:=VALUE"
                 )
             context.launch_configurations[self._name] = perform_substitutions(context, self._default)
         value = context.launch_configurations[self._name]
@@ -215,7 +229,9 @@ class UnregisterEventHandler(Action):
         try:
             context.unregister_event_handler(self.event_handler)
         except ValueError:
-            raise LaunchError('UnregisterEventHandler: that event handler is not registered') from None
+            raise BadLaunchValueError(
+                'UnregisterEventHandler: that event handler is not registered'
+            ) from None
 
 
 class OpaqueFunction(Action):
@@ -290,6 +306,7 @@ class TimerAction(Action):
         **options: Any,
     ) -> None:
         super().__init__(**options)
+        self._given_period = float(period) if isinstance(period, int | float) else None
         self._period = normalize_to_list_of_substitutions(
             str(period) if isinstance(period, int | float) else period
         )
@@ -309,8 +326,9 @@ class TimerAction(Action):
         return cls, arguments
 
     @property
-    def period(self) -> list[Substitution]:
-        return self._period
+    def period(self) -> float | list[Substitution]:
+        """Return the seconds, or the substitutions that give them."""
+        return self._period if self._given_period is None else self._given_period
 
     @property
     def actions(self) -> list[LaunchDescriptionEntity]:

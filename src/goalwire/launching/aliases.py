@@ -1,7 +1,7 @@
 """One module a class, for programs that import `launch.substitutions.launch_configuration` and the like.
 
 ROS 2's packages have a module for each class. Here classes of one kind share a module; this registers the
-modules of ROS 2 beside it, each with its one class.
+modules of ROS 2 beside it, each with its class.
 """
 
 from __future__ import annotations
@@ -9,6 +9,8 @@ from __future__ import annotations
 import re
 import sys
 from types import ModuleType
+
+_made: dict[str, ModuleType] = {}
 
 
 def add_modules(package: str, exceptions: dict[str, str] | None = None) -> None:
@@ -19,9 +21,10 @@ def add_modules(package: str, exceptions: dict[str, str] | None = None) -> None:
             r'(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])', '_', name
         ).lower()
         full = f'{package}.{own}'
-        if full in sys.modules or hasattr(module, own):
-            continue
-        alias = ModuleType(full, f'{full}: {name}.')
+        alias = _made.get(full)
+        if alias is None:
+            if full in sys.modules or hasattr(module, own):
+                continue
+            alias = _made[full] = sys.modules[full] = ModuleType(full, f'{full}: {name}.')
+            setattr(module, own, alias)
         setattr(alias, name, getattr(module, name))
-        sys.modules[full] = alias
-        setattr(module, own, alias)

@@ -70,7 +70,8 @@ def _take_default(argument: DeclareLaunchArgument, context: LaunchContext) -> No
 
 def _problems_of_node(node: Node, context: LaunchContext) -> Iterator[str]:
     try:
-        node.process_description.command(context)
+        if not node.may_lack_program(context):
+            node.process_description.command(context)
     except NoSuchPackageError as error:
         yield _line(node.location, error)
     except LaunchError as error:

@@ -6,7 +6,7 @@ import traceback
 from pathlib import Path
 from typing import NamedTuple
 
-from goalwire.errors import LaunchError
+from goalwire.errors import BadLaunchValueError, LaunchError
 from goalwire.files import shown
 
 
@@ -34,7 +34,8 @@ def located(error: Exception, location: Location | None, prefix: str = '') -> La
         return error
     place = _line_of_launch_file(error) or location
     text = prefix + sentence(error)
-    told = LaunchError(f'{place}: {text}' if place else text, located=place is not None)
+    kind = BadLaunchValueError if isinstance(error, BadLaunchValueError) else LaunchError
+    told = kind(f'{place}: {text}' if place else text, located=place is not None)
     told.__cause__ = error
     return told
 

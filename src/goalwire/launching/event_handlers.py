@@ -65,9 +65,9 @@ class OnActionEventBase(EventHandler):
         action = getattr(event, 'action', None)
         if self._target is None:
             return True
-        if isinstance(self._target, LaunchDescriptionEntity):
-            return action is self._target
-        return bool(self._target(action))
+        if callable(self._target):
+            return bool(self._target(action))
+        return action is self._target
 
     @property
     def matcher_description(self) -> str:
@@ -162,6 +162,7 @@ class OnShutdown(EventHandler):
 
     def __init__(self, *, on_shutdown: Answer = None, **options: Any) -> None:
         self._answer = on_shutdown if callable(on_shutdown) else None
+        self._given = None if callable(on_shutdown) else on_shutdown
         if on_shutdown is not None and self._answer is None:
             entity_list(on_shutdown)
         super().__init__(
@@ -175,10 +176,8 @@ class OnShutdown(EventHandler):
         return 'event is Shutdown'
 
     def handle(self, event: Event, context: LaunchContext) -> SomeEntities | None:
-        entities = super().handle(event, context)
-        if self._answer is None:
-            return entities
-        return self._answer(event, context)
+        super().handle(event, context)
+        return self._given if self._answer is None else self._answer(event, context)
 
 
 class OnIncludeLaunchDescription(EventHandler):

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, TextIO
 from xml.parsers import expat
 
 import yaml
 
-from goalwire.errors import InvalidFrontendLaunchFileError, LaunchError
+from goalwire.errors import BadLaunchValueError, InvalidFrontendLaunchFileError, LaunchError
 from goalwire.files import read_regular
 from goalwire.launching.errors import Location, located
 from goalwire.launching.exposure import instantiate_action
@@ -42,6 +43,7 @@ class Entity:
         self.location = location
         self.parent = parent
         self._read: set[str] = set()
+        self._asked: set[str] = set()
         self._read_tags: set[str] = set()
         for child in children:
             child.parent = self
@@ -73,6 +75,7 @@ class Entity:
         A text that does not fit stays one where `can_be_str`, as it may hold a substitution. Raises
         LaunchError for a missing attribute that is not optional, and for a value of another type.
         """
+        self._asked.add(name)
         if _is_entity_list(data_type):
             found = self.get_entities(name)
             if found or optional:
@@ -100,10 +103,22 @@ class Entity:
         """Raise LaunchError for attributes and children that nobody has read."""
         attributes = sorted(self._attributes.keys() - self._read)
         if attributes:
-            raise LaunchError(f'<{self._type_name}> does not take {_listed("attribute", attributes)}')
+            hint = near_names(attributes, self._asked)
+            raise BadLaunchValueError(
+                f'`{self._type_name}` does not take {_listed("attribute", attributes)}{hint}'
+            )
         tags = sorted({child.type_name for child in self._children} - self._read_tags)
         if tags:
-            raise LaunchError(f'<{self._type_name}> does not take {_listed("tag", tags)} in it')
+            hint = near_names(tags, self._read_tags)
+            raise BadLaunchValueError(f'`{self._type_name}` does not take {_listed("tag", tags)} in it{hint}')
+
+
+def near_names(given: Iterable[str], known: Iterable[str]) -> str:
+    """Return `; did you mean …?` for names that were probably meant, else nothing."""
+    near = dict.fromkeys(
+        name for item in given for name in get_close_matches(item, sorted(known), n=1, cutoff=0.6)
+    )
+    return f'; did you mean {" and ".join(near)}?' if near else ''
 
 
 def _listed(what: str, names: list[str]) -> str:

@@ -20,7 +20,7 @@ def declared_arguments(
     found: dict[str, tuple[DeclareLaunchArgument, list[IncludeLaunchDescription]]] = {}
     for argument, includes, is_conditional in _arguments(description.entities, [], set(), conditional):
         if argument.name not in found:
-            argument.conditionally_included = is_conditional
+            argument.include_conditionally(conditional=is_conditional)
             found[argument.name] = (argument, includes)
     return list(found.values())
 
@@ -34,7 +34,7 @@ def _arguments(
     for entity in entities:
         if isinstance(entity, DeclareLaunchArgument):
             if entity.name not in given:
-                yield entity, includes, conditional
+                yield entity, includes, conditional or entity.condition is not None
             continue
         if isinstance(entity, IncludeLaunchDescription):
             inner = entity.read_ahead()

@@ -20,7 +20,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, TypeAlias
 
-from goalwire.errors import LaunchError
+from goalwire.errors import BadLaunchValueError, LaunchError
 from goalwire.launching.errors import HERE, OVERLAY, Location, located
 
 
@@ -64,9 +64,7 @@ class Condition:
         return f'{type(self).__name__}({self._predicate})'
 
     def _condition_expression(self, context: LaunchContext) -> bool:
-        if self._predicate is None:
-            raise NotImplementedError('a condition is given a predicate, or derives and evaluates itself')
-        return self._predicate(context)
+        return self._predicate is not None and self._predicate(context)
 
     def evaluate(self, context: LaunchContext) -> bool:
         """Find out whether the condition holds."""
@@ -98,7 +96,8 @@ class LaunchDescriptionEntity:
         return []
 
     def visit(self, context: LaunchContext) -> Sequence[LaunchDescriptionEntity] | None:
-        raise NotImplementedError
+        """Do what the entity stands for; the entities that are returned are visited next."""
+        return None
 
     def get_asyncio_future(self) -> asyncio.Future[Any] | None:
         """What the launch waits for before it is done; None for what is done at once."""
@@ -231,8 +230,18 @@ def entity_list(some: Any) -> list[LaunchDescriptionEntity]:
     if items is None and isinstance(some, Iterable) and not isinstance(some, str | bytes):
         items = [item for item in some if item is not None]
     if items is None or any(not isinstance(item, LaunchDescriptionEntity) for item in items):
-        raise LaunchError(f'expected actions or other launch entities, got {some!r:.200}')
+        raise BadLaunchValueError(f'expected actions or other launch entities, got {some!r:.200}')
     return items
+
+
+class _Locals(SimpleNamespace):
+    """The names of the moment; each look makes a new one, so setting a name would be lost."""
+
+    def __init__(self, names: dict[str, Any]) -> None:
+        self.__dict__.update(names)
+
+    def __setattr__(self, name: str, value: object) -> None:
+        raise AttributeError(f"'{name}' cannot be set here: use extend_locals() of the launch context")
 
 
 class LaunchContext:
@@ -279,9 +288,12 @@ class LaunchContext:
     # --- names of the moment
 
     @property
-    def locals(self) -> SimpleNamespace:
-        """The names of the moment, such as `event`, as attributes; AttributeError for what is not there."""
-        return SimpleNamespace(**self.get_locals_as_dict())
+    def locals(self) -> Any:
+        """The names of the moment, such as `event`, as attributes that can be read alone.
+
+        AttributeError for what is not there, and for setting one: extend_locals() does that.
+        """
+        return _Locals(self.get_locals_as_dict())
 
     def get_locals_as_dict(self) -> dict[str, Any]:
         return {**self._globals, **self._locals[-1]}
@@ -411,6 +423,15 @@ class LaunchDescription(LaunchDescriptionEntity):
             get_logger('launch').warning(f'this launch file is deprecated: {self._deprecated_reason}')
         return self.get_sub_entities()
 
+    def get_launch_arguments_with_include_launch_description_actions(
+        self, conditional_inclusion: bool = False
+    ) -> list[tuple[Any, list[Any] | None]]:
+        """As get_launch_arguments(), each with the includes that lead to it, or None."""
+        from goalwire.launching.introspection import declared_arguments
+
+        found = declared_arguments(self, conditional=conditional_inclusion)
+        return [(argument, includes or None) for argument, includes in found]
+
     def get_launch_arguments(self, conditional_inclusion: bool = False) -> list[Any]:
         """The DeclareLaunchArgument actions of this file and those it includes, each name once."""
         from goalwire.launching.introspection import declared_arguments
@@ -418,8 +439,10 @@ class LaunchDescription(LaunchDescriptionEntity):
         return [argument for argument, _ in declared_arguments(self, conditional=conditional_inclusion)]
 
 
-def visit_tree(entity: LaunchDescriptionEntity, context: LaunchContext) -> Iterator[asyncio.Future[Any]]:
-    """Visit an entity and what it gives, depth first; yields what to wait for.
+def visit_tree(
+    entity: LaunchDescriptionEntity, context: LaunchContext
+) -> Iterator[tuple[LaunchDescriptionEntity, asyncio.Future[Any]]]:
+    """Visit an entity and what it gives, depth first; yields each that is to be waited for, with its future.
 
     Raises LaunchError: what failed, with the file and line of the entity.
     """
@@ -429,6 +452,6 @@ def visit_tree(entity: LaunchDescriptionEntity, context: LaunchContext) -> Itera
         raise located(error, entity.location) from error
     future = entity.get_asyncio_future()
     if future is not None:
-        yield future
+        yield entity, future
     for inner in entities:
         yield from visit_tree(inner, context)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 from typing import Any
 
-from goalwire.errors import LaunchError
+from goalwire.errors import BadLaunchValueError, LaunchError
 from goalwire.launching.exposure import instantiate_substitution
 from goalwire.launching.model import SomeSubstitutions, Substitution
 from goalwire.launching.values import TextSubstitution
@@ -35,6 +35,9 @@ def parse_substitution(string_value: str) -> list[Substitution]:
 def parse_if_substitutions(value: Any) -> Any:
     """A text with substitutions as its parts; every other value as it is; lists item by item."""
     if isinstance(value, list):
+        kinds = {type(item) for item in value} - {str}
+        if len(kinds) > 1:
+            raise BadLaunchValueError(f'{value!r:.100} is a list of different types')
         return [parse_if_substitutions(item) for item in value]
     if not isinstance(value, str):
         return value

@@ -18,7 +18,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from goalwire.errors import LaunchError
+from goalwire.errors import BadLaunchValueError, LaunchError
 
 _SCREEN = '[{levelname}] [{name}]: {message}'
 _SCREEN_WITH_TIME = '{created:.7f} [{levelname}] [{name}]: {message}'
@@ -44,7 +44,7 @@ class _Formatted(logging.Handler):
         self._line = logging.Formatter(line, style='{')
 
     def format(self, record: logging.LogRecord) -> str:
-        if getattr(record, 'process_line', False):
+        if record.name in launch_config.process_loggers:
             return self._line.format(record)
         return super().format(record)
 
@@ -77,8 +77,8 @@ class _Screen(_Formatted):
 class _File(_Formatted):
     """A log file, opened at its first line."""
 
-    def __init__(self, path: str, general: str) -> None:
-        super().__init__(general, _LINE_IN_FILE)
+    def __init__(self, path: str, general: str, line: str) -> None:
+        super().__init__(general, line)
         self._path = path
         self._file: Any = None
 
@@ -108,7 +108,9 @@ class LaunchConfig:
             handler.close()
         self._log_dir: str | None = None
         self.log_file_name = 'launch.log'
-        self.file_handlers: dict[str, _File] = {}
+        self.file_handlers: dict[str, logging.Handler] = {}
+        self.process_loggers: set[str] = set()
+        self.log_handler_factory: Callable[..., logging.Handler] | None = None
         self.level = logging.INFO
         self.file_format = _format_of('OVERRIDE_LAUNCH_LOG_FORMAT', _FILE)
         self.screen_handler = _Screen(_format_of('OVERRIDE_LAUNCH_SCREEN_FORMAT', _SCREEN))
@@ -136,7 +138,10 @@ class LaunchConfig:
         return self._log_dir
 
     @log_dir.setter
-    def log_dir(self, new_log_dir: str) -> None:
+    def log_dir(self, new_log_dir: str | None) -> None:
+        if new_log_dir is None:
+            self._log_dir = None
+            return
         Path(new_log_dir).mkdir(parents=True, exist_ok=True)
         self._log_dir = new_log_dir
 
@@ -159,9 +164,17 @@ class LaunchConfig:
     def get_log_file_path(self, file_name: str = 'launch.log') -> str:
         return str(Path(self.log_dir, file_name))
 
-    def get_log_file_handler(self, file_name: str = 'launch.log') -> _File:
+    def get_log_file_handler(self, file_name: str = 'launch.log') -> logging.Handler:
+        """Return a log file's handler; `log_handler_factory(path, encoding=…)` makes it if that is set."""
         if file_name not in self.file_handlers:
-            self.file_handlers[file_name] = _File(self.get_log_file_path(file_name), self.file_format)
+            path = self.get_log_file_path(file_name)
+            if self.log_handler_factory is None:
+                own = file_name != self.log_file_name
+                made: logging.Handler = _File(path, self.file_format, '{message}' if own else _LINE_IN_FILE)
+            else:
+                made = self.log_handler_factory(path, encoding='utf-8')
+                made.setFormatter(logging.Formatter(self.file_format, style='{'))
+            self.file_handlers[file_name] = made
         return self.file_handlers[file_name]
 
 
@@ -217,8 +230,9 @@ def get_output_loggers(
         if 'own_log' in config.get(stream, set()):
             handlers.append(launch_config.get_log_file_handler(f'{process_name}-{stream}.log'))
         if 'own_log' in config.get('both', set()):
-            handlers.append(launch_config.get_log_file_handler(f'{process_name}-stdout-stderr.log'))
+            handlers.append(launch_config.get_log_file_handler(f'{process_name}.log'))
         logger = logging.getLogger(f'{process_name}-{stream}')
+        launch_config.process_loggers.add(logger.name)
         _write_to(logger, handlers)
         loggers.append(logger)
     return loggers[0], loggers[1]
@@ -227,7 +241,7 @@ def get_output_loggers(
 def _destinations(output: str | dict[str, Any]) -> dict[str, set[str]]:
     if isinstance(output, str):
         if output not in OUTPUTS:
-            raise LaunchError(f"output '{output}' is unknown: use one of {', '.join(OUTPUTS)}")
+            raise BadLaunchValueError(f"output '{output}' is unknown: use one of {', '.join(OUTPUTS)}")
         return OUTPUTS[output]
     found = {key: {value} if isinstance(value, str) else set(value) for key, value in output.items()}
     if not found.keys() <= {'both', 'stdout', 'stderr'} or not set().union(*found.values()) <= {
@@ -235,15 +249,16 @@ def _destinations(output: str | dict[str, Any]) -> dict[str, set[str]]:
         'log',
         'own_log',
     }:
-        raise LaunchError(
+        raise BadLaunchValueError(
             f'output {output!r} is unknown: keys are both, stdout and stderr, values screen, log and own_log'
         )
     return found
 
 
 def _write_to(logger: logging.Logger, handlers: list[logging.Handler]) -> None:
+    known = launch_config.file_handlers.values()
     for handler in list(logger.handlers):
-        if isinstance(handler, _Formatted) and handler not in handlers:
+        if handler not in handlers and (isinstance(handler, _Formatted) or handler in known):
             logger.removeHandler(handler)
     for handler in handlers:
         if handler not in logger.handlers:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from difflib import get_close_matches
+from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 
 from ament_index_python.packages import (
@@ -22,8 +23,10 @@ from ament_index_python.packages import (
 
 from goalwire.errors import LaunchError, NoSuchPackageError
 from goalwire.idl.workspace import FOLDERS, IGNORE_MARKS, IGNORED, LEVELS, MANIFEST, package_name
-from goalwire.launching.source_programs import starters
+from goalwire.launching.source_programs import programs_of_group, starters
 
+COMPONENTS = 'rclpy_components'
+"""The group of entry points that are components; a name in it is a plugin, as in `my_robot::Camera`."""
 _sources: dict[str, dict[str, str]] = {}
 
 
@@ -58,8 +61,7 @@ def executables(package: str) -> list[str]:
     """The paths of a package's programs, sorted. Raises NoSuchPackageError."""
     folder = Path(prefix(package), 'lib', package)
     if not folder.is_dir():
-        source = source_packages().get(package)
-        return [] if source is None else starters(package, source)
+        return starters(package, source_packages().get(package) or share(package))
     return [str(file) for file in sorted(folder.rglob('*')) if file.is_file() and os.access(file, os.X_OK)]
 
 
@@ -81,6 +83,19 @@ def executable(package: str, name: str) -> str:
         hint = 'it has no programs'
     folder = os.path.join(prefix(package), 'lib', package)
     raise LaunchError(f"executable '{name}' not found on the libexec directory '{folder}'; {hint}")
+
+
+def has_component(package: str, plugin: str) -> bool:
+    """Say whether a package has a component in Python: an entry point of the group `rclpy_components`."""
+    points = [*entry_points(group=COMPONENTS), *source_components(package)]
+    return any(point.name == plugin for point in points)
+
+
+def source_components(package: str) -> list[EntryPoint]:
+    """Return the components in Python of a package that is there as source."""
+    source = source_packages().get(package)
+    found = {} if source is None else programs_of_group(source, COMPONENTS)
+    return [EntryPoint(name, f'{module}:{what}', COMPONENTS) for name, (module, what) in found.items()]
 
 
 def source_packages() -> dict[str, str]:

@@ -10,7 +10,7 @@ import shlex
 import signal
 from collections.abc import Callable, Iterable, Mapping
 from itertools import count
-from typing import Any
+from typing import Any, TypeAlias
 
 from goalwire.errors import LaunchError
 from goalwire.launching.child import Child, start_child
@@ -51,7 +51,8 @@ from goalwire.launching.values import (
 _numbers = count(1)
 LONGEST_LINE = 2**16
 """Bytes without an end of line that are held back; more are told as a line."""
-Variables = Mapping[Any, SomeSubstitutions]
+Variables: TypeAlias = Mapping[Any, SomeSubstitutions]
+NormalizedVariables: TypeAlias = list[tuple[list[Substitution], list[Substitution]]]
 
 
 class Executable:
@@ -77,8 +78,8 @@ class Executable:
         self._has_own_prefix = prefix is not None
         self.name = None if name is None else normalize_to_list_of_substitutions(name)
         self.cwd = None if cwd is None else normalize_to_list_of_substitutions(cwd)
-        self.env = None if env is None else dict(env)
-        self.additional_env = None if additional_env is None else dict(additional_env)
+        self.env = None if env is None else _normalized(env)
+        self.additional_env = None if additional_env is None else _normalized(additional_env)
         self.final_name: str | None = None
         self.final_cmd: list[str] | None = None
         self.final_cwd: str | None = None
@@ -99,18 +100,23 @@ class Executable:
         self.final_cmd = cmd
         self.final_cwd = None if self.cwd is None else perform_substitutions(context, self.cwd)
         env = dict(context.environment) if self.env is None else _performed(context, self.env)
-        self.final_env = env | _performed(context, self.additional_env or {})
+        self.final_env = env | _performed(context, self.additional_env or [])
 
     def command(self, context: LaunchContext) -> list[str]:
         return [perform_substitutions(context, part) for part in self.cmd]
 
 
-def _performed(context: LaunchContext, variables: Variables) -> dict[str, str]:
-    return {
-        perform_substitutions(context, normalize_to_list_of_substitutions(name)): perform_substitutions(
-            context, normalize_to_list_of_substitutions(value)
-        )
+def _normalized(variables: Variables) -> NormalizedVariables:
+    return [
+        (normalize_to_list_of_substitutions(name), normalize_to_list_of_substitutions(value))
         for name, value in variables.items()
+    ]
+
+
+def _performed(context: LaunchContext, variables: NormalizedVariables) -> dict[str, str]:
+    return {
+        perform_substitutions(context, name): perform_substitutions(context, value)
+        for name, value in variables
     }
 
 
@@ -240,7 +246,7 @@ class ExecuteLocal(Action):
         """The command without its prefix."""
         return self.process_description.command(context)
 
-    def execute(self, context: LaunchContext) -> None:
+    def execute(self, context: LaunchContext) -> Any:
         if context.is_shutdown:
             return
         if self._completed is not None:
@@ -281,7 +287,7 @@ class ExecuteLocal(Action):
     def _lines(self, logger: Any) -> _Lines:
         def tell(line: str) -> None:
             text = self._output_format.format(line=line, this=self)
-            logger.info('%s', text, extra={'process_line': True})
+            logger.info('%s', text)
 
         return _Lines(tell, cached=self._cached_output)
 
@@ -508,6 +514,11 @@ class ExecuteProcess(ExecuteLocal):
                 item.assert_entity_completely_parsed()
         return cls, arguments
 
+    @classmethod
+    def _parse_cmdline(cls, cmd: str, parser: Parser) -> list[list[Substitution]]:
+        """As parse_command_line(), for actions of others that derive from this class."""
+        return parse_command_line(cmd, parser)
+
     @property
     def name(self) -> str | list[Substitution] | None:
         return self.process_description.final_name or self.process_description.name
@@ -521,11 +532,11 @@ class ExecuteProcess(ExecuteLocal):
         return self.process_description.cwd
 
     @property
-    def env(self) -> Variables | None:
+    def env(self) -> NormalizedVariables | None:
         return self.process_description.env
 
     @property
-    def additional_env(self) -> Variables | None:
+    def additional_env(self) -> NormalizedVariables | None:
         return self.process_description.additional_env
 
     @property

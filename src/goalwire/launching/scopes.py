@@ -13,6 +13,7 @@ from goalwire.launching.model import (
     LaunchContext,
     LaunchDescriptionEntity,
     SomeSubstitutions,
+    Substitution,
     entity_list,
 )
 from goalwire.launching.values import (
@@ -141,6 +142,7 @@ class AppendEnvironmentVariable(_Setting):
         **options: Any,
     ) -> None:
         super().__init__(name, value, **options)
+        self._given_prepend = prepend
         self._prepend = normalize_to_list_of_substitutions(
             str(prepend).lower() if isinstance(prepend, bool) else prepend
         )
@@ -158,6 +160,16 @@ class AppendEnvironmentVariable(_Setting):
         if separator is not None:
             arguments['separator'] = parser.parse_substitution(separator)
         return cls, arguments
+
+    @property
+    def prepend(self) -> bool | list[Substitution]:
+        """Return whether the value comes first, or the substitutions that say so."""
+        return self._given_prepend if isinstance(self._given_prepend, bool) else self._prepend
+
+    @property
+    def separator(self) -> list[Substitution]:
+        """Return what stands between the values."""
+        return self._separator
 
     def execute(self, context: LaunchContext) -> None:
         name = perform_substitutions(context, self.name)

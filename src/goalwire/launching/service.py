@@ -180,7 +180,7 @@ class LaunchService:
         try:
             if handler.matches(event):
                 for entity in entity_list(handler.handle(event, self._context)):
-                    for future in visit_tree(entity, self._context):
+                    for _, future in visit_tree(entity, self._context):
                         self._wait_for(future)
         except Exception as error:
             self._fail(error)

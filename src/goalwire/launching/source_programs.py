@@ -21,7 +21,7 @@ from pathlib import Path
 from goalwire.files import read_regular
 
 LARGEST = 2**20
-_ENTRY = re.compile(r'\s*([\w.-]+)\s*=\s*([\w.]+)\s*:\s*([\w.]+)\s*')
+_ENTRY = re.compile(r'\s*([\w.:-]+)\s*=\s*([\w.]+)\s*:\s*([\w.]+)\s*')
 _STARTER = """\
 #!{python}
 # Made by goalwire: {name} of the source folder below.
@@ -51,8 +51,17 @@ def starters(package: str, folder: str) -> list[str]:
 
 def console_scripts(folder: str) -> dict[str, tuple[str, str]]:
     """Module and function by program, of setup.py, setup.cfg and pyproject.toml where they can be read."""
+    return programs_of_group(folder, 'console_scripts')
+
+
+def programs_of_group(folder: str, group: str) -> dict[str, tuple[str, str]]:
+    """Module and object by name, of one group of entry points of a source package."""
     found: dict[str, tuple[str, str]] = {}
-    for entry in (*_of_setup_py(folder), *_of_setup_cfg(folder), *_of_pyproject(folder)):
+    for entry in (
+        *_of_setup_py(folder, group),
+        *_of_setup_cfg(folder, group),
+        *_of_pyproject(folder, group),
+    ):
         match = _ENTRY.fullmatch(entry)
         if match:
             found[match[1]] = match[2], match[3]
@@ -65,31 +74,33 @@ def _read(folder: str, name: str) -> str:
     return ''
 
 
-def _of_setup_py(folder: str) -> list[str]:
-    """The strings of a list under 'console_scripts'; the file is read, not run."""
+def _of_setup_py(folder: str, group: str) -> list[str]:
+    """The strings of the list of a group; the file is read, not run."""
     with contextlib.suppress(SyntaxError, ValueError, RecursionError):
         for node in ast.walk(ast.parse(_read(folder, 'setup.py'))):
             if not isinstance(node, ast.Dict):
                 continue
             for key, value in zip(node.keys, node.values, strict=True):
-                is_scripts = isinstance(key, ast.Constant) and key.value == 'console_scripts'
+                is_scripts = isinstance(key, ast.Constant) and key.value == group
                 if is_scripts and isinstance(value, ast.List | ast.Tuple):
                     items = [item.value for item in value.elts if isinstance(item, ast.Constant)]
                     return [item for item in items if isinstance(item, str)]
     return []
 
 
-def _of_setup_cfg(folder: str) -> list[str]:
+def _of_setup_cfg(folder: str, group: str) -> list[str]:
     parser = configparser.ConfigParser(interpolation=None)
     with contextlib.suppress(configparser.Error):
         parser.read_string(_read(folder, 'setup.cfg'))
-        return parser.get('options.entry_points', 'console_scripts', fallback='').splitlines()
+        return parser.get('options.entry_points', group, fallback='').splitlines()
     return []
 
 
-def _of_pyproject(folder: str) -> list[str]:
+def _of_pyproject(folder: str, group: str) -> list[str]:
     with contextlib.suppress(tomllib.TOMLDecodeError, AttributeError):
-        scripts = tomllib.loads(_read(folder, 'pyproject.toml')).get('project', {}).get('scripts', {})
+        project = tomllib.loads(_read(folder, 'pyproject.toml')).get('project', {})
+        named = project.get('entry-points', {}).get(group, {})
+        scripts = project.get('scripts', {}) if group == 'console_scripts' else named
         return [f'{name} = {target}' for name, target in scripts.items()]
     return []
 

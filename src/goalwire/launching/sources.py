@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Sequence
 from types import ModuleType
 from typing import Any, TypeAlias
 
-from goalwire.errors import InvalidLaunchFileError, LaunchError
+from goalwire.errors import InvalidLaunchFileError, LaunchError, NoLaunchFileError
 from goalwire.files import read_regular, shown
 from goalwire.launching.actions import (
     DeclareLaunchArgument,
@@ -35,6 +35,7 @@ from goalwire.launching.scopes import (
     PushLaunchConfigurations,
     SetLaunchConfiguration,
 )
+from goalwire.launching.source_modules import offer_source_modules
 from goalwire.launching.values import (
     describe_text,
     normalize_to_list_of_substitutions,
@@ -58,6 +59,7 @@ def load_python_launch_file_as_module(launch_file_path: str) -> ModuleType:
     module = importlib.util.module_from_spec(spec)
     remember_launch_file(path)
     _readable(path)
+    offer_source_modules()
     before, sys.dont_write_bytecode = sys.dont_write_bytecode, True  # no __pycache__ beside launch files
     try:
         loader.exec_module(module)
@@ -119,9 +121,8 @@ def _readable(path: str) -> None:
     try:
         read_regular(path, LARGEST)
     except OSError as error:
-        raise InvalidLaunchFileError(
-            f'cannot read the launch file {shown(path)}: {error.strerror}'
-        ) from error
+        kind = NoLaunchFileError if isinstance(error, FileNotFoundError) else InvalidLaunchFileError
+        raise kind(f'cannot read the launch file {shown(path)}: {error.strerror}') from error
 
 
 class LaunchDescriptionSource:
@@ -306,7 +307,9 @@ class IncludeLaunchDescription(Action):
             action = SetLaunchConfiguration(name, _outside(value, globals_))
             action.location = self.location
             sets.append(action)
-        return [*sets, description, OpaqueFunction(function=go_back)]
+        # Of the outermost file the names stay, so that $(dirname) is known to its event handlers.
+        back = [OpaqueFunction(function=go_back)] if names & globals_.keys() else []
+        return [*sets, description, *back]
 
     def _check_required(
         self, context: LaunchContext, description: LaunchDescription, given: set[str]

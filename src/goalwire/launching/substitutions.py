@@ -12,14 +12,13 @@ import subprocess
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, ClassVar
 
-from goalwire.errors import SubstitutionFailure
+from goalwire.errors import BadLaunchValueError, SubstitutionFailure
 from goalwire.files import shown
 from goalwire.launching import expressions
 from goalwire.launching.exposure import expose_substitution
 from goalwire.launching.model import LaunchContext, SomeSubstitutions, Substitution
 from goalwire.launching.values import (
     TextSubstitution,
-    as_bool,
     describe_text,
     is_substitution,
     normalize_to_list_of_substitutions,
@@ -169,7 +168,8 @@ class PythonExpression(CompoundSubstitution):
         return self._parts[0]
 
     def describe(self) -> str:
-        return f'PythonExpr({describe_text(self._parts[0])})'
+        modules = ', '.join(item.describe() for item in self._modules)
+        return f'PythonExpr({describe_text(self._parts[0])}, [{modules}])'
 
     def perform(self, context: LaunchContext) -> str:
         modules = [name.strip() for item in self._modules for name in item.perform(context).split(',')]
@@ -483,7 +483,8 @@ class AnySubstitution(CompoundSubstitution):
         return cls, {'args': data}
 
     def perform(self, context: LaunchContext) -> str:
-        return _word(any(truth(context, part) for part in self._parts))
+        found = [truth(context, part) for part in self._parts]  # each is judged, as in launch
+        return _word(any(found))
 
 
 @expose_substitution('all')
@@ -491,7 +492,8 @@ class AllSubstitution(AnySubstitution):
     """Whether all of several say true."""
 
     def perform(self, context: LaunchContext) -> str:
-        return _word(all(truth(context, part) for part in self._parts))
+        found = [truth(context, part) for part in self._parts]
+        return _word(all(found))
 
 
 @expose_substitution('equals')
@@ -524,14 +526,15 @@ def _as_text(value: Any) -> SomeSubstitutions:
 
 
 def _same(left: str, right: str) -> bool:
-    if left == right:
-        return True
-    if as_bool(left) is not None and as_bool(left) == as_bool(right):
-        return True
+    """Compare as booleans if both are true, false, 1 or 0, else as numbers if both are, else as texts."""
+    words = {'true': True, '1': True, 'false': False, '0': False}
+    booleans = words.get(left.lower()), words.get(right.lower())
+    if None not in booleans:
+        return booleans[0] == booleans[1]
     try:
         return math.isclose(float(left), float(right))
     except ValueError:
-        return False
+        return left == right
 
 
 @expose_substitution('if')
@@ -548,6 +551,8 @@ class IfElseSubstitution(CompoundSubstitution):
         else_value: SomeSubstitutions = '',
     ) -> None:
         super().__init__(condition, if_value, else_value)
+        if if_value == else_value == '':
+            raise BadLaunchValueError('IfElseSubstitution needs if_value or else_value: both are missing')
 
     def perform(self, context: LaunchContext) -> str:
         return self._text(context, 1 if truth(context, self._parts[0]) else 2)

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import collections.abc
+from asyncio import Future
 from collections.abc import Iterable
 from typing import Any
 
-from goalwire.launching.model import Substitution
+from goalwire.launching.model import LaunchContext, LaunchDescriptionEntity, Substitution, visit_tree
 
 SomeSubstitutionsType_types_tuple = (str, Substitution, collections.abc.Iterable)
 """The types behind SomeSubstitutionsType, for isinstance()."""
+SomeEntitiesType_types_tuple = (LaunchDescriptionEntity, collections.abc.Iterable)
+"""The types behind SomeEntitiesType, for isinstance()."""
 
 
 def ensure_argument_type(
@@ -31,3 +34,15 @@ def is_a(obj: Any, entity_type: type) -> bool:
 def is_a_subclass(obj: Any, entity_type: type) -> bool:
     """Whether an object, or a class, is of a type or one derived from it."""
     return isinstance(obj, entity_type) or (isinstance(obj, type) and issubclass(obj, entity_type))
+
+
+def isclassinstance(obj: object) -> bool:
+    """Whether an object is an instance, and no class itself."""
+    return not isinstance(obj, type)
+
+
+def visit_all_entities_and_collect_futures(
+    entity: LaunchDescriptionEntity, context: LaunchContext
+) -> list[tuple[LaunchDescriptionEntity, Future[Any]]]:
+    """Visit an entity and what it gives, depth first: those to be waited for, each with its future."""
+    return list(visit_tree(entity, context))

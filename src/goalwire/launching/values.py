@@ -128,6 +128,10 @@ def as_bool(text: str) -> bool | None:
 
 
 def _by_yaml(value: str, *, can_be_str: bool) -> Any:
+    if not isinstance(value, str):
+        raise TypeError(f'expected a string, got {value!r:.100}')
+    if not value:
+        return value
     try:
         found = yaml.safe_load(value)
     except yaml.YAMLError as error:
@@ -153,20 +157,25 @@ def _is_of(value: object, kinds: tuple[type, ...]) -> bool:
 def normalize_typed_substitution(value: Any, data_type: object = None) -> Any:
     """A value of a type, or the substitutions that will give it. Raises TypeError for others."""
     if isinstance(value, SCALARS):
-        if data_type is not None and not _is_of(value, (scalar_type(data_type)[0],)):
-            raise TypeError(f'{value!r} is no {data_type}')
+        if data_type is not None:
+            scalar, many = scalar_type(data_type)
+            if many or not _is_of(value, (scalar,)):
+                raise TypeError(f'{value!r} is no {data_type}')
         return value
     if is_substitution(value):
         return normalize_to_list_of_substitutions(value)
     if isinstance(value, Iterable):
+        scalar = None if data_type is None else scalar_type(data_type)[0]
         return [
-            normalize_to_list_of_substitutions(item) if is_substitution(item) else _plain(item)
+            normalize_to_list_of_substitutions(item) if is_substitution(item) else _plain(item, scalar)
             for item in value
         ]
     raise TypeError(f'expected a value, a substitution or a list of them, got {value!r:.200}')
 
 
-def _plain(item: object) -> object:
+def _plain(item: object, scalar: Any) -> object:
+    if scalar is not None and isinstance(item, SCALARS) and not _is_of(item, (scalar,)):
+        raise TypeError(f'{item!r:.100} is no {scalar.__name__}')
     if not isinstance(item, SCALARS):
         raise TypeError(f'expected a number, a boolean, a string or a substitution, got {item!r:.200}')
     return item

@@ -1,20 +1,17 @@
 """Managed nodes in a launch: their transitions as events, and asking for transitions.
 
-The launch has a node of its own for this, `launch_ros_<pid>`, from the first managed node on. It hears each
-node's ~/transition_event and calls its ~/change_state; both happen in the launch's loop.
+The launch's own node hears each managed node's ~/transition_event and calls its ~/change_state.
 """
 
 from __future__ import annotations
 
 import asyncio
-import os
 from collections.abc import Callable, Iterable
 from functools import partial
 from typing import Any
 
-from goalwire.errors import CallError, LaunchError
+from goalwire.errors import BadLaunchValueError, CallError, LaunchError
 from goalwire.launching.actions import EmitEvent, OpaqueFunction, RegisterEventHandler
-from goalwire.launching.errors import sentence
 from goalwire.launching.events import Shutdown
 from goalwire.launching.exposure import expose_action
 from goalwire.launching.frontend import Entity, Parser
@@ -28,6 +25,7 @@ from goalwire.launching.model import (
 )
 from goalwire.launching.output import get_logger
 from goalwire.launching.ros.node import Node
+from goalwire.launching.ros.own_node import LaunchNode
 from goalwire.launching.values import normalize_to_list_of_substitutions, perform_substitutions
 
 # lifecycle_msgs/msg/Transition
@@ -134,95 +132,41 @@ class OnStateTransition(EventHandler):
         return f'event is StateTransition {self._wanted}'.strip()
 
 
-class LaunchNode:
-    """The launch's own node: opened by the first managed node, closed when the launch has ended."""
+async def _hear(own: LaunchNode, action: LifecycleNode, ready: asyncio.Future[Any]) -> None:
+    """Make each message of a node's ~/transition_event an event; `ready` once it is heard."""
+    from lifecycle_msgs.msg import TransitionEvent
 
-    def __init__(self, context: LaunchContext) -> None:
-        self._context = context
-        self._stop = asyncio.Event()
-        self._node: asyncio.Future[Any] = context.asyncio_loop.create_future()
-        self._tasks: set[asyncio.Task[None]] = set()
-        self._clients: dict[str, Any] = {}
-        self._life = context.asyncio_loop.create_task(self._live())
-        context.async_cleanups.append(self.close)
+    try:
+        node = await own.opened()
+        subscription = node.subscription(TransitionEvent, f'{action.node_name}/transition_event')
+    except Exception as error:
+        ready.set_exception(error)
+        return
+    ready.set_result(subscription)
+    async for message in subscription:
+        own.context.emit_event_sync(StateTransition(action=action, msg=message))
 
-    @classmethod
-    def of(cls, context: LaunchContext) -> LaunchNode:
-        found = context.get_globals().get('launch_node')
-        if not isinstance(found, LaunchNode):
-            found = cls(context)
-            context.extend_globals({'launch_node': found})
-        return found
 
-    async def _live(self) -> None:
-        import goalwire
+async def _change(
+    own: LaunchNode, action: LifecycleNode, transition: int, ready: asyncio.Future[Any]
+) -> None:
+    """Ask a node for a transition, as soon as it is there."""
+    from lifecycle_msgs.srv import ChangeState as Service
 
-        try:
-            async with goalwire.Node(f'launch_ros_{os.getpid()}') as node:
-                self._node.set_result(node)
-                await self._stop.wait()
-        except Exception as error:
-            if not self._node.done():
-                self._node.set_exception(LaunchError(f"the launch's own node: {sentence(error)}"))
-
-    async def close(self) -> None:
-        for task in self._tasks:
-            task.cancel()
-        await asyncio.gather(*self._tasks, return_exceptions=True)
-        self._stop.set()
-        await self._life
-        self._context.remove_globals(['launch_node'])
-        if self._node.done() and not self._node.cancelled():
-            self._node.exception()  # told by whoever needed it
-
-    def hear(self, action: LifecycleNode, ready: asyncio.Future[Any]) -> None:
-        """Make each message of a node's ~/transition_event an event; `ready` once it is heard."""
-        _ = self._keep(self._context.asyncio_loop.create_task(self._hear(action, ready)))
-
-    def change(
-        self, action: LifecycleNode, transition: int, ready: asyncio.Future[Any]
-    ) -> asyncio.Task[None]:
-        """Ask a node for a transition, as soon as it is there."""
-        return self._keep(self._context.asyncio_loop.create_task(self._change(action, transition, ready)))
-
-    def _keep(self, task: asyncio.Task[None]) -> asyncio.Task[None]:
-        self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)
-        return task
-
-    async def _hear(self, action: LifecycleNode, ready: asyncio.Future[Any]) -> None:
-        from lifecycle_msgs.msg import TransitionEvent
-
-        try:
-            node = await asyncio.shield(self._node)
-            subscription = node.subscription(TransitionEvent, f'{action.node_name}/transition_event')
-        except Exception as error:
-            ready.set_exception(error)
-            return
-        ready.set_result(subscription)
-        async for message in subscription:
-            self._context.emit_event_sync(StateTransition(action=action, msg=message))
-
-    async def _change(self, action: LifecycleNode, transition: int, ready: asyncio.Future[Any]) -> None:
-        from lifecycle_msgs.srv import ChangeState as Service
-
-        transitions = await asyncio.shield(ready)
-        node = await asyncio.shield(self._node)
-        name = f'{action.node_name}/change_state'
-        if name not in self._clients:
-            self._clients[name] = node.client(Service, name)
-        request = Service.Request()
-        request.transition.id = transition
-        what = f"Failed to make transition '{TRANSITIONS[transition]}' for LifecycleNode '{action.node_name}'"
-        try:
-            await self._clients[name].wait_for_server()
-            await transitions.wait_for_publishers()  # else the answer might be there before its event
-            response = await self._clients[name].call(request)
-        except CallError as error:
-            get_logger('launch_ros').error(f'{what}: {error}')
-            return
-        if not response.success:
-            get_logger('launch_ros').error(what)
+    transitions = await asyncio.shield(ready)
+    client = await own.client(Service, f'{action.node_name}/change_state')
+    request = Service.Request()
+    request.transition.id = transition
+    what = f"Failed to make transition '{TRANSITIONS[transition]}' for LifecycleNode '{action.node_name}'"
+    try:
+        await client.wait_for_server()
+        await transitions.wait_for_publishers()  # else the answer might be there before its event
+        response = await client.call(request)
+    except CallError as error:
+        get_logger('launch_ros').error(f'{what}: {error}')
+        return
+    if not response.success:
+        get_logger('launch_ros').error(what)
 
 
 @expose_action('lifecycle_node')
@@ -269,7 +213,7 @@ class LifecycleNode(Node):
         own = LaunchNode.of(context)
         ready = context.asyncio_loop.create_future()
         self._ready = ready
-        own.hear(self, ready)
+        _ = own.start(_hear(own, self, ready))
         context.register_event_handler(
             EventHandler(
                 matcher=lambda event: isinstance(event, ChangeState) and event.lifecycle_node_matcher(self),
@@ -292,7 +236,7 @@ class LifecycleNode(Node):
 
     def _ask(self, context: LaunchContext, own: LaunchNode, ready: asyncio.Future[Any]) -> None:
         event = context.locals.event
-        task = own.change(self, event.transition_id, ready)
+        task = own.start(_change(own, self, event.transition_id, ready))
         context.add_completion_future(task)
 
         def abandon(_: LaunchContext) -> None:
@@ -329,7 +273,7 @@ class LifecycleTransition(Action):
             for item in transition_ids
         ]
         if not self._names or not self._ids:
-            raise LaunchError('LifecycleTransition needs names of nodes and transitions')
+            raise BadLaunchValueError('LifecycleTransition needs names of nodes and transitions')
 
     @classmethod
     def parse(cls, entity: Entity, parser: Parser) -> tuple[type[Action], dict[str, Any]]:
@@ -394,4 +338,5 @@ class LifecycleTransition(Action):
                 handle_once=True,
             )
         )
-        return [*(RegisterEventHandler(handler) for handler in handlers), asks[0]]
+        first, *others = [RegisterEventHandler(handler) for handler in handlers]
+        return [first, asks[0], *others]  # the event is handled when all are registered

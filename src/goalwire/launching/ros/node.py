@@ -2,36 +2,60 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from pathlib import Path
-from typing import Any, TypeAlias
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
 
-from goalwire.errors import LaunchError
+from goalwire.errors import LaunchError, NoSuchPackageError
+from goalwire.launching import packages
 from goalwire.launching.exposure import expose_action
 from goalwire.launching.frontend import Entity, Parser
-from goalwire.launching.model import Action, LaunchContext, SomeSubstitutions
+from goalwire.launching.model import Action, LaunchContext, SomeSubstitutions, Substitution
 from goalwire.launching.output import get_logger
 from goalwire.launching.process import ExecuteProcess, parse_command_line
+from goalwire.launching.ros.missing_containers import CPP_ADVICE, CPP_CONTAINERS, note_missing_container
+from goalwire.launching.ros.namespaces import joined_namespace
+from goalwire.launching.ros.node_names import add_node_name, get_node_name_count
 from goalwire.launching.ros.parameters import (
     Parameter,
-    ParameterFile,
     SomeParameters,
     as_file,
     as_rule,
     evaluate_dictionary,
+    normalize_parameters,
     parse_parameters,
     write_temporary,
 )
+from goalwire.launching.ros.remappings import SomeRemapRules, normalize_remap_rules, parse_remappings
 from goalwire.launching.ros.substitutions import ExecutableInPackage
 from goalwire.launching.values import (
     describe_text,
     normalize_to_list_of_substitutions,
-    perform_substitutions,
     perform_text,
 )
-from goalwire.rules.names import absolute_namespace, validate_namespace, validate_node_name
+from goalwire.rules.names import validate_namespace, validate_node_name
 
-Remappings: TypeAlias = Iterable[tuple[SomeSubstitutions, SomeSubstitutions]]
+
+class _NameRule(Substitution):
+    """The rule that gives a node its name or namespace, which are found out later than the command."""
+
+    def __init__(self, key: str, value: Callable[[], str]) -> None:
+        self._key = key
+        self._value = value
+
+    def describe(self) -> str:
+        return f"'{self._key}:={self._value()}'"
+
+    def perform(self, context: LaunchContext) -> str:
+        return f'{self._key}:={self._value()}'
+
+
+def warn_of_twins(context: LaunchContext, node_name: str, logger: str) -> None:
+    """Say that a launch has started several nodes with one full name."""
+    if (count := get_node_name_count(context, node_name)) > 1:
+        get_logger(logger).warning(
+            f'there are now at least {count} nodes with the name {node_name} '
+            'created within this launch context'
+        )
 
 
 @expose_action('node')
@@ -50,28 +74,29 @@ class Node(ExecuteProcess):
         namespace: SomeSubstitutions | None = None,
         exec_name: SomeSubstitutions | None = None,
         parameters: SomeParameters | None = None,
-        remappings: Remappings | None = None,
+        remappings: SomeRemapRules | None = None,
         ros_arguments: Iterable[SomeSubstitutions] | None = None,
         arguments: Iterable[SomeSubstitutions] | None = None,
         **options: Any,
     ) -> None:
         program = executable if package is None else ExecutableInPackage(executable, package)
         own = [*([] if ros_arguments is None else ['--ros-args', *ros_arguments])]
-        if parameters is not None and (isinstance(parameters, str) or not isinstance(parameters, Sequence)):
-            raise TypeError(
-                f'Node expects its parameters as a list of mappings and files, got {parameters!r:.100}'
-            )
-        super().__init__(cmd=[program, *(arguments or ()), *own, '--ros-args'], name=exec_name, **options)
+        rule: list[SomeSubstitutions] = []
+        if name is not None:
+            rule = ['-r', _NameRule('__node', lambda: self._expanded_name)]
+        cmd: list[SomeSubstitutions] = [program, *(arguments or ()), *own, '--ros-args', *rule]
+        super().__init__(cmd=cmd, name=exec_name, **options)
         self._package = package
         self._executable = executable
         self._name = name
         self._namespace = namespace
-        self._parameters = list(parameters or ())
-        self._remappings = [(source, target) for source, target in remappings or ()]
+        self._parameters = [] if parameters is None else list(normalize_parameters(parameters))
+        self._remappings = list(normalize_remap_rules(remappings or ()))
         self._expanded_name: str = self.UNSPECIFIED_NODE_NAME
         self._expanded_namespace: str = self.UNSPECIFIED_NODE_NAMESPACE
         self._full_name: str | None = None
         self._expanded_remappings: list[tuple[str, str]] | None = None
+        self._has_ros_arguments = False
 
     @classmethod
     def parse(
@@ -92,18 +117,10 @@ class Node(ExecuteProcess):
                 arguments[argument] = parse_command_line(value, parser)
         remaps = entity.get_entities('remap')
         if remaps:
-            arguments['remappings'] = [
-                (
-                    parser.parse_substitution(remap.get_attr('from')),
-                    parser.parse_substitution(remap.get_attr('to')),
-                )
-                for remap in remaps
-            ]
+            arguments['remappings'] = parse_remappings(remaps, parser)
         parameters = entity.get_entities('param')
         if parameters:
             arguments['parameters'] = parse_parameters(parameters, parser)
-        for remap in remaps:
-            remap.assert_entity_completely_parsed()
         return cls, arguments
 
     # --- what others read
@@ -153,18 +170,37 @@ class Node(ExecuteProcess):
     # --- carrying it out
 
     def execute(self, context: LaunchContext) -> Any:
-        self.expand_names(context)
+        if not context.is_shutdown and self._is_missing_container(context):
+            self.expand_names(context)
+            note_missing_container(context, self.node_name, self)
+            get_logger('launch_ros').warning(f'container {self.node_name}: skipped. {CPP_ADVICE}')
+            return None
+        return self.start(context)
+
+    def start(self, context: LaunchContext, program: list[str] | None = None) -> Any:
+        """Start the process; `program` takes the place of the file's own."""
+        if program is not None:
+            self.cmd[:1] = [normalize_to_list_of_substitutions(word) for word in program]
+        self._perform_substitutions(context)
         done = super().execute(context)
         if not context.is_shutdown and self.is_node_name_fully_specified():
-            counts = context.get_globals().get('unique_ros_node_names', {})
-            counts[self.node_name] = counts.get(self.node_name, 0) + 1
-            context.extend_globals({'unique_ros_node_names': counts})
-            if counts[self.node_name] > 1:
-                get_logger(str(self.name)).warning(
-                    f'there are now at least {counts[self.node_name]} nodes with the name {self.node_name} '
-                    'created within this launch context'
-                )
+            add_node_name(context, self.node_name)
+            warn_of_twins(context, self.node_name, str(self.name))
         return done
+
+    def may_lack_program(self, context: LaunchContext) -> bool:
+        """Say whether the launch goes on if the program is not installed, as it does for C++ containers."""
+        return self._is_missing_container(context)
+
+    def _is_missing_container(self, context: LaunchContext) -> bool:
+        """Say whether this is the container program of ROS 2's C++ components, which is not installed."""
+        if self._package is None or perform_text(context, self._package) != CPP_CONTAINERS:
+            return False
+        try:
+            packages.prefix(CPP_CONTAINERS)
+        except NoSuchPackageError:
+            return True
+        return False
 
     def expand_names(self, context: LaunchContext) -> None:
         """Find out name and namespace, once. Raises LaunchError for names that ROS 2 does not allow."""
@@ -183,17 +219,18 @@ class Node(ExecuteProcess):
             raise LaunchError(' '.join(str(error).split())) from error
         self._full_name = f'{self._expanded_namespace.rstrip("/")}/{self._expanded_name}'
 
-    def command(self, context: LaunchContext) -> list[str]:
-        """The program with its own arguments, then name, namespace, parameters and remappings for ROS."""
-        cmd = super().command(context)
-        if self._name is not None:
-            cmd += ['-r', f'__node:={self._expanded_name}']
+    def _perform_substitutions(self, context: LaunchContext) -> None:
+        """Find the names out and put the arguments for ROS behind the command, once."""
+        if self._has_ros_arguments:
+            return
+        self.expand_names(context)
+        words: list[str | Substitution] = []
         if self._expanded_namespace != self.UNSPECIFIED_NODE_NAMESPACE:
-            cmd += ['-r', f'__ns:={self._expanded_namespace}']
+            words += ['-r', _NameRule('__ns', lambda: self._expanded_namespace)]
         for entry in context.launch_configurations.get('global_params', ()):
-            cmd += ['-p', as_rule(*entry)] if isinstance(entry, tuple) else ['--params-file', str(entry)]
+            words += ['-p', as_rule(*entry)] if isinstance(entry, tuple) else ['--params-file', str(entry)]
         for item in self._parameters:
-            cmd += self._parameter_arguments(context, item)
+            words += self._parameter_arguments(context, item)
         remappings = list(context.launch_configurations.get('ros_remaps', ()))
         remappings += [
             (perform_text(context, source), perform_text(context, target))
@@ -201,8 +238,9 @@ class Node(ExecuteProcess):
         ]
         self._expanded_remappings = remappings or None
         for source, target in remappings:
-            cmd += ['-r', f'{source}:={target}']
-        return cmd
+            words += ['-r', f'{source}:={target}']
+        self.cmd.extend(normalize_to_list_of_substitutions(word) for word in words)
+        self._has_ros_arguments = True
 
     def _parameter_arguments(self, context: LaunchContext, item: Any) -> list[str]:
         if isinstance(item, Parameter):
@@ -213,19 +251,8 @@ class Node(ExecuteProcess):
                 return []
             node = self.node_name if self.is_node_name_fully_specified() else '/**'
             return ['--params-file', str(write_temporary(context, as_file(node, found)))]
-        if isinstance(item, ParameterFile):
-            path = item.evaluate(context)
-        else:
-            path = Path(perform_substitutions(context, normalize_to_list_of_substitutions(item)))
+        path = item.evaluate(context)
         if not path.is_file():
             get_logger('launch_ros').warning(f'Parameter file path is not a file: {path}')
             return []
         return ['--params-file', str(path)]
-
-
-def joined_namespace(base: str | None, own: str | None) -> str | None:
-    """A namespace below another, absolute; None where there is neither. An absolute one stands alone."""
-    if own is None:
-        return base
-    joined = own if not base or own.startswith('/') else f'{base.rstrip("/")}/{own}'
-    return absolute_namespace(joined.rstrip('/'))

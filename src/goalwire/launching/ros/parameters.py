@@ -15,7 +15,7 @@ from typing import Any, TypeAlias
 
 import yaml
 
-from goalwire.errors import LaunchError, SubstitutionFailure
+from goalwire.errors import BadLaunchValueError, LaunchError, SubstitutionFailure
 from goalwire.files import shown
 from goalwire.launching.frontend import Entity, Parser
 from goalwire.launching.model import LaunchContext, SomeSubstitutions, Substitution
@@ -32,6 +32,9 @@ from goalwire.launching.values import (
 
 SomeParameters: TypeAlias = Sequence[Any]
 _SCALARS = (bool, int, float, str)
+_NO_SEQUENCE = (
+    'Expected a non-empty sequence whose items are all bool, all int, all float or all str, but got {!r:.100}'
+)
 
 
 class ParameterValue:
@@ -40,23 +43,28 @@ class ParameterValue:
     def __init__(self, value: Any, *, value_type: Any = None) -> None:
         self._value = normalize_typed_substitution(value, value_type)
         self._value_type = value_type
+        self._evaluated: Any = None
 
     @property
     def value(self) -> Any:
-        return self._value
+        """Return what stands in the file, and after evaluate() what it has become."""
+        return self._value if self._evaluated is None else self._evaluated
 
     @property
     def value_type(self) -> Any:
         return self._value_type
 
     def evaluate(self, context: LaunchContext) -> Any:
-        """The value. Raises LaunchError where it is not of the type."""
+        """Find the value out. Raises BadLaunchValueError if it is not of the type."""
         if self._value_type is None and is_substitution(self._value):
-            return by_yaml(perform_substitutions(context, self._value))
+            found = by_yaml(perform_substitutions(context, self._value))
+            self._evaluated = list(found) if isinstance(found, tuple) else found
+            return self._evaluated
         try:
-            return perform_typed_substitution(context, self._value, self._value_type)
+            self._evaluated = perform_typed_substitution(context, self._value, self._value_type)
         except ValueError as error:
-            raise LaunchError(f'a parameter value: {error}') from error
+            raise BadLaunchValueError(f'a parameter value: {error}') from error
+        return self._evaluated
 
 
 class Parameter:
@@ -65,10 +73,12 @@ class Parameter:
     def __init__(self, name: SomeSubstitutions, value: Any, *, value_type: Any = None) -> None:
         self._name = normalize_to_list_of_substitutions(name)
         self._value = ParameterValue(value, value_type=value_type)
+        self._evaluated_name: str | None = None
 
     @property
-    def name(self) -> list[Substitution]:
-        return self._name
+    def name(self) -> list[Substitution] | str:
+        """Return what stands in the file, and after evaluate() the name."""
+        return self._name if self._evaluated_name is None else self._evaluated_name
 
     @property
     def value(self) -> Any:
@@ -79,7 +89,8 @@ class Parameter:
         return self._value.value_type
 
     def evaluate(self, context: LaunchContext) -> tuple[str, Any]:
-        return perform_substitutions(context, self._name), self._value.evaluate(context)
+        self._evaluated_name = perform_substitutions(context, self._name)
+        return self._evaluated_name, self._value.evaluate(context)
 
 
 class ParameterFile:
@@ -90,10 +101,13 @@ class ParameterFile:
     ) -> None:
         self._file = normalize_to_list_of_substitutions(param_file)
         self._allow_substs = allow_substs
+        self._evaluated: Path | None = None
+        self._written: Path | None = None
 
     @property
-    def param_file(self) -> list[Substitution]:
-        return self._file
+    def param_file(self) -> list[Substitution] | Path:
+        """Return what stands in the launch file, and after evaluate() the path that the node reads."""
+        return self._file if self._evaluated is None else self._evaluated
 
     @property
     def allow_substs(self) -> bool | SomeSubstitutions:
@@ -105,6 +119,7 @@ class ParameterFile:
         allowed = (
             self._allow_substs if isinstance(self._allow_substs, bool) else truth(context, self._allow_substs)
         )
+        self._evaluated = path
         if not allowed:
             return path
         try:
@@ -115,14 +130,30 @@ class ParameterFile:
             raise SubstitutionFailure(
                 f'the parameter file {shown(str(path))} is no valid YAML: {" ".join(str(error).split())}'
             ) from error
-        return write_temporary(context, text)
+        self._evaluated = self._written = write_temporary(context, text)
+        return self._written
 
     def cleanup(self) -> None:
-        """Nothing: written files go with the launch."""
+        """Remove the file that evaluate() has written; without that it goes with the launch."""
+        if self._written is not None:
+            self._written.unlink(missing_ok=True)
+            self._evaluated = self._written = None
 
 
-def write_temporary(context: LaunchContext, text: str) -> Path:
-    """Write a parameter file that is removed when the launch has ended."""
+def write_temporary(context: object, text: str) -> Path:
+    """Write a parameter file that is removed when the launch has ended.
+
+    A test's stand-in for a context has no end, so there the file stays for its caller to remove.
+    """
+    folder = _temporary_folder(context) if isinstance(context, LaunchContext) else None
+    descriptor, path = tempfile.mkstemp(prefix='launch_params_', suffix='.yaml', dir=folder)
+    with os.fdopen(descriptor, 'w', encoding='utf-8') as file:
+        file.write(text)
+    return Path(path)
+
+
+def _temporary_folder(context: LaunchContext) -> str:
+    """Return the launch's own folder of parameter files, made when it is first needed."""
     globals_ = context.get_globals()
     folder = globals_.get('launch_params_folder')
     if folder is None:
@@ -134,10 +165,68 @@ def write_temporary(context: LaunchContext, text: str) -> Path:
             rmtree(folder, ignore_errors=True)
 
         context.cleanups.append(remove)
-    descriptor, path = tempfile.mkstemp(prefix='launch_params_', suffix='.yaml', dir=folder)
-    with os.fdopen(descriptor, 'w', encoding='utf-8') as file:
-        file.write(text)
-    return Path(path)
+    return str(folder)
+
+
+def normalize_parameters(parameters: Any) -> tuple[Any, ...]:
+    """Make files and mappings of what a launch file gives as `parameters`. Raises TypeError."""
+    if isinstance(parameters, str | Mapping) or not isinstance(parameters, Sequence):
+        raise TypeError(f'parameters are a list of mappings and of parameter files, not {parameters!r:.100}')
+    return tuple(
+        item
+        if isinstance(item, Parameter | ParameterFile)
+        else normalize_parameter_dict(item)
+        if isinstance(item, Mapping)
+        else ParameterFile(item)
+        for item in parameters
+    )
+
+
+def normalize_parameter_dict(parameters: Mapping[Any, Any]) -> dict[tuple[Substitution, ...], Any]:
+    """Make names and values of a mapping ready for evaluate_dictionary(). Raises TypeError."""
+    if not isinstance(parameters, Mapping):
+        raise TypeError(f'expected a mapping of parameters, got {parameters!r:.100}')
+    return {
+        tuple(normalize_to_list_of_substitutions(name)): normalize_parameter_dict(value)
+        if isinstance(value, Mapping)
+        else _checked(value)
+        for name, value in parameters.items()
+    }
+
+
+def _is_text(item: Sequence[Any]) -> bool:
+    return all(isinstance(part, str | Substitution) for part in item)
+
+
+def _checked(value: Any) -> Any:
+    """Return a value that may become a parameter. Raises TypeError for others."""
+    if isinstance(value, bool | int | float | str | bytes | Path | Substitution | ParameterValue):
+        return value
+    if hasattr(value, 'tolist'):  # numpy's
+        return _checked(value.tolist())
+    if isinstance(value, Sequence):
+        if all(not isinstance(item, list | tuple) or _is_text(item) for item in value):
+            return [item if isinstance(item, list | tuple) else _checked(item) for item in value]
+        raise TypeError(f'{value!r:.100} has lists in it, which no parameter has')
+    raise TypeError(f'{value!r:.100} is neither a number, a boolean, a string, bytes nor a list of them')
+
+
+def evaluate_parameters(context: LaunchContext, parameters: Iterable[Any]) -> tuple[Any, ...]:
+    """Find normalized parameters out: paths of files, and mappings of full names to values.
+
+    Raises BadLaunchValueError for a value that no parameter can have.
+    """
+    found: list[Any] = []
+    for item in parameters:
+        if isinstance(item, ParameterFile):
+            found.append(item.evaluate(context))
+        elif isinstance(item, Parameter):
+            found.append(dict([item.evaluate(context)]))
+        elif isinstance(item, Mapping):
+            found.append(evaluate_dictionary(context, item))
+        else:
+            raise TypeError(f'expected a mapping of parameters or a parameter file, got {item!r:.100}')
+    return tuple(found)
 
 
 def evaluate_dictionary(
@@ -153,12 +242,12 @@ def evaluate_dictionary(
             try:
                 found[name] = evaluate_value(context, value)
             except (TypeError, ValueError) as error:
-                raise LaunchError(f"parameter '{name}': {error}") from error
+                raise BadLaunchValueError(f"parameter '{name}': {error}") from error
     return found
 
 
 def evaluate_value(context: LaunchContext, value: Any) -> Any:
-    """What one value is worth. Raises TypeError for what no parameter can be."""
+    """Find one value out; several are a tuple. Raises TypeError for what no parameter can be."""
     if isinstance(value, ParameterValue):
         return value.evaluate(context)
     if isinstance(value, Substitution) or is_substitution(value):
@@ -181,25 +270,34 @@ def _item(context: LaunchContext, item: Any) -> Any:
 
 
 def by_yaml(text: str) -> Any:
-    """What a text is by YAML's rules; itself where that is no parameter's value."""
+    """Read a text by YAML's rules. Raises BadLaunchValueError for what no parameter can be.
+
+    A text that YAML refuses, and one without content, stays the text that it is.
+    """
     try:
         found = yaml.safe_load(text)
     except yaml.YAMLError:
         return text
-    if isinstance(found, _SCALARS):
-        return found
     if isinstance(found, list):
+        if not found:
+            raise BadLaunchValueError(_NO_SEQUENCE.format(found))
         return _uniform(found)
-    return text
+    if isinstance(found, Mapping | set):
+        raise BadLaunchValueError(
+            'Allowed value types are bytes, bool, int, float, str and sequences of one of them, '
+            f"but '{text:.100}' is a {type(found).__name__}; "
+            'ParameterValue(…, value_type=str), or type="str" of <param>, keeps it a text'
+        )
+    return found if isinstance(found, _SCALARS) else text
 
 
-def _uniform(items: list[Any]) -> list[Any]:
+def _uniform(items: list[Any]) -> tuple[Any, ...]:
     kinds = {type(item) for item in items}
     if not items or (len(kinds) == 1 and kinds <= set(_SCALARS)):
-        return items
+        return tuple(items)
     if kinds <= {int, float}:
-        return [float(item) for item in items]
-    raise TypeError(f'the items of {items!r:.100} are of different types')
+        return tuple(float(item) for item in items)
+    raise BadLaunchValueError(_NO_SEQUENCE.format(items))
 
 
 def as_rule(name: str, value: Any) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,9 @@ from goalwire.launching.actions import TimerAction
 from goalwire.launching.exposure import expose_action
 from goalwire.launching.frontend import Entity, Parser, substituted
 from goalwire.launching.model import Action, LaunchContext, SomeSubstitutions, Substitution
-from goalwire.launching.ros.node import joined_namespace
+from goalwire.launching.output import logging_directory
+from goalwire.launching.ros.namespaces import joined_namespace
+from goalwire.launching.ros.own_node import LaunchNode
 from goalwire.launching.ros.parameters import ParameterFile, evaluate_dictionary
 from goalwire.launching.values import (
     describe_text,
@@ -152,24 +155,49 @@ class SetRemap(Action):
         _append(context, 'ros_remaps', rule)
 
 
+@expose_action('set_ros_log_dir')
 class SetROSLogDir(Action):
-    """Sets the folder for log files of the nodes that follow."""
+    """Sets the folder for log files of the nodes that follow; a relative one is below the folder so far."""
 
     def __init__(self, new_log_dir: SomeSubstitutions, **options: Any) -> None:
         super().__init__(**options)
         self._folder = normalize_to_list_of_substitutions(new_log_dir)
+
+    @classmethod
+    def parse(cls, entity: Entity, parser: Parser) -> tuple[type[Action], dict[str, Any]]:
+        _, arguments = super().parse(entity, parser)
+        return cls, arguments | substituted(entity, parser, 'new_log_dir')
 
     @property
     def log_dir(self) -> list[Substitution]:
         return self._folder
 
     def execute(self, context: LaunchContext) -> None:
-        context.environment['ROS_LOG_DIR'] = perform_text(context, self._folder)
+        wanted = perform_text(context, self._folder)
+        context.environment['ROS_LOG_DIR'] = str(logging_directory() / Path(wanted).expanduser())
 
 
 @expose_action('ros_timer')
-class RosTimer(TimerAction):
-    """As TimerAction; the seconds are those of the system's clock."""
+class ROSTimer(TimerAction):
+    """As TimerAction, in seconds of ROS time, which is /clock if `use_sim_time` is set for these nodes."""
+
+    _task: asyncio.Task[None] | None = None
+
+    def _start(self, context: LaunchContext, seconds: float) -> None:
+        self._task = LaunchNode.of(context).start(self._sleep(context, seconds))
+
+    async def _sleep(self, context: LaunchContext, seconds: float) -> None:
+        node = await LaunchNode.of(context).opened()
+        for entry in context.launch_configurations.get('global_params', ()):
+            if isinstance(entry, tuple) and entry[0] == 'use_sim_time':
+                node.parameters['use_sim_time'] = entry[1]
+        await node.clock.sleep(seconds)
+        self.expire(context)
+
+    def cancel(self) -> None:
+        super().cancel()
+        if self._task is not None:
+            self._task.cancel()
 
 
 def _append(context: LaunchContext, name: str, *items: object) -> None:

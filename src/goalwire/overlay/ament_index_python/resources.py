@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Literal
 
-from ament_index_python import _interface_packages, _linked_prefixes
+from ament_index_python import _interface_packages, _linked_prefixes, _python_packages
 from ament_index_python.constants import RESOURCE_INDEX_SUBFOLDER
 from ament_index_python.search_paths import get_search_paths
 
@@ -65,6 +65,9 @@ def get_resources(resource_type: str) -> dict[str, str]:
             if not entry.is_dir():
                 found.setdefault(entry.name, prefix)
     found = {name: _whole(resource_type, name, prefix) for name, prefix in found.items()}
+    if resource_type == _interface_packages.PACKAGES:
+        for name in _python_packages.names():
+            found.setdefault(name, _python_packages.PREFIX)
     if resource_type in _interface_packages.RESOURCE_TYPES:
         for name in _interface_packages.names():
             if name not in found and (place := _own_prefix(resource_type, name)):
@@ -102,6 +105,8 @@ def _index(prefix: str) -> Path:
 def _own_prefix(resource_type: str, name: str) -> str | None:
     if resource_type not in _interface_packages.RESOURCE_TYPES:
         return None
+    if resource_type == _interface_packages.PACKAGES and name in _python_packages.names():
+        return _python_packages.PREFIX
     return _interface_packages.prefix(name)
 
 

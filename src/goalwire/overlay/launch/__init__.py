@@ -17,7 +17,7 @@ from goalwire.launching.model import SomeEntities as SomeEntitiesType
 from goalwire.launching.model import SomeSubstitutions as SomeSubstitutionsType
 from goalwire.launching.service import LaunchService
 from goalwire.launching.sources import LaunchDescriptionSource
-from goalwire.launching.utilities import SomeSubstitutionsType_types_tuple
+from goalwire.launching.utilities import SomeEntitiesType_types_tuple, SomeSubstitutionsType_types_tuple
 from launch import (
     actions,
     conditions,
@@ -45,6 +45,7 @@ __all__ = [
     'LaunchService',
     'SomeActionsType',
     'SomeEntitiesType',
+    'SomeEntitiesType_types_tuple',
     'SomeSubstitutionsType',
     'SomeSubstitutionsType_types_tuple',
     'Substitution',

@@ -3,7 +3,11 @@
 from goalwire.launching.model import (
     SomeEntities as SomeEntitiesType,
 )
+from goalwire.launching.utilities import (
+    SomeEntitiesType_types_tuple,
+)
 
 __all__ = [
     'SomeEntitiesType',
+    'SomeEntitiesType_types_tuple',
 ]

@@ -1,9 +1,11 @@
 """launch_ros.remap_rule_type."""
 
-from goalwire.launching.ros.node import (
-    Remappings as SomeRemapRules,
+from goalwire.launching.ros.remappings import (
+    RemapRule,
+    SomeRemapRules,
 )
 
 __all__ = [
+    'RemapRule',
     'SomeRemapRules',
 ]

@@ -6,8 +6,10 @@ from goalwire.launching.frontend import (
 from goalwire.launching.frontend import (
     XMLParser as Parser,
 )
+from launch_xml import launch_description_sources
 
 __all__ = [
     'Entity',
     'Parser',
+    'launch_description_sources',
 ]

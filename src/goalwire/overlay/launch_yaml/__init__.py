@@ -6,8 +6,10 @@ from goalwire.launching.frontend import (
 from goalwire.launching.frontend import (
     YAMLParser as Parser,
 )
+from launch_yaml import launch_description_sources
 
 __all__ = [
     'Entity',
     'Parser',
+    'launch_description_sources',
 ]

@@ -29,4 +29,13 @@ __all__ = [
     'load_python_launch_file_as_module',
 ]
 
-add_modules(__name__)
+add_modules(
+    __name__,
+    {
+        'get_launch_description_from_any_launch_file': 'any_launch_file_utilities',
+        'get_launch_description_from_frontend_launch_file': 'frontend_launch_file_utilities',
+        'get_launch_description_from_python_launch_file': 'python_launch_file_utilities',
+        'load_python_launch_file_as_module': 'python_launch_file_utilities',
+        'InvalidPythonLaunchFileError': 'python_launch_file_utilities',
+    },
+)

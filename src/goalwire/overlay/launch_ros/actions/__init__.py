@@ -15,13 +15,14 @@ from goalwire.launching.ros.node import (
 from goalwire.launching.ros.scope import (
     PushROSNamespace,
     PushRosNamespace,
-    RosTimer,
+    ROSTimer,
     SetParameter,
     SetParametersFromFile,
     SetRemap,
     SetROSLogDir,
     SetUseSimTime,
 )
+from launch_ros.actions import load_composable_nodes  # noqa: F401 - before its alias would be made
 
 __all__ = [
     'ComposableNodeContainer',
@@ -31,6 +32,7 @@ __all__ = [
     'Node',
     'PushROSNamespace',
     'PushRosNamespace',
+    'ROSTimer',
     'RosTimer',
     'SetParameter',
     'SetParametersFromFile',
@@ -39,4 +41,6 @@ __all__ = [
     'SetUseSimTime',
 ]
 
-add_modules(__name__, {'PushRosNamespace': 'push_ros_namespace', 'SetROSLogDir': 'set_ros_log_dir'})
+RosTimer = ROSTimer
+
+add_modules(__name__, {'PushRosNamespace': 'push_ros_namespace'})

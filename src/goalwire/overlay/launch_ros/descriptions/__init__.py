@@ -1,7 +1,7 @@
 """launch_ros.descriptions."""
 
 from goalwire.launching.aliases import add_modules
-from goalwire.launching.ros.composition import (
+from goalwire.launching.ros.components import (
     ComposableNode,
 )
 from goalwire.launching.ros.parameters import (

@@ -8,11 +8,13 @@ from goalwire.launching.output import (
     log_launch_config,
     reset,
 )
+from launch.logging import handlers
 
 __all__ = [
     'LaunchConfig',
     'get_logger',
     'get_output_loggers',
+    'handlers',
     'launch_config',
     'log_launch_config',
     'reset',

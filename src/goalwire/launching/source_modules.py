@@ -1,0 +1,34 @@
+"""Python modules of source packages, for launch files and components that import them.
+
+`from nav2_common.launch import RewrittenYaml` finds `nav2_common/` in the source package of that name, if no
+installed module has the name: the finder is asked last.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+from importlib.machinery import ModuleSpec, PathFinder
+from types import ModuleType
+
+from goalwire.launching.packages import source_packages
+
+
+class SourceModules:
+    """Finds the module of a source package that has the package's name."""
+
+    def find_spec(
+        self, fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        """Return where a top-level module is, None if no source package has it."""
+        folder = source_packages().get(fullname) if path is None else None
+        if folder is None:
+            return None
+        return PathFinder.find_spec(fullname, [folder, os.path.join(folder, 'src')], target)
+
+
+def offer_source_modules() -> None:
+    """Let this process import the modules of source packages; more calls do nothing."""
+    if not any(isinstance(finder, SourceModules) for finder in sys.meta_path):
+        sys.meta_path.append(SourceModules())

@@ -1,0 +1,13 @@
+"""launch_ros.actions.load_composable_nodes."""
+
+from goalwire.launching.ros.composition import (
+    LoadComposableNodes,
+)
+from goalwire.launching.ros.load_requests import (
+    get_composable_node_load_request,
+)
+
+__all__ = [
+    'LoadComposableNodes',
+    'get_composable_node_load_request',
+]

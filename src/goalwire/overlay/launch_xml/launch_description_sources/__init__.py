@@ -1,0 +1,8 @@
+"""launch_xml.launch_description_sources: launch files in XML."""
+
+from goalwire.launching.aliases import add_modules
+from goalwire.launching.sources import XMLLaunchDescriptionSource
+
+__all__ = ['XMLLaunchDescriptionSource']
+
+add_modules(__name__)

@@ -1,0 +1,5 @@
+"""launch_yaml.entity."""
+
+from goalwire.launching.frontend import Entity
+
+__all__ = ['Entity']
