@@ -51,6 +51,15 @@ def add_arguments(parser: ArgumentParser) -> None:
     )
 
 
+_TOLD = (
+    'source_timestamp',
+    'received_timestamp',
+    'publication_sequence_number',
+    'reception_sequence_number',
+)
+"""What ROS 2 Jazzy's command prints of a message's info, in its order."""
+
+
 class _Printer:
     """Prints messages as the command line says."""
 
@@ -66,7 +75,7 @@ class _Printer:
         value = field_value(message, self._path, arguments.field)
         if self._filter is not None and not self._filter(value):
             return False
-        about: dict[str, int | None] = dict(info)
+        about: dict[str, int | None] = {name: info[name] for name in _TOLD}
         if output.json:
             told = value.hex() if arguments.raw else as_dict(value)
             output.data({'info': about, 'message': told} if arguments.include_message_info else told)

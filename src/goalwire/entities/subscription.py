@@ -17,6 +17,7 @@ from goalwire.execution.future import Future, block_on
 from goalwire.execution.monotonic import deadline_after
 from goalwire.rules.qos import QoS
 from goalwire.transport.contract import EndpointKind, Port, Sample
+from goalwire.transport.registry import selected_identifier
 from goalwire.transport.reports import log_rejected
 
 if TYPE_CHECKING:
@@ -35,6 +36,15 @@ _DEFAULT_DEPTH = 42
 """The depth that rmw_zenoh uses where 0 is given."""
 
 
+class PublisherGid(TypedDict):
+    """The publisher of a message, in the form of rclpy of ROS 2 Lyrical."""
+
+    implementation_identifier: str
+    """The wire, as RMW_IMPLEMENTATION spells it."""
+    data: bytes
+    """16 bytes, the `endpoint_gid` of `get_publishers_info_by_topic`."""
+
+
 class MessageInfo(TypedDict):
     """The second argument of a two-argument callback; times in ns since the UNIX epoch.
 
@@ -46,6 +56,7 @@ class MessageInfo(TypedDict):
     received_timestamp: int
     publication_sequence_number: int | None
     reception_sequence_number: int | None
+    publisher_gid: PublisherGid
 
 
 class SubscriptionCore(Generic[MsgT]):
@@ -201,6 +212,7 @@ def _info(sample: Sample, taken: int) -> MessageInfo:
         'received_timestamp': sample.received_timestamp,
         'publication_sequence_number': sample.sequence or None,
         'reception_sequence_number': taken if sample.sequence else None,
+        'publisher_gid': {'implementation_identifier': selected_identifier(), 'data': sample.gid},
     }
 
 

@@ -16,6 +16,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.serialization import serialize_message
 from rclpy.subscription import MessageInfo, Subscription
 from rclpy.task import Future
+from rclpy.utilities import get_rmw_implementation_identifier
 from std_msgs.msg import Int32, String
 from std_srvs.srv import SetBool
 
@@ -73,6 +74,30 @@ def test_a_callback_of_two_arguments_learns_when_and_as_which_message_it_was_sen
     assert sequences == ([None, None] if transport_name == DDS else [1, 2])
     receptions = [one['reception_sequence_number'], two['reception_sequence_number']]
     assert receptions == ([None, None] if transport_name == DDS else [0, 1])
+
+
+def test_a_callback_of_two_arguments_learns_which_publisher_has_sent_a_message(
+    context: Context, make_node: MakeNode, spin: Spin
+) -> None:
+    listener, came = make_node('listener'), Collector[tuple[str, str]]()
+    subscription = listener.create_subscription(
+        String, 'chat', lambda message, info: came((message.data, name_of(info))), 10
+    )
+
+    def name_of(info: MessageInfo) -> str:
+        publisher = info['publisher_gid']
+        assert publisher['implementation_identifier'] == get_rmw_implementation_identifier()
+        names = {
+            bytes(each.endpoint_gid): each.node_name for each in listener.get_publishers_info_by_topic('chat')
+        }
+        return names[publisher['data']]
+
+    spin(listener)
+    for name in ('alice', 'bob'):
+        publisher = make_node(name).create_publisher(String, 'chat', 10)
+        meet(publisher, subscription, context)
+        publisher.publish(String(data=f'I am {name}'))
+    assert sorted(came.expect(2)) == [('I am alice', 'alice'), ('I am bob', 'bob')]
 
 
 def test_a_raw_subscription_gets_the_bytes(context: Context, make_node: MakeNode, spin: Spin) -> None:
