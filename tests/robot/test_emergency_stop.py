@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
+import signal
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 
 import pytest
@@ -15,7 +16,7 @@ from geometry_msgs.msg import Twist
 from helpers.collector import Collector
 from helpers.robot import humanoid, on_both_wires, robot_client
 from humanoid.arm.server import ArmActionServer
-from humanoid.emergency import GONE
+from humanoid.emergency.votes import GONE
 from humanoid.joints.service import JointStateService
 from humanoid.mission.calls import GoalRun, call
 from humanoid.mission.robot import Robot
@@ -23,6 +24,7 @@ from humanoid.model import HOME, JOINT_BY_NAME
 from humanoid.navigation.server import NavigationActionServer
 from nav_msgs.msg import Odometry
 from rclpy.action import ActionClient
+from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy
 from std_msgs.msg import Bool
 from std_srvs.srv import SetBool, Trigger
@@ -218,6 +220,71 @@ def test_a_switch_that_is_gone_stops_the_robot_and_its_next_one_is_to_be_release
         assert accepted(robot)
 
 
+@pytest.fixture
+def stranger(robot: Robot) -> Iterator[Node]:
+    """A node that is none of the robot's, beside a robot that has said how it stands."""
+    assert accepted(robot)
+    node = Node('stranger')
+    yield node
+    node.destroy_node()
+
+
+def says(stranger: Node) -> Callable[[bool], None]:
+    """Return what publishes on `emergency_stopped`, once all three servers hear it."""
+    publisher = stranger.create_publisher(Bool, 'emergency_stopped', 1)
+    while publisher.get_subscription_count() < 3:
+        time.sleep(0.1)  # virtual
+    return lambda stopped: publisher.publish(Bool(data=stopped))
+
+
+def test_a_stranger_stops_the_robot_and_cannot_release_it(
+    gw_graph: Graph, robot: Robot, stranger: Node
+) -> None:
+    latched = QoS(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    status = gw_graph.record(DiagnosticStatus, 'emergency_stop_status', qos=latched)
+    commands = gw_graph.publisher(JointTrajectory, 'joint_command')
+    commands.wait_for_subscriber()
+    say = says(stranger)
+    throw(robot, stopped=True)
+    say(False)
+    time.sleep(1.5)  # virtual
+    assert not accepted(robot), 'it released what the switch had stopped'
+    throw(robot, stopped=False)
+    time.sleep(0.5)  # virtual
+    assert accepted(robot)
+    say(True)
+    time.sleep(0.5)  # virtual
+    reason = '/stranger says so on emergency_stopped'
+    assert status.messages[-1].message == reason
+    assert not accepted(robot)
+    stood = robot.joint('left_knee').position
+    point = JointTrajectoryPoint(positions=[1.5])
+    point.time_from_start.sec = 1
+    commands.publish(JointTrajectory(joint_names=['left_knee'], points=[point]))
+    time.sleep(0.5)  # virtual
+    assert robot.joint('left_knee').position == stood
+    client = robot.node.create_client(SetBool, 'emergency_stop')
+    answer = call(client, SetBool.Request(data=False), 20.0)
+    assert not answer.success
+    assert answer.message == f'still stopped: {reason}'
+    say(False)
+    time.sleep(0.5)  # virtual
+    assert accepted(robot), 'it has taken back its own word'
+    assert status.messages[-1].message == 'released'
+
+
+def test_a_stranger_that_leaves_a_stopped_robot_leaves_it_stopped(robot: Robot, stranger: Node) -> None:
+    says(stranger)(True)
+    time.sleep(1.5)  # virtual
+    assert not accepted(robot)
+    stranger.destroy_node()
+    time.sleep(1.0)  # virtual
+    assert not accepted(robot)
+    assert throw(robot, stopped=False) == 'released'
+    time.sleep(0.5)  # virtual
+    assert accepted(robot)
+
+
 def test_a_robot_that_never_had_a_switch_moves(gw_clock: VirtualClock, gw_graph: Graph) -> None:
     gw_graph.start(NavigationActionServer)
     time.sleep(5.0)  # virtual
@@ -281,6 +348,41 @@ def test_it_stops_real_servers_under_load(world: dict[str, str]) -> None:
             assert not any(run.accepted for run in everything.goals())
             throw(robot, stopped=False)
             moves(odometry)
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(180)
+@on_both_wires
+def test_nobody_but_the_switch_releases_real_servers(world: dict[str, str]) -> None:
+    """A stranger says at 8 Hz that the robot is released, and velocities pour in all the time."""
+    with ExitStack() as stack:
+        switch, base = (
+            stack.enter_context(humanoid(name, env=world))
+            for name in ('joint_state_service', 'navigation_action_server')
+        )
+        for server in (switch, base):
+            server.expect('ready')
+        robot = stack.enter_context(robot_client())
+        odometry: Collector[Odometry] = Collector()
+        robot.node.create_subscription(Odometry, 'odom', odometry, 10)
+        stranger = robot.node.create_publisher(Bool, 'emergency_stopped', 1)
+        robot.node.create_timer(0.13, lambda: stranger.publish(Bool(data=False)))
+        over = threading.Event()
+        flood = threading.Thread(target=_flood, args=[robot, over])
+        flood.start()
+        stack.callback(flood.join)
+        stack.callback(over.set)
+        moves(odometry)
+        throw(robot, stopped=True)
+        stands(odometry)
+        stands(odometry)
+        switch.send_signal(signal.SIGSTOP)
+        base.expect(f'EMERGENCY STOP: {re.escape(GONE)}')
+        stands(odometry)
+        switch.send_signal(signal.SIGCONT)
+        stands(odometry)
+        throw(robot, stopped=False)
+        moves(odometry)
 
 
 def stands(odometry: Collector[Odometry]) -> None:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from rclpy.node import Node
 
 
-def client_nodes(node: Node, service: str) -> Sequence[str]:
+def client_nodes(node: Node, service: str) -> list[str]:
     """Return the nodes that have a client of a service. ROS 2 does not tell which of them has called it."""
     wanted = node.resolve_service_name(service)
     found = []
@@ -21,9 +21,36 @@ def client_nodes(node: Node, service: str) -> Sequence[str]:
     return sorted(set(found))
 
 
-def publisher_nodes(node: Node, topic: str) -> Sequence[str]:
-    """Return the nodes that publish a topic."""
+def has_service(node: Node, name: str, namespace: str, service: str) -> bool:
+    """Whether the node of that name is a server of the service."""
+    wanted = node.resolve_service_name(service)
+    try:
+        services = node.get_service_names_and_types_by_node(name, namespace)
+    except (RuntimeError, ValueError):  # it has gone, or its name is not known yet
+        return False
+    return any(each == wanted for each, _ in services)
+
+
+def publisher_gid(info: Mapping[str, object]) -> bytes | None:
+    """Return who has published a message, by the info that came with it.
+
+    rclpy tells it since ROS 2 Lyrical; None in older ones.
+    """
+    told = info.get('publisher_gid')
+    gid = told.get('data') if isinstance(told, Mapping) else None
+    return gid if isinstance(gid, bytes) else None
+
+
+def publisher_nodes(node: Node, topic: str, gid: bytes | None = None) -> list[str]:
+    """Return the nodes that publish a topic: the one whose publisher has that gid, or else all of them."""
     infos = node.get_publishers_info_by_topic(topic)
+    those = [info for info in infos if bytes(info.endpoint_gid) == gid] or infos
+    return sorted({full_name(info.node_name, info.node_namespace) for info in those})
+
+
+def subscriber_nodes(node: Node, topic: str) -> list[str]:
+    """Return the nodes that subscribe to a topic."""
+    infos = node.get_subscriptions_info_by_topic(topic)
     return sorted({full_name(info.node_name, info.node_namespace) for info in infos})
 
 

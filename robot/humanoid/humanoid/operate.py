@@ -15,12 +15,14 @@ from types import FrameType
 from typing import NoReturn, TypeVar
 
 import rclpy
+from diagnostic_msgs.msg import DiagnosticStatus
 from nav_msgs.msg import Odometry
+from rclpy.qos import QoSProfile
 from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Bool
 
-from humanoid.emergency import GONE, REFUSAL, STATE
+from humanoid.emergency.names import REFUSAL, STATUS, latched
+from humanoid.emergency.votes import GONE
 from humanoid.gestures import WAVE, unhurried
 from humanoid.mission.calls import GoalRun
 from humanoid.mission.retry import NoAnswer
@@ -102,10 +104,10 @@ def _odometry(robot: Robot) -> Odometry:
     return _next(robot, Odometry, 'odom')
 
 
-def _next(robot: Robot, type_: type[Told], topic: str) -> Told:
+def _next(robot: Robot, type_: type[Told], topic: str, qos: QoSProfile | int = 1) -> Told:
     """The next message of a topic. Raises NoAnswer."""
     came: SimpleQueue[Told] = SimpleQueue()
-    subscription = robot.node.create_subscription(type_, topic, came.put, 1)
+    subscription = robot.node.create_subscription(type_, topic, came.put, qos)
     try:
         return came.get(timeout=ANSWER_WITHIN)
     except Empty:
@@ -117,10 +119,12 @@ def _next(robot: Robot, type_: type[Told], topic: str) -> Told:
 def _refused(robot: Robot, otherwise: str) -> str:
     """Why a goal was refused, as far as can be told from here: `otherwise` where the robot is not stopped."""
     try:
-        stopped = _next(robot, Bool, STATE).data
+        status = _next(robot, DiagnosticStatus, STATUS, latched())
     except NoAnswer:
         return f'the goal was refused: {otherwise}; or the emergency stop: {GONE}'
-    return f'the goal was refused: {REFUSAL if stopped else otherwise}'
+    if status.level == DiagnosticStatus.OK:
+        return f'the goal was refused: {otherwise}'
+    return f'the goal was refused: {REFUSAL} ({brief(status.message)})'
 
 
 def _base(odometry: Odometry) -> str:

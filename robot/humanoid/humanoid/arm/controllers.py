@@ -22,7 +22,7 @@ from humanoid.arm.limbs import Limbs
 from humanoid.arm.motion import SIGHT_LOST_AFTER
 from humanoid.arm.trajectory import Following, refusal
 from humanoid.clock import duration_msg, now, stamp
-from humanoid.emergency import StopListener
+from humanoid.emergency.listener import StopListener
 from humanoid.endings import Decision, End, Ending, judged, or_abort, settle
 from humanoid.model import JOINT_BY_NAME, MOVING_SPEED
 

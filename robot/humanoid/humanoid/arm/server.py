@@ -25,7 +25,7 @@ from humanoid.arm.limbs import Limbs
 from humanoid.arm.motion import SIGHT_LOST_AFTER, ArmMotion
 from humanoid.clock import now
 from humanoid.diagnostics import Diagnostics, Health
-from humanoid.emergency import StopListener
+from humanoid.emergency.listener import StopListener
 from humanoid.endings import Decision, End, Ending, judged, or_abort, settle
 from humanoid.gestures import STAND, WAVE, Movement, unhurried
 from humanoid.model import JOINT_BY_NAME

@@ -19,7 +19,8 @@ from trajectory_msgs.msg import JointTrajectory
 from humanoid.clock import now, seconds, stamp
 from humanoid.diagnostics import Diagnostics, Health
 from humanoid.driver.seam import HOLD_AFTER, DrivenJoints, DriverError
-from humanoid.emergency import REFUSAL, StopSwitch
+from humanoid.emergency.names import REFUSAL
+from humanoid.emergency.switch import StopSwitch
 from humanoid.joints import feet
 from humanoid.joints.commands import CommandRefused, plan
 from humanoid.joints.kinematic import KinematicJoints

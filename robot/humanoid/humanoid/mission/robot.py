@@ -19,7 +19,7 @@ from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 
-from humanoid.emergency import SWITCH
+from humanoid.emergency.names import SWITCH
 from humanoid.mission.calls import GoalRun, call
 
 ANSWER_WITHIN = 2.0  # s for a service call

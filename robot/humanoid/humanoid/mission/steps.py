@@ -9,7 +9,7 @@ from queue import Empty, SimpleQueue
 
 from sensor_msgs.msg import JointState
 
-from humanoid.emergency import ENDED
+from humanoid.emergency.names import ENDED
 from humanoid.mission.calls import GoalRun
 from humanoid.mission.retry import Backoff, NoAnswer, retry
 from humanoid.mission.robot import Robot

@@ -23,7 +23,7 @@ from tf2_ros import StaticTransformBroadcaster, TransformBroadcaster
 
 from humanoid.clock import now, stamp
 from humanoid.diagnostics import Diagnostics, Health
-from humanoid.emergency import StopListener
+from humanoid.emergency.listener import StopListener
 from humanoid.endings import Decision, End, Ending, judged, or_abort, settle
 from humanoid.navigation.base import STANDING, Base, MobileBase, Pose2D, Velocity2D
 from humanoid.navigation.goal_check import refusal

@@ -1,0 +1,131 @@
+"""How a server hears the emergency stop."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from rclpy.node import Node
+from std_msgs.msg import Bool
+
+from humanoid.emergency.names import ENDED, REFUSAL, STATE, SWITCH, TOLD_EVERY, latched, steady
+from humanoid.emergency.votes import Publisher, StopVotes
+from humanoid.graph import full_name, has_service, one_of, publisher_gid
+
+
+class StatePublishers:
+    """Who publishes `emergency_stopped`, as the graph shows it."""
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._known: dict[bytes, Publisher] = {}
+        self._may_look = True  # for a publisher that is not known: once between two calls of `look`
+
+    @property
+    def have_switch(self) -> bool:
+        """Whether a switch was among them at the last look."""
+        return any(publisher.is_switch for publisher in self._known.values())
+
+    def look(self) -> Mapping[bytes, Publisher]:
+        """Ask the graph; return the publishers by their gids."""
+        known = {}
+        for info in self._node.get_publishers_info_by_topic(STATE):
+            gid, name, namespace = bytes(info.endpoint_gid), info.node_name, info.node_namespace
+            before = self._known.get(gid)
+            is_switch = before is not None and before.is_switch
+            is_switch = is_switch or has_service(self._node, name, namespace, SWITCH)
+            known[gid] = Publisher(gid, full_name(name, namespace), is_switch)
+        self._known, self._may_look = known, True
+        return known
+
+    def find(self, info: Mapping[str, object]) -> Publisher:
+        """Return the publisher of a message, by the info that came with it.
+
+        Where rclpy does not tell its gid, the publisher is known only if there is just one.
+        """
+        gid = publisher_gid(info)
+        if gid is None:
+            there = list(self.look().values())
+            if len(there) == 1:
+                return there[0]
+            return Publisher(b'', one_of([each.node for each in there]), is_switch=False)
+        if gid not in self._known and self._may_look:
+            self.look()
+            self._may_look = False
+        return self._known.get(gid) or Publisher(gid, one_of([]), is_switch=False)
+
+
+class StopListener:
+    """How the emergency stop stands, as a server knows it; `on_stop` is called when the robot has to stop."""
+
+    def __init__(
+        self, node: Node, on_stop: Callable[[], None], press: Callable[[], None] | None = None
+    ) -> None:
+        """`press` throws a switch, and stands for a node that has one: its own publishers do not count then.
+
+        Without `press` the listener presses the button of all switches.
+        """
+        self._node, self._on_stop = node, on_stop
+        self._votes = StopVotes()
+        self._publishers = StatePublishers(node)
+        self._ignored = ''
+        if press is None:
+            button = node.create_publisher(Bool, SWITCH, 10)
+            self._press: Callable[[], None] = lambda: button.publish(Bool(data=True))
+        else:
+            self._press = press
+            self._ignored = node.get_fully_qualified_name()
+        node.create_subscription(Bool, STATE, self._hear, latched())
+        node.create_timer(TOLD_EVERY, self._look, clock=steady())
+
+    @property
+    def stopped(self) -> bool:
+        return self._votes.stopped
+
+    @property
+    def stopped_by(self) -> Publisher | None:
+        """The publisher that says "stopped"; None if nobody does."""
+        return self._votes.stopped_by
+
+    @property
+    def why(self) -> str:
+        """Why the robot is stopped, unless its switch is simply thrown; else ''."""
+        publisher = self._votes.stopped_by
+        if publisher is None:
+            return self._votes.lost
+        return '' if publisher.is_switch else f'{publisher.node} says so on {STATE}'
+
+    @property
+    def refusal(self) -> str | None:
+        """Why nothing may move, or None if it may."""
+        if self._votes.stopped_by is not None:
+            return f'emergency stop: {self.why} and has to take it back' if self.why else REFUSAL
+        if self.stopped:
+            return f'emergency stop: {self.why} Once it is back, {SWITCH} is to be called with false'
+        if self._publishers.have_switch and not self._votes.knows_switch:
+            return 'emergency stop: its switch has not said yet how it stands'
+        return None
+
+    @property
+    def ended(self) -> str:
+        """What the results of goals say that it has ended."""
+        return f'{ENDED}: {self.why}' if self.why else ENDED
+
+    def settle(self) -> None:
+        """Forget who was lost: a switch was thrown for that, and keeps the robot stopped."""
+        self._votes.lost = ''
+
+    def _hear(self, state: Bool, info: Mapping[str, object]) -> None:
+        publisher = self._publishers.find(info)
+        if publisher.node == self._ignored:
+            return
+        throw = self._votes.hear(publisher, stopped=state.data)
+        if state.data:
+            self._on_stop()
+        if throw:
+            self._press()
+
+    def _look(self) -> None:
+        if self._votes.look(self._publishers.look()):
+            self._node.get_logger().error(f'EMERGENCY STOP: {self._votes.lost}')
+            self._on_stop()
+            self._press()

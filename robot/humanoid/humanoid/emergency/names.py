@@ -1,0 +1,22 @@
+"""The names of the emergency stop, and what refusals and results say of it."""
+
+from __future__ import annotations
+
+from rclpy.clock import Clock, ClockType
+from rclpy.qos import DurabilityPolicy, QoSProfile
+
+SWITCH = 'emergency_stop'
+STATE = 'emergency_stopped'
+STATUS = 'emergency_stop_status'
+TOLD_EVERY = 0.2  # s, of the steady clock: a simulation that pauses is not without its switch
+REFUSAL = f'emergency stop: nothing moves until {SWITCH} is called with false'
+ENDED = 'Emergency stop'
+
+
+def latched() -> QoSProfile:
+    """The QoS of the topics that tell how the emergency stop stands."""
+    return QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+def steady() -> Clock:
+    return Clock(clock_type=ClockType.STEADY_TIME)

@@ -1,0 +1,119 @@
+"""The switch of the emergency stop, for the node that owns the motors."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
+from rclpy.node import Node
+from std_msgs.msg import Bool
+from std_srvs.srv import SetBool
+
+from humanoid.emergency.listener import StopListener
+from humanoid.emergency.names import STATE, STATUS, SWITCH, TOLD_EVERY, latched, steady
+from humanoid.graph import client_nodes, one_of, publisher_gid, publisher_nodes, subscriber_nodes
+from humanoid.text import brief
+
+
+class StopSwitch:
+    """`on_stop` is called as soon as it is thrown, or another publisher says that the robot is stopped.
+
+    On `emergency_stopped` it says how it stands itself; its status has what the others say, too.
+    """
+
+    def __init__(self, node: Node, on_stop: Callable[[], None]) -> None:
+        self._node, self._on_stop = node, on_stop
+        self._thrown = False
+        self._reason = ''  # why it is thrown
+        self._by = ''  # the node that has thrown it, or the nodes of which one has
+        self._told = DiagnosticStatus()  # the last status
+        self._state = node.create_publisher(Bool, STATE, latched())
+        self._status = node.create_publisher(DiagnosticStatus, STATUS, latched())
+        node.create_service(SetBool, SWITCH, self._asked)
+        node.create_subscription(Bool, SWITCH, self._pressed, 10)
+        self._others = StopListener(node, on_stop, press=self._throw_for_the_lost)
+        # First told by the timer, so once the node spins: who has heard it counts on hearing it again.
+        node.create_timer(TOLD_EVERY, self._tell, clock=steady())
+        self._tell_why()
+
+    @property
+    def stopped(self) -> bool:
+        """Whether the robot is stopped, by this switch or by another publisher."""
+        return self._thrown or self._others.stopped
+
+    @property
+    def reason(self) -> str:
+        """Why the robot is stopped; '' if it is not."""
+        if self._thrown:
+            return self._reason
+        publisher = self._others.stopped_by
+        return f'{publisher.node} says so on {STATE}' if publisher is not None else self._others.why
+
+    def _asked(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        if request.data:
+            self._throw()
+            self._explain('called the service', client_nodes(self._node, SWITCH))
+            response.success, response.message = True, f'stopped: {self.reason}'
+        else:
+            self._release()
+            response.success = not self.stopped
+            response.message = f'still stopped: {self.reason}' if self.stopped else 'released'
+        return response
+
+    def _pressed(self, button: Bool, info: Mapping[str, object]) -> None:
+        if button.data:
+            self._throw()
+            nodes = publisher_nodes(self._node, SWITCH, publisher_gid(info))
+            listening = set(nodes) <= set(subscriber_nodes(self._node, STATE))
+            self._explain('had lost the switch' if listening else 'pressed the button', nodes)
+
+    def _throw_for_the_lost(self) -> None:
+        self._throw()
+        self._reason = self._reason or self._others.why
+        self._others.settle()
+        self._tell_why()
+
+    def _throw(self) -> None:
+        """Stopping twice stops twice: what has come to move in between is told to hold."""
+        changed, self._thrown = not self._thrown, True
+        self._on_stop()
+        self._tell_state()
+        if changed:
+            self._node.get_logger().warning('EMERGENCY STOP')
+
+    def _explain(self, what: str, nodes: list[str]) -> None:
+        """Tell why it was thrown; the first reason stays until the release."""
+        if not self._reason:
+            self._by = brief(one_of(nodes))
+            self._reason = f'{self._by} {what}'
+        self._tell_why()
+
+    def _release(self) -> None:
+        changed, self._thrown = self._thrown, False
+        self._reason = self._by = ''
+        self._tell()
+        if changed:
+            self._node.get_logger().warning('Emergency stop released')
+
+    def _tell(self) -> None:
+        self._tell_state()
+        self._tell_why()
+
+    def _tell_state(self) -> None:
+        self._state.publish(Bool(data=self._thrown))
+
+    def _tell_why(self) -> None:
+        """Tell the status if it has changed: OK or ERROR, the reason as its message, `stopped` and `by`."""
+        status = DiagnosticStatus(level=DiagnosticStatus.OK, message='released')
+        status.name = f'{self._node.get_fully_qualified_name()[1:]}: emergency stop'
+        status.hardware_id = self._node.get_namespace().strip('/') or 'humanoid'
+        by, publisher = self._by, self._others.stopped_by
+        if not self._thrown and publisher is not None:
+            by = publisher.node
+        if self.stopped:
+            status.level, status.message = DiagnosticStatus.ERROR, self.reason
+        values = {'stopped': 'true' if self.stopped else 'false', 'by': by}
+        status.values = [KeyValue(key=key, value=value) for key, value in values.items()]
+        if status != self._told:
+            self._told = status
+            self._status.publish(status)
