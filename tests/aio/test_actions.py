@@ -98,7 +98,7 @@ def test_a_goal_gives_feedback_and_its_result(isolated: dict[str, str], loop: st
 
 
 def test_feedback_needs_no_numpy(isolated: dict[str, str]) -> None:
-    """The goal id around it would be an array of numpy's: 80 ms and 20 MB for what nobody reads."""
+    """The goal id in the message is an array of numpy's, whose import takes 80 ms and 20 MB."""
     program = """
         import asyncio
         import sys

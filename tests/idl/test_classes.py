@@ -22,7 +22,13 @@ from helpers.patience import PATIENCE
 from helpers.vectors import constants, descriptions
 
 from goalwire.cdr import codec
-from goalwire.errors import EncodeTypeError, InterfaceSyntaxError, UnknownFieldError, UnknownInterfaceError
+from goalwire.errors import (
+    EncodeTypeError,
+    EncodeValueError,
+    InterfaceSyntaxError,
+    UnknownFieldError,
+    UnknownInterfaceError,
+)
 from goalwire.idl import classes, get_interface, register_definitions, registry
 from goalwire.idl.classes import action_class, message_class, service_class
 
@@ -154,7 +160,7 @@ OWN_NAMES = sorted(
         'other',
         'unknown',
         'to_array',
-        'to_ndarray',
+        'kept',
         'dtype',
         'default',
         'new',
@@ -280,6 +286,40 @@ def test_fixed_arrays_become_numpy_arrays_of_any_length(everything: Any) -> None
     m = everything(fixed=[1, 2])
     assert m.fixed.tolist() == [1, 2]
     assert m.fixed.dtype == np.int32
+
+
+def test_a_fixed_array_that_was_decoded_can_be_changed_in_place() -> None:
+    cls = make('float64[3] numbers')
+    m = codec.decode(codec.encode(cls(numbers=[1, 2, 3])), cls)
+    m.numbers[1] = 7.0
+    assert m.numbers.tolist() == [1.0, 7.0, 3.0]
+    assert codec.decode(codec.encode(m), cls).numbers.tolist() == [1.0, 7.0, 3.0]
+
+
+def test_messages_do_not_share_the_default_of_a_fixed_array() -> None:
+    cls = make('int32[2] numbers [5, 6]')
+    one, other = cls(), cls()
+    one.numbers[0] = 7
+    assert (one.numbers.tolist(), other.numbers.tolist(), cls().numbers.tolist()) == ([7, 6], [5, 6], [5, 6])
+
+
+def test_an_array_that_was_read_equals_one_that_was_not() -> None:
+    cls = make('int16[2] numbers [5, 6]')
+    read, unread = cls(), cls()
+    assert read.numbers.tolist() == [5, 6]
+    assert (read == unread, unread == read, cls(numbers=[5, 7]) == unread) == (True, True, False)
+    assert copy.deepcopy(cls()) == read
+
+
+def test_bytes_are_the_values_of_a_uint8_array() -> None:
+    cls = make('uint8[3] octets\nint16[2] numbers')
+    assert cls(octets=b'\1\2\3').octets.tolist() == [1, 2, 3]
+    assert cls(octets=b'\1\2\3', check_fields=True).octets.tolist() == [1, 2, 3]
+    assert codec.decode(codec.encode(cls(octets=b'\1\2\3')), cls) == cls(octets=[1, 2, 3])
+    with pytest.raises(EncodeValueError, match='octets: expected exactly 3 values, got 2'):
+        codec.encode(cls(octets=b'\1\2'))
+    with pytest.raises(ValueError, match='numbers'):
+        cls(numbers=b'\1\2\3\4')
 
 
 def test_repr_shows_package_kind_and_values() -> None:
@@ -487,13 +527,15 @@ def test_tracebacks_show_the_generated_lines(everything: Any) -> None:
         assert "_to_array('B', few, 'few')" in traceback.format_exc()
 
 
-def test_a_class_without_fixed_arrays_needs_no_numpy() -> None:
+def test_messages_need_no_numpy_before_a_fixed_array_is_read() -> None:
     program = (
         'import sys\n'
         'from goalwire.idl import get_message, get_service\n'
         "get_message('sensor_msgs/msg/JointState')(name=['a'], position=[1.0])\n"
         "get_service('std_srvs/srv/SetBool').Request()\n"
-        "get_message('nav_msgs/msg/Odometry')\n"
+        'from goalwire.cdr.codec import decode, encode\n'
+        "odometry = get_message('nav_msgs/msg/Odometry')\n"
+        'decode(encode(odometry()), odometry)\n'
         "print(sorted({'numpy', 'asyncio', 'yaml', 'rich'} & set(sys.modules)))\n"
     )
     result = subprocess.run(

@@ -13,11 +13,10 @@ from array import array
 from struct import Struct
 
 from goalwire.cdr import layout, reading
-from goalwire.cdr.encoder_source import wire_dtype
 from goalwire.cdr.explain import raising
 from goalwire.cdr.layout import COUNT, EMPTY, HEADER_SIZE, Item, Leaf
 from goalwire.idl.model import Shape
-from goalwire.idl.runtime import DTYPES, TYPECODES
+from goalwire.idl.runtime import DTYPES, TYPECODES, unpack_array
 
 _HELPERS: dict[str, object] = {
     'BOOLS': reading.BOOLS,
@@ -27,8 +26,10 @@ _HELPERS: dict[str, object] = {
     'numbers': reading.numbers,
     'octets': reading.octets,
     'refuse': reading.refuse,
+    'swapped': reading.swapped,
     'text': reading.text,
     'texts': reading.texts,
+    'unpack_array': unpack_array,
     'wide_text': reading.wide_text,
     'wide_texts': reading.wide_texts,
 }
@@ -243,16 +244,10 @@ class _Body:
         return length
 
     def _fixed_numbers(self, leaf: Leaf) -> str:
-        import numpy as np
-
-        size, dtype = layout.SIZES[leaf.type.base], wire_dtype(leaf.type.base, self._order)
-        native = np.dtype(DTYPES[TYPECODES[leaf.type.base]])
+        size, code = layout.SIZES[leaf.type.base], TYPECODES[leaf.type.base]
         block = self._read(Item.block(size * leaf.type.capacity, size))
-        self._module.names['frombuffer'] = np.frombuffer
-        kind = self._module.name('dtype', np.dtype(dtype))
-        if np.dtype(dtype) == native:
-            return f'frombuffer(bytearray({block}), {kind})'  # a bytearray makes it writable
-        return f'frombuffer({block}, {kind}).astype({self._module.name("dtype", native)})'
+        packed = block if self._order == '<' else f'swapped({code!r}, {block})'
+        return packed if leaf.is_packed else f'unpack_array({DTYPES[code]!r}, {packed})'
 
     def _numbers(self, leaf: Leaf, length: str) -> str:
         code, size = TYPECODES[leaf.type.base], layout.SIZES[leaf.type.base]

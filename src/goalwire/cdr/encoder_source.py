@@ -20,6 +20,7 @@ from goalwire.idl.runtime import DTYPES, TYPECODES
 _HELPERS: dict[str, object] = {
     'array': array,
     'bools': writing.bools,
+    'dtypes': writing.NumpyTypes(),
     'fixed_numbers': writing.fixed_numbers,
     'little_endian': writing.little_endian,
     'numbers': writing.numbers,
@@ -236,17 +237,16 @@ class _Body:
         return size
 
     def _fixed_numbers(self, leaf: Leaf, value: str) -> None:
-        import numpy as np
-
         size, capacity = layout.SIZES[leaf.type.base], leaf.type.capacity
-        dtype = np.dtype(wire_dtype(leaf.type.base))
-        known = self._module.name('dtype', dtype)  # numpy has one object for each native type
+        known = f'dtypes[{wire_dtype(leaf.type.base)!r}]'  # numpy has one object for each native type
         self.lines += [
-            f'if {value}.dtype is not {known} or {value}.size != {capacity}:',
-            f'    {value} = fixed_numbers({value}, {known}, {capacity})',
+            f'if type({value}) is bytes:',
+            f'    if len({value}) != {size * capacity}: refuse()',
+            f'elif {value}.dtype is {known} and {value}.size == {capacity}: {value} = {value}.tobytes()',
+            f'else: {value} = fixed_numbers({value}, {known}, {capacity}).tobytes()',
         ]
         self.items.append(Item.block(size * capacity, size))
-        self._arguments.append(f'{value}.tobytes()')
+        self._arguments.append(value)
 
     def _numbers(self, leaf: Leaf, value: str) -> None:
         code, size = TYPECODES[leaf.type.base], layout.SIZES[leaf.type.base]
@@ -274,11 +274,11 @@ class _Body:
             self.lines.append(f'add({data}); at += {length}')
 
 
-def wire_dtype(base: str, order: str = '<') -> str:
+def wire_dtype(base: str) -> str:
     """Return numpy's name of a number on the wire: '<f8', '|u1'."""
     name = DTYPES[TYPECODES[base]]
     size = layout.SIZES[base]
-    return f'{"|" if size == 1 else order}{name[0]}{size}'
+    return f'{"|" if size == 1 else "<"}{name[0]}{size}'
 
 
 assert HEADER_SIZE == 4

@@ -52,7 +52,7 @@ def _values(cls: type, message: object, prefix: str) -> Iterator[tuple[str, Leaf
     """Yield path, field and value of all fields, nested ones after the field that holds them."""
     for leaf in layout.leaves(cls):
         path = prefix + leaf.name
-        value = getattr(message, f'_{leaf.name}', None)
+        value = getattr(message, leaf.name if leaf.is_packed else f'_{leaf.name}', None)
         yield path, leaf, value
         if leaf.cls is None:
             continue

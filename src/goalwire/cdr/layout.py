@@ -28,11 +28,16 @@ SIZES = {base: struct.calcsize(f'<{code}') for base, code in CODES.items()}
 
 @record
 class Leaf:
-    """A field of a message class; `cls` is the class of its value or values where these are messages."""
+    """A field of a message class; `cls` is the class of its value or values where these are messages.
+
+    `is_packed` tells that a fixed primitive array may be bytes in its slot, as in goalwire's own classes: see
+    idl/runtime.py.
+    """
 
     name: str
     type: FieldType
     cls: builtins.type | None
+    is_packed: bool
 
 
 @record
@@ -63,8 +68,14 @@ def leaves(cls: type) -> tuple[Leaf, ...]:
     definition = definition_of(cls)
     if not isinstance(definition, MessageDefinition):
         raise TypeError(f'{definition.full_name} is a service or an action; only messages have bytes')
+    is_own = classes.own_definition(cls) is not None
     return tuple(
-        Leaf(field.name, field.type, classes.find_class(field.type.base) if field.type.is_message else None)
+        Leaf(
+            field.name,
+            field.type,
+            classes.find_class(field.type.base) if field.type.is_message else None,
+            is_own and field.type.is_number and field.type.shape is Shape.ARRAY,
+        )
         for field in definition.fields
     )
 

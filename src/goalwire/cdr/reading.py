@@ -51,6 +51,13 @@ def numbers(typecode: str, data: Buffer, at: int, end: int, order: str) -> array
     return values
 
 
+def swapped(typecode: str, data: bytes) -> bytes:
+    """Return the bytes of numbers in the other byte order."""
+    values = array(typecode, data)
+    values.byteswap()
+    return values.tobytes()
+
+
 def bools(data: Buffer, at: int, end: int) -> list[bool]:
     """Return bytes of 0 and 1 as a list."""
     block = bytes(data[at:end])

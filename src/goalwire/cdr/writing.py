@@ -103,6 +103,17 @@ def numbers(typecode: str, value: Iterable[float]) -> array[float]:
     return to_array(typecode, value)
 
 
+class NumpyTypes(dict[str, 'np.dtype[np.generic]']):
+    """numpy's types by their names on the wire ('<f8'); numpy is imported for the first of them."""
+
+    def __missing__(self, name: str) -> np.dtype[np.generic]:
+        import numpy as np
+
+        found: np.dtype[np.generic] = np.dtype(name)
+        self[name] = found
+        return found
+
+
 def fixed_numbers(value: object, dtype: np.dtype[np.generic], size: int) -> np.ndarray:
     """Return a numpy array in little-endian order; refuses other types and sizes."""
     import numpy as np

@@ -129,13 +129,11 @@ class ServiceIntrospection:
             return None  # the error comes when the response is read
 
     def _event_of(self, step: Step, gid: bytes, sequence: int, message: object) -> bytes:
-        from numpy import frombuffer, uint8
-
         event = self._event()
         info = event.info
         info.event_type = step
         info.stamp = self._clock.now().to_stamp()
-        info.client_gid = frombuffer(gid, dtype=uint8)
+        info.client_gid = gid
         info.sequence_number = sequence
         if self._contents and message is not None:
             if step in (Step.REQUEST_SENT, Step.REQUEST_RECEIVED):

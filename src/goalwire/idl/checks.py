@@ -14,7 +14,7 @@ from typing import NoReturn
 
 from goalwire.errors import UnknownFieldError
 from goalwire.idl.model import FLOATS, FieldType, Shape, integer_range
-from goalwire.idl.runtime import DTYPES, TYPECODES, Message, to_array, to_ndarray
+from goalwire.idl.runtime import DTYPES, TYPECODES, Message, to_array, to_fixed
 
 _FLOAT_LIMITS = {'float32': ('float', 3.402823466e38), 'float64': ('double', 1.7976931348623157e308)}
 _SHOWN = 20  # fields that a message lists
@@ -105,7 +105,7 @@ def _checked_ndarray(name: str, type_: FieldType, value: object) -> object:
     dtype = DTYPES[TYPECODES[type_.base]]
     if not isinstance(value, np.ndarray):
         _check_collection(name, type_, python_type(type_, None), value)
-        return to_ndarray(dtype, value, name)
+        return to_fixed(dtype, value, name)
     if value.dtype != dtype:
         _fail(f"The '{name}' numpy.ndarray() must have the dtype of 'numpy.{dtype}'")
     if value.size != type_.capacity:

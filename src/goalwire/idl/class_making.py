@@ -19,7 +19,8 @@ from goalwire.idl.runtime import (
     arrays_equal,
     message_repr,
     to_array,
-    to_ndarray,
+    to_fixed,
+    unpack_array,
 )
 from goalwire.idl.slot_types import to_slot_type, type_text
 
@@ -80,13 +81,16 @@ def make_message_class(message: MessageDefinition, nested: dict[str, type]) -> t
         '_CHECK_FIELDS': checks,
         '_array': array,
         '_arrays_equal': arrays_equal,
+        '_bytes': bytes,
         '_checks_asked': checks_asked,
         '_isinstance': isinstance,
         '_list': list,
         '_property': builtins.property,
         '_range': range,
         '_to_array': to_array,
-        '_to_ndarray': to_ndarray,
+        '_to_fixed': to_fixed,
+        '_type': builtins.type,
+        '_unpack_array': unpack_array,
     }
     cls = _compile(message, source, names)
     _finish(cls, message)

@@ -5,10 +5,8 @@ Names inside: `_self` and everything the class borrows start with an underscore,
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
-from goalwire.idl.model import Default, Field, MessageDefinition, Shape
-from goalwire.idl.runtime import TYPECODES, UNSET, ArrayDefault, to_array
+from goalwire.idl.model import Field, MessageDefinition, Shape
+from goalwire.idl.runtime import DTYPES, TYPECODES, UNSET, pack_array, to_array, to_ndarray
 from goalwire.records import record
 
 _ZEROS = {'bool': False, 'byte': b'\0', 'string': '', 'wstring': ''}
@@ -22,12 +20,16 @@ class _Slot:
     signature: str  # the keyword's default
     fresh: str  # an expression for a new default; '' where the signature's default is stored itself
     convert: str  # an expression that converts the given value `{}`
+    is_packed: bool = False  # the slot holds bytes until the field is first read
     converts_first: bool = False  # rosidl's constructors make sequences of numbers before anything is checked
 
     def stored(self) -> str:
         return self._given(self.convert.format(self.name))
 
     def checked(self) -> str:
+        if self.is_packed:
+            default = f'_unpack_array(_dtype_{self.name}, {self.fresh})'
+            return f'{default} if {self.name} is _UNSET else {self.name}'
         return self.stored() if self.converts_first else self._given(self.name)
 
     def _given(self, given: str) -> str:
@@ -72,16 +74,12 @@ def copied_default(field: Field) -> object:
     if field.type.is_number and field.type.is_sequence:
         return to_array(TYPECODES[field.type.base], values)  # type: ignore[arg-type]
     if field.type.is_number:
-        return _array_default(field, values)()
+        return to_ndarray(DTYPES[TYPECODES[field.type.base]], values)
     return list(values)
 
 
 def _class_name(full_name: str) -> str:
     return full_name.replace('/', '__')
-
-
-def _array_default(field: Field, values: Default | None) -> Callable[[], object]:
-    return ArrayDefault(field.type.base, field.type.capacity, values)  # type: ignore[arg-type]
 
 
 def _slot(field: Field, names: dict[str, object]) -> _Slot:
@@ -100,8 +98,9 @@ def _slot(field: Field, names: dict[str, object]) -> _Slot:
         convert = f'_to_array({code!r}, {{}}, {name!r})'
         return _Slot(name, '_UNSET', f'_array({code!r}{initial})', convert, converts_first=True)
     if type_.is_number:
-        names[f'_new_{name}'] = _array_default(field, default)
-        return _Slot(name, '_UNSET', f'_new_{name}()', f'_to_ndarray(_dtype_{name}, {{}}, {name!r})')
+        names[f'_default_{name}'] = pack_array(type_.base, type_.capacity, default)  # type: ignore[arg-type]
+        convert = f'_to_fixed(_dtype_{name}, {{}}, {name!r})'
+        return _Slot(name, '_UNSET', f'_default_{name}', convert, is_packed=True)
     if default is not None:
         names[f'_default_{name}'] = default
         return _Slot(name, '_UNSET', f'_list(_default_{name})', '{}')
@@ -132,7 +131,7 @@ def _constructor(slots: list[_Slot], *, checks: bool) -> list[str]:
 def _equality(fields: tuple[Field, ...]) -> list[str]:
     def compare(field: Field) -> str:
         if field.type.is_number and field.type.shape is Shape.ARRAY:
-            return f'_arrays_equal(_self._{field.name}, _other._{field.name})'
+            return f'_arrays_equal(_self.{field.name}, _other.{field.name})'
         return f'_self._{field.name} == _other._{field.name}'
 
     return [
@@ -144,11 +143,21 @@ def _equality(fields: tuple[Field, ...]) -> list[str]:
     ]
 
 
+def _unpacking(name: str) -> list[str]:
+    """Return the lines that make a fixed primitive array of the bytes in its slot; see idl/runtime.py."""
+    return [
+        f'        _kept = _self._{name}',
+        '        if _type(_kept) is _bytes:',
+        f'            _self._{name} = _unpack_array(_dtype_{name}, _kept)',
+    ]
+
+
 def _property(slot: _Slot) -> list[str]:
     return [
         '    @_property',
         f'    def {slot.name}(_self):',
         f'        """Message field {slot.name!r}."""',
+        *(_unpacking(slot.name) if slot.is_packed else ()),
         f'        return _self._{slot.name}',
         '',
         f'    @{slot.name}.setter',

@@ -299,7 +299,7 @@ def test_destroying_the_node_in_a_callback_leaves_spin_waiting() -> None:
 # -- light -----------------------------------------------------------------------------------------------
 
 
-def test_a_node_with_a_service_client_imports_nothing_heavy(isolated: dict[str, str]) -> None:
+def test_a_node_with_services_and_actions_imports_nothing_heavy(isolated: dict[str, str]) -> None:
     program = """
         import sys
         import rclpy
@@ -316,6 +316,22 @@ def test_a_node_with_a_service_client_imports_nothing_heavy(isolated: dict[str, 
         future = client.call_async(Trigger.Request())
         rclpy.spin_until_future_complete(node, future, timeout_sec=10)
         assert future.result().message == 'went'
+        from rclpy.action import ActionClient, ActionServer
+        from example_interfaces.action import Fibonacci
+        def count(goal):
+            goal.publish_feedback(Fibonacci.Feedback(sequence=[1]))
+            goal.succeed()
+            return Fibonacci.Result(sequence=[1, 1])
+        server = ActionServer(node, Fibonacci, 'count', count)
+        actions = ActionClient(node, Fibonacci, 'count')
+        assert actions.wait_for_server(10)
+        heard = []
+        future = actions.send_goal_async(Fibonacci.Goal(order=2), feedback_callback=heard.append)
+        rclpy.spin_until_future_complete(node, future, timeout_sec=10)
+        future = future.result().get_result_async()
+        rclpy.spin_until_future_complete(node, future, timeout_sec=10)
+        assert list(future.result().result.sequence) == [1, 1]
+        assert [list(message.feedback.sequence) for message in heard] == [[1]]
         print([name for name in ('numpy', 'asyncio', 'yaml', 'rich') if name in sys.modules])
         rclpy.shutdown()
     """

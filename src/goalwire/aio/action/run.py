@@ -308,7 +308,7 @@ class _Feedback(Generic[FeedbackT]):
     def __init__(self, core: ActionClientCore, stream: AsyncQueue[Sample]) -> None:
         self._core = core
         self._stream = stream
-        # The feedback alone: the message around it has a goal id, which would be an array of numpy's.
+        # The feedback alone: nobody reads the goal id in the message around it.
         self._decode: Callable[[bytes], FeedbackT] = codec.decoder(core.support.cls.Feedback)  # type: ignore[attr-defined]
 
     def __aiter__(self) -> Self:

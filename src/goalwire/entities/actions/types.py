@@ -72,7 +72,7 @@ def uuid_message(goal_id: GoalId) -> UUID:
     """Return the UUID message of an id."""
     from unique_identifier_msgs.msg import UUID
 
-    return UUID(uuid=list(goal_id))
+    return UUID(uuid=goal_id)
 
 
 def goal_id_bytes(uuid: UUID) -> GoalId:
