@@ -52,7 +52,7 @@ from goalwire.transport.zenoh.native.endpoints import parse as parse_address
 from goalwire.transport.zenoh.native.tls import TlsStream, client_context, server_context
 from goalwire.transport.zenoh.native.wire import HistoryPublisher
 from goalwire.transport.zenoh.protocol import key_expressions
-from goalwire.transport.zenoh.protocol.channels import DATA_CHANNEL, Reassembly, frame_head
+from goalwire.transport.zenoh.protocol.channels import DATA_CHANNEL, PieceBudget, Reassembly, frame_head
 from goalwire.transport.zenoh.protocol.declarations import (
     About,
     Kind,
@@ -362,7 +362,7 @@ def join_pieces(data: bytes) -> None:
     """
     limit = 512
     for has_marks in (True, False):
-        reassembly = Reassembly(has_marks=has_marks, limit=limit)
+        reassembly = Reassembly(has_marks=has_marks, budget=PieceBudget(limit))
         for at in range(0, len(data) - 2, 3):
             flags, size, content = data[at : at + 3]
             if flags & 0x80:

@@ -57,7 +57,7 @@ class Wire:
     def when_full(self) -> None:
         self.wants_room += 1
 
-    def wait_for_room(self) -> None:
+    def wait_for_room(self, _is_answer: bool) -> None:
         self.waits += 1
 
     def when_held(self, _link: Outgoing) -> None:
@@ -76,6 +76,7 @@ class Session(SessionProtocol):
         self.to_meet: list[Node] = []
         self.changes = 0
         self.failures: list[Exception] = []
+        self.refused: list[str] = []
         self.sooner = 0
         super().__init__(
             Identity(zid, role, lease_ms, **options),
@@ -85,6 +86,7 @@ class Session(SessionProtocol):
             when_changed=self._note_change,
             when_sooner=self._note_sooner,
             close_link=lambda link, _why, reason: link.close(reason),
+            when_refused=lambda kind, _: self.refused.append(kind),
         )
 
     def _note_change(self) -> None:

@@ -19,14 +19,17 @@ from helpers.zenoh_captured import conversation
 from helpers.zenoh_sides import Ours, address
 
 from goalwire.errors import TransportError
+from goalwire.transport.zenoh.native import dialler, socket_link
 from goalwire.transport.zenoh.native import session as native_session
-from goalwire.transport.zenoh.native import socket_link
-from goalwire.transport.zenoh.native.dialler import Retry
+from goalwire.transport.zenoh.native.dialler import DialSlots, Retry
 from goalwire.transport.zenoh.native.endpoints import Endpoint, is_quickly_resolved, parse, resolve
 from goalwire.transport.zenoh.native.poller import IN, Poller
+from goalwire.transport.zenoh.protocol import bounds
+from goalwire.transport.zenoh.protocol.channels import fragment_head
+from goalwire.transport.zenoh.protocol.link_state import Node
 from goalwire.transport.zenoh.protocol.outgoing import QUEUE_LIMIT
-from goalwire.transport.zenoh.protocol.primitives import GENERIC
-from goalwire.transport.zenoh.protocol.transport import close_message
+from goalwire.transport.zenoh.protocol.primitives import GENERIC, encode_z
+from goalwire.transport.zenoh.protocol.transport import Role, close_message
 
 A_SAYS = [batch for batch in conversation() if batch.sender == 'A']
 B_SAYS = [batch for batch in conversation() if batch.sender == 'B']
@@ -424,3 +427,120 @@ def test_a_poller_waits_for_descriptors_timers_and_calls(portable: bool) -> None
     assert poller.wait(0) == -1
     one.close()
     other.close()
+
+
+def test_bad_links_are_told_of_at_powers_of_ten(listener: Ours, warnings: list[str]) -> None:
+    for _ in range(25):
+        stranger = Stranger(listener)
+        stranger.says(b'\x7f%d' % (_ % 7))
+        assert stranger.is_hung_up()
+    wait_for(lambda: not listener.session._links, 'the ends')
+    assert len(warnings) == 2
+    assert '10 links by now' in warnings[1]
+
+
+def test_a_newcomer_takes_the_place_of_the_oldest_that_says_nothing(
+    listener: Ours, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(bounds, 'MOST_GREETINGS', 5)
+    silent = [Stranger(listener) for _ in range(12)]
+    other = Ours('peer', connect=(listener.protocol.locators[0],))
+    wait_for(lambda: listener.links() == {other.id}, 'the newcomer')
+    for each in silent[:7]:
+        assert each.is_hung_up()
+    assert listener.session.rejects.counts() == {'connection': 8}
+    other.close()
+    for each in silent[7:]:
+        each.socket.close()
+
+
+def test_nodes_of_gossip_are_dialled_a_few_at_a_time(
+    listener: Ours, monkeypatch: pytest.MonkeyPatch, warnings: list[str]
+) -> None:
+    """Each accepts and says nothing, so that it holds its place until its handshake has taken too long."""
+    monkeypatch.setattr(socket_link, 'HANDSHAKE_S', 0.2)
+    monkeypatch.setattr(native_session, '_TO_NODES', Retry(0.05, 0.05, rounds=1))
+    listener.session._slots = DialSlots(4)
+    most = 0
+    with socket.create_server(('127.0.0.1', 0), backlog=128) as mute:
+        where = f'tcp/127.0.0.1:{mute.getsockname()[1]}'
+
+        def meet_all() -> None:
+            for at in range(12):
+                listener.session.meet(Node(bytes((1, at + 1)), Role.PEER, (where,)))
+
+        listener.session._poller.call(meet_all)
+
+        def is_done() -> bool:
+            nonlocal most
+            most = max(most, len(listener.session._dialled))
+            return sum('took too long' in each for each in warnings) >= 2 and not listener.session._dials
+
+        wait_for(is_done, 'all of them')
+    assert 0 < most <= 4
+
+
+def test_names_of_gossip_are_looked_up_by_a_few_threads(
+    listener: Ours, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[str] = []
+    gate = threading.Event()
+
+    def slow(endpoint: Endpoint, *, passive: bool = False) -> list[object]:
+        asked.append(endpoint.host)
+        assert gate.wait(PATIENCE)
+        return []
+
+    monkeypatch.setattr(dialler, 'resolve', slow)
+    monkeypatch.setattr(dialler, 'is_quickly_resolved', lambda _: False)
+    monkeypatch.setattr(native_session, '_TO_NODES', Retry(0.05, 0.05, rounds=1))
+    before = threading.active_count()
+    done = threading.Event()
+
+    def meet_all() -> None:
+        for at in range(30):
+            listener.session.meet(Node(bytes((1, at + 1)), Role.PEER, (f'tcp/robot{at}:1',)))
+        done.set()
+
+    listener.session._poller.call(meet_all)
+    assert done.wait(PATIENCE)
+    wait_for(lambda: len(asked) == bounds.MOST_LOOK_UPS, 'the first names')
+    assert threading.active_count() == before + bounds.MOST_LOOK_UPS
+    gate.set()
+    wait_for(lambda: len(asked) == 30 and threading.active_count() == before, 'all names')
+
+
+def test_a_client_that_asks_and_reads_nothing_does_not_hold_up_its_server(
+    listener: Ours, warnings: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(bounds, 'UNREAD_LIMIT', 8 << 20)
+    monkeypatch.setattr(bounds, 'UNREAD_S', 0.2)
+    listener.serve('k', None)
+    stranger = Stranger(listener)
+    stranger.shake_hands()
+    wait_for(lambda: listener.protocol.links, 'the link')
+    for number in range(40):
+        stranger.says(b'\x25' + encode_z(5 + number) + b'\xbc' + encode_z(number + 1) + REST_OF_REQUEST)
+    wait_for(lambda: len(listener.held) == 40, 'the requests')
+    began = monotonic()
+    for query in listener.held:  # on this thread, as the executor of a service
+        query.answer('k', bytes(1 << 20))
+    assert monotonic() - began < 5
+    assert 'nothing was taken for 0.2 s' in warnings[0]
+    assert stranger.is_hung_up()
+
+
+REST_OF_REQUEST = bytes.fromhex('00 01 6b 21 0d 03')
+"""What stands behind the number of a REQUEST for the key k, whose answers are not to be dropped."""
+
+
+def test_pieces_of_a_link_that_ends_are_let_go(listener: Ours) -> None:
+    stranger = Stranger(listener)
+    stranger.shake_hands()
+    wait_for(lambda: listener.protocol.links, 'the link')
+    for channel in range(8):
+        more = fragment_head(2 * channel + 1, 5, marks_first=True, more=True)
+        stranger.says(more + bytes(40_000))
+    wait_for(lambda: listener.protocol.pieces.used == 8 * 40_000, 'the pieces')
+    stranger.socket.close()
+    wait_for(lambda: listener.protocol.pieces.used == 0, 'the end')

@@ -6,11 +6,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from goalwire.transport.zenoh.protocol import channels
+from goalwire.transport.zenoh.protocol import bounds
 from goalwire.transport.zenoh.protocol.channels import (
     CONTROL_CHANNEL,
     DATA_CHANNEL,
     MASK,
+    PieceBudget,
     Reassembly,
     ReceivedNumbers,
     SendQueue,
@@ -72,7 +73,7 @@ def test_a_number_of_more_than_28_bits_is_none() -> None:
 
 
 def join(parts: list[bytes], *, has_marks: bool = True, limit: int = 1000) -> bytes | None:
-    whole = Reassembly(has_marks=has_marks, limit=limit)
+    whole = Reassembly(has_marks=has_marks, budget=PieceBudget(limit))
     last = len(parts) - 1
     for at, part in enumerate(parts):
         result = whole.add(part, gap=1, first=not at and has_marks, more=at != last, given_up=False)
@@ -88,19 +89,19 @@ def test_a_message_in_pieces_comes_whole(message: bytes, size: int, has_marks: b
 
 
 def test_pieces_that_do_not_begin_with_the_first_are_thrown_away() -> None:
-    whole = Reassembly(has_marks=True, limit=100)
+    whole = Reassembly(has_marks=True, budget=PieceBudget(100))
     assert whole.add(b'b', gap=1, first=False, more=False, given_up=False) is None
 
 
 def test_a_gap_between_pieces_loses_the_message_and_not_the_next() -> None:
-    whole = Reassembly(has_marks=True, limit=100)
+    whole = Reassembly(has_marks=True, budget=PieceBudget(100))
     assert whole.add(b'a', gap=1, first=True, more=True, given_up=False) is None
     assert whole.add(b'b', gap=2, first=False, more=False, given_up=False) is None
     assert whole.add(b'c', gap=1, first=True, more=False, given_up=False) == b'c'
 
 
 def test_a_message_that_its_sender_gives_up_is_thrown_away() -> None:
-    whole = Reassembly(has_marks=True, limit=100)
+    whole = Reassembly(has_marks=True, budget=PieceBudget(100))
     whole.add(b'a', gap=1, first=True, more=True, given_up=False)
     assert whole.add(b'', gap=1, first=False, more=True, given_up=True) is None
     assert whole.add(b'b', gap=1, first=False, more=False, given_up=False) is None
@@ -115,9 +116,43 @@ def test_a_message_larger_than_the_limit_is_refused_before_it_is_whole() -> None
 def test_pieces_that_hold_next_to_nothing_are_not_kept_for_ever(
     piece: bytes, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(channels, 'MOST_PIECES', 100)
+    monkeypatch.setattr(bounds, 'MOST_PIECES', 100)
     with pytest.raises(ZenohProtocolError, match='or 100 pieces'):
         join([piece] * 102, limit=10_000)
+
+
+def add(whole: Reassembly, piece: bytes, *, first: bool = False, more: bool = True) -> bytes | None:
+    return whole.add(piece, gap=1, first=first, more=more, given_up=False)
+
+
+def test_unfinished_messages_of_all_channels_share_one_budget() -> None:
+    session = PieceBudget(150)
+    link, other = PieceBudget(100, session), PieceBudget(100, session)
+    one, two, far = (Reassembly(has_marks=True, budget=each) for each in (link, link, other))
+    add(one, bytes(60), first=True)
+    add(two, bytes(40), first=True)
+    assert add(two, b'x') is None
+    assert two.is_refused
+    assert add(two, b'y', more=False) is None
+    assert add(far, bytes(90), first=True) is None
+    refused = [far.is_refused]
+    assert add(far, b'x') is None
+    assert [*refused, far.is_refused] == [False, True]
+    assert add(one, b'', more=False) == bytes(60)
+    assert (link.used, other.used, session.used) == (0, 0, 0)
+
+
+def test_an_unfinished_message_is_thrown_away_when_nothing_of_it_comes() -> None:
+    budget = PieceBudget(100)
+    whole = Reassembly(has_marks=True, budget=budget)
+    assert not whole.is_stale(0.0)
+    add(whole, b'a', first=True)
+    assert not whole.is_stale(1.0)
+    add(whole, b'b')
+    assert not whole.is_stale(bounds.STALE_S + 1.5)
+    assert not whole.is_stale(2 * bounds.STALE_S)
+    assert whole.is_stale(2 * bounds.STALE_S + 1.5)
+    assert budget.used == 0
 
 
 def test_batches_leave_by_priority_and_a_begun_one_is_finished() -> None:

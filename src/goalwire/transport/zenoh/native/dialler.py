@@ -10,14 +10,16 @@ from __future__ import annotations
 import errno
 import os
 import socket
+from collections import deque
 from collections.abc import Callable
-from threading import Thread
+from threading import Lock, Thread
 from typing import Any
 
 from goalwire.errors import TransportError
 from goalwire.records import record
 from goalwire.transport.zenoh.native.endpoints import Endpoint, is_quickly_resolved, parse, resolve
 from goalwire.transport.zenoh.native.poller import IN, OUT, Poller, Timer
+from goalwire.transport.zenoh.protocol.bounds import GOSSIP_CONNECT_S
 
 CONNECT_S = 10.0
 """How long one address may leave a connection unanswered."""
@@ -34,6 +36,62 @@ class Retry:
     rounds: int | None = None
 
 
+class DialSlots:
+    """How many nodes of gossip are dialled at one time; others wait for their turn. On the thread that
+    waits."""
+
+    def __init__(self, most: int) -> None:
+        self._free = most
+        self._waiting: deque[Callable[[], None]] = deque()
+
+    def take(self, start: Callable[[], None]) -> None:
+        """Call `start` as soon as there is a slot; `give` must follow."""
+        if self._free:
+            self._free -= 1
+            start()
+        else:
+            self._waiting.append(start)
+
+    def give(self) -> None:
+        """Give a slot to the next."""
+        if self._waiting:
+            self._waiting.popleft()()
+        else:
+            self._free += 1
+
+
+class LookUps:
+    """Names that are looked up by a few threads, which end when no name is left."""
+
+    def __init__(self, most: int) -> None:
+        self._most = most
+        self._lock = Lock()
+        self._waiting: deque[Callable[[], None]] = deque()
+        self._threads = 0
+
+    def add(self, ask: Callable[[], None]) -> None:
+        """Call `ask` on one of the threads."""
+        with self._lock:
+            self._waiting.append(ask)
+            if self._threads >= self._most:
+                return
+            self._threads += 1
+        Thread(target=self._run, name='look up names of gossip', daemon=True).start()
+
+    def _run(self) -> None:
+        while True:
+            with self._lock:
+                if not self._waiting:
+                    self._threads -= 1
+                    return
+                ask = self._waiting.popleft()
+            ask()
+
+    def clear(self) -> None:
+        """Look up no more."""
+        self._waiting.clear()
+
+
 class Dial:
     """One node that is to be reached at one of its addresses."""
 
@@ -46,8 +104,17 @@ class Dial:
         when_connected: Callable[[Dial, socket.socket], None],
         when_failed: Callable[[Dial], None],
         expected: bytes | None = None,
+        slots: DialSlots | None = None,
+        look_ups: LookUps | None = None,
     ) -> None:
-        """`when_failed` is called after each round in vain; `expected` is who must answer, if known."""
+        """`when_failed` is called after each round in vain; `expected` is who must answer, if known.
+
+        `slots` and `look_ups` are shared with others that are dialled because gossip told of them.
+        """
+        self._slots = slots
+        self._has_slot = self._awaits_slot = False
+        self._look_ups = look_ups
+        self._connect_s = CONNECT_S if slots is None else GOSSIP_CONNECT_S
         self.expected = expected
         self.locators = locators
         self.failed_rounds = 0
@@ -72,6 +139,25 @@ class Dial:
         """Begin a round."""
         if self.is_over:
             return
+        if self._slots is None:
+            self._begin_round()
+        elif not self._awaits_slot and not self._has_slot:
+            self._awaits_slot = True
+            self._slots.take(self._begin_with_slot)
+
+    def _begin_with_slot(self) -> None:
+        self._awaits_slot, self._has_slot = False, True
+        if self.is_over:
+            self._give_slot()
+        else:
+            self._begin_round()
+
+    def _give_slot(self) -> None:
+        if self._slots is not None and self._has_slot:
+            self._has_slot = False
+            self._poller.call(self._slots.give)
+
+    def _begin_round(self) -> None:
         self._endpoints, self._addresses = [], []
         for locator in self.locators:
             try:
@@ -108,7 +194,10 @@ class Dial:
                 found = []
             self._poller.call(lambda: self._found(found))
 
-        Thread(target=ask, name=f'look up {endpoint.host}', daemon=True).start()
+        if self._look_ups is None:
+            Thread(target=ask, name=f'look up {endpoint.host}', daemon=True).start()
+        else:
+            self._look_ups.add(ask)
 
     def _found(self, addresses: list[tuple[socket.AddressFamily, Any]]) -> None:
         self._addresses = addresses
@@ -128,13 +217,13 @@ class Dial:
             sock.close()
             return False
         self._socket = sock
-        self._timer = self._poller.call_later(CONNECT_S, self._took_too_long)
+        self._timer = self._poller.call_later(self._connect_s, self._took_too_long)
         self._poller.register(sock.fileno(), IN | OUT, self._on_ready)
         return True
 
     def _took_too_long(self) -> None:
         self._close_socket()
-        self.error = f'no answer within {CONNECT_S:g} s'
+        self.error = f'no answer within {self._connect_s:g} s'
         self._next()
 
     def _on_ready(self, _events: int) -> None:
@@ -164,6 +253,7 @@ class Dial:
             sock.close()
 
     def _pause_after_round(self) -> None:
+        self._give_slot()
         self.failed_rounds += 1
         retry = self._retry
         if retry.rounds is not None and self.failed_rounds >= retry.rounds:
@@ -190,6 +280,7 @@ class Dial:
     def worked(self) -> None:
         """The link is up: the next failure counts from the beginning."""
         self.is_up = True
+        self._give_slot()
         self.failed_rounds = 0
         self._pause = self._retry.first_s
 
@@ -202,6 +293,7 @@ class Dial:
         """Try no more."""
         self.is_over = True
         self._close_socket()
+        self._give_slot()
         if self._timer is not None:
             self._timer.cancel()
 

@@ -10,12 +10,29 @@ from __future__ import annotations
 
 import os
 import sys
+from contextlib import suppress
 
 _KEPT = 64 << 20
 _FROM_THE_SYSTEM = 32 << 20
 _TRIM_THRESHOLD, _MMAP_THRESHOLD = -1, -3
 _VARIABLES = ('MALLOC_TRIM_THRESHOLD_', 'MALLOC_MMAP_THRESHOLD_', 'GLIBC_TUNABLES')
 _done: list[bool] = []
+
+
+MUCH = 16 << 20
+"""Bytes of thrown away pieces from which it pays to return them: to look for free pages takes
+milliseconds."""
+
+
+def return_freed_memory() -> None:
+    """Have the allocator give back what is left of large messages that never became whole; glibc alone
+    does."""
+    if sys.platform != 'linux':
+        return
+    import ctypes
+
+    with suppress(OSError, AttributeError):  # another C library
+        ctypes.CDLL(None).malloc_trim(0)
 
 
 def keep_freed_memory() -> None:

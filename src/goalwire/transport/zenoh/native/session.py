@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import socket
 from _thread import allocate_lock
+from collections import Counter
 from collections.abc import Callable
 from functools import partial
 from threading import RLock
@@ -12,16 +13,17 @@ from time import monotonic, time_ns
 from typing import TYPE_CHECKING, TypeAlias
 from weakref import WeakSet
 
-from goalwire.errors import TransportError
+from goalwire.errors import TransportError, peer_text
 from goalwire.records import record
 from goalwire.transport.endpoint import ForkGuard, in_child
-from goalwire.transport.reports import LOGGER, RejectCounters
+from goalwire.transport.reports import LOGGER, RejectCounters, is_told
 from goalwire.transport.wire_poller import LeaderFollowers
-from goalwire.transport.zenoh.native.dialler import Dial, Retry
+from goalwire.transport.zenoh.native.dialler import Dial, DialSlots, LookUps, Retry
 from goalwire.transport.zenoh.native.endpoints import TlsFiles, locators_of, parse, resolve
 from goalwire.transport.zenoh.native.flusher import Flusher
 from goalwire.transport.zenoh.native.poller import IN, IS_PORTABLE, Poller, Timer
 from goalwire.transport.zenoh.native.socket_link import SocketLink
+from goalwire.transport.zenoh.protocol import bounds
 from goalwire.transport.zenoh.protocol.handshake import Handshake, Identity
 from goalwire.transport.zenoh.protocol.link import Link
 from goalwire.transport.zenoh.protocol.link_state import Node, connects_to
@@ -42,10 +44,6 @@ CLOSING_S = 1.0
 """How long closing waits for the others to take what was sent."""
 ROOM_S = 60.0
 """How long a message waits for room, before its link is given up."""
-MOST_LINKS = 10_000
-"""Links of one session, those in the handshake included."""
-MOST_TLS_FAULTS = 100
-"""Reasons for which TLS failed that are remembered, to say each once."""
 _TO_NODES = Retry(first_s=0.1, most_s=4.0, rounds=10)
 
 
@@ -80,6 +78,16 @@ LinkMaker: TypeAlias = Callable[[socket.socket], Callable[..., SocketLink]]
 
 def _plain(_sock: socket.socket) -> type[SocketLink]:
     return SocketLink
+
+
+def _most_descriptors() -> int:
+    """Return how many files and sockets this process may have open."""
+    try:
+        import resource
+    except ImportError:  # Windows
+        return 2 * bounds.MOST_LINKS
+    most = resource.getrlimit(resource.RLIMIT_NOFILE)[0]
+    return most if most != resource.RLIM_INFINITY else 2 * bounds.MOST_LINKS
 
 
 class _Sleeper:
@@ -180,9 +188,13 @@ class NativeSession:
         self._watches: set[LinkWatch] = set()
         self._expiry: float = float('inf')
         self._expiry_timer: Timer | None = None
-        self._told_of_limit = False
         self._secured: Tls | None = None
-        self._tls_faults: set[str] = set()
+        self._faults: Counter[str] = Counter()
+        self._greetings: dict[Link, SocketLink] = {}
+        """Links that others have opened and that are in their handshake."""
+        self._most_links = min(bounds.MOST_LINKS, _most_descriptors() // 2)
+        self._slots = DialSlots(bounds.MOST_DIALS)
+        self._look_ups = LookUps(bounds.MOST_LOOK_UPS)
         _sessions.add(self)
         try:
             for each in settings.listen:
@@ -220,12 +232,14 @@ class NativeSession:
                 self._poller.unregister(listener.fileno())
                 self._poller.call_later(1.0, lambda: self._accept_again(listener, make))
                 return
-            if len(self._links) >= MOST_LINKS:
-                if not self._told_of_limit:
-                    self._told_of_limit = True
-                    self._warn(f'there are {MOST_LINKS} links; no more are taken')
+            if len(self._links) >= self._most_links:
+                self.rejects.add('connection', f'there are {self._most_links} links')
                 sock.close()
                 continue
+            if len(self._greetings) >= bounds.MOST_GREETINGS:
+                oldest = next(iter(self._greetings.values()))
+                self.rejects.add('connection', f'{bounds.MOST_GREETINGS} newer ones are in their handshake')
+                oldest.end('others wait')
             self._add(sock, make)
 
     def _accept_again(self, listener: socket.socket, make: LinkMaker) -> None:
@@ -256,13 +270,20 @@ class NativeSession:
             when_connected=self._connected,
             when_failed=self._failed,
             expected=expected,
+            slots=None if expected is None else self._slots,
+            look_ups=None if expected is None else self._look_ups,
         )
         self._dials[name] = dial
         return dial
 
     def meet(self, node: Node) -> None:
         """Connect to a node that a router told of. On the thread that reads."""
-        if self._settings.meets_peers and not self._is_closing and node.zid not in self._dials:
+        if not self._settings.meets_peers or self._is_closing or node.zid in self._dials:
+            return
+        if len(self._links) >= self._most_links:
+            self.rejects.add('node of gossip', f'there are {self._most_links} links')
+            self.protocol.nodes.pop(node.zid, None)
+        else:
             self._dial(node.zid, node.locators, _TO_NODES, node.zid).start()
 
     def _connected(self, dial: Dial, sock: socket.socket) -> None:
@@ -309,6 +330,8 @@ class NativeSession:
                 when_held=self._flusher.hold,
             )
             self._links[new.link] = new
+            if dial is None:
+                self._greetings[new.link] = new
         except BaseException:  # of a signal's handler: nobody else has the socket, and its other end waits
             sock.close()
             raise
@@ -328,6 +351,7 @@ class NativeSession:
 
     def came_up(self, link: Link) -> None:
         """The handshake of a link is done."""
+        self._greetings.pop(link, None)
         dial = self._dialled.get(link)
         if dial is not None:
             dial.worked()
@@ -346,10 +370,10 @@ class NativeSession:
     def _ended(self, socket_link: SocketLink, why: str, is_fault: bool) -> None:
         link = socket_link.link
         self._links.pop(link, None)
+        self._greetings.pop(link, None)
         was_up = link.terms is not None
-        if is_fault and not self._is_closing and not self._is_told(why):
-            who = self._name_of(link)
-            self._warn(f'the link to {who} was closed: {why}')
+        if is_fault and not self._is_closing:
+            self._tell_fault(link, why)
         self.protocol.link_lost(link)
         socket_link.wake_waiting()
         self.wake_all()
@@ -374,14 +398,16 @@ class NativeSession:
             else:
                 self.protocol.nodes.pop(link.zid, None)
 
-    def _is_told(self, why: str) -> bool:
-        """Whether TLS failed for this reason before: who dials tries again each few seconds."""
-        if not why.startswith('TLS: '):
-            return False
-        was_told = why in self._tls_faults or len(self._tls_faults) >= MOST_TLS_FAULTS
-        if not was_told:
-            self._tls_faults.add(why)
-        return was_told
+    def _tell_fault(self, link: Link, why: str) -> None:
+        """Say why a link was closed: of each reason the first time, and then each power of ten."""
+        kind = ''.join(sign for sign in why if not sign.isdigit())
+        if kind not in self._faults and len(self._faults) >= bounds.MOST_FAULTS:
+            kind = ''
+        self._faults[kind] += 1
+        count = self._faults[kind]
+        if is_told(count):
+            times = '' if count == 1 else f' ({count} links by now for that reason)'
+            self._warn(f'the link to {self._name_of(link)} was closed: {peer_text(why)}{times}')
 
     def _name_of(self, link: Link) -> str:
         return f'session {show_id(link.zid)}' if link.zid else 'an unknown session'
@@ -478,27 +504,33 @@ class NativeSession:
         )
         return tried and all(link.is_up and link.knows_all for link in list(self._links))
 
-    def _wait_for_room(self, socket_link: SocketLink) -> None:
-        """Wait until a link has room; whoever reads does not wait, for reading is what makes room."""
+    def _wait_for_room(self, socket_link: SocketLink, is_answer: bool) -> None:
+        """Wait until a link has room; whoever reads does not wait, for reading is what makes room.
+
+        A message may wait for ROOM_S. An answer waits only as long as whoever asked for it goes on reading.
+        """
         if self.wire_poller.leads() or self.protocol.section.is_entered():
             return
         link = socket_link.link
-        deadline = monotonic() + ROOM_S
+        room, patience = (bounds.UNREAD_LIMIT, bounds.UNREAD_S) if is_answer else (QUEUE_LIMIT, ROOM_S)
+        deadline, size = monotonic() + patience, link.queue.size
         sleeper = _Sleeper()
         socket_link.waiting.add(sleeper)
         try:
-            while link.is_open and link.queue.size > QUEUE_LIMIT:
+            while link.is_open and link.queue.size > room:
                 left = deadline - monotonic()
-                if left <= 0:
-                    self._poller.call(partial(self._close_full, socket_link))
+                if left <= 0 and is_answer and link.queue.size <= size - bounds.PROGRESS:
+                    deadline, size = monotonic() + patience, link.queue.size
+                elif left <= 0:
+                    self._poller.call(partial(self._close_full, socket_link, patience))
                     return
                 socket_link.watch_room()
                 self.wire_poller.wait(sleeper, int(left * 1e9))
         finally:
             socket_link.waiting.discard(sleeper)
 
-    def _close_full(self, socket_link: SocketLink) -> None:
-        socket_link.end(f'nothing was taken for {ROOM_S:g} s', UNRESPONSIVE, is_fault=True)
+    def _close_full(self, socket_link: SocketLink, patience: float) -> None:
+        socket_link.end(f'nothing was taken for {patience:g} s', UNRESPONSIVE, is_fault=True)
 
     # ---- the end
 
@@ -514,6 +546,7 @@ class NativeSession:
             self._is_closing = True
         if self.guard.is_forked:
             return
+        self._look_ups.clear()
         for dial in list(self._dials.values()):
             dial.close()
         self._flusher.close()

@@ -8,7 +8,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from goalwire.transport.contract import Sleeper
-from goalwire.transport.zenoh.native.memory import keep_freed_memory
+from goalwire.transport.zenoh.native.memory import MUCH, keep_freed_memory, return_freed_memory
 from goalwire.transport.zenoh.native.poller import IN, OUT, Poller
 from goalwire.transport.zenoh.protocol.handshake import Handshake
 from goalwire.transport.zenoh.protocol.link import (
@@ -69,7 +69,7 @@ class SocketLink:
         clock: Callable[[], float],
         lease_ms: int,
         when_ended: Callable[[SocketLink, str, bool], None],
-        wait_for_room: Callable[[SocketLink], None],
+        wait_for_room: Callable[[SocketLink, bool], None],
         when_held: Callable[[Outgoing], None],
     ) -> None:
         """`when_ended` is told why, and whether the other side broke the rules."""
@@ -88,7 +88,7 @@ class SocketLink:
             write=self._write,
             write_many=self._write_many,
             when_full=self._when_full,
-            wait_for_room=lambda: wait_for_room(self),
+            wait_for_room=lambda is_answer: wait_for_room(self, is_answer),
             when_held=when_held,
             lease_ms=lease_ms,
         )
@@ -231,8 +231,11 @@ class SocketLink:
         self._timer.cancel()  # before all else: a signal's handler may raise
         self._timer = self._poller.call_later(self._period, self._check)
         self.link.tick()
+        now = self._clock()
+        if self.link.discard_stale(now) >= MUCH:
+            return_freed_memory()
         try:
-            self.link.check_lease(self._clock())
+            self.link.check_lease(now)
         except ZenohProtocolError as error:
             self.end(str(error), error.reason)
 
@@ -251,7 +254,10 @@ class SocketLink:
         with suppress(OSError):  # it broke before
             self._socket.shutdown(socket.SHUT_RDWR if reason is None else socket.SHUT_WR)
         self._socket.close()
+        freed = self.link.discard_pieces()
         self._when_ended(self, why, is_fault)
+        if freed >= MUCH:
+            return_freed_memory()
 
     def close_socket(self) -> None:
         """Close the socket alone; the link is another process's."""

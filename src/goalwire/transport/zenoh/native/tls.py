@@ -241,7 +241,7 @@ class TlsSocketLink(SocketLink):
         clock: Callable[[], float],
         lease_ms: int,
         when_ended: Callable[[SocketLink, str, bool], None],
-        wait_for_room: Callable[[SocketLink], None],
+        wait_for_room: Callable[[SocketLink, bool], None],
         when_held: Callable[[Outgoing], None],
     ) -> None:
         """See SocketLink; `tls` is the stream on `sock`."""

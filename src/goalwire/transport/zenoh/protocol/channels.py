@@ -16,6 +16,7 @@ from collections import deque
 from collections.abc import Iterator, Sequence
 from itertools import chain
 
+from goalwire.transport.zenoh.protocol import bounds
 from goalwire.transport.zenoh.protocol.primitives import (
     MANDATORY,
     MORE,
@@ -110,37 +111,62 @@ class ReceivedNumbers:
         return gap
 
 
-MOST_PIECES = 1 << 22
-"""Pieces of one message: each costs some 60 bytes beside what it holds, also if it holds nothing."""
+class PieceBudget:
+    """How many bytes unfinished messages may take, of a link and, above it, of a session."""
+
+    __slots__ = ('above', 'limit', 'used')
+
+    def __init__(self, limit: int, above: PieceBudget | None = None) -> None:
+        self.limit = limit
+        self.above = above
+        self.used = 0
+        """Bytes that are kept now."""
 
 
 class Reassembly:
-    """The pieces of one channel's message, up to `limit` bytes and MOST_PIECES."""
+    """The pieces of one channel's message, up to MOST_PIECES and as many bytes as its budget has."""
 
-    __slots__ = ('_has_marks', '_limit', '_pieces', '_size')
+    __slots__ = ('_budget', '_has_marks', '_pieces', '_quiet', 'is_refused', 'size')
 
-    def __init__(self, *, has_marks: bool, limit: int) -> None:
+    def __init__(self, *, has_marks: bool, budget: PieceBudget) -> None:
         """`has_marks` where first pieces are marked, by patch 1."""
         self._has_marks = has_marks
-        self._limit = limit
+        self._budget = budget
         self._pieces: list[Buffer] | None = None
-        self._size = 0
+        self.size = 0
+        """Bytes that are kept."""
+        self.is_refused = False
+        """Whether the budget had no room for the last piece."""
+        self._quiet: tuple[int, float] | None = None
+        """How many pieces there were when `is_stale` was asked, and since when there have been as many."""
 
     def add(self, piece: Buffer, *, gap: int, first: bool, more: bool, given_up: bool) -> bytes | None:
         """Take a piece; return the message with its last one. Raises where it grows beyond the limit."""
+        self.is_refused = False
         if first or (self._pieces is None and not self._has_marks):
-            self._pieces, self._size = [], 0
+            self.clear()
+            self._pieces = []
         elif given_up or gap != 1:
             self.clear()
         if self._pieces is None:
             return None
+        size = len(piece)
         self._pieces.append(piece)
-        self._size += len(piece)
-        if self._size > self._limit or len(self._pieces) > MOST_PIECES:
+        self.size += size
+        budget = self._budget
+        budget.used += size
+        above = budget.above or budget
+        if above is not budget:
+            above.used += size
+        if self.size > budget.limit or len(self._pieces) > bounds.MOST_PIECES:
             self.clear()
             raise ZenohProtocolError(
-                f'a message in pieces has more than {self._limit} bytes or {MOST_PIECES} pieces'
+                f'a message in pieces has more than {budget.limit} bytes or {bounds.MOST_PIECES} pieces'
             )
+        if budget.used > budget.limit or above.used > above.limit:
+            self.clear()
+            self.is_refused = True
+            return None
         if more:
             return None
         message = b''.join(self._pieces)
@@ -149,7 +175,24 @@ class Reassembly:
 
     def clear(self) -> None:
         """Throw away what has come."""
-        self._pieces = None
+        budget = self._budget
+        budget.used -= self.size
+        if budget.above is not None:
+            budget.above.used -= self.size
+        self.size = 0
+        self._pieces = self._quiet = None
+
+    def is_stale(self, now: float) -> bool:
+        """Whether nothing has come of the message for STALE_S; then it is thrown away. `now` in s."""
+        if self._pieces is None:
+            return False
+        count = len(self._pieces)
+        if self._quiet is None or self._quiet[0] != count:
+            self._quiet = count, now
+        elif now - self._quiet[1] >= bounds.STALE_S:
+            self.clear()
+            return True
+        return False
 
 
 _AT_ONCE = 1 << 18

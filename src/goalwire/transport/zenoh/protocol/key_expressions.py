@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import lru_cache
 
+from goalwire.transport.zenoh.protocol import bounds
 from goalwire.transport.zenoh.protocol.primitives import ZenohProtocolError
 
 ANY_CHUNKS = '**'
@@ -95,11 +96,21 @@ def includes(wide: str, narrow: str) -> bool:
     """Whether every key of `narrow` matches `wide`."""
     if wide == narrow:
         return True
-    return '*' in wide and _includes(wide, narrow)
+    if '*' not in wide:
+        return False
+    if len(wide) + len(narrow) > bounds.CACHED_PAIR:
+        return _chunks_cover(wide.split('/'), narrow.split('/'))
+    return _includes(wide, narrow)
+
+
+def _intersects(one: str, other: str) -> bool:
+    if len(one) + len(other) > bounds.CACHED_PAIR:
+        return _chunks_meet(one.split('/'), other.split('/'))
+    return _intersects_cached(one, other)
 
 
 @lru_cache(maxsize=1024)
-def _intersects(one: str, other: str) -> bool:
+def _intersects_cached(one: str, other: str) -> bool:
     return _chunks_meet(one.split('/'), other.split('/'))
 
 
@@ -122,7 +133,7 @@ def _chunks_meet(one: Sequence[str], other: Sequence[str]) -> bool:
         for at in reached:
             if chunk == ANY_CHUNKS:
                 after.add(at)
-                while at < len(other) and not _is_verbatim(other[at]):
+                while at < len(other) and not _is_verbatim(other[at]) and at + 1 not in after:
                     at += 1
                     after.add(at)
             elif at < len(other):
@@ -154,7 +165,7 @@ def _chunks_cover(wide: Sequence[str], narrow: Sequence[str]) -> bool:
         for at in reached:
             if chunk == ANY_CHUNKS:
                 after.add(at)
-                while at < len(narrow) and not _is_verbatim(narrow[at]):
+                while at < len(narrow) and not _is_verbatim(narrow[at]) and at + 1 not in after:
                     at += 1
                     after.add(at)
             elif at < len(narrow) and _chunk_covers(chunk, narrow[at]):
@@ -174,7 +185,7 @@ def _chunk_meets(one: str, other: str) -> bool:
         return True
     if ANY_TEXT not in one and ANY_TEXT not in other:
         return False
-    return _texts_meet(_symbols(one), _symbols(other), covers=False)
+    return _texts_meet(one, other)
 
 
 def _chunk_covers(wide: str, narrow: str) -> bool:
@@ -186,34 +197,37 @@ def _chunk_covers(wide: str, narrow: str) -> bool:
         return True
     if narrow == ANY_CHUNK or ANY_TEXT not in wide:
         return False
-    return _texts_meet(_symbols(wide), _symbols(narrow), covers=True)
+    return _text_covers(wide, narrow)
 
 
-def _symbols(chunk: str) -> list[str]:
-    """Split a chunk into characters; '' stands for any text."""
-    return [sign for part in chunk.split(ANY_TEXT) for sign in ('', *part)][1:]
+def _texts_meet(one: str, other: str) -> bool:
+    """Whether some text matches two chunks, at least one of which has `$*`; in time linear in their lengths.
+
+    If both have it, only their ends can disagree: what is between has room in the texts that `$*` stands for.
+    """
+    if ANY_TEXT in one and ANY_TEXT in other:
+        head, tail = one.partition(ANY_TEXT)[0], one.rpartition(ANY_TEXT)[2]
+        other_head, other_tail = other.partition(ANY_TEXT)[0], other.rpartition(ANY_TEXT)[2]
+        return (head.startswith(other_head) or other_head.startswith(head)) and (
+            tail.endswith(other_tail) or other_tail.endswith(tail)
+        )
+    return _text_covers(one, other) if ANY_TEXT in one else _text_covers(other, one)
 
 
-def _texts_meet(one: list[str], other: list[str], *, covers: bool) -> bool:
-    """Whether a text matches both; with `covers`, whether all that match `other` match `one`."""
-    reached = {0} if covers else _pass_empty({0}, other)
-    for sign in one:
-        after: set[int] = set()
-        for at in reached:
-            if not sign:
-                after.update(range(at, len(other) + 1))
-            elif at < len(other):
-                if other[at] == sign:
-                    after.add(at + 1)
-                elif not other[at] and not covers:
-                    after.add(at)
-        reached = after if covers else _pass_empty(after, other)
-    return len(other) in reached
+def _text_covers(wide: str, narrow: str) -> bool:
+    """Whether all texts that match `narrow` match `wide`, which has `$*`; each part is taken where it comes
+    first.
 
-
-def _pass_empty(reached: set[int], signs: list[str]) -> set[int]:
-    for at in list(reached):
-        while at < len(signs) and not signs[at]:
-            at += 1
-            reached.add(at)
-    return reached
+    A `$*` of `narrow` stands for itself, and only a `$*` of `wide` covers it: no part contains the sign '$'.
+    """
+    first, *parts, last = wide.split(ANY_TEXT)
+    end = len(narrow) - len(last)
+    if not (narrow.startswith(first) and narrow.endswith(last)) or end < len(first):
+        return False
+    at = len(first)
+    for part in parts:
+        found = narrow.find(part, at, end)
+        if found < 0:
+            return False
+        at = found + len(part)
+    return True

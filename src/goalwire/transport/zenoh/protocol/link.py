@@ -7,10 +7,11 @@ lease. When it has sent nothing for a quarter of its own lease, it sends KEEP_AL
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sized
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 from goalwire.errors import RemoteError
+from goalwire.transport.zenoh.protocol import bounds
 from goalwire.transport.zenoh.protocol.channels import (
     DATA_CHANNEL,
     DATA_PRIORITY,
@@ -22,6 +23,7 @@ from goalwire.transport.zenoh.protocol.channels import (
     PRIORITIES,
     PRIORITY_EXTENSION,
     Buffer,
+    PieceBudget,
     Reassembly,
     ReceivedNumbers,
 )
@@ -96,14 +98,10 @@ from goalwire.transport.zenoh.protocol.transport import (
 if TYPE_CHECKING:
     from goalwire.transport.zenoh.protocol.network import QueryMessage, ReplyError
 
-MESSAGE_LIMIT = 1 << 30
-"""Bytes of one message in fragments, as Zenoh's own default."""
 KEEP_ALIVES = 4
 """How many times within its lease a silent link says that it lives."""
 MOST_KEPT = 5
 """How many times the size of a message in pieces may be kept until it is whole."""
-ROUTES_LIMIT = 4096
-"""Keys whose receivers one link remembers."""
 _PRIORITY = PRIORITY_EXTENSION & EXTENSION
 
 
@@ -132,6 +130,12 @@ class Receivers(NamedTuple):
 
 class LinkOwner(Protocol):
     """A session, as far as a link needs it."""
+
+    pieces: PieceBudget
+    """How much unfinished messages may take, of all links."""
+
+    def refuse(self, kind: str, reason: object) -> None:
+        """Count something that came and is ignored."""
 
     def link_is_up(self, link: Link) -> None:
         """The handshake is done."""
@@ -180,7 +184,7 @@ class Link(Outgoing):
         write: Callable[[Buffer], int],
         write_many: Callable[[list[Buffer]], int],
         when_full: Callable[[], None],
-        wait_for_room: Callable[[], None],
+        wait_for_room: Callable[[bool], None],
         when_held: Callable[[Outgoing], None] | None = None,
         lease_ms: int = 60_000,
     ) -> None:
@@ -200,6 +204,8 @@ class Link(Outgoing):
         self.queryables: KeyIndex[tuple[bool, int]] = KeyIndex()
         self.tokens: dict[int, str] = {}
         self.interests: dict[int, Interest] = {}
+        self.declared = 0
+        """Bytes of what it has declared, as `bounds.DECLARED_LIMIT` counts them."""
         self.told: set[int] = set()
         """Which of the session's expression ids the other side knows."""
         self.told_of: set[int] = set()
@@ -228,6 +234,7 @@ class Link(Outgoing):
         """The bits of a sequence number."""
         self._expected = b'none'
         self._reassembly: dict[int, Reassembly] = {}
+        self._pieces = PieceBudget(bounds.MESSAGE_LIMIT, owner.pieces)
         self.in_pieces = False
         """Whether of a message in pieces more are to come."""
 
@@ -252,6 +259,23 @@ class Link(Outgoing):
             )
         if self.overflowed:
             raise ZenohProtocolError(f'more than {QUEUE_END >> 20} MiB wait to be sent', UNRESPONSIVE)
+
+    def discard_stale(self, now: float) -> int:
+        """Let go of unfinished messages of which nothing has come for long; return their bytes."""
+        freed = 0
+        for each in list(self._reassembly.values()):
+            size = each.size
+            if each.is_stale(now):
+                freed += size
+                self.owner.refuse('message in pieces', f'its rest did not come within {bounds.STALE_S:g} s')
+        return freed
+
+    def discard_pieces(self) -> int:
+        """Let go of all unfinished messages; return their bytes."""
+        freed = self._pieces.used
+        for each in list(self._reassembly.values()):
+            each.clear()
+        return freed
 
     # ---- receiving
 
@@ -364,7 +388,7 @@ class Link(Outgoing):
             return self._take_network(data, reader.at, end)
         reassembly = self._reassembly.get(channel)
         if reassembly is None:
-            reassembly = Reassembly(has_marks=self._marks_first, limit=MESSAGE_LIMIT)
+            reassembly = Reassembly(has_marks=self._marks_first, budget=self._pieces)
             self._reassembly[channel] = reassembly
         start = reader.at
         # hot path: most pieces of 1 MB are not copied here, which saves 0.1 ms. What is shown of `data` keeps
@@ -378,8 +402,11 @@ class Link(Outgoing):
             more=self.in_pieces,
             given_up=IS_GIVEN_UP in found,
         )
-        if message is not None and message[0] & MESSAGE_ID >= FIRST_NETWORK_ID:
-            self._take_network(message, 0, len(message))
+        if message is not None:
+            if message[0] & MESSAGE_ID >= FIRST_NETWORK_ID:
+                self._take_network(message, 0, len(message))
+        elif reassembly.is_refused:
+            self.owner.refuse('message in pieces', 'unfinished messages take too much memory')
         return end
 
     def _take_network(self, data: bytes, at: int, end: int) -> int:
@@ -471,7 +498,7 @@ class Link(Outgoing):
                 return at
         elif not suffix and sample.attachment is not None and data[body] == PUT_OF_ROS:
             form = push_form(data[begin : body + 1], sample, receivers.callbacks)
-            if form is not None and len(self.push_forms) < ROUTES_LIMIT:
+            if form is not None and self._is_kept(form.head, self.push_forms):
                 self.push_forms[form.head[:KEY_SIZE]] = form
             if self.push_receivers.get(where) is not receivers:  # forgotten meanwhile, by another thread
                 self.push_forms.clear()
@@ -481,6 +508,11 @@ class Link(Outgoing):
             except Exception as error:
                 self.owner.callback_failed(error)
         return at
+
+    @staticmethod
+    def _is_kept(name: bytes, kept: Sized) -> bool:
+        """Whether what has this name may be remembered."""
+        return len(name) <= bounds.KEPT_KEY and len(kept) < bounds.ROUTES_LIMIT
 
     def forget_receivers(self) -> None:
         """Who gets what is put has changed, or what a key's number means."""
@@ -502,9 +534,9 @@ class Link(Outgoing):
             qos, at = read_extensions(data, at)
         query, at = read_query(data, at, end)
         where = (scope, suffix, header & IS_SENDERS)
-        if not suffix and len(self.request_forms) < ROUTES_LIMIT:
+        if not suffix and len(self.request_forms) < bounds.ROUTES_LIMIT:
             form = request_form(data, header, start, at, where, qos, query)
-            if form is not None:
+            if form is not None and self._is_kept(form.head, self.request_forms):
                 self.request_forms[data[start : start + KEY_SIZE]] = form
         self.owner.query_came(self, request, where, qos, query)
         return at
@@ -529,17 +561,31 @@ class Link(Outgoing):
         if not is_own and self.owner.is_forged(self, source or b''):
             return at
         if key is not None:
-            if not scope and type(answer) is Sample and len(self.reply_forms) < ROUTES_LIMIT:
+            if not scope and type(answer) is Sample and self._is_kept(suffix, self.reply_forms):
                 form = reply_form(data, header, start, at, answer)
-                if form is not None:
+                if form is not None and self._is_kept(form.head, self.reply_forms):
                     self.reply_forms[suffix] = form
             self.owner.reply_came(self, request, answer)
         return at
 
     def key_of(self, scope: int, suffix: bytes | str, own: dict[int, str], is_senders: int) -> str | None:
-        """Return the key that the other side names, `own` being our ids; None for an id that is unknown."""
-        text = suffix if isinstance(suffix, str) else suffix.decode()
-        if not scope:
-            return text
-        base = (self.expressions if is_senders else own).get(scope)
-        return None if base is None else base + text
+        """Return the key that the other side names, `own` being our ids.
+
+        None for an id that is unknown, and for a key beyond all bounds.
+        """
+        if len(suffix) > bounds.KEY_LIMIT:
+            self.owner.refuse('key', f'it has {len(suffix)} bytes, {bounds.KEY_LIMIT} are allowed')
+            return None
+        key = suffix if isinstance(suffix, str) else suffix.decode()
+        if scope:
+            base = (self.expressions if is_senders else own).get(scope)
+            if base is None:
+                return None
+            key = base + key
+            if len(key) > bounds.KEY_LIMIT:
+                self.owner.refuse('key', f'it has {len(key)} characters, {bounds.KEY_LIMIT} are allowed')
+                return None
+        if '*' in key and key.count('*') > bounds.WILD_SIGNS:
+            self.owner.refuse('key', f'it has {key.count("*")} asterisks, {bounds.WILD_SIGNS} are allowed')
+            return None
+        return key

@@ -11,6 +11,7 @@ on the wire. So there is only one link between them.
 from __future__ import annotations
 
 from goalwire.records import record
+from goalwire.transport.zenoh.protocol import bounds
 from goalwire.transport.zenoh.protocol.network import NODE_ID, OAM, QOS
 from goalwire.transport.zenoh.protocol.primitives import (
     FORM,
@@ -28,11 +29,6 @@ _HAS_ID, _HAS_ROLE, _HAS_LOCATORS, _HAS_WEIGHTS = 1, 2, 4, 8
 _NUMBER, _DATA = 1, 2
 _ROLES = {1: Role.ROUTER, 2: Role.PEER, 4: Role.CLIENT}
 _NUMBERS = {role: number for number, role in _ROLES.items()}
-
-MOST_LOCATORS = 64
-"""Addresses of one node that are taken note of."""
-MOST_NODES = 100_000
-"""Nodes whose numbers one link remembers."""
 
 
 @record
@@ -92,10 +88,10 @@ class LinkStates:
         options = reader.z()
         number = reader.z()
         reader.z()
-        if options & _HAS_ID and len(self._ids) < MOST_NODES:
+        if options & _HAS_ID:
+            if number not in self._ids and len(self._ids) >= bounds.MOST_NODES:
+                del self._ids[next(iter(self._ids))]
             self._ids[number] = reader.zid()
-        elif options & _HAS_ID:
-            reader.zid()
         role: Role | None = Role.ROUTER
         if options & _HAS_ROLE:
             role = _ROLES.get(reader.u8())
@@ -106,7 +102,7 @@ class LinkStates:
         zid = self._ids.get(number)
         if zid is None or role is None or not locators:
             return None
-        return Node(zid, role, tuple(locators[:MOST_LOCATORS]))
+        return Node(zid, role, tuple(locators[: bounds.MOST_LOCATORS]))
 
 
 def connects_to(own: bytes, node: Node) -> bool:

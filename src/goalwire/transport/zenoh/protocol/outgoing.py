@@ -17,6 +17,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from goalwire.transport.critical_section import CriticalSection
+from goalwire.transport.zenoh.protocol import bounds
 from goalwire.transport.zenoh.protocol.channels import (
     CHANNELS,
     CONTROL_CHANNEL,
@@ -58,10 +59,11 @@ class Outgoing:
         write: Callable[[Buffer], int],
         write_many: Callable[[list[Buffer]], int],
         when_full: Callable[[], None],
-        wait_for_room: Callable[[], None],
+        wait_for_room: Callable[[bool], None],
         when_held: Callable[[Outgoing], None] | None,
     ) -> None:
-        """`when_full` asks for a `flush` once the socket has room; `wait_for_room` blocks, where it may.
+        """`when_full` asks for a `flush` once the socket has room; `wait_for_room` blocks, where it may, and
+        is told whether it is for an answer.
 
         `when_held` asks for a `release` soon; without it nothing is held back.
         """
@@ -100,14 +102,22 @@ class Outgoing:
         self._marks_first = terms.patch > 0
         self._has_priorities = terms.qos
 
-    def send(self, channel: int, message: bytes, droppable: bool = False, may_wait: bool = False) -> bool:
+    def send(
+        self,
+        channel: int,
+        message: bytes,
+        droppable: bool = False,
+        may_wait: bool = False,
+        is_answer: bool = False,
+    ) -> bool:
         """Send network messages in one frame, or in pieces; False: dropped, or the link is gone.
 
-        What is not droppable waits for room before, where its thread may. Where the link can hold messages
+        What is not droppable waits for room before, where its thread may; an answer only where UNREAD_LIMIT
+        is reached. Where the link can hold messages
         back, one that `may_wait` does so, to go out together with those that follow.
         """
         queue = self.queue
-        if queue.size > QUEUE_LIMIT and not self._finds_room(droppable=droppable):
+        if queue.size > QUEUE_LIMIT and not self._finds_room(droppable, is_answer):
             return False
         size = len(message)
         if size > self.room:
@@ -216,7 +226,7 @@ class Outgoing:
 
     def send_large(self, channel: int, message: Sequence[Buffer], *, droppable: bool) -> bool:
         """The same for a message in parts, which are not copied, and so must never change."""
-        if self.queue.size > QUEUE_LIMIT and not self._finds_room(droppable=droppable):
+        if self.queue.size > QUEUE_LIMIT and not self._finds_room(droppable):
             return False
         return self._send_pieces(channel, message)
 
@@ -229,15 +239,17 @@ class Outgoing:
     def wait_for_room(self) -> None:
         """Wait until what may be dropped is not, where this thread may wait."""
         if self.queue.size > QUEUE_LIMIT:
-            self._wait_for_room()
+            self._wait_for_room(False)
 
-    def _finds_room(self, *, droppable: bool) -> bool:
+    def _finds_room(self, droppable: bool, is_answer: bool = False) -> bool:
         """Where too much waits already: wait until it is less, or have the message dropped."""
         if droppable:
             self.dropped += 1
             return False
+        if is_answer and self.queue.size <= bounds.UNREAD_LIMIT:
+            return True
         if not self.section.is_entered():  # else it waits for the very thread that it interrupts
-            self._wait_for_room()
+            self._wait_for_room(is_answer)
         return True
 
     def _frame(self, channel: int, message: bytes) -> bytes:

@@ -237,7 +237,7 @@ class RemoteQuery(Query):
         self._transmit(response_final(self._request, self._qos))
 
     def _transmit(self, message: bytes) -> None:
-        self._link.send(2 * (self._qos & 7) + 1, message, not self._qos & BLOCK)
+        self._link.send(2 * (self._qos & 7) + 1, message, not self._qos & BLOCK, is_answer=True)
 
     def _response(self, answer: Answer) -> bytes:
         if type(answer) is Sample:

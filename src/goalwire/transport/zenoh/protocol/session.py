@@ -22,6 +22,8 @@ from typing import NamedTuple
 
 from goalwire.transport.critical_section import CriticalSection
 from goalwire.transport.reports import report_failure
+from goalwire.transport.zenoh.protocol import bounds
+from goalwire.transport.zenoh.protocol.channels import PieceBudget
 from goalwire.transport.zenoh.protocol.declarations import (
     About,
     Declaration,
@@ -36,8 +38,8 @@ from goalwire.transport.zenoh.protocol.declarations import (
 from goalwire.transport.zenoh.protocol.expressions import Expressions
 from goalwire.transport.zenoh.protocol.handshake import Identity
 from goalwire.transport.zenoh.protocol.key_expressions import canonical, check, intersects
-from goalwire.transport.zenoh.protocol.key_index import KeyIndex
-from goalwire.transport.zenoh.protocol.link import ROUTES_LIMIT, Link, Receivers
+from goalwire.transport.zenoh.protocol.key_index import KeyIndex, is_odd
+from goalwire.transport.zenoh.protocol.link import Link, Receivers
 from goalwire.transport.zenoh.protocol.link_state import Node, connects_to, tell_of
 from goalwire.transport.zenoh.protocol.liveliness import Liveliness, Watcher
 from goalwire.transport.zenoh.protocol.network import (
@@ -48,6 +50,7 @@ from goalwire.transport.zenoh.protocol.network import (
 )
 from goalwire.transport.zenoh.protocol.primitives import (
     MAX_LINKS,
+    UNRESPONSIVE,
     ZenohProtocolError,
     decode_source,
     encode_replier,
@@ -56,13 +59,6 @@ from goalwire.transport.zenoh.protocol.primitives import (
 from goalwire.transport.zenoh.protocol.queries import TIMEOUT, Answer, PendingQuery, Query, RemoteQuery
 from goalwire.transport.zenoh.protocol.stamps import Stamps
 from goalwire.transport.zenoh.protocol.transport import Role
-
-MOST_INTERESTS = 65536
-"""Interests that one link may have."""
-MOST_NODES = 65536
-"""Nodes that are remembered from gossip."""
-MOST_DECLARED = 1_000_000
-"""Things of each kind that one link may declare."""
 
 _ABOUT = {Kind.SUBSCRIBER: About.SUBSCRIBERS, Kind.QUERYABLE: About.QUERYABLES, Kind.TOKEN: About.TOKENS}
 
@@ -140,7 +136,8 @@ class SessionProtocol:
         self._when_changed = when_changed
         self._when_sooner = when_sooner
         self._close_link = close_link
-        self.refuse = when_refused
+        self._when_refused = when_refused
+        self.pieces = PieceBudget(bounds.UNFINISHED_LIMIT)
         self._tokens: dict[int, str] = {}
         self._answerers: dict[tuple[Link, int, bytes, int], Answerers] = {}
         self._changes = 0
@@ -278,10 +275,19 @@ class SessionProtocol:
             for each in link.interests.values()
         )
 
+    def _allows_interest(self, link: Link, wish: Interest) -> bool:
+        if len(link.interests) >= bounds.MOST_INTERESTS:
+            self.refuse('interest', f'session {show_id(link.zid)} has {bounds.MOST_INTERESTS} of them')
+            return False
+        return self._allows(link, len(wish.suffix))
+
+    def _key_of(self, link: Link, wish: Interest) -> str | None:
+        return link.key_of(wish.scope, wish.suffix, self.expressions.keys, wish.is_senders)
+
     def _is_about(self, link: Link, wish: Interest, key: str) -> bool:
         if not wish.has_key:
             return True
-        wanted = link.key_of(wish.scope, wish.suffix, self.expressions.keys, wish.is_senders)
+        wanted = self._key_of(link, wish)
         return wanted is not None and intersects(wanted, key)
 
     def _take_back(self, kind: Kind, number: int) -> None:
@@ -371,6 +377,21 @@ class SessionProtocol:
 
     # ---- what links tell
 
+    def refuse(self, kind: str, reason: object) -> None:
+        """Count something that came and is ignored."""
+        self._when_refused(kind, reason)
+
+    def _allows(self, link: Link, size: int) -> bool:
+        """Whether a link may declare a key of so many bytes more."""
+        cost = size + bounds.DECLARED_COST
+        if link.declared + cost > bounds.DECLARED_LIMIT:
+            self.refuse(
+                'declaration', f'session {show_id(link.zid)} has declared {bounds.DECLARED_LIMIT >> 20} MiB'
+            )
+            return False
+        link.declared += cost
+        return True
+
     def declaration_came(self, link: Link, declaration: Declaration) -> None:
         """Take note of what the other side of a link declares or takes back."""
         self.section.run(partial(self._note_declaration, link, declaration))
@@ -398,52 +419,62 @@ class SessionProtocol:
     def _put_on(self, link: Link, declaration: Declaration, key: str) -> None:
         kind, number = declaration.kind, declaration.number
         if kind is Kind.EXPRESSION:
-            if number and number not in link.expressions:
+            if number and number not in link.expressions and self._allows(link, len(key)):
                 link.expressions[number] = key
                 link.expression_ids[key] = number
                 link.forget_receivers()
             return
         if not number and declaration.interest is not None:
             return  # the answer to a question about the present alone
-        if max(len(link.subscribers), len(link.queryables), len(link.tokens)) >= MOST_DECLARED:
-            raise ZenohProtocolError(f'more than {MOST_DECLARED} things of a kind are declared')
-        if kind is Kind.SUBSCRIBER:
-            link.subscribers.pop(number)
-            link.subscribers.add(number, key, None)
-            self.version += 1
-        elif kind is Kind.QUERYABLE:
-            link.queryables.pop(number)
-            link.queryables.add(number, key, (declaration.complete, declaration.distance))
-            self.version += 1
-        elif number not in link.tokens:
-            link.tokens[number] = key
-            self.liveliness.appeared(key)
+        if kind is Kind.TOKEN:
+            if number not in link.tokens and self._allows(link, len(key)):
+                link.tokens[number] = key
+                self.liveliness.appeared(key)
+            return
+        self._take_off(link, kind, number)
+        index = link.subscribers if kind is Kind.SUBSCRIBER else link.queryables
+        if is_odd(key) and index.odd >= bounds.MOST_WILD:
+            self.refuse('declaration', f'session {show_id(link.zid)} has {index.odd} with wildcards')
+        elif self._allows(link, len(key)):
+            if kind is Kind.SUBSCRIBER:
+                link.subscribers.add(number, key, None)
+            else:
+                link.queryables.add(number, key, (declaration.complete, declaration.distance))
 
     def _take_off(self, link: Link, kind: Kind, number: int) -> None:
         if kind is Kind.EXPRESSION:
             key = link.expressions.pop(number, None)
-            if key is not None and link.expression_ids.get(key) == number:
-                del link.expression_ids[key]
-            self._forget_routes()
+            if key is not None:
+                link.declared -= len(key) + bounds.DECLARED_COST
+                if link.expression_ids.get(key) == number:
+                    del link.expression_ids[key]
+                self._forget_routes()
         elif kind is Kind.TOKEN:
             token = link.tokens.pop(number, None)
             if token is not None:
+                link.declared -= len(token) + bounds.DECLARED_COST
                 self.liveliness.vanished(token)
         else:
-            (link.subscribers if kind is Kind.SUBSCRIBER else link.queryables).pop(number)
+            found = (link.subscribers if kind is Kind.SUBSCRIBER else link.queryables).pop(number)
+            if found is not None:
+                link.declared -= len(found[0]) + bounds.DECLARED_COST
             self.version += 1
 
     def interest_came(self, link: Link, wish: Interest) -> None:
         """Answer what a client asks; peers and routers were told everything."""
+        self._check_reads(link)
         self.section.run(partial(self._note_interest, link, wish))
 
     def _note_interest(self, link: Link, wish: Interest) -> None:
+        before = link.interests.pop(wish.number, None)
+        if before is not None:
+            link.declared -= len(before.suffix) + bounds.DECLARED_COST
         if not wish.when:
-            link.interests.pop(wish.number, None)
             return
         out: list[bytes] = []
-        if link.role is Role.CLIENT:
-            if wish.when & When.FUTURE and len(link.interests) < MOST_INTERESTS:
+        is_known = not wish.has_key or self._key_of(link, wish) is not None
+        if link.role is Role.CLIENT and is_known:
+            if wish.when & When.FUTURE and self._allows_interest(link, wish):
                 link.interests[wish.number] = wish
             if wish.when & When.PRESENT:
                 self._tell_what_is_wanted(link, wish, out)
@@ -471,10 +502,23 @@ class SessionProtocol:
         if link.role is not Role.ROUTER or self.identity.role is not Role.PEER:
             return
         for node in nodes:
-            if node.zid != self.zid and (node.zid in self.nodes or len(self.nodes) < MOST_NODES):
-                self.nodes[node.zid] = node
-                if connects_to(self.zid, node) and not self.is_linked(node.zid):
-                    self._when_told(node)
+            if node.zid == self.zid:
+                continue
+            if node.zid not in self.nodes and len(self.nodes) >= bounds.MOST_NODES:
+                self._forget_node()
+            self.nodes[node.zid] = node
+            if connects_to(self.zid, node) and not self.is_linked(node.zid):
+                self._when_told(node)
+
+    def _forget_node(self) -> None:
+        """Make room for a node: forget the oldest to which there is no link."""
+        linked = {link.zid for link in self.links}
+        oldest = next((zid for zid in list(self.nodes) if zid not in linked), None)
+        if oldest is not None:
+            self.nodes.pop(oldest, None)
+            self.refuse(
+                'node of gossip', f'session {show_id(oldest)}; {bounds.MOST_NODES} newer ones are known'
+            )
 
     # ---- what is put
 
@@ -489,8 +533,10 @@ class SessionProtocol:
                 return
             found = tuple(each.callback for _, each in self.subscribers.meeting(key))
             receivers = Receivers(key, found)
+            if len(suffix) > bounds.KEPT_KEY:
+                return
             where = (scope, is_senders, suffix) if suffix else scope | is_senders << 16
-            if len(link.push_receivers) >= ROUTES_LIMIT:
+            if len(link.push_receivers) >= bounds.ROUTES_LIMIT:
                 link.forget_receivers()
             link.push_receivers[where] = receivers
 
@@ -564,6 +610,8 @@ class SessionProtocol:
         self, link: Link, request: int, where: tuple[int, bytes, int], qos: int, query: QueryMessage
     ) -> None:
         """Hand a link's query to the queryables that it is for; where there is none, say so."""
+        if link.queue.size > bounds.UNREAD_LIMIT:
+            self._check_reads(link)
         scope, suffix, is_senders = where
         answerers = self._answerers.get((link, scope, suffix, is_senders))
         if answerers is None:
@@ -580,6 +628,13 @@ class SessionProtocol:
             except Exception as error:
                 self.callback_failed(error)
 
+    def _check_reads(self, link: Link) -> None:
+        """Raise ZenohProtocolError where a link asks on although it does not read the answers."""
+        if link.queue.size > bounds.UNREAD_LIMIT:
+            raise ZenohProtocolError(
+                f'it asks, and leaves answers of {bounds.UNREAD_LIMIT >> 20} MiB unread', UNRESPONSIVE
+            )
+
     def _find_answerers(self, link: Link, scope: int, suffix: bytes, is_senders: int) -> Answerers:
         answerers = Answerers('', ())
 
@@ -589,7 +644,9 @@ class SessionProtocol:
             if key is None:
                 return
             answerers = Answerers(key, tuple(each for _, each in self.queryables.meeting(key)))
-            if len(self._answerers) >= ROUTES_LIMIT:
+            if len(suffix) > bounds.KEPT_KEY:
+                return
+            if len(self._answerers) >= bounds.ROUTES_LIMIT:
                 self._answerers.clear()
             self._answerers[link, scope, suffix, is_senders] = answerers
 
