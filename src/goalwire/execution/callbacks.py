@@ -1,4 +1,8 @@
-"""Checks what arguments a callback takes when it is given, not when it is first called."""
+"""Looks at what arguments a callback takes when it is given, not when it is first called.
+
+The asyncio API refuses a callback that cannot be called as it will be. rclpy takes it, and raises when it
+calls it: there the program gets a warning in the log, and the error where rclpy has it.
+"""
 
 from __future__ import annotations
 
@@ -10,6 +14,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from inspect import Signature
 
+    from goalwire.logging import RcutilsLogger
+
 _VARIADIC = 0x04
 """inspect.CO_VARARGS: the function has *args."""
 
@@ -19,11 +25,29 @@ def check_callback(callback: object, arguments: tuple[str, ...], what: str) -> N
 
     `what` says whose callback it is; `arguments` what it gets.
     """
+    problem = _problem(callback, arguments, what)
+    if problem is not None:
+        raise TypeError(problem)
+
+
+def advise_callback(callback: object, arguments: tuple[str, ...], what: str, logger: RcutilsLogger) -> None:
+    """Log a warning where `callback` cannot be called with so many arguments. The call will raise TypeError.
+
+    `what` says whose callback it is; `arguments` what it gets.
+    """
+    problem = _problem(callback, arguments, what)
+    if problem is not None:
+        logger.warning(f'{problem}; the call will fail')
+
+
+def _problem(callback: object, arguments: tuple[str, ...], what: str) -> str | None:
+    """Say why `callback` cannot be called with so many arguments; None where it can."""
     if not callable(callback):
-        raise TypeError(f'{what} must be a function: {what_was_given(callback)}')
-    if not accepts(callback, len(arguments)):
-        name = getattr(callback, '__qualname__', None) or repr(callback)
-        raise TypeError(f'{what} is called as {name}({", ".join(arguments)}), and does not take that')
+        return f'{what} must be a function: {what_was_given(callback)}'
+    if accepts(callback, len(arguments)):
+        return None
+    name = getattr(callback, '__qualname__', None) or repr(callback)
+    return f'{what} is called as {name}({", ".join(arguments)}), and does not take that'
 
 
 def what_was_given(callback: object) -> str:

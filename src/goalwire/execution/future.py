@@ -58,6 +58,14 @@ class _DoneCallback(CallbackSource):
         return self._callback(self._future)
 
 
+def _advise(callback: object) -> None:
+    """Log that `callback` cannot be called. The call will raise TypeError, as in rclpy."""
+    from goalwire.execution.callbacks import advise_callback  # needed only then
+    from goalwire.logging import get_logger
+
+    advise_callback(callback, ('future',), 'the done callback of a future', get_logger('rclpy.task'))
+
+
 class MakesTasks(Protocol):
     """An executor that is not ours, as futures use it."""
 
@@ -194,10 +202,9 @@ class Future(Generic[T]):
 
     def add_done_callback(self, callback: Callable[[Future[T]], object]) -> None:
         """Call `callback(self)` when this is done or cancelled; soon or at once if it is already."""
-        if not callable(callback):
-            raise TypeError(
-                f'{type(callback).__name__!r} object is not callable: give the function itself, f not f()'
-            )
+        given: object = callback
+        if not callable(given):
+            _advise(given)
         if self.completion_state == PENDING:
             self._callbacks.append(callback)
             if self.completion_state != PENDING:

@@ -35,7 +35,7 @@ from goalwire.errors import (
     peer_text,
 )
 from goalwire.execution.callback_groups import CallbackGroup
-from goalwire.execution.callbacks import check_callback
+from goalwire.execution.callbacks import advise_callback
 from goalwire.execution.event_queue import EventQueue, ResponseTicks
 from goalwire.execution.future import Future, block_on, cancel_quietly
 from goalwire.logging import RcutilsLogger, get_logger
@@ -169,7 +169,7 @@ class ActionClientCore(TimedCalls):
     ) -> Future[ClientGoalHandle[Any, Any, Any]]:
         """Send a goal; the future gives its ClientGoalHandle, accepted or not.
 
-        Raises TypeError for another type than the action's Goal or a callback that cannot be called,
+        Raises TypeError for another type than the action's Goal,
         EncodeError where a field cannot go on the wire, GoalIdTaken for an id that is under way,
         TooManyCallsError, InvalidHandle once destroyed.
         """
@@ -269,7 +269,8 @@ class ActionClientCore(TimedCalls):
     # -- feedback and statuses -----------------------------------------------------------------------------
 
     def _feedback_queue(self, callback: Callable[[Any], object]) -> GoalFeedback:
-        check_callback(callback, ('feedback_message',), f"the feedback callback of the action '{self.name}'")
+        what = f"the feedback callback of the action '{self.name}'"
+        advise_callback(callback, ('feedback_message',), what, self.logger)
         decode = self.support.feedback.decode
 
         def handle(sample: Sample) -> object:

@@ -10,7 +10,7 @@ from weakref import ReferenceType, ref
 from goalwire.entities.type_support import ServiceSupport, ServiceType, service_support
 from goalwire.errors import NodeNameNonExistentError
 from goalwire.execution.callback_groups import checked_group
-from goalwire.execution.callbacks import check_callback, what_was_given
+from goalwire.execution.callbacks import advise_callback, what_was_given
 from rclpy._reexports import reexport
 from rclpy.callback_groups import CallbackGroup, MutuallyExclusiveCallbackGroup
 from rclpy.client import Client
@@ -239,11 +239,12 @@ class Node(BaseNode):
     ) -> Service[RequestT, ResponseT]:
         """Create a service; `callback(request, response)` returns the response, plain or `async def`.
 
-        Raises InvalidServiceNameException, RuntimeError for a bad type, TypeError for a callback that does
-        not take two arguments.
+        Raises InvalidServiceNameException, RuntimeError for a bad type. A callback that does not take two
+        arguments is told in the log, and raises TypeError when it is called.
         """
         self.handle.check_open()
-        check_callback(callback, ('request', 'response'), f"the callback of the service '{srv_name}'")
+        what = f"the callback of the service '{srv_name}'"
+        advise_callback(callback, ('request', 'response'), what, self.get_logger())
         return self._ros_offer(service_support(srv_type), srv_name, callback, qos_profile, callback_group)
 
     def _ros_offer(
@@ -284,12 +285,15 @@ class Node(BaseNode):
     ) -> Timer:
         """Create a timer of a period in seconds, on the node's clock unless another is given.
 
-        Raises RCLError below 0, TypeError or ValueError for what is no number, TypeError for no function.
+        Raises RCLError below 0, TypeError or ValueError for what is no number. A callback that is not a
+        function is told in the log, and raises TypeError when it is called.
         """
         self.handle.check_open()
         period_ns = timer_period_ns(timer_period_sec)
-        if not callable(callback):
-            raise TypeError(f'the callback of a timer must be a function: {what_was_given(callback)}')
+        given: object = callback
+        if not callable(given):
+            problem = f'the callback of a timer must be a function: {what_was_given(given)}'
+            self.get_logger().warning(f'{problem}; the call will fail')
         return self._ros_timer(period_ns, callback, callback_group, clock, autostart=autostart)
 
     def _ros_timer(
