@@ -184,6 +184,15 @@ class Executor(Engine):
         self.work_queue.post(TaskSource(task, self.work_queue, self._fail))
         return task
 
+    def create_future(self) -> Future[Any]:
+        """Make a future whose done callbacks run here."""
+        return Future(executor=self)
+
+    @property
+    def is_spinning(self) -> bool:
+        """Whether a thread spins this, as far as it knows: a program may have replaced its spins."""
+        return self.is_driven()
+
     def can_execute(self, entity: object) -> bool:
         """Whether the callback group of `entity` lets it run now."""
         group: CallbackGroup | None = getattr(entity, 'callback_group', None)

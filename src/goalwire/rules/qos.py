@@ -118,6 +118,22 @@ class QoS:
     lease_ns: int = UNSPECIFIED_NS
     avoid_ros_namespace_conventions: bool = False
 
+    def to_dict(self) -> dict[str, object]:
+        """Return the profile as keyword arguments of rclpy.qos.QoSProfile."""
+        from goalwire.rules.time import Duration
+
+        return {
+            'depth': self.depth,
+            'history': self.history,
+            'reliability': self.reliability,
+            'durability': self.durability,
+            'lifespan': Duration(nanoseconds=self.lifespan_ns),
+            'deadline': Duration(nanoseconds=self.deadline_ns),
+            'liveliness': self.liveliness,
+            'liveliness_lease_duration': Duration(nanoseconds=self.lease_ns),
+            'avoid_ros_namespace_conventions': self.avoid_ros_namespace_conventions,
+        }
+
     @property
     def keeps_all(self) -> bool:
         """True where the queue has no bound of its own."""

@@ -103,6 +103,16 @@ class Request(ABC):
     sample: Sample
     """The request; `gid` is the client's."""
 
+    @property
+    def source_timestamp(self) -> int:
+        """When it was sent, in ns since the UNIX epoch. Programs read it from the request's header."""
+        return self.sample.source_timestamp
+
+    @property
+    def received_timestamp(self) -> int:
+        """When it came, in ns since the UNIX epoch."""
+        return self.sample.received_timestamp
+
     @abstractmethod
     def reply(self, payload: bytes) -> None:
         """Send the answer, at most once. A client that has gone is no error."""

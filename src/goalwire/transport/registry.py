@@ -11,10 +11,12 @@ from goalwire.errors import TransportError
 from goalwire.transport.contract import Transport
 
 DEFAULT = 'rmw_zenoh_cpp'
+WITHIN_ONE_PROCESS = 'goalwire_memory'
+"""The transport that reaches no other process."""
 _MODULES = {
     'rmw_zenoh_cpp': 'goalwire.transport.zenoh',
     'rmw_cyclonedds_cpp': 'goalwire.transport.dds',
-    'goalwire_memory': 'goalwire.transport.memory',
+    WITHIN_ONE_PROCESS: 'goalwire.transport.memory',
 }
 _loaded: dict[str, Transport] = {}
 

@@ -53,7 +53,8 @@ def test_a_timeout_is_a_number() -> None:
 
 def test_the_wire_in_use_is_named(isolated: dict[str, str], transport_name: str) -> None:
     assert tested.get_rmw_implementation_identifier() == transport_name
-    assert transport_name in tested.get_available_rmw_implementations()
+    reaches_others = transport_name != 'goalwire_memory'
+    assert (transport_name in tested.get_available_rmw_implementations()) is reaches_others
 
 
 def test_the_default_context_is_one_until_shutdown() -> None:

@@ -193,9 +193,9 @@ def test_a_service_of_a_node_that_nobody_spins_is_answered_by_hand(
     service = quiet.create_service(SetBool, 'switch', lambda _, response: response)
 
     def answer() -> None:
-        found = service.handle.service_take_request(SetBool.Request)
-        assert found is not None
-        request, header = found
+        request, header = service.handle.service_take_request(SetBool.Request)
+        assert request is not None
+        assert header is not None
         service.send_response(SetBool.Response(message=str(request.data)), header)
 
     waits = added(node, Waits('service', service.handle, answer))

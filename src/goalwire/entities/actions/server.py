@@ -153,7 +153,8 @@ class ActionServerCore:
                 case effect.ReplyResult(request, status, result):
                     request.reply(wire.with_status(result or self._default_result(), status))
                 case effect.Execute(_, execution):
-                    self.node.work_queue.post(execution)
+                    if execution is not None:
+                        self.node.work_queue.post(execution)
                 case effect.WakeAt(time_ns):
                     self._alarm.set(time_ns)
                 case effect.AssumedAborted(goal_id):
@@ -265,8 +266,18 @@ class ActionServerCore:
     def start_execution(
         self, handle: ServerGoalHandle, callback: Callable[[ServerGoalHandle], Any] | None
     ) -> None:
-        """Have a goal executed, in its turn; raises RCLError where its state does not allow that."""
-        execution = Execution(self, handle, callback or self.callbacks.execute)
+        """Have a goal executed, in its turn; raises RCLError where its state does not allow that.
+
+        Without a callback of the goal's or the server's, the program executes it itself.
+        """
+        callback = callback or self.callbacks.execute
+        self._start(handle, None if callback is None else Execution(self, handle, callback))
+
+    def begin_execution(self, handle: ServerGoalHandle) -> None:
+        """Note that the program executes a goal itself; raises RCLError as `start_execution` does."""
+        self._start(handle, None)
+
+    def _start(self, handle: ServerGoalHandle, execution: Execution | None) -> None:
         try:
             effects = self.dispatch(self.reactor.on_execute, handle.goal_id_bytes, self.now(), execution)
         except InvalidTransition as error:

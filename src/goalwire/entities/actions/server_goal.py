@@ -44,7 +44,8 @@ class CancelResponse(Enum):
 class ActionCallbacks:
     """The user's callbacks; the first four may be `async def`."""
 
-    execute: Callable[[ServerGoalHandle], Any]
+    execute: Callable[[ServerGoalHandle], Any] | None
+    """None: the program executes its goals itself, see ServerGoalHandle.executing."""
     goal: Callable[[Any], Any]
     accepted: Callable[[ServerGoalHandle], Any]
     cancel: Callable[[ServerGoalHandle], Any]
@@ -79,6 +80,9 @@ class GoalServing(Protocol):
         self, handle: ServerGoalHandle, callback: Callable[[ServerGoalHandle], Any] | None
     ) -> None:
         """Have a goal executed, in its turn."""
+
+    def begin_execution(self, handle: ServerGoalHandle) -> None:
+        """Note that the program executes a goal itself."""
 
     def publish_feedback(self, handle: ServerGoalHandle, feedback: Any) -> None:
         """Send a goal's feedback."""
@@ -154,21 +158,36 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
         """
         self._server.start_execution(self, execute_callback)
 
+    def executing(self) -> None:
+        """Begin to execute it without a callback: the program itself ends it, at any time.
+
+        Raises RCLError for a goal that was executed before or has ended.
+        """
+        self._server.begin_execution(self)
+
     def publish_feedback(self, feedback: FeedbackT) -> None:
         """Send feedback to the goal's client. Raises TypeError for what is not the action's Feedback."""
         self._server.publish_feedback(self, feedback)
 
-    def succeed(self) -> None:
-        """End it SUCCEEDED; raises RCLError where its state does not allow that."""
-        self._server.end(self, GoalEvent.SUCCEED)
+    def succeed(self, response: ResultT | None = None) -> None:
+        """End it SUCCEEDED; raises RCLError where its state does not allow that.
 
-    def abort(self) -> None:
-        """End it ABORTED; raises RCLError where its state does not allow that."""
-        self._server.end(self, GoalEvent.ABORT)
+        `response` is its result. Without one the result is that of the execute callback.
+        """
+        self._end(GoalEvent.SUCCEED, response)
 
-    def canceled(self) -> None:
-        """End it CANCELED, after is_cancel_requested; raises RCLError where its state does not allow that."""
-        self._server.end(self, GoalEvent.CANCELED)
+    def abort(self, response: ResultT | None = None) -> None:
+        """End it ABORTED, as `succeed` does."""
+        self._end(GoalEvent.ABORT, response)
+
+    def canceled(self, response: ResultT | None = None) -> None:
+        """End it CANCELED, after is_cancel_requested, as `succeed` does."""
+        self._end(GoalEvent.CANCELED, response)
+
+    def _end(self, event: GoalEvent, response: ResultT | None) -> None:
+        self._server.end(self, event)
+        if response is not None:
+            self._server.finished(self, response)
 
     def destroy(self) -> None:
         """Nothing to close; kept for rclpy's programs."""

@@ -68,50 +68,60 @@ class ParameterEventCallbackHandle:
 
 
 class ParameterWatch:
-    """Hands each event to those whom it concerns; the callback added last is called first."""
+    """Hands each event to those whom it concerns; the callback added last is called first.
+
+    `parameter_callbacks`, `event_callbacks` and `event_callback` are rclpy's names: its programs read them.
+    """
 
     def __init__(self, node: NodeName) -> None:
         self._node = node
-        self._on_parameter: list[ParameterCallbackHandle] = []
-        self._on_event: list[ParameterEventCallbackHandle] = []
+        self.parameter_callbacks: dict[tuple[str, str], list[ParameterCallbackHandle]] = {}
+        """By the names of the parameter and of its node."""
+        self.event_callbacks: list[ParameterEventCallbackHandle] = []
 
-    def tell(self, event: ParameterEvent | bytes) -> None:
+    def event_callback(self, event: ParameterEvent | bytes) -> None:
         """Call back; a serialized event reaches the event callbacks as it is."""
         decoded: ParameterEvent = (
             standard_message(PARAMETER_EVENT).decode(event) if isinstance(event, bytes) else event
         )
-        for handle in tuple(self._on_parameter):
-            parameter = parameter_from_event(decoded, handle.parameter_name, handle.node_name)
+        for (name, node_name), handles in tuple(self.parameter_callbacks.items()):
+            parameter = parameter_from_event(decoded, name, node_name)
             if parameter is not None:
-                handle.callback(parameter)
-        for watcher in tuple(self._on_event):
+                for handle in tuple(handles):
+                    handle.callback(parameter)
+        for watcher in tuple(self.event_callbacks):
             watcher.callback(event)  # type: ignore[arg-type]  # serialized where that was asked for
 
     def add_parameter(self, name: str, node_name: str, callback: OnParameter) -> ParameterCallbackHandle:
         """Call `callback(parameter)` with each new value; a node's name may be relative, '' is the own."""
-        handle = ParameterCallbackHandle(name, self._qualified(node_name), callback)
-        self._on_parameter.insert(0, handle)
+        handle = ParameterCallbackHandle(name, self.qualified(node_name), callback)
+        self.parameter_callbacks.setdefault((name, handle.node_name), []).insert(0, handle)
         return handle
 
     def add_event(self, callback: OnEvent) -> ParameterEventCallbackHandle:
         """Call `callback(event)` with each event of every node."""
         handle = ParameterEventCallbackHandle(callback)
-        self._on_event.insert(0, handle)
+        self.event_callbacks.insert(0, handle)
         return handle
 
     def remove_parameter(self, handle: ParameterCallbackHandle) -> None:
         """Forget a callback; raises UnknownCallbackError."""
-        if handle not in self._on_parameter:
+        key = handle.parameter_name, handle.node_name
+        handles = self.parameter_callbacks.get(key, [])
+        if handle not in handles:
             raise UnknownCallbackError
-        self._on_parameter.remove(handle)
+        handles.remove(handle)
+        if not handles:
+            del self.parameter_callbacks[key]
 
     def remove_event(self, handle: ParameterEventCallbackHandle) -> None:
         """Forget a callback; raises UnknownCallbackError."""
-        if handle not in self._on_event:
+        if handle not in self.event_callbacks:
             raise UnknownCallbackError
-        self._on_event.remove(handle)
+        self.event_callbacks.remove(handle)
 
-    def _qualified(self, node_name: str) -> str:
+    def qualified(self, node_name: str) -> str:
+        """Return the full name of a node: '' is the own one, and a relative name is in its namespace."""
         if not node_name:
             return self._node.qualified
         if node_name.startswith('/'):

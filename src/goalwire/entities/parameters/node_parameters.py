@@ -287,6 +287,20 @@ class NodeParameters:
         """Forget a callback; raises ValueError where it was not added."""
         self._ros_set_callbacks.after.remove(callback)
 
+    # rclpy's names for the lists, which programs and tests read
+
+    @property
+    def _pre_set_parameters_callbacks(self) -> list[Before]:
+        return self._ros_set_callbacks.before
+
+    @property
+    def _on_set_parameters_callbacks(self) -> list[On]:
+        return self._ros_set_callbacks.on
+
+    @property
+    def _post_set_parameters_callbacks(self) -> list[After]:
+        return self._ros_set_callbacks.after
+
     def _ros_refuse_undeclared(self, name: str) -> None:
         if not self._parameters.allow_undeclared:
             raise ParameterNotDeclaredException(name)

@@ -15,6 +15,8 @@ from goalwire.errors import (
     UnknownROSArgsError,
     UnsupportedEventTypeError,
 )
+from goalwire.rules.qos import QoS
+from rclpy import qos
 from rclpy.clock_type import ClockType
 from rclpy.expand_topic_name import expand_topic_name
 from rclpy.impl.logging_severity import LoggingSeverity
@@ -41,8 +43,23 @@ __all__ = [
     'rclpy_remove_ros_args',
     'rclpy_resolve_name',
     'rclpy_serialize',
+    'rmw_qos_profile_t',
     'service_introspection',
 ]
+
+
+class rmw_qos_profile_t:
+    """The profiles that ROS 2 defines."""
+
+    @staticmethod
+    def predefined(qos_profile_name: str) -> QoS:
+        """Return the profile of a name like 'qos_profile_default'; raises ValueError for an unknown one."""
+        try:
+            profile: qos.QoSProfile = getattr(qos, qos_profile_name)
+            return profile.get_c_qos_profile()
+        except AttributeError:
+            raise ValueError(f"there is no predefined QoS profile '{qos_profile_name}'") from None
+
 
 RCUTILS_LOG_SEVERITY = LoggingSeverity
 service_introspection = SimpleNamespace(ServiceIntrospectionState=ServiceIntrospectionState)

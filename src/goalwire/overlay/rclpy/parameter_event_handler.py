@@ -43,11 +43,11 @@ class ParameterEventHandler:
 
         self.node = node
         self.qos_profile = qos_profile
-        self._watch = ParameterWatch(node.handle.name)
+        self._callbacks = ParameterWatch(node.handle.name)
         self.parameter_event_subscription = node.create_subscription(
             ParameterEvent,
             PARAMETER_EVENTS_TOPIC,
-            self._watch.tell,
+            self._callbacks.event_callback,
             qos_profile,
             callback_group=callback_group,
             event_callbacks=event_callbacks,
@@ -58,6 +58,10 @@ class ParameterEventHandler:
     def destroy(self) -> None:
         """Listen no longer. Idempotent."""
         self.node.destroy_subscription(self.parameter_event_subscription)
+
+    def _resolve_path(self, node_path: str = '') -> str:
+        """Return the full name of a node; '' is this handler's. rclpy's own name, which programs call."""
+        return self._callbacks.qualified(node_path)
 
     @staticmethod
     def get_parameter_from_event(
@@ -75,21 +79,21 @@ class ParameterEventHandler:
         self, parameter_name: str, node_name: str, callback: Callable[[Parameter], object]
     ) -> ParameterCallbackHandle:
         """Call `callback(parameter)` when a node's parameter gets a value; '' is this handler's node."""
-        return self._watch.add_parameter(parameter_name, node_name, callback)
+        return self._callbacks.add_parameter(parameter_name, node_name, callback)
 
     def remove_parameter_callback(self, handle: ParameterCallbackHandle) -> None:
         """Forget a callback; raises RuntimeError where it is not there."""
-        self._watch.remove_parameter(handle)
+        self._callbacks.remove_parameter(handle)
 
     def add_parameter_event_callback(
         self, callback: Callable[[ParameterEvent], object]
     ) -> ParameterEventCallbackHandle:
         """Call `callback(event)` with every event."""
-        return self._watch.add_event(callback)
+        return self._callbacks.add_event(callback)
 
     def remove_parameter_event_callback(self, handle: ParameterEventCallbackHandle) -> None:
         """Forget a callback; raises RuntimeError where it is not there."""
-        self._watch.remove_event(handle)
+        self._callbacks.remove_event(handle)
 
 
 reexport(__name__)

@@ -109,6 +109,34 @@ def overridden(
     return result
 
 
+def _declare_qos_parameters(
+    entity_type: type[object],
+    node: BaseNode,
+    topic_name: str,
+    qos: QoSProfile,
+    options: QoSOverridingOptions,
+) -> None:
+    """Declare the parameters of a publisher or subscription, and set in `qos` what they say.
+
+    rclpy's own name, which programs call. Raises TypeError for another kind of endpoint, and as `overridden`.
+    """
+    from goalwire.entities.publisher import PublisherCore
+    from goalwire.entities.subscription import SubscriptionCore
+
+    kinds = {PublisherCore: 'publisher', SubscriptionCore: 'subscription'}
+    entity = next((name for kind, name in kinds.items() if issubclass(entity_type, kind)), None)
+    if entity is None:
+        raise TypeError('Argument `entity_type` should be a subclass of Publisher or Subscription')
+    result = overridden(node, entity, topic_name, qos, options)
+    for name in QoSProfile.__slots__:
+        setattr(qos, name, getattr(result, name))
+
+
+def _get_qos_policy_parameter(qos: QoSProfile, policy: QoSPolicyKind) -> rules.OverrideValue:
+    """Return how a parameter spells a policy of `qos`. rclpy's own name, which programs call."""
+    return rules.value_of(qos.to_core(), PolicyKind(policy))
+
+
 def _declared(
     node: BaseNode,
     policy: PolicyKind,

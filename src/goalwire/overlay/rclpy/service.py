@@ -26,9 +26,11 @@ class Service(ServiceCore, ServiceEndpoint, Generic[RequestT, ResponseT]):
         """The service class; those of a node's standing services are made when first asked for."""
         return self.support.cls
 
-    def service_take_request(self, srv_request_type: type[RequestT]) -> tuple[RequestT, Request] | None:
-        """Take a request and its header, as rclpy's handle offers it to waitables; else None."""
-        return self.take()
+    def service_take_request(
+        self, srv_request_type: type[RequestT]
+    ) -> tuple[RequestT, Request] | tuple[None, None]:
+        """Take a request and its header, as rclpy's handle offers it; (None, None) where none waits."""
+        return self.take() or (None, None)
 
 
 reexport(__name__)

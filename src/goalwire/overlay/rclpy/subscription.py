@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from enum import Enum
 from typing import Any
 
 from goalwire.entities.subscription import MessageInfo, MsgT, SubscriptionCore
@@ -17,6 +18,17 @@ class Subscription(SubscriptionCore[MsgT], TopicEndpoint):
     """Made by Node.create_subscription."""
 
     callback_group: CallbackGroup
+
+    class CallbackType(Enum):
+        """What the callback gets: the message, or the message and its MessageInfo."""
+
+        MessageOnly = 0
+        WithMessageInfo = 1
+
+    @property
+    def _callback_type(self) -> CallbackType:
+        """rclpy's own name, which programs read."""
+        return self.CallbackType(int(self._wants_info))
 
     def get_publisher_count(self) -> int:
         """How many publishers there are; raises InvalidHandle once destroyed."""

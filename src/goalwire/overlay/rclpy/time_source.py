@@ -67,7 +67,7 @@ class TimeSource(TimeSourceCore):
     def detach_node(self) -> None:
         """Listen to /clock no more; the clocks keep their time."""
         self._unsubscribe()
-        node = self._attached()
+        node = self._get_node()
         if node is not None:
             node.remove_post_set_parameters_callback(self._follow)
         self._node = None
@@ -78,11 +78,16 @@ class TimeSource(TimeSourceCore):
             raise ValueError('Only clocks with type ROS_TIME can be attached.')  # noqa: TRY004 - rclpy's own
         super().attach_clock(clock)
 
-    def _attached(self) -> ClockedNode | None:
+    @property
+    def _clock_sub(self) -> ClockSubscription | None:
+        """The subscription to /clock, or None, under the name that programs read in rclpy."""
+        return self.subscription
+
+    def _get_node(self) -> ClockedNode | None:
         return None if self._node is None else self._node()
 
     def _subscribe(self) -> None:
-        node = self._attached()
+        node = self._get_node()
         if node is None or self.subscription is not None:
             return
         group = node.default_callback_group

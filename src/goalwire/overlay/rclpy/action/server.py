@@ -16,7 +16,7 @@ from goalwire.entities.actions.types import ActionType, FeedbackT, GoalT, Result
 from goalwire.entities.type_support import action_support
 from goalwire.errors import RCLError
 from goalwire.execution.callback_groups import checked_group
-from goalwire.execution.callbacks import check_callback, what_was_given
+from goalwire.execution.callbacks import advise_callback, what_was_given
 from goalwire.execution.waitable import EventQueueWaitable
 from goalwire.rules.goals.policy import UNLIMITED, GoalPolicy, OnClientLost
 from goalwire.rules.goals.server import GoalServer
@@ -30,6 +30,7 @@ from rclpy.waitable import NumberOfEntities
 
 if TYPE_CHECKING:
     from goalwire.execution.waitable import WaitSet
+    from goalwire.logging import RcutilsLogger
     from goalwire.transport.contract import Request
     from rclpy.impl.base_node import BaseNode
 
@@ -80,7 +81,7 @@ class ActionServer(ActionServerCore, EventQueueWaitable, Generic[GoalT, ResultT,
         node: BaseNode,
         action_type: type[ActionType[GoalT, ResultT, FeedbackT]],
         action_name: str,
-        execute_callback: _Execute[GoalT, ResultT, FeedbackT],
+        execute_callback: _Execute[GoalT, ResultT, FeedbackT] | None = None,
         *,
         callback_group: CallbackGroup | None = None,
         goal_callback: _Decide[GoalT] | None = default_goal_callback,
@@ -99,14 +100,18 @@ class ActionServer(ActionServerCore, EventQueueWaitable, Generic[GoalT, ResultT,
     ) -> None:
         """`result_timeout` in seconds: how long a result is kept; 0 not at all, a negative one for ever.
 
-        None for one of the callbacks stands for its default. The last three are goalwire's own: how many
-        goals run at a time, what becomes of the goals of a client that has gone, and who is told of an
-        execute callback that raised (it may return a result to send along).
+        None for one of the callbacks stands for its default. Without an execute callback the program calls
+        `executing()` of an accepted goal's handle, and later `succeed(result)` or its like. The last three
+        are goalwire's own: how many goals run at a time, what becomes of the goals of a client that has
+        gone, and who is told of an execute callback that raised (it may return a result to send along).
 
-        Raises TypeError for a callback that cannot be called so or a timeout that is no number,
-        ValueError for a bad name or an `on_client_lost` that is none.
+        Raises TypeError for an execute callback that is not callable or a timeout that is no number,
+        ValueError for a bad name or an unknown `on_client_lost`. A callback with other parameters is told in
+        the log, and raises TypeError when it is called.
         """
-        _check_callable(execute_callback, action_name)
+        logger = node.get_logger()
+        if execute_callback is not None:
+            _check_callable(execute_callback, action_name, logger)
         decisions = (
             (goal_callback, 'goal_request'),
             (handle_accepted_callback, 'goal_handle'),
@@ -114,7 +119,8 @@ class ActionServer(ActionServerCore, EventQueueWaitable, Generic[GoalT, ResultT,
         )
         for callback, argument in decisions:
             if callback is not None:
-                check_callback(callback, (argument,), f"a callback of the action '{action_name}'")
+                what = f"a callback of the action '{action_name}'"
+                advise_callback(callback, (argument,), what, logger)
         callbacks = ActionCallbacks(
             execute_callback,
             goal_callback or default_goal_callback,
@@ -149,6 +155,14 @@ class ActionServer(ActionServerCore, EventQueueWaitable, Generic[GoalT, ResultT,
             wait_set.add_service(event_queue)
 
     @property
+    def _goal_handles(self) -> dict[bytes, object]:
+        """The handles of the goals whose results are kept, by their ids; None for a goal that has ended.
+
+        rclpy's own name, which programs read.
+        """
+        return {goal_id: goal.handle for goal_id, goal in self.reactor.goals.items()}
+
+    @property
     def action_type(self) -> type[ActionType[GoalT, ResultT, FeedbackT]]:
         """The action class."""
         return self._action_type
@@ -169,7 +183,7 @@ class ActionServer(ActionServerCore, EventQueueWaitable, Generic[GoalT, ResultT,
 
     def register_execute_callback(self, execute_callback: _Execute[GoalT, ResultT, FeedbackT]) -> None:
         """Set the execute callback; raises TypeError for what cannot be called."""
-        _check_callable(execute_callback, self.name)
+        _check_callable(execute_callback, self.name, self._node.get_logger())
         self.callbacks.execute = execute_callback
 
     def notify_execute(
@@ -196,12 +210,13 @@ def _nanoseconds(result_timeout: object) -> int:
     return int(result_timeout * S_TO_NS)
 
 
-def _check_callable(execute_callback: object, action_name: str) -> None:
+def _check_callable(execute_callback: object, action_name: str, logger: RcutilsLogger) -> None:
     if not callable(execute_callback):
         error = TypeError('Failed to register goal execution callback: not callable')
         error.add_note(what_was_given(execute_callback))
         raise error
-    check_callback(execute_callback, ('goal_handle',), f"the execute callback of the action '{action_name}'")
+    what = f"the execute callback of the action '{action_name}'"
+    advise_callback(execute_callback, ('goal_handle',), what, logger)
 
 
 reexport(__name__)
