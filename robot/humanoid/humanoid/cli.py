@@ -12,6 +12,7 @@ from humanoid import lifeline
 from humanoid.domain import Taken
 from humanoid.fleet import BadName
 from humanoid.physics.choice import NotInstalled
+from humanoid.text import finite
 from humanoid.view import NoView
 
 PROGRAMS = {
@@ -122,13 +123,13 @@ def _parser() -> argparse.ArgumentParser:
         commands.add_parser('wave', help='have it wave its right hand'),
     ]
     move = commands.add_parser('move', help='send its base to X Y, in m')
-    move.add_argument('x', type=float)
-    move.add_argument('y', type=float)
-    move.add_argument('--timeout', type=float, default=60.0, help='s that the way may take (60)')
+    move.add_argument('x', type=finite)
+    move.add_argument('y', type=finite)
+    move.add_argument('--timeout', type=finite, default=60.0, help='s that the way may take (60)')
     arm = commands.add_parser('arm', help='move JOINT to POSITION, in rad')
     arm.add_argument('joint')
-    arm.add_argument('position', type=float)
-    arm.add_argument('--duration', type=float, help='s that it takes; without, as fast as is unhurried')
+    arm.add_argument('position', type=finite)
+    arm.add_argument('--duration', type=finite, help='s that it takes; without, as fast as is unhurried')
     watch = commands.add_parser('watch', help='a line a second: where it is and what moves, until Ctrl-C')
     for command in (*operated, move, arm, watch):
         command.add_argument('--name', help='of the robot, where it was brought up with one')

@@ -6,6 +6,7 @@ import traceback
 from collections.abc import Callable, Iterable, Sequence
 
 import rclpy
+from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
@@ -14,6 +15,16 @@ from humanoid.domain import taking_part
 from humanoid.text import brief
 
 LONGEST_TRACEBACK = 4000  # characters: an exception's text may quote all that a peer has sent
+
+
+class BadParameter(ValueError):
+    """A program cannot run with the value of a parameter; the text names it, and says which values can be."""
+
+
+def check_range(name: str, value: float, lowest: float, greatest: float) -> None:
+    """Raise BadParameter if a parameter is beyond its bounds, or not a number."""
+    if not lowest <= value <= greatest:  # NaN included
+        raise BadParameter(f'the parameter {name} is {value}, not a number from {lowest:g} to {greatest:g}')
 
 
 def run(make: Callable[[], Node | Iterable[Node]], args: Sequence[str] | None = None) -> int:
@@ -35,6 +46,8 @@ def run(make: Callable[[], Node | Iterable[Node]], args: Sequence[str] | None = 
                 _spin(executor, nodes[0])
         except (KeyboardInterrupt, ExternalShutdownException):
             pass
+        except (BadParameter, ParameterException) as error:
+            raise SystemExit(f'humanoid: {brief(str(error))}') from None
         except Exception:
             if rclpy.ok():  # else it was told to stop while its nodes were made
                 raise

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import argparse
+import math
 import shutil
 from textwrap import fill
 
@@ -20,6 +22,17 @@ def brief(text: str, longest: int = LONGEST) -> str:
 def quoted(text: str) -> str:
     """The text in quotes, its control characters escaped, of bounded length."""
     return repr(brief(text, LONGEST_NAME))
+
+
+def finite(text: str) -> float:
+    """Return the number of an option of the command line. Raises argparse.ArgumentTypeError."""
+    try:
+        number = float(text)
+    except ValueError:
+        number = math.nan
+    if not math.isfinite(number):
+        raise argparse.ArgumentTypeError(f'{quoted(text)} is not a finite number')
+    return number
 
 
 def columns() -> int:

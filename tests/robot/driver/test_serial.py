@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import pty
 import random
@@ -9,7 +10,7 @@ import sys
 import threading
 import time
 import tty
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
@@ -19,6 +20,7 @@ from helpers.patience import wait_for
 from helpers.processes import Program
 from helpers.robot import humanoid
 from humanoid.driver.board import MotorBoard, serve
+from humanoid.driver.frames import Decoder, states
 from humanoid.driver.seam import DrivenJoints, DriverError
 from humanoid.driver.serial import SerialMotors
 from humanoid.joints.commands import Waypoint
@@ -140,6 +142,44 @@ def test_a_source_that_nobody_updates_holds(driven: Callable[..., DrivenJoints])
     wait_for(lambda: not joints.holds)
     update_until(joints, lambda: joints.read(KNEE).velocity == 0.0)
     assert joints.read(KNEE).position == pytest.approx(stood, abs=0.1), 'what was dropped is not resumed'
+
+
+def test_readings_that_are_not_numbers_reach_nobody(driven: Callable[..., DrivenJoints]) -> None:
+    broken = threading.Event()
+
+    def spoil(answer: bytes) -> bytes:
+        whole = Decoder().feed(answer) if broken.is_set() else ()
+        wrong = [(math.nan, 0.0, math.inf)] * len(JOINT_BY_NAME)
+        return b''.join(states(frame.number, wrong).encoded() for frame in whole) or answer
+
+    joints = driven(Bench(spoil=spoil), hold_after=0.5)
+    sent: list[Mapping[str, float]] = []
+    motors = joints._driver
+    write = motors.write
+
+    def note(targets: Mapping[str, float]) -> None:
+        sent.append(targets)
+        write(targets)
+
+    motors.write = note  # type: ignore[method-assign]
+    go(joints, 2.0, 60.0)
+    broken.set()
+    with pytest.raises(DriverError, match='left_arm_shoulder is not a number'):
+        update_until_it_fails(joints)
+    wait_for(lambda: joints.holds)
+    told = len(sent)
+    wait_for(lambda: len(sent) > told + 5)
+    assert all(math.isfinite(target) for targets in sent for target in targets.values())
+    assert math.isfinite(joints.read(KNEE).position)
+    broken.clear()
+    go(joints, 0.3, 0.5)
+    update_until(joints, lambda: not joints.holds)
+
+
+def update_until_it_fails(joints: DrivenJoints) -> None:
+    while True:
+        joints.update(time.monotonic())
+        time.sleep(0.02)  # its period
 
 
 def test_a_board_that_hears_nothing_holds(benches: list[Bench], monkeypatch: pytest.MonkeyPatch) -> None:

@@ -55,6 +55,11 @@ def test_a_trajectory_without_points_holds_its_joints() -> None:
             [(1.0, [0.1], [0.0], [math.inf])],
             'the acceleration of left_arm_elbow is inf',
         ),
+        (
+            [ELBOW],
+            [(1.0, [0.1], [0.0], [1e308]), (2.0, [0.2], [0.0], [-1e308])],
+            'not a number up to 1e+06',
+        ),
     ],
 )
 def test_a_command_that_the_joints_cannot_follow_is_refused(

@@ -16,6 +16,7 @@ from collections.abc import Callable, Sequence
 
 from humanoid.driver.frames import Decoder, Frame, positions_of, states
 from humanoid.model import JOINTS, JointSpec
+from humanoid.text import finite
 
 HOLD_AFTER = 0.5  # s without a frame
 PERIOD = 0.02  # s between two looks at the motors
@@ -97,7 +98,7 @@ def main(args: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(
         prog='motor_board', description='Motors on a pseudo terminal, until Ctrl-C.'
     )
-    parser.add_argument('--hold-after', type=float, default=HOLD_AFTER, help='s without a frame (0.5)')
+    parser.add_argument('--hold-after', type=finite, default=HOLD_AFTER, help='s without a frame (0.5)')
     options = parser.parse_args(args)
     line, other = pty.openpty()
     tty.setraw(other)

@@ -3,19 +3,20 @@
 `DrivenJoints` is the JointSource that JointStateService owns. It calls its driver from a thread of its own,
 50 times a second, so a bus may block as long as that. Commands become targets along their path, at most as
 fast as the joints' limits allow. It has a watchdog: where nobody has called `update` for 0.5 s, or the motors
-have not answered for as long, all commands are dropped and every joint is told to hold where it is.
+have not answered for as long, all commands are dropped and every joint is told to hold where it is. An answer
+with a reading that is not a number counts as none.
 """
 
 from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Protocol
 
 from humanoid.joints.commands import Plan
 from humanoid.joints.kinematic import Path
-from humanoid.joints.source import JointSample
+from humanoid.joints.source import JointSample, NotANumber, check_finite
 from humanoid.model import JOINT_BY_NAME, JointSpec
 
 PERIOD = 0.02  # s between two targets of a joint: 50 Hz
@@ -80,6 +81,7 @@ class DrivenJoints:
             try:
                 self._driver.write({})
                 readings = self._driver.read()
+                _check(readings)
             except DriverError:
                 if time.monotonic() > deadline:
                     self._driver.close()
@@ -137,6 +139,7 @@ class DrivenJoints:
             try:
                 self._driver.write(self._next_targets())
                 readings = self._driver.read()
+                _check(readings, self._joints)
             except Exception as error:  # a driver's own faults are troubles of the motors too
                 with self._lock:
                     self._trouble = str(error) or type(error).__name__
@@ -164,3 +167,14 @@ class DrivenJoints:
                     max(wanted, before - reach, joint.lower), before + reach, joint.upper
                 )
             return dict(self._targets)
+
+
+def _check(readings: Mapping[str, JointSample], joints: Collection[str] = ()) -> None:
+    """Raise DriverError if one of the joints is missing, or a reading is not a number."""
+    for name in joints:
+        if name not in readings:
+            raise DriverError(f'the motors do not tell of {name}')
+    try:
+        check_finite(readings)
+    except NotANumber as error:
+        raise DriverError(str(error)) from None

@@ -11,6 +11,7 @@ from humanoid.model import MOVING_SPEED, JointSpec
 from humanoid.text import quoted
 
 MOST_POINTS = 1000  # in one trajectory
+GREATEST_ACCELERATION = 1e6  # rad/s², m/s²: with greater ones a path overflows to what is not a number
 
 
 class CommandRefused(ValueError):
@@ -99,8 +100,10 @@ def _check_derivatives(
         if last and abs(velocity) > MOVING_SPEED:
             raise CommandRefused(f'{name} would end with {velocity} {joint.unit}/s: the last point is a rest')
     for name, acceleration in zip(names, point.accelerations, strict=False):
-        if not math.isfinite(acceleration):
-            raise CommandRefused(f'the acceleration of {name} is {acceleration}, not a number')
+        if not abs(acceleration) <= GREATEST_ACCELERATION:  # NaN included
+            raise CommandRefused(
+                f'the acceleration of {name} is {acceleration}, not a number up to {GREATEST_ACCELERATION:g}'
+            )
 
 
 def check_limits(joint: JointSpec, position: float) -> None:

@@ -26,10 +26,11 @@ from humanoid.joints.commands import CommandRefused, plan
 from humanoid.joints.kinematic import KinematicJoints
 from humanoid.joints.messages import points_of
 from humanoid.joints.source import JointSource, read_all
-from humanoid.running import run
+from humanoid.running import check_range, run
 from humanoid.text import LONGEST_NAME, brief
 
 RATE = 50.0  # Hz
+LONGEST_HOLD = 60.0  # s that the watchdog of real joints may wait
 
 
 class JointStateService(Node):
@@ -110,13 +111,14 @@ class JointStateService(Node):
     def _tick(self) -> None:
         try:
             self._source.update(now(self))
+            samples = read_all(self._source)
         except Exception as error:  # no joint states, then: what they would show is old
             self._trouble = f'{type(error).__name__}: {error}'
             raise
         self._trouble = None
         states = JointState()
         states.header.stamp = stamp(self)
-        for name, sample in read_all(self._source):
+        for name, sample in samples:
             states.name.append(name)
             states.position.append(sample.position)
             states.velocity.append(sample.velocity)
@@ -135,7 +137,8 @@ class JointStateService(Node):
 
 
 def _driven(port: str, moment: float, hold_after: float) -> DrivenJoints:
-    """Raises DriverError."""
+    """Raises DriverError and BadParameter."""
+    check_range('hold_after', hold_after, 0.02, LONGEST_HOLD)
     from humanoid.driver.serial import SerialMotors  # POSIX alone has it
 
     return DrivenJoints(SerialMotors(port), now=moment, hold_after=hold_after)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
@@ -21,6 +22,10 @@ class JointSample:
     @property
     def is_moving(self) -> bool:
         return abs(self.velocity) > MOVING_SPEED
+
+    @property
+    def is_finite(self) -> bool:
+        return all(map(math.isfinite, (self.position, self.velocity, self.effort)))
 
 
 class JointSource(Protocol):
@@ -49,5 +54,19 @@ class JointSource(Protocol):
         """
 
 
+class NotANumber(ValueError):
+    """A joint's reading is NaN or infinite; the text says which."""
+
+
 def read_all(source: JointSource) -> Sequence[tuple[str, JointSample]]:
-    return [(name, source.read(name)) for name in source.joints]
+    """Read every joint, in the source's order. Raises NotANumber."""
+    samples = {name: source.read(name) for name in source.joints}
+    check_finite(samples)
+    return list(samples.items())
+
+
+def check_finite(samples: Mapping[str, JointSample]) -> None:
+    """Raise NotANumber if a reading is not a number. Nothing may be commanded or published from such ones."""
+    for name, sample in samples.items():
+        if not sample.is_finite:
+            raise NotANumber(f'the reading of {name} is not a number: {sample}')

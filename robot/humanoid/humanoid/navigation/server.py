@@ -26,9 +26,9 @@ from humanoid.diagnostics import Diagnostics, Health
 from humanoid.emergency.listener import StopListener
 from humanoid.endings import Decision, End, Ending, judged, or_abort, settle
 from humanoid.navigation.base import STANDING, Base, MobileBase, Pose2D, Velocity2D
-from humanoid.navigation.goal_check import refusal
+from humanoid.navigation.goal_check import FARTHEST, refusal
 from humanoid.navigation.messages import imu, odometry, placed, stamped, target_of, transform
-from humanoid.running import run
+from humanoid.running import BadParameter, check_range, run
 
 TICK = 0.02  # s between control steps: 50 Hz
 FEEDBACK_EVERY = 0.1  # s: 10 Hz
@@ -90,7 +90,11 @@ class NavigationActionServer(Node):
         """Tell where `odom` lies in a map, where there is one: so several robots stand beside each other."""
         frame = self.declare_parameter('map_frame', '').get_parameter_value().string_value
         place = self.declare_parameter('place', [0.0, 0.0, 0.0]).get_parameter_value().double_array_value
-        if not frame or len(place) != 3:
+        if len(place) != 3:
+            raise BadParameter(f'the parameter place has {len(place)} numbers, not 3: x, y and yaw')
+        for number in place:
+            check_range('place', number, -FARTHEST, FARTHEST)
+        if not frame:
             return None
         broadcaster = StaticTransformBroadcaster(self)
         broadcaster.sendTransform(placed(frame, Pose2D(*place), stamp(self), self._prefix))
