@@ -61,9 +61,12 @@ def test_the_launch_file_starts_the_servers(robot: Program, world: dict[str, str
     )  # fmt: skip
     assert called.code == 0
     assert 'percentage' in called.out
+    frame = CommandLine(world).ok('topic', 'echo', '/h1/odom', '--once', '--field', 'child_frame_id')
+    assert frame.splitlines()[0] == 'h1/base_link', 'robots share /tf, so their frames have their names'
     robot.send_signal(signal.SIGINT)
     output = robot.succeed()
     assert output.count('process has finished cleanly') == len(SERVERS), output
+    assert 'nothing used' not in output, 'a parameter went to a program that has none of that name'
     assert all(wait_until_gone(pid, 10.0) for pid in pids)
 
 
@@ -81,7 +84,9 @@ def test_with_physics_one_simulation_stands_in_for_joints_and_base(world: dict[s
 def test_its_arguments_are_told(world: dict[str, str]) -> None:
     shown = CommandLine(world).ok('launch', 'humanoid', 'humanoid.launch.py', '--show-args')
     names = [line.strip(" ':") for line in shown.splitlines() if line.startswith("    '")]
-    assert names == ['namespace', 'frame_prefix', 'physics', 'use_sim_time', 'mission', 'log_level']
+    assert names == [
+        'namespace', 'frame_prefix', 'map_frame', 'place', 'physics', 'use_sim_time', 'mission', 'log_level',
+    ]  # fmt: skip
 
 
 def test_the_package_installs_it() -> None:

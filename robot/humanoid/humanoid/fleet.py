@@ -13,6 +13,7 @@ MAP = 'map'  # the frame in which the robots of a fleet stand beside each other
 APART = 1.5  # m
 VIEWED = 'robot_state_publisher'
 BASED = ('navigation_action_server', 'simulation')
+FRAMED = (*BASED, 'joint_state_service', VIEWED)  # they name frames
 CLOCKED = 'simulation'
 
 # Body and accent, as red, green and blue; robots beyond the last begin with the first again.
@@ -44,7 +45,9 @@ class Member:
         """What its program is started with; `folder` has the files that it needs."""
         if not self.name:
             return []
-        arguments = ['--ros-args', '-r', f'__ns:=/{self.name}', '-p', f'frame_prefix:={self.name}/']
+        arguments = ['--ros-args', '-r', f'__ns:=/{self.name}']
+        if program in FRAMED:
+            arguments += ['-p', f'frame_prefix:={self.name}/']
         if program in BASED:
             arguments += ['-p', f'map_frame:={MAP}', '-p', f'place:=[0.0, {-APART * self.number}, 0.0]']
         if program == CLOCKED:

@@ -2,13 +2,14 @@
 
 ros2 launch humanoid humanoid.launch.py
 ros2 launch humanoid humanoid.launch.py mission:=true namespace:=h1
+ros2 launch humanoid humanoid.launch.py namespace:=h2 map_frame:=map place:='[0.0, -1.5, 0.0]'
 ros2 launch humanoid humanoid.launch.py physics:=true use_sim_time:=true
 """
 
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, GroupAction, Shutdown
 from launch.conditions import IfCondition, UnlessCondition
-from launch.substitutions import LaunchConfiguration
+from launch.substitutions import LaunchConfiguration, PythonExpression
 from launch_ros.actions import Node, PushRosNamespace, SetParameter
 from launch_ros.parameter_descriptions import ParameterValue
 
@@ -20,12 +21,23 @@ SERVERS = (
     'robot_state_publisher',
 )
 SIMULATED = ('joint_state_service', 'navigation_action_server')  # with physics the simulation has them
+FRAMED = (*SIMULATED, 'robot_state_publisher')  # they name frames
 
 
 def generate_launch_description() -> LaunchDescription:
+    # Robots share /tf, so the frames of a robot with a namespace begin with it.
+    prefix = PythonExpression(["'", LaunchConfiguration('namespace'), "/'.lstrip('/')"])
     arguments = [
         DeclareLaunchArgument('namespace', default_value='', description='Namespace of all nodes'),
-        DeclareLaunchArgument('frame_prefix', default_value='', description='Before the names of all frames'),
+        DeclareLaunchArgument(
+            'frame_prefix', default_value=prefix, description='Before the names of all frames'
+        ),
+        DeclareLaunchArgument('map_frame', default_value='', description='The frame that odom lies in'),
+        DeclareLaunchArgument(
+            'place',
+            default_value='[0.0, 0.0, 0.0]',
+            description='Where it lies there: x, y in m, a turn in rad',
+        ),
         DeclareLaunchArgument('physics', default_value='false', description='Simulate the body by MuJoCo'),
         DeclareLaunchArgument('use_sim_time', default_value='false', description='Take the time from /clock'),
         DeclareLaunchArgument('mission', default_value='false', description='Run a mission, and end with it'),
@@ -33,6 +45,11 @@ def generate_launch_description() -> LaunchDescription:
     ]
     level = ['--log-level', LaunchConfiguration('log_level')]
     physics = LaunchConfiguration('physics')
+    framed = {'frame_prefix': ParameterValue(LaunchConfiguration('frame_prefix'), value_type=str)}
+    placed = {
+        'map_frame': ParameterValue(LaunchConfiguration('map_frame'), value_type=str),
+        'place': ParameterValue(LaunchConfiguration('place')),
+    }
     servers = [
         Node(
             package='humanoid',
@@ -40,6 +57,10 @@ def generate_launch_description() -> LaunchDescription:
             name=name,
             output='screen',
             ros_arguments=level,
+            parameters=[
+                *([framed] if name in FRAMED else ()),
+                *([placed] if name == 'navigation_action_server' else ()),
+            ],
             condition=UnlessCondition(physics) if name in SIMULATED else None,
         )
         for name in SERVERS
@@ -49,6 +70,7 @@ def generate_launch_description() -> LaunchDescription:
         executable='simulation',
         output='screen',
         ros_arguments=level,
+        parameters=[framed, placed],
         condition=IfCondition(physics),
     )
     mission = Node(
@@ -62,6 +84,5 @@ def generate_launch_description() -> LaunchDescription:
     scope = [
         PushRosNamespace(LaunchConfiguration('namespace')),
         SetParameter('use_sim_time', LaunchConfiguration('use_sim_time')),
-        SetParameter('frame_prefix', ParameterValue(LaunchConfiguration('frame_prefix'), value_type=str)),
     ]
     return LaunchDescription([*arguments, GroupAction([*scope, simulation, *servers, mission])])
