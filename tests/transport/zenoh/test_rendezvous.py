@@ -14,6 +14,7 @@ from collections.abc import Iterator
 import pytest
 import zenoh
 from helpers.collector import Collector
+from helpers.isolation import free_port
 from helpers.patience import PATIENCE, wait_for
 from helpers.processes import Program
 from helpers.wire import SeenGraph, Side
@@ -21,9 +22,10 @@ from helpers.wire import SeenGraph, Side
 from goalwire.errors import TransportError
 from goalwire.logging import LogRecord
 from goalwire.transport.contract import EndpointKind, SessionOptions
-from goalwire.transport.zenoh import TRANSPORT, rendezvous
+from goalwire.transport.zenoh import TRANSPORT, rendezvous, threads
 from goalwire.transport.zenoh.config import Configuration
 from goalwire.transport.zenoh.rendezvous import PORT_IS_TAKEN, RENDEZVOUS, EmbeddedRouter, Holder, is_taken
+from goalwire.transport.zenoh.session import ECLIPSE, NATIVE
 
 from .conftest import OpenSide, on_both
 
@@ -203,6 +205,32 @@ def test_without_a_router_one_is_missed_aloud(
     monkeypatch.setenv('GOALWIRE_ROUTER', 'off')
     TRANSPORT.open(SessionOptions()).close()
     assert ['start one (ros2 router; ' in record.message for record in records] == [True]
+
+
+@pytest.fixture
+def plain_peer() -> Iterator[str]:
+    """A zenoh peer that others are told to connect to: its address."""
+    address = f'tcp/127.0.0.1:{free_port()}'
+    settings = {
+        'mode': 'peer',
+        'listen': {'endpoints': [address]},
+        'scouting': {'multicast': {'enabled': False}},
+        'transport': {'shared_memory': {'enabled': False}},
+    }
+    threads.start()
+    peer = zenoh.open(zenoh.Config.from_json5(json.dumps(settings)))
+    yield address
+    peer.close()  # type: ignore[no-untyped-call]
+
+
+@pytest.mark.parametrize('world', [NATIVE, ECLIPSE], indirect=True)
+def test_a_peer_that_answers_where_a_router_was_expected_is_no_reason_to_warn(
+    world: dict[str, str], plain_peer: str, monkeypatch: pytest.MonkeyPatch, records: list[LogRecord]
+) -> None:
+    monkeypatch.setenv('GOALWIRE_ROUTER', 'off')
+    monkeypatch.setenv('ZENOH_CONFIG_OVERRIDE', f'connect/endpoints=["{plain_peer}"]')
+    TRANSPORT.open(SessionOptions()).close()
+    assert [record.message for record in records] == []
 
 
 def test_the_check_for_a_router_can_be_turned_off(

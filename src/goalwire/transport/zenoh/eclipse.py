@@ -424,7 +424,7 @@ class EclipseWire(wire.Wire):
 
     def wait_for_router(self, seconds: float) -> bool:
         if self._zenoh.info.routers_zid() or seconds <= 0:
-            return bool(self._zenoh.info.routers_zid())
+            return self._is_met()
         met = Event()
 
         def on_transport(event: zenoh.TransportEvent) -> None:
@@ -434,9 +434,13 @@ class EclipseWire(wire.Wire):
         handler = Callback(on_transport, indirect=False)
         listener = self._zenoh.info.declare_transport_events_listener(handler, history=True)
         try:
-            return met.wait(None if seconds == float('inf') else seconds)
+            return met.wait(None if seconds == float('inf') else seconds) or self._is_met()
         finally:
             undeclare(listener)
+
+    def _is_met(self) -> bool:
+        info = self._zenoh.info
+        return bool(info.routers_zid() or info.peers_zid())
 
     def watch_routers(self, on_router: Callable[[str, str], None]) -> wire.Declared:
         in_flight = self._in_flight

@@ -190,7 +190,10 @@ class Wire(ABC):
 
     @abstractmethod
     def wait_for_router(self, seconds: float) -> bool:
-        """Return whether there is a link to a router, or comes to be within so many seconds."""
+        """Return whether there is a link to a router, or comes to be within so many seconds.
+
+        A peer that answers where a router was expected will do: it is linked, and works.
+        """
 
     @abstractmethod
     def watch_routers(self, on_router: Callable[[str, str], None]) -> Declared:

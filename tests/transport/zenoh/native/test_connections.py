@@ -19,7 +19,7 @@ from helpers.zenoh_captured import conversation
 from helpers.zenoh_sides import Ours, address
 
 from goalwire.errors import TransportError
-from goalwire.transport.zenoh.native import dialler, socket_link
+from goalwire.transport.zenoh.native import dialler, poller, socket_link
 from goalwire.transport.zenoh.native import session as native_session
 from goalwire.transport.zenoh.native.dialler import DialSlots, Retry
 from goalwire.transport.zenoh.native.endpoints import Endpoint, is_quickly_resolved, parse, resolve
@@ -427,6 +427,77 @@ def test_a_poller_waits_for_descriptors_timers_and_calls(portable: bool) -> None
     assert poller.wait(0) == -1
     one.close()
     other.close()
+
+
+@pytest.fixture
+def failures(monkeypatch: pytest.MonkeyPatch) -> list[Exception]:
+    """What handlers of the poller have raised."""
+    raised: list[Exception] = []
+    monkeypatch.setattr(poller, 'report_failure', lambda _, error: raised.append(error))
+    return raised
+
+
+def test_a_session_that_is_closed_while_a_handshake_ends_raises_nothing(
+    listener: Ours, failures: list[Exception], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What waits for the link wakes up and closes the session, before the link has told the session all."""
+    side = Ours('peer', listen=(address(),))
+    session = side.session
+    closer = threading.Thread(target=side.close)
+
+    def wake_all() -> None:
+        if session.protocol.links and not closer.ident:
+            closer.start()
+            wait_for(lambda: not session._links, 'the end of the links')
+
+    monkeypatch.setattr(session.protocol, '_when_changed', wake_all)
+    other = Ours('peer', connect=(session.protocol.locators[0],))
+    wait_for(lambda: closer.ident, 'the link')
+    closer.join(PATIENCE)
+    other.close()
+    assert failures == []
+
+
+def test_a_connection_that_is_ended_before_it_begins_waits_for_no_descriptor(
+    listener: Ours, failures: list[Exception], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    start = socket_link.SocketLink.start
+    started = threading.Event()
+
+    def late(link: socket_link.SocketLink) -> None:
+        link.end('the session is closed')
+        start(link)
+        started.set()
+
+    monkeypatch.setattr(socket_link.SocketLink, 'start', late)
+    stranger = Stranger(listener)
+    assert started.wait(PATIENCE)
+    assert stranger.is_hung_up()
+    assert failures == []
+    assert listener.session._links == {}
+
+
+def test_a_dial_that_is_closed_while_it_connects_leaves_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    waits = Poller('it')
+    with socket.create_server(('127.0.0.1', 0)) as server:
+        where = f'tcp/127.0.0.1:{server.getsockname()[1]}'
+        dial = dialler.Dial(
+            (where,), waits, Retry(), when_connected=lambda *_: None, when_failed=lambda _: None
+        )
+        closer = threading.Thread(target=dial.close)
+        call_later = waits.call_later
+
+        def close_meanwhile(delay_s: float, function: Callable[[], None]) -> poller.Timer:
+            closer.start()
+            closer.join(0.1)  # it waits for the dial, or else has closed the socket by now
+            return call_later(delay_s, function)
+
+        monkeypatch.setattr(waits, 'call_later', close_meanwhile)
+        dial.start()
+        closer.join(PATIENCE)
+        assert dial._socket is None
+        assert len(waits._handlers) == 1
+    waits.close()
 
 
 def test_bad_links_are_told_of_at_powers_of_ten(listener: Ours, warnings: list[str]) -> None:

@@ -12,7 +12,7 @@ import os
 import socket
 from collections import deque
 from collections.abc import Callable
-from threading import Lock, Thread
+from threading import Lock, RLock, Thread
 from typing import Any
 
 from goalwire.errors import TransportError
@@ -132,6 +132,8 @@ class Dial:
         self._pause = retry.first_s
         self._endpoints: list[tuple[str, Endpoint]] = []
         self._addresses: list[tuple[socket.AddressFamily, Any]] = []
+        self._lock = RLock()
+        """Over the socket: a session is closed on any thread, and dials on the one that waits."""
         self._socket: socket.socket | None = None
         self._timer: Timer | None = None
 
@@ -216,9 +218,13 @@ class Dial:
             self.error = os.strerror(code)
             sock.close()
             return False
-        self._socket = sock
-        self._timer = self._poller.call_later(self._connect_s, self._took_too_long)
-        self._poller.register(sock.fileno(), IN | OUT, self._on_ready)
+        with self._lock:
+            if self.is_over:
+                sock.close()
+                return True
+            self._socket = sock
+            self._timer = self._poller.call_later(self._connect_s, self._took_too_long)
+            self._poller.register(sock.fileno(), IN | OUT, self._on_ready)
         return True
 
     def _took_too_long(self) -> None:
@@ -227,16 +233,20 @@ class Dial:
         self._next()
 
     def _on_ready(self, _events: int) -> None:
-        sock = self._socket
-        if sock is None:
-            return
-        code = sock.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR)
-        if code or _is_own_end(sock):
-            self.error = os.strerror(code or errno.ECONNREFUSED)
-            self._close_socket()
+        with self._lock:
+            sock = self._socket
+            if sock is None:
+                return
+            code = sock.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR)
+            is_connected = not code and not _is_own_end(sock)
+            if is_connected:
+                self._discard_socket(sock)
+            else:
+                self.error = os.strerror(code or errno.ECONNREFUSED)
+                self._close_socket()
+        if not is_connected:
             self._next()
             return
-        self._discard_socket(sock)
         self.is_connected = True
         self._when_connected(self, sock)
 
@@ -247,10 +257,11 @@ class Dial:
         self._poller.unregister(sock.fileno())
 
     def _close_socket(self) -> None:
-        sock = self._socket
-        if sock is not None:
-            self._discard_socket(sock)
-            sock.close()
+        with self._lock:
+            sock = self._socket
+            if sock is not None:
+                self._discard_socket(sock)
+                sock.close()
 
     def _pause_after_round(self) -> None:
         self._give_slot()
@@ -291,8 +302,9 @@ class Dial:
 
     def close(self) -> None:
         """Try no more."""
-        self.is_over = True
-        self._close_socket()
+        with self._lock:
+            self.is_over = True
+            self._close_socket()
         self._give_slot()
         if self._timer is not None:
             self._timer.cancel()

@@ -350,22 +350,31 @@ class NativeSession:
         )
 
     def came_up(self, link: Link) -> None:
-        """The handshake of a link is done."""
+        """The handshake of a link is done. Another thread may have ended it since, by closing the session."""
         self._greetings.pop(link, None)
+        socket_link = self._links.get(link)
+        if socket_link is None:
+            return
         dial = self._dialled.get(link)
         if dial is not None:
             dial.worked()
         other = self._dials.get(link.zid)
         if other is not None and other is not dial:
             other.close()
-            del self._dials[link.zid]
-        self._links[link].came_up()
+            self._dials.pop(link.zid, None)
+        socket_link.came_up()
         for watch in list(self._watches):
             watch.on_link(link, self._address_of(link))
 
     def close_link(self, link: Link, why: str, reason: int) -> None:
         """Close a link soon."""
-        self._poller.call(lambda: self._links[link].end(why, reason) if link in self._links else None)
+
+        def close() -> None:
+            socket_link = self._links.get(link)
+            if socket_link is not None:
+                socket_link.end(why, reason)
+
+        self._poller.call(close)
 
     def _ended(self, socket_link: SocketLink, why: str, is_fault: bool) -> None:
         link = socket_link.link
@@ -416,6 +425,10 @@ class NativeSession:
         from goalwire.logging import get_logger  # needed only when something is broken
 
         get_logger(LOGGER).warning(f'Zenoh session {self.id}: {text}')
+
+    def is_connected(self) -> bool:
+        """Whether somebody has answered at one of the configured addresses, and the link is up."""
+        return any(dial.is_up for dial in list(self._dials.values()) if dial.expected is None)
 
     def watch_links(self, on_link: Callable[[Link, str], None]) -> LinkWatch:
         """Tell of each link that is up or comes up, and the address that was dialled for it, if any."""

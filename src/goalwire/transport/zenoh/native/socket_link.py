@@ -104,8 +104,11 @@ class SocketLink:
         self._timer = poller.call_later(HANDSHAKE_S, self._check_handshake)
 
     def start(self) -> None:
-        """Begin to talk and to listen."""
-        self._poller.register(self._fd, IN, self.on_ready)
+        """Begin to talk and to listen; nothing if the session was closed meanwhile."""
+        with self.link.lock:
+            if self._has_ended:  # its descriptor may be somebody else's by now
+                return
+            self._poller.register(self._fd, IN, self.on_ready)
         self.link.start()
 
     # ---- writing: under the link's lock

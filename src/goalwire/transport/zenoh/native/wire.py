@@ -236,7 +236,8 @@ class NativeWire(wire.Wire):
         return self.session.wait_until(self._has_router, seconds)
 
     def _has_router(self) -> bool:
-        return any(link.role is Role.ROUTER for link in self._protocol.links)
+        is_router = any(link.role is Role.ROUTER for link in self._protocol.links)
+        return is_router or self.session.is_connected()
 
     def watch_routers(self, on_router: Callable[[str, str], None]) -> wire.Declared:
         return self.session.watch_links(
