@@ -71,6 +71,23 @@ def test_it_moves_and_is_watched_on_its_way(env: dict[str, str]) -> None:
 
 
 @pytest.mark.usefixtures('up')
+def test_it_drives_home_from_where_it_is(env: dict[str, str]) -> None:
+    said(env, 'move', '2.0', '1.0')
+    assert 'aborted: Timed out after 0.2 s' in said(env, 'home', '--timeout', '0.2', code=1)
+    assert said(env, 'home').startswith('home: at (0.00, 0.00) m after ')
+    assert said(env, 'home').startswith('home: at (0.00, 0.00) m after '), 'it is there already'
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures('up')
+def test_a_mission_drives_home_first(env: dict[str, str]) -> None:
+    said(env, 'move', '-3.0', '1.0')
+    output = said(env, 'mission')
+    assert output.startswith('the base is 3.16 m from home: it drives there first\n')
+    assert '10 of 10 steps ended as they should' in output
+
+
+@pytest.mark.usefixtures('up')
 def test_ctrl_c_stops_the_robot(env: dict[str, str]) -> None:
     with humanoid('watch', env=env) as watch, humanoid('move', '50', '0', env=env) as move:
         watch.expect(r'm, 0\.[1-9]\d* m/s')
@@ -88,7 +105,7 @@ def test_ctrl_c_stops_the_robot(env: dict[str, str]) -> None:
     [
         (('arm', 'left_arm_elbo', '1'), "there is no joint 'left_arm_elbo'; did you mean 'left_arm_elbow'?"),
         (('arm', 'left_arm_elbow', '9'), 'the goal was refused: left_arm_elbow goes from 0.0 to 2.4 rad'),
-        (('move', 'nan', '0'), 'the goal was refused: numbers must be finite'),
+        (('move', '2000', '0'), 'the goal was refused: the target must be within 1000 m'),
     ],
 )
 def test_what_cannot_be_done_is_said_with_what_can(
@@ -103,7 +120,7 @@ def test_a_goal_that_the_emergency_stop_refuses_says_so(env: dict[str, str]) -> 
     stop = ('service', 'call', 'emergency_stop', 'std_srvs/srv/SetBool')
     switch.ok(*stop, '{data: true}')
     try:
-        for goal in (('move', '1.0', '0.0'), ('arm', 'left_arm_elbow', '1.0')):
+        for goal in (('move', '1.0', '0.0'), ('home',), ('arm', 'left_arm_elbow', '1.0')):
             assert 'the goal was refused: emergency stop: nothing moves until' in said(env, *goal, code=1)
     finally:
         switch.ok(*stop, '{data: false}')

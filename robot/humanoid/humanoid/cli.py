@@ -126,12 +126,14 @@ def _parser() -> argparse.ArgumentParser:
     move.add_argument('x', type=finite)
     move.add_argument('y', type=finite)
     move.add_argument('--timeout', type=finite, default=60.0, help='s that the way may take (60)')
+    home = commands.add_parser('home', help='drive its base back to where it was brought up')
+    home.add_argument('--timeout', type=finite, help='s that the way may take; without, twice what it needs')
     arm = commands.add_parser('arm', help='move JOINT to POSITION, in rad')
     arm.add_argument('joint')
     arm.add_argument('position', type=finite)
     arm.add_argument('--duration', type=finite, help='s that it takes; without, as fast as is unhurried')
     watch = commands.add_parser('watch', help='a line a second: where it is and what moves, until Ctrl-C')
-    for command in (*operated, move, arm, watch):
+    for command in (*operated, move, home, arm, watch):
         command.add_argument('--name', help='of the robot, where it was brought up with one')
     for name in PROGRAMS:
         commands.add_parser(name, help='one program in this process', add_help=False)

@@ -10,14 +10,13 @@ import time
 from collections import deque
 from collections.abc import Callable, Mapping
 from difflib import get_close_matches
-from queue import Empty, SimpleQueue
+from queue import SimpleQueue
 from types import FrameType
 from typing import NoReturn, TypeVar
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticStatus
 from nav_msgs.msg import Odometry
-from rclpy.qos import QoSProfile
 from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import JointState
 
@@ -25,6 +24,7 @@ from humanoid.emergency.names import REFUSAL, STATUS, latched
 from humanoid.emergency.votes import GONE
 from humanoid.gestures import WAVE, unhurried
 from humanoid.mission.calls import GoalRun
+from humanoid.mission.home import drive_home
 from humanoid.mission.retry import NoAnswer
 from humanoid.mission.robot import ANSWER_WITHIN, Robot
 from humanoid.model import JOINT_BY_NAME, JOINTS, MOVING_SPEED
@@ -101,25 +101,13 @@ def status(robot: Robot, _options: argparse.Namespace) -> int:
 
 def _odometry(robot: Robot) -> Odometry:
     """Return where the base is. Raises NoAnswer."""
-    return _next(robot, Odometry, 'odom')
-
-
-def _next(robot: Robot, type_: type[Told], topic: str, qos: QoSProfile | int = 1) -> Told:
-    """The next message of a topic. Raises NoAnswer."""
-    came: SimpleQueue[Told] = SimpleQueue()
-    subscription = robot.node.create_subscription(type_, topic, came.put, qos)
-    try:
-        return came.get(timeout=ANSWER_WITHIN)
-    except Empty:
-        raise NoAnswer(f'{topic}: no message within {ANSWER_WITHIN:.1f} s') from None
-    finally:
-        robot.node.destroy_subscription(subscription)
+    return robot.next_message(Odometry, 'odom')
 
 
 def _refused(robot: Robot, otherwise: str) -> str:
     """Why a goal was refused, as far as can be told from here: `otherwise` where the robot is not stopped."""
     try:
-        status = _next(robot, DiagnosticStatus, STATUS, latched())
+        status = robot.next_message(DiagnosticStatus, STATUS, latched())
     except NoAnswer:
         return f'the goal was refused: {otherwise}; or the emergency stop: {GONE}'
     if status.level == DiagnosticStatus.OK:
@@ -134,16 +122,28 @@ def _base(odometry: Odometry) -> str:
 
 def move(robot: Robot, options: argparse.Namespace) -> int:
     """Send the base to (x, y) on the floor of `odom`."""
-    began = time.monotonic()
     allowed = options.timeout
-    with robot.drive(options.x, options.y, allowed=allowed, timeout=allowed + GOAL_OVERHEAD) as goal:
+    goal = robot.drive(options.x, options.y, allowed=allowed, timeout=allowed + GOAL_OVERHEAD)
+    return _drive(robot, goal, 'at')
+
+
+def home(robot: Robot, options: argparse.Namespace) -> int:
+    """Drive the base back to where the robot was brought up."""
+    return _drive(robot, drive_home(robot, _odometry(robot), options.timeout), 'home: at')
+
+
+def _drive(robot: Robot, drive: GoalRun, arrived: str) -> int:
+    """Show how a drive goes, and how it ends."""
+    began = time.monotonic()
+    with drive as goal:
         if not goal.accepted:
-            raise Impossible(_refused(robot, 'numbers must be finite, the time positive'))
+            raise Impossible(_refused(robot, 'the target must be within 1000 m, the time positive'))
         for feedback in goal.feedback():
             _progress(f'{feedback.distance_remaining:.2f} m to go')
     _progress('')
     here = goal.result.final_pose.pose.position
-    return _ended(goal, f'at ({here.x:.2f}, {here.y:.2f}) m after {time.monotonic() - began:.1f} s')
+    at = 'at' if goal.status != 'SUCCEEDED' else arrived
+    return _ended(goal, f'{at} ({here.x:.2f}, {here.y:.2f}) m after {time.monotonic() - began:.1f} s')
 
 
 def arm(robot: Robot, options: argparse.Namespace) -> int:
@@ -229,6 +229,7 @@ COMMANDS: dict[str, Callable[[Robot, argparse.Namespace], int]] = {
     'status': status,
     'wave': wave,
     'move': move,
+    'home': home,
     'arm': arm,
     'watch': watch,
 }

@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import argparse
 import signal
+import sys
 import time
 from collections.abc import Sequence
 from types import FrameType
 
 import rclpy
+from nav_msgs.msg import Odometry
 from rclpy.signals import SignalHandlerOptions
 
 from humanoid.mission.display import display
 from humanoid.mission.events import Began, Event, Finished, Progressed, Retrying, Sink, to_line
+from humanoid.mission.home import distance_home, drive_home, is_at_home
 from humanoid.mission.retry import NoAnswer
 from humanoid.mission.robot import Robot
-from humanoid.mission.steps import NotAsExpected, Report, Step, steps
+from humanoid.mission.steps import NotAsExpected, Report, Step, expect, steps
 from humanoid.mission.summary import Summary
 from humanoid.running import join
 
@@ -49,6 +52,7 @@ def main(args: Sequence[str] | None = None) -> int:
     summary = Summary(len(mission))
     try:
         with Robot() as robot:
+            _begin_at_home(robot)
             if options.events:
                 carry_out(robot, mission, lambda event: _tell(summary, _print_line, event))
             else:
@@ -58,9 +62,30 @@ def main(args: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print('mission stopped: its goals were cancelled')
         return 130
+    except (NotAsExpected, NoAnswer) as failure:
+        print(f'mission: {failure}', file=sys.stderr)
+        return 1
     finally:
         rclpy.try_shutdown()
     return 0 if summary.all_well else 1
+
+
+def _begin_at_home(robot: Robot) -> None:
+    """Drive home first if the base is somewhere else: the steps count on where they begin.
+
+    Raises NotAsExpected and NoAnswer. A base that does not tell where it is begins where it stands.
+    """
+    try:
+        odometry = robot.next_message(Odometry, 'odom')
+    except NoAnswer:
+        return
+    if is_at_home(odometry):
+        return
+    print(f'the base is {distance_home(odometry):.2f} m from home: it drives there first', flush=True)
+    with drive_home(robot, odometry) as run:
+        expect(run.accepted, 'the base cannot drive home: refused; see the log of navigation_action_server')
+        run.finish()
+    expect(run.status == 'SUCCEEDED', f'the base did not come home: {run.status}: {run.result.message}')
 
 
 def _tell(summary: Summary, show: Sink, event: Event) -> None:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import threading
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
-from queue import SimpleQueue
+from queue import Empty, SimpleQueue
 from types import TracebackType
-from typing import Self
+from typing import Self, TypeVar
 
 from control_msgs.action import GripperCommand
 from geometry_msgs.msg import Point, Quaternion
@@ -16,14 +16,18 @@ from humanoid_interfaces.srv import GetBatteryStatus, GetJointState
 from rclpy.action import ActionClient
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 
 from humanoid.emergency.names import SWITCH
 from humanoid.mission.calls import GoalRun, call
+from humanoid.mission.retry import NoAnswer
 
 ANSWER_WITHIN = 2.0  # s for a service call
 HAND = 'left_gripper_controller/gripper_cmd'
+
+Told = TypeVar('Told')
 
 
 class Robot:
@@ -69,6 +73,17 @@ class Robot:
     def battery(self, timeout: float = ANSWER_WITHIN) -> GetBatteryStatus.Response:
         response: GetBatteryStatus.Response = call(self._battery, GetBatteryStatus.Request(), timeout)
         return response
+
+    def next_message(self, type_: type[Told], topic: str, qos: QoSProfile | int = 1) -> Told:
+        """Return the next message of a topic. Raises NoAnswer."""
+        came: SimpleQueue[Told] = SimpleQueue()
+        subscription = self.node.create_subscription(type_, topic, came.put, qos)
+        try:
+            return came.get(timeout=ANSWER_WITHIN)
+        except Empty:
+            raise NoAnswer(f'{topic}: no message within {ANSWER_WITHIN:.1f} s') from None
+        finally:
+            self.node.destroy_subscription(subscription)
 
     def drive(self, x: float, y: float, z: float = 0.0, *, allowed: float, timeout: float) -> GoalRun:
         """Send the base to (x, y, z) m; the server may take `allowed` seconds, the whole goal `timeout`."""
