@@ -109,9 +109,9 @@ def _no_node(given: object, error: AttributeError) -> AttributeError:
 class Executor(Engine):
     """Runs the callbacks of its nodes on the threads that spin it.
 
-    Ready work is run in the order in which it became ready, one callback a turn. What a callback raises
-    comes out of spin; the executor can be used on. A subclass may replace `spin_once`, with the help of
-    `wait_for_ready_callbacks`: this class's other spins use it.
+    Ready work is run in the order in which it became ready, one callback a turn, but the execution of a goal
+    first. What a callback raises comes out of spin; the executor can be used on. A subclass may replace
+    `spin_once`, with the help of `wait_for_ready_callbacks`: this class's other spins use it.
     """
 
     def __init__(self, *, context: ContextLike | None = None) -> None:
@@ -366,7 +366,16 @@ class Executor(Engine):
                 return  # callbacks that are always due must not keep it from ending in time
 
     def _work_off(self, deadline: int | None) -> None:
-        """Run as many callbacks as events wait now, in order; events that come meanwhile stay."""
+        """Run as many callbacks as events wait now, in order, and once more for the events of these.
+
+        rclpy takes an answer behind the tasks and the messages that came with it: the execution of an
+        accepted goal, and the feedback of that. What comes later than these two rounds stays.
+        """
+        self._work_off_once(deadline)
+        if self._ready.items:
+            self._work_off_once(deadline)
+
+    def _work_off_once(self, deadline: int | None) -> None:
         waiting = [(source, source.backlog) for source in self._ready.items.copy()]
         while waiting:
             left = []

@@ -346,6 +346,18 @@ class NodeWorkQueue:
         if self.queue is not queue:
             self._move_out(queue)  # detached in between
 
+    def post_first(self, source: CallbackSource) -> None:
+        """Queue `source` for the executor before all that waits there. Any thread."""
+        queue = self.queue
+        if queue is None:
+            self.post(source)  # the executor that comes takes all that waits in its order
+            return
+        queue.items.appendleft(source)
+        if queue.wakers:
+            queue.wake_one()
+        if self.queue is not queue:
+            self._move_out(queue)  # detached in between
+
     def attach(self, queue: ReadyQueue, timer_heap: TimerHeap) -> None:
         """From now on post to `queue`, and let timers follow `timer_heap`."""
         if self.queue is not None:

@@ -466,7 +466,7 @@ def test_the_end_of_the_context_ends_what_runs_without_complaint(
 def test_wrong_arguments_are_refused_with_rclpys_exceptions(make_node: MakeNode) -> None:
     node = make_node()
     text = 'Failed to register goal execution callback: not callable'
-    for wrong in (None, 5, 'text'):
+    for wrong in (5, 'text'):
         with pytest.raises(TypeError, match=text):
             ActionServer(node, Fibonacci, 'fib', wrong)  # type: ignore[arg-type]
     with pytest.raises(ValueError, match=r"Failed to create action server.*'a b'"):

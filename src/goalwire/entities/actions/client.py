@@ -1,8 +1,9 @@
 """An action client: sends goals and completes the futures of what the server answers.
 
 The rules, and the one record of each goal, are in goalwire.rules.goals.client; the requests in requests.py.
-Replies complete futures on the thread that brings them, so that no executor is needed to wait. Feedback and
-statuses go through the executor, in the client's group.
+Replies complete futures on the thread that brings them, so that no executor is needed to wait. The acceptance
+of a goal whose server runs in the client's own executor waits for its turn there instead: see `_answers`.
+Feedback and statuses go through the executor, in the client's group.
 """
 
 from __future__ import annotations
@@ -103,6 +104,10 @@ class ActionClientCore(TimedCalls):
         self._wait_queue: ServerWaitQueue | None = None
         self.arrivals = ResponseTicks(node.work_queue, self)
         self._names = node.resolve_action(name)
+        self._answers: EventQueue[tuple[GoalCall, Payload]] = EventQueue(
+            node.work_queue, None, self._answer_in_turn
+        )
+        """Acceptances that wait for their turn: the execution of the goal begins first, as in rclpy."""
         self._statuses: EventQueue[Sample] = EventQueue(
             node.work_queue, group, self._on_status, depth=_STATUS_LIMIT
         )
@@ -251,6 +256,34 @@ class ActionClientCore(TimedCalls):
             )
             return
         self.goal_requests.latencies.add(sample.received_timestamp - goal.sent_at)
+        if call not in self.blocking and self._server_shares_executor():
+            self._answers.deliver((call, payload))
+            if call in self.blocking:  # by now: who blocks notes that first, and then looks at the answers
+                self._answer_at_once()
+        else:
+            self._answer_goal(call, payload)
+
+    def _server_shares_executor(self) -> bool:
+        """Whether a server of this action runs in the executor of this client, and a thread spins that."""
+        servers = self.node.context.deadlock_detector.event_queues.get(self._names.send_goal)
+        if not servers:
+            return False
+        queue = self.node.work_queue.queue
+        if queue is None or not queue.is_driven():
+            return False
+        return any(server.work_queue.queue is queue for server in servers)
+
+    def _answer_in_turn(self, answer: tuple[GoalCall, Payload]) -> None:
+        self._answer_goal(*answer)
+
+    def _answer_at_once(self) -> None:
+        """Complete what waits for its turn: a thread blocks on it, and that turn might never come."""
+        while (answer := self._answers.take()) is not None:
+            self._answer_goal(*answer)
+
+    def _answer_goal(self, call: GoalCall, payload: Payload) -> None:
+        """Complete the future of a goal that a server has accepted or refused, and let its feedback begin."""
+        goal = call.goal
         if isinstance(goal.feedback, GoalFeedback):
             told = not call.pending() or call.set_raw(payload)
             goal.feedback.open(in_a_turn=not told)
@@ -445,6 +478,7 @@ class ActionClientCore(TimedCalls):
         self.node.context.deadlock_detector.check(self.node.graph, self.goal_service)
         future = ask()
         self.blocking[future] = None
+        self._answer_at_once()
         try:
             if self.destroyed or not block_on(future, None, self.node.context.shutdown_signal):
                 self._refuse_after_the_end()

@@ -154,7 +154,7 @@ class ActionServerCore:
                     request.reply(wire.with_status(result or self._default_result(), status))
                 case effect.Execute(_, execution):
                     if execution is not None:
-                        self.node.work_queue.post(execution)
+                        self.node.work_queue.post_first(execution)
                 case effect.WakeAt(time_ns):
                     self._alarm.set(time_ns)
                 case effect.AssumedAborted(goal_id):
