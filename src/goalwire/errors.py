@@ -520,8 +520,8 @@ class NotAllowedError(LocalError):
     """A console was started so that it does not send that."""
 
 
-class FormError(LocalError, ValueError):
-    """A form's value does not fit its field; `path` names that, '' where the whole does not fit."""
+class FieldValueError(LocalError, ValueError):
+    """A value does not fit its field; `path` names that, and is '' if the whole message does not fit."""
 
     def __init__(self, path: str, problem: str) -> None:
         super().__init__(f'{path}: {problem}' if path else problem)

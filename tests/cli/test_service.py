@@ -95,6 +95,12 @@ def test_repeat_shows_latencies(ros2: CommandLine) -> None:
     assert sum(each['calls'] for each in summary['histogram']) == 5
 
 
+@pytest.mark.parametrize('value', ['"false"', 'flase', '3.7', '[true]', ''])
+def test_a_value_that_is_no_bool_is_not_sent_as_one(ros2: CommandLine, value: str) -> None:
+    told = ros2.fails('service', 'call', '/lab/switch', 'std_srvs/srv/SetBool', f'{{data: {value}}}', code=4)
+    assert 'std_srvs/srv/SetBool: data: give true or false' in told
+
+
 def test_what_is_wrong_is_said_in_one_line_with_a_code_of_its_own(ros2: CommandLine) -> None:
     assert ros2.fails('service', 'type', '/lab/ad', code=3) == (
         "ros2: there is no service '/lab/ad'; did you mean '/lab/add'? see: ros2 service list"
@@ -105,7 +111,9 @@ def test_what_is_wrong_is_said_in_one_line_with_a_code_of_its_own(ros2: CommandL
     assert "has no field 'c'; its fields are: a, b" in ros2.fails(
         'service', 'call', '/lab/add', 'c=1', code=4
     )
-    assert 'a: ' in ros2.fails('service', 'call', '/lab/add', 'a=many', code=4)
+    assert "a: give a whole number such as 3, not 'many' (int64)" in ros2.fails(
+        'service', 'call', '/lab/add', 'a=many', code=4
+    )
     assert 'is no YAML' in ros2.fails('service', 'call', '/lab/add', '{a: [}', code=4)
     assert "cannot read 'nowhere.yaml'" in ros2.fails('service', 'call', '/lab/add', '@nowhere.yaml', code=3)
     assert 'a: ' in ros2.fails('service', 'call', '/lab/add', f'a={2**70}', code=4)

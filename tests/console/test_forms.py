@@ -75,7 +75,7 @@ DEFAULTS: dict[str, Any] = {
 REFUSED = [
     ('small', '128', 'give a number from -128 to 127'),
     ('small', '1.5', 'give a whole number'),
-    ('small', '', 'give a number'),
+    ('small', '', 'give a whole number'),
     ('speed', '1e39', 'give a number from -3.4'),
     ('name', 'abcde', '4 characters at most, not 5'),
     ('name', 'äéü', '4 bytes at most, not 6'),

@@ -65,7 +65,8 @@ class _Goal:
         if arguments.goal_file:
             words = [f'@{arguments.goal_file}']
         given = values.read_values(words, self._cls.Goal, stdin=arguments.stdin)
-        self._goal = values.filled(self._cls.Goal, given, type_name)
+        self._goal = self._cls.Goal()
+        self._set_stamps = values.fill(self._goal, given, type_name)
         self._bar = ''
 
     async def perform(self, node: goalwire.Node) -> Outcome:
@@ -79,6 +80,8 @@ class _Goal:
             types = types_there(node, EndpointKind.SERVICE, self._name + SEND_GOAL)
             refuse_other_type(self._name, self._type_name, [shown(each) for each in types])
             await client.wait_for_server(timeout=self._arguments.timeout or PATIENCE_S)
+        for set_stamp in self._set_stamps:
+            set_stamp(node.clock.now().to_msg())
         self._say(f'Sending goal:\n     {_yaml(self._goal)}')
         try:
             # Leaving the block is not to wait: what Ctrl-C asks for is done, and shown, by `_cancel`.

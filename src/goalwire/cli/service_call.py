@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from argparse import ArgumentParser, Namespace
+from collections.abc import Callable
 from math import ceil
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
@@ -62,20 +63,29 @@ def call_arguments(parser: ArgumentParser) -> None:
 class _Call:
     """What is called, once the type is known."""
 
-    def __init__(self, name: str, cls: Any, type_name: str, request: Any, arguments: Namespace) -> None:
+    def __init__(
+        self,
+        name: str,
+        cls: Any,
+        type_name: str,
+        request: Any,
+        set_stamps: list[Callable[[Any], None]],
+        arguments: Namespace,
+    ) -> None:
         self.name = name
         self.cls = cls
         self.type_name = type_name
         self.request = request
+        self.set_stamps = set_stamps
         self.arguments = arguments
 
     async def perform(self, node: goalwire.Node, output: Output) -> Outcome:
         client = await self._client(node, output)
         if self.arguments.repeat is not None:
-            return await self._measure(client, output)
+            return await self._measure(client, node, output)
         while True:
             began = perf_counter()
-            await self._call(client, output)
+            await self._call(client, node, output)
             if self.arguments.rate is None:
                 return Outcome.OK
             await asyncio.sleep(max(0.0, began + 1.0 / self.arguments.rate - perf_counter()))
@@ -94,7 +104,13 @@ class _Call:
             await client.wait_for_server(timeout=self.arguments.timeout or PATIENCE_S)
         return client
 
-    async def _call(self, client: goalwire.Client[Any, Any], output: Output) -> None:
+    def _stamp(self, node: goalwire.Node) -> None:
+        """Set the times that were given as 'now'."""
+        for set_stamp in self.set_stamps:
+            set_stamp(node.clock.now().to_msg())
+
+    async def _call(self, client: goalwire.Client[Any, Any], node: goalwire.Node, output: Output) -> None:
+        self._stamp(node)
         if not output.json:
             output.block(f'requester: making request: {self.request!r}\n')
         began = perf_counter()
@@ -113,12 +129,15 @@ class _Call:
         else:
             output.block(f'response:\n{response!r}\n')
 
-    async def _measure(self, client: goalwire.Client[Any, Any], output: Output) -> Outcome:
+    async def _measure(
+        self, client: goalwire.Client[Any, Any], node: goalwire.Node, output: Output
+    ) -> Outcome:
         wanted, rate = self.arguments.repeat, self.arguments.rate
         took: list[float] = []
         failures: list[goalwire.CallError] = []
         start = perf_counter()
         for number in range(wanted):
+            self._stamp(node)
             began = perf_counter()
             try:
                 await client.call(self.request)
@@ -207,6 +226,7 @@ def call(arguments: Namespace, output: Output) -> Outcome:
         name, type_name = SERVICES.name_and_type(arguments)
     cls = lookup.interface(type_name)
     given = values.read_values(words, cls.Request, stdin=arguments.stdin)
-    request = values.filled(cls.Request, given, type_name)
-    what = _Call(name, cls, type_name, request, arguments)
+    request = cls.Request()
+    set_stamps = values.fill(request, given, type_name)
+    what = _Call(name, cls, type_name, request, set_stamps, arguments)
     return live(lambda node: what.perform(node, output))

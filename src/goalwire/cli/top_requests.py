@@ -57,7 +57,10 @@ class _Form:
 
     def read(self, text: str) -> Any:
         given: Mapping[str, Any] = values.read_values([text], self._message_type) if text.strip() else {}
-        return values.filled(self._message_type, given, self.type_name)
+        message = self._message_type()
+        for set_stamp in values.fill(message, given, self.type_name):
+            set_stamp(self._node.clock.now().to_msg())
+        return message
 
     def shown(self, message: Any) -> str:
         from rosidl_runtime_py import message_to_yaml

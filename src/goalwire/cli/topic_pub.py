@@ -32,8 +32,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         'words',
         nargs='*',
         metavar='[TYPE] [VALUES]',
-        help=f'Type of the message, which may be left out where the graph knows it; then {values.HELP}. '
-        "A header may be 'auto', a time 'now'",
+        help=f'Type of the message, which may be left out where the graph knows it; then {values.HELP}',
     )
     add_graph_arguments(parser)
     parser.add_argument('--stdin', action='store_true', help='Read the values from standard input')
@@ -84,7 +83,7 @@ class _Publication:
         self._cls = lookup.interface(type_name)
         self._message: Any = self._cls()
         given = values.read_values(words, self._cls, stdin=arguments.stdin)
-        self._stamps = values.fill(self._message, given, type_name, stamps=True)
+        self._stamps = values.fill(self._message, given, type_name)
         self._times = 1 if arguments.once else arguments.times
         wanted = arguments.wait_matching_subscriptions
         self._wanted: int = (1 if self._times else 0) if wanted is None else wanted

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from goalwire.cli.outcome import CommandError, Outcome
 from goalwire.cli.verbs import did_you_mean
-from goalwire.errors import EncodeError
+from goalwire.errors import EncodeError, FieldValueError
+from goalwire.idl.field_values import fit_fields, plain_values, read_yaml
+from goalwire.idl.model import MessageDefinition
 
 _PAIR = re.compile(r'([A-Za-z_][\w.]*)=(.*)', re.DOTALL)
 _MOST = 16 * 1024 * 1024
@@ -18,7 +20,7 @@ _MOST = 16 * 1024 * 1024
 
 HELP = (
     "values in YAML or JSON ('{a: 1, b: 2}'), as pairs (a=1 pose.x=2.0), or from a file (@request.yaml); "
-    'what is left out keeps its default'
+    "what is left out keeps its default; a header may be 'auto', a time 'now'"
 )
 
 
@@ -47,28 +49,14 @@ def read_values(words: Sequence[str], cls: Any, *, stdin: bool = False) -> dict[
     return _mapping(words[0], 'the value')
 
 
-def scalar(text: str) -> Any:
-    """Return what a text is in YAML. Raises CommandError."""
-    import yaml
-
-    try:
-        return yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        raise CommandError(Outcome.BAD_VALUE, f"'{text}' is no YAML: {_problem(error)}", 'quote it') from None
-
-
 def _mapping(text: str, source: str) -> dict[str, Any]:
-    import yaml
-
     try:
-        values = yaml.safe_load(text)
-    except yaml.YAMLError as error:
+        values = read_yaml(text)
+    except FieldValueError as error:
         raise CommandError(
-            Outcome.BAD_VALUE, f'{source} is no YAML: {_problem(error)}', "write it like '{a: 1, b: [2, 3]}'"
+            Outcome.BAD_VALUE, f'{source}: {error.problem}', "write it like '{a: 1, b: [2, 3]}'"
         ) from None
-    except RecursionError:
-        raise CommandError(Outcome.BAD_VALUE, f'{source} is nested too deeply') from None
-    if values is None:
+    if plain_values(values) is None:
         return {}
     if not isinstance(values, dict):
         raise CommandError(
@@ -77,12 +65,6 @@ def _mapping(text: str, source: str) -> dict[str, Any]:
             "write field and value: '{data: 1}' or data=1",
         )
     return values
-
-
-def _problem(error: Exception) -> str:
-    mark = getattr(error, 'problem_mark', None)
-    problem = getattr(error, 'problem', None) or str(error).splitlines()[0]
-    return f'{problem} (line {mark.line + 1}, column {mark.column + 1})' if mark else problem
 
 
 def _file(name: str) -> str:
@@ -109,7 +91,10 @@ def _typed(cls: Any, path: list[str], text: str) -> Any:
     kind = field_type(cls, path)
     if kind.startswith(('string', 'wstring')) and '[' not in kind:
         return text
-    return scalar(text)
+    try:
+        return read_yaml(text)
+    except FieldValueError as error:
+        raise CommandError(Outcome.BAD_VALUE, f"'{text}': {error.problem}", 'quote it') from None
 
 
 def field_type(cls: Any, path: Sequence[str]) -> str:
@@ -126,33 +111,26 @@ def field_type(cls: Any, path: Sequence[str]) -> str:
     return ''
 
 
-def filled(cls: Any, values: Mapping[str, Any], title: str) -> Any:
-    """Return a message of class `cls` with these values; `title` is its type. Raises CommandError."""
-    message = cls()
-    fill(message, values, title)
-    return message
+def fill(message: Any, values: Mapping[str, Any], title: str) -> list[Callable[[Any], None]]:
+    """Set fields of a message; `title` is its type. Return what sets the times that are 'now' or 'auto'.
 
-
-def fill(message: Any, values: Mapping[str, Any], title: str, *, stamps: bool = False) -> list[Any]:
-    """Set fields of a message; with `stamps`, 'auto' and 'now' are times, and what sets them is returned.
-
-    Raises CommandError, also for what can be set and not be sent, such as a number that is too large: before
-    anybody is waited for.
+    Each of these is called with the time, before the message is sent. Raises CommandError for what does not
+    fit, and for what can be set and not be sent.
     """
     from rosidl_runtime_py import set_message_fields
 
     from goalwire.entities.type_support import message_support
+    from goalwire.idl.rosidl_compat import definition_of
 
     _check_names(message, values, title)
+    definition = definition_of(type(message))
+    assert isinstance(definition, MessageDefinition)
     try:
-        set_stamps: list[Any] = set_message_fields(
-            message, dict(values), expand_header_auto=stamps, expand_time_now=stamps
-        )
-    except (AssertionError, AttributeError, OverflowError, TypeError, ValueError) as error:
-        problem = f'{_culprit(message, values)}{" ".join(str(error).split())}'
-        raise _misfit(title, problem) from None
-    try:
+        fitted = fit_fields(definition, values, stamps=True)
+        set_stamps = set_message_fields(message, fitted, expand_header_auto=True, expand_time_now=True)
         message_support(type(message)).encode(message)
+    except FieldValueError as error:
+        raise _misfit(title, str(error)) from None
     except EncodeError as error:
         _, _, problem = ' '.join(str(error).split()).partition(': ')  # behind the type
         raise _misfit(title, problem) from None
@@ -161,18 +139,6 @@ def fill(message: Any, values: Mapping[str, Any], title: str, *, stamps: bool = 
 
 def _misfit(title: str, problem: str) -> CommandError:
     return CommandError(Outcome.BAD_VALUE, f'{title}: {problem}', f'see: ros2 interface show {title}')
-
-
-def _culprit(message: Any, values: Mapping[str, Any]) -> str:
-    """Return which of several fields cannot be set, as 'name: '."""
-    from rosidl_runtime_py import set_message_fields
-
-    for name, value in values.items():
-        try:
-            set_message_fields(type(message)(), {name: value})
-        except (AssertionError, AttributeError, OverflowError, TypeError, ValueError):
-            return f'{name}: '
-    return ''
 
 
 def _check_names(message: Any, values: Mapping[str, Any], title: str) -> None:

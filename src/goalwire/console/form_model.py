@@ -15,16 +15,22 @@ from typing import Any, Literal, TypeAlias
 import yaml
 
 from goalwire.console.types import interface
-from goalwire.errors import FormError
+from goalwire.errors import FieldValueError
+from goalwire.idl.field_values import (
+    AUTO,
+    LARGEST_FLOAT32,
+    NOW,
+    TIME,
+    fit_single,
+    plain_values,
+    read_yaml,
+)
 from goalwire.idl.model import FLOATS, Field, MessageDefinition, Shape, integer_range
 from goalwire.idl.registry import message_definition
 from goalwire.records import record
 
 Kind: TypeAlias = Literal['bool', 'integer', 'float', 'text', 'time', 'message', 'list', 'messages']
 
-NOW = 'now'
-"""A time that is read from the clock when the message is sent."""
-_TIME = 'builtin_interfaces/msg/Time'
 _UNITS = frozenset(
     (
         *(
@@ -67,7 +73,6 @@ _UNITS = frozenset(
 )
 _NUMBER = r'[-+]?\d+(?:\.\d+)?'
 _RANGE = re.compile(rf'(?<![\w.])\[?\s*({_NUMBER})\s*(?:to|\.\.\.?|,)\s*({_NUMBER})\s*\]?(?![\w.])')
-_LARGEST_FLOAT32 = (2 - 2**-23) * 2.0**127
 _ITEM = re.compile(
     r"""\s*(?:"(?P<double>(?:[^"\\]|\\.)*)"|'(?P<single>(?:[^']|'')*)'|(?P<plain>(?!\s*["'])[^,]*?))\s*(?:,|$)""",
     re.DOTALL,
@@ -116,13 +121,13 @@ def _field(field: Field, owner: MessageDefinition) -> FormField:
     kind = field.type
     comment = field.comment.strip()
     unit = field.unit or _unit(comment)
-    text = _type_text(field)
+    text = kind.text
     found = _RANGE.search(comment)
     hint = f'{found[1]} to {found[2]}' if found else ''
     several = kind.shape is not Shape.SINGLE
     capacity = kind.capacity if kind.shape in {Shape.ARRAY, Shape.BOUNDED} else None
     exact = kind.shape is Shape.ARRAY
-    nested = form_of(kind.base) if kind.is_message and kind.base != _TIME else ()
+    nested = form_of(kind.base) if kind.is_message and kind.base != TIME else ()
     if kind.is_message and several:
         return FormField(
             field.name,
@@ -135,7 +140,7 @@ def _field(field: Field, owner: MessageDefinition) -> FormField:
             exact=exact,
             fields=nested,
         )
-    if kind.base == _TIME and not several:
+    if kind.base == TIME and not several:
         return FormField(field.name, 'time', text, kind.base, comment, unit)
     if kind.is_message:
         return FormField(field.name, 'message', text, kind.base, comment, unit, fields=nested)
@@ -175,17 +180,8 @@ def _bounds(base: str) -> tuple[float | None, float | None]:
     if base == 'byte':
         return 0, 255
     if base == 'float32':
-        return -_LARGEST_FLOAT32, _LARGEST_FLOAT32
+        return -LARGEST_FLOAT32, LARGEST_FLOAT32
     return integer_range(base) if 'int' in base or base == 'char' else (None, None)
-
-
-def _type_text(field: Field) -> str:
-    kind = field.type
-    base = kind.base.replace('/msg/', '/')
-    if kind.string_capacity:
-        base = f'{base}<={kind.string_capacity}'
-    ends = {Shape.SINGLE: '', Shape.UNBOUNDED: '[]', Shape.ARRAY: f'[{kind.capacity}]'}
-    return base + ends.get(kind.shape, f'[<={kind.capacity}]')
 
 
 def _unit(comment: str) -> str:
@@ -258,12 +254,12 @@ def _with_now(fields: tuple[FormField, ...], values: dict[str, Any], *, in_heade
 
 
 def check(fields: tuple[FormField, ...], values: Mapping[str, Any], path: str = '') -> dict[str, Any]:
-    """Return the values as they will be sent. Raises FormError for the first that does not fit."""
+    """Return the values as they will be sent. Raises FieldValueError for the first that does not fit."""
     known = {field.name: field for field in fields}
     for name in values:
         if name not in known:
             there = ', '.join(known) or 'none'
-            raise FormError(path, f"there is no field '{name}'; the fields are: {there}")
+            raise FieldValueError(path, f"there is no field '{name}'; the fields are: {there}")
     return {
         name: _checked(known[name], value, f'{path}.{name}' if path else str(name))
         for name, value in values.items()
@@ -273,7 +269,7 @@ def check(fields: tuple[FormField, ...], values: Mapping[str, Any], path: str = 
 def _checked(field: FormField, value: Any, path: str) -> Any:
     if field.kind == 'message':
         if not isinstance(value, Mapping):
-            raise FormError(path, f'give the fields of a {field.type_text}')
+            raise FieldValueError(path, f'give the fields of a {field.type_text}')
         return check(field.fields, value, path)
     if field.kind == 'time':
         return _time(value, path)
@@ -288,82 +284,46 @@ def _list(field: FormField, value: Any, path: str) -> list[Any]:
         if field.base == 'bool':
             value = [{'true': True, 'false': False}.get(item.lower(), item) for item in value]
     if not isinstance(value, list | tuple):
-        raise FormError(path, 'give a list: 1, 2, 3')
+        raise FieldValueError(path, 'give a list: 1, 2, 3')
     if field.exact and len(value) != field.capacity:
-        raise FormError(path, f'there must be {field.capacity} items, not {len(value)}')
+        raise FieldValueError(path, f'there must be {field.capacity} items, not {len(value)}')
     if field.capacity is not None and len(value) > field.capacity:
-        raise FormError(path, f'there may be {field.capacity} items at most, not {len(value)}')
+        raise FieldValueError(path, f'there may be {field.capacity} items at most, not {len(value)}')
     if field.kind == 'messages':
         for number, item in enumerate(value):
             if not isinstance(item, Mapping):
-                raise FormError(f'{path}[{number}]', f'give the fields of a {field.base}')
+                raise FieldValueError(f'{path}[{number}]', f'give the fields of a {field.base}')
         return [check(field.fields, item, f'{path}[{number}]') for number, item in enumerate(value)]
     return [_scalar(field, item, f'{path}[{number}]') for number, item in enumerate(value)]
 
 
 def _scalar(field: FormField, value: Any, path: str) -> Any:
-    base = field.base
-    if base == 'bool':
-        if isinstance(value, bool):
-            return value
-        raise FormError(path, f'give true or false, not {_shown(value)}')
-    if base in {'string', 'wstring'}:
-        if not isinstance(value, str):
-            raise FormError(path, f'give a text, not {_shown(value)}: in quotes it is one')
-        capacity = field.capacity if field.kind == 'text' else field.item_capacity
-        size = len(value.encode()) if base == 'string' else len(value.encode('utf-16-le')) // 2
-        if capacity is not None and size > capacity:
-            unit = 'characters' if size == len(value) else 'bytes' if base == 'string' else 'UTF-16 units'
-            raise FormError(path, f'{capacity} {unit} at most, not {size}')
-        return value
-    number = _number(value, path)
-    if base in FLOATS:
-        if field.least is not None and field.most is not None and not field.least <= number <= field.most:
-            raise FormError(
-                path, f'give a number from {field.least:g} to {field.most:g}, not {_shown(number)}'
-            )
-        try:
-            return float(number)
-        except OverflowError:
-            raise FormError(path, 'that is more than a float64 holds') from None
-    if number != int(number):
-        raise FormError(path, f'give a whole number, not {_shown(value)}')
-    number = int(number)
-    if field.least is not None and field.most is not None and not field.least <= number <= field.most:
-        raise FormError(path, f'give a number from {field.least} to {field.most}, not {_shown(number)}')
+    """Return one value as it will be sent; a form gives finite numbers alone."""
+    capacity = field.capacity if field.kind == 'text' else field.item_capacity
+    fitted = fit_single(field.base, value, path, capacity or 0)
+    if isinstance(fitted, float) and not math.isfinite(fitted):
+        raise FieldValueError(path, f'give a finite number, not {fitted} ({field.base})')
+    return int.from_bytes(fitted) if isinstance(fitted, bytes) else fitted
+
+
+def _number(value: Any, path: str) -> float:
+    number = fit_single('float64', value, path)
+    assert isinstance(number, float)
+    if not math.isfinite(number):
+        raise FieldValueError(path, 'give a finite number')
     return number
 
 
-def _number(value: Any, path: str) -> float | int:
-    if isinstance(value, bool) or value is None:
-        raise FormError(path, f'give a number, not {_shown(value)}')
-    if isinstance(value, int | float):
-        if isinstance(value, float) and not math.isfinite(value):
-            raise FormError(path, 'give a finite number')
-        return value
-    for read in (_integer, float):  # not YAML's, for which 1e-3 is a text
-        try:
-            number = read(value) if isinstance(value, str) else math.nan
-        except ValueError:
-            continue
-        if isinstance(number, int) or math.isfinite(number):
-            return number
-    raise FormError(path, f'give a number, not {_shown(value)}')
-
-
-def _integer(text: str) -> int:
-    return int(text, 0)
-
-
 def _time(value: Any, path: str) -> Any:
-    if value in {NOW, 'auto'} if isinstance(value, str) else False:
+    value = plain_values(value)
+    if value in {NOW, AUTO} if isinstance(value, str) else False:
         return NOW
     if isinstance(value, Mapping):
         if set(value) <= {'sec', 'nanosec'}:
             return {name: int(_number(part, f'{path}.{name}')) for name, part in value.items()}
-        raise FormError(path, 'a time has sec and nanosec')
+        raise FieldValueError(path, 'a time has sec and nanosec')
     if not 0 <= _number(value, path) < 2**31:
-        raise FormError(path, "give seconds since 1970, or 'now'")
+        raise FieldValueError(path, "give seconds since 1970, or 'now'")
     try:
         seconds = Decimal(str(value).strip())  # a float has not the digits of a nanosecond
     except InvalidOperation:
@@ -371,12 +331,8 @@ def _time(value: Any, path: str) -> Any:
     return {'sec': int(seconds), 'nanosec': int(seconds % 1 * 1_000_000_000)}
 
 
-def _shown(value: Any) -> str:
-    return "''" if value == '' else repr(value)[:60]
-
-
 def parse_list(text: str, path: str = '') -> list[str]:
-    """Read '1, 2, 3', or the same in brackets; the items are texts. Raises FormError.
+    """Read '1, 2, 3', or the same in brackets; the items are texts. Raises FieldValueError.
 
     An item that has a comma, a quotation mark at its beginning, or nothing in it, is put in quotes: in
     "double" ones backslashes are those of JSON, in 'single' ones a quotation mark is doubled.
@@ -390,19 +346,19 @@ def parse_list(text: str, path: str = '') -> list[str]:
         where = f'{path}[{len(items)}]'
         found = _ITEM.match(rest, at)
         if found is None:
-            raise FormError(where, 'what begins with a quotation mark must end with it, before a comma')
+            raise FieldValueError(where, 'what begins with a quotation mark must end with it, before a comma')
         at = found.end()
         if found['double'] is not None:
             try:
                 items.append(json.loads(f'"{found["double"]}"', strict=False))
             except ValueError:
-                raise FormError(where, 'after a backslash comes one of " \\ / b f n r t u') from None
+                raise FieldValueError(where, 'after a backslash comes one of " \\ / b f n r t u') from None
         elif found['single'] is not None:
             items.append(found['single'].replace("''", "'"))
         elif found['plain']:
             items.append(found['plain'])
         else:
-            raise FormError(where, "there is nothing before the comma; an empty text is ''")
+            raise FieldValueError(where, "there is nothing before the comma; an empty text is ''")
     return items
 
 
@@ -426,22 +382,12 @@ def time_text(value: Mapping[str, Any]) -> str:
 
 
 def parse_yaml(text: str) -> dict[str, Any]:
-    """Read the values of a form from YAML or JSON. Raises FormError."""
-    try:
-        value = yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        mark = getattr(error, 'problem_mark', None)
-        where = f' (line {mark.line + 1}, column {mark.column + 1})' if mark else ''
-        problem = getattr(error, 'problem', None) or 'it cannot be read'
-        raise FormError('', f'that is no YAML: {problem}{where}') from None
-    except ValueError as error:  # a date that there is not, a number of thousands of digits
-        raise FormError('', f'that is no YAML: {error}') from None
-    except RecursionError:
-        raise FormError('', 'that is nested too deeply') from None
-    if value is None:
+    """Read the values of a form from YAML or JSON. Raises FieldValueError."""
+    value = read_yaml(text)
+    if plain_values(value) is None:
         return {}
     if not isinstance(value, dict):
-        raise FormError('', 'give fields and values: data: 1')
+        raise FieldValueError('', 'give fields and values: data: 1')
     return value
 
 
@@ -471,7 +417,7 @@ def plain(value: Any) -> Any:
 
 
 def filled(cls: Any, values: Mapping[str, Any], now: Any) -> Any:
-    """Return a message with these values; 'now' becomes the time message `now`. Raises FormError."""
+    """Return a message with these values; 'now' becomes the time message `now`. Raises FieldValueError."""
     from rosidl_runtime_py import set_message_fields
 
     message = cls()
@@ -479,7 +425,7 @@ def filled(cls: Any, values: Mapping[str, Any], now: Any) -> Any:
         for stamp in set_message_fields(message, dict(values), expand_header_auto=True, expand_time_now=True):
             stamp(now)
     except (AssertionError, AttributeError, OverflowError, TypeError, ValueError) as error:
-        raise FormError('', ' '.join(str(error).split())) from None
+        raise FieldValueError('', ' '.join(str(error).split())) from None
     return message
 
 

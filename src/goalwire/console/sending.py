@@ -57,13 +57,13 @@ class Target:
         self.defaults = defaults_of(self.fields, self.message_class())
 
     def sending(self, values: Mapping[str, Any], timeout: float | None = None, attempts: int = 1) -> Sending:
-        """Return what would be sent. Raises FormError where the values do not fit."""
+        """Return what would be sent. Raises FieldValueError where the values do not fit."""
         checked = check(self.fields, values)
         different = without_defaults(checked, full_data(self.message_class()))
         return Sending(self.kind, self.name, self.type_name, self.fields, different, timeout, attempts)
 
     def message(self, sending: Sending, now: Any) -> Any:
-        """Return the message; `now` is the time that 'now' stands for. Raises FormError."""
+        """Return the message; `now` is the time that 'now' stands for. Raises FieldValueError."""
         return filled(self.message_class, sending.values, now)
 
 
@@ -98,7 +98,7 @@ class Sender:
     # -- services --------------------------------------------------------------------------------------------
 
     async def call(self, target: Target, sending: Sending) -> Sent:
-        """Call a service; how it fails is in the answer. Raises NotAllowedError and FormError."""
+        """Call a service; how it fails is in the answer. Raises NotAllowedError and FieldValueError."""
         self._settings.check_may_send(target.name)
         request = target.message(sending, self._now())
         client = self.client(target.cls, target.name, target.type_name, sending.retry)
@@ -128,7 +128,7 @@ class Sender:
     # -- topics ----------------------------------------------------------------------------------------------
 
     def publish(self, target: Target, sending: Sending) -> Sent:
-        """Publish a message. Raises NotAllowedError, FormError, EncodeError."""
+        """Publish a message. Raises NotAllowedError, FieldValueError, EncodeError."""
         self._settings.check_may_send(target.name)
         message = target.message(sending, self._now())
         self.publisher(target).publish(message)
@@ -157,7 +157,7 @@ class Sender:
     async def send_goal(self, target: Target, sending: Sending) -> TrackedGoal:
         """Send a goal and return it when the server has answered; its `problem` says why it was refused.
 
-        With a timeout the goal is cancelled when that is over. Raises NotAllowedError, FormError.
+        With a timeout the goal is cancelled when that is over. Raises NotAllowedError, FieldValueError.
         """
         self._settings.check_may_send(target.name)
         message = target.message(sending, self._now())

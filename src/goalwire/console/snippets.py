@@ -7,7 +7,8 @@ from collections.abc import Mapping
 from typing import Any
 
 import goalwire
-from goalwire.console.form_model import NOW, FormField, in_one_line, plain
+from goalwire.console.form_model import FormField, in_one_line, plain
+from goalwire.idl.field_values import NOW
 from goalwire.records import record
 
 

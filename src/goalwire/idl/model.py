@@ -62,6 +62,13 @@ class FieldType:
         """True for bounded and unbounded sequences."""
         return self.shape in (Shape.BOUNDED, Shape.UNBOUNDED)
 
+    @property
+    def text(self) -> str:
+        """The type as a definition has it: string<=5[3], geometry_msgs/Point[]."""
+        base = self.base.replace('/msg/', '/') + (f'<={self.string_capacity}' if self.string_capacity else '')
+        ends = {Shape.SINGLE: '', Shape.UNBOUNDED: '[]', Shape.ARRAY: f'[{self.capacity}]'}
+        return base + ends.get(self.shape, f'[<={self.capacity}]')
+
 
 def integer_range(base: str) -> tuple[int, int]:
     """Return the least and the greatest value of an integer type (`char` is an uint8 in ROS 2)."""

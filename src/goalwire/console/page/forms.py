@@ -18,14 +18,14 @@ from goalwire.console.form_model import (
     time_text,
     to_yaml,
 )
-from goalwire.errors import FormError
+from goalwire.errors import FieldValueError
 
 _SMALL = 1 << 16
 """Integers of that many values have their bounds below them; of others the type says enough."""
 
 
 class Form:
-    """Fields to fill in; `values()` gives what they hold. Raises FormError there, not while one types."""
+    """Fields to fill in; `values` checks what they hold, and typing does not."""
 
     def __init__(
         self, fields: tuple[FormField, ...], defaults: Mapping[str, Any], values: Mapping[str, Any]
@@ -46,7 +46,7 @@ class Form:
         return self._as_yaml
 
     def values(self) -> dict[str, Any]:
-        """Return what the form holds, checked. Raises FormError."""
+        """Return what the form holds, checked. Raises FieldValueError."""
         if self._as_yaml and self._text is not None:
             return check(self._fields, parse_yaml(self._text.value or ''))
         return check(self._fields, self._values)
@@ -57,7 +57,7 @@ class Form:
         self._build()
 
     def toggle_yaml(self) -> None:
-        """Show the form as YAML, or as a form again. Raises FormError where a value does not fit."""
+        """Show the form as YAML, or as a form again. Raises FieldValueError where a value does not fit."""
         self._values = completed(self._fields, self.values(), self._defaults)
         self._as_yaml = not self._as_yaml
         self._build()
@@ -213,7 +213,7 @@ class _Fields:
     def _complaint(self, field: FormField, typed: Any, path: str) -> str | None:
         try:
             check((field,), {field.name: typed if typed is not None else ''}, path.rpartition('.')[0])
-        except FormError as error:
+        except FieldValueError as error:
             item = error.path.removeprefix(path)
             return f'{item}: {error.problem}' if item else error.problem
         return None

@@ -13,7 +13,7 @@ from goalwire.console.page.forms import Form
 from goalwire.console.page.parts import LiveTable, copy_buttons
 from goalwire.console.page.view import duration
 from goalwire.console.snippets import Sending, as_command, as_python
-from goalwire.errors import FormError
+from goalwire.errors import FieldValueError
 
 if TYPE_CHECKING:
     from goalwire.console.page.view import Page
@@ -112,10 +112,10 @@ class SendForm:
     def _toggle_yaml(self) -> None:
         try:
             self._form.toggle_yaml()
-        except FormError as error:
+        except FieldValueError as error:
             self._tell(error)
 
-    def _tell(self, error: FormError) -> None:
+    def _tell(self, error: FieldValueError) -> None:
         self._page.tell(str(error), 'warning')
         if error.path and not self._form.is_yaml:
             self._form.show(error.path)
@@ -138,7 +138,7 @@ class SendForm:
             return self.target.sending(
                 self._form.values(), float(deadline) if deadline else None, int(attempts or 1)
             )
-        except FormError as error:
+        except FieldValueError as error:
             self._tell(error)
             return None
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 from nicegui import Client, background_tasks, ui
 
-from goalwire.errors import FormError, GoalwireError, peer_text
+from goalwire.errors import FieldValueError, GoalwireError, peer_text
 
 if TYPE_CHECKING:
     from goalwire.console.session import Session
@@ -141,7 +141,7 @@ class Page:
         """Await something and return what it does; what goes wrong is told, and None returned."""
         try:
             return await work
-        except FormError as error:
+        except FieldValueError as error:
             self.tell(str(error), 'warning')
         except (GoalwireError, TypeError, ValueError) as error:
             self.tell(peer_text(error, 400), 'negative')
