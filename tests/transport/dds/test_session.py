@@ -10,7 +10,7 @@ import rclpy
 from helpers.collector import Collector
 from helpers.spinning import Spinner, wait_until
 from helpers.stranger import Stranger
-from helpers.wire import ADD, HASH, OTHER_HASH, Answers, Side, message, topic_endpoint
+from helpers.wire import ADD, HASH, OTHER_HASH, STRING, Answers, Side, message, topic_endpoint
 from rclpy.context import Context
 from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.executors import SingleThreadedExecutor
@@ -203,6 +203,14 @@ def test_a_match_is_told_to_who_comes_after_it_too(dds_sides: Sides) -> None:
     assert matched.expect(1)[-1] == Matched(1, 0, 1, 0)
     port.close()
     assert matched.expect(2)[-1] == Matched(1, 0, 0, 0)
+
+
+def test_feedback_is_announced_with_the_depth_of_its_profile(dds_sides: Sides) -> None:
+    name = '/fib/_action/feedback'
+    of = STRING, HASH, QoS(depth=10)
+    dds_sides[0].node.publisher(Endpoint(EndpointKind.PUBLISHER, name, *of, waits_for_room=True))
+    seen = dds_sides[1].graph.expect(EndpointKind.PUBLISHER, name)
+    assert [each.qos.depth for each in seen] == [10]
 
 
 def test_another_type_of_the_same_name_is_left_to_the_graph(dds_sides: Sides) -> None:

@@ -7,8 +7,6 @@ from functools import partial
 from time import time_ns
 
 from goalwire.errors import TransportError
-from goalwire.records import replace
-from goalwire.rules.qos import QoS
 from goalwire.rules.qos_events import EventStatus, EventType
 from goalwire.transport.contract import Endpoint, PublisherPort, Sample, new_sample
 from goalwire.transport.dds.abi import INFINITY
@@ -28,19 +26,6 @@ from goalwire.transport.endpoint import OpenPort
 
 NOT_COUNTED = 0
 """The sequence number of a message: DDS does not tell."""
-_FEEDBACK_DEPTH = 1000
-
-
-def wire_qos(endpoint: Endpoint) -> QoS:
-    """Return the QoS of a topic's reader or writer.
-
-    Feedback that may be published faster than it is taken is kept beyond its profile's ten messages.
-    """
-    qos = endpoint.qos
-    is_feedback = endpoint.waits_for_room or endpoint.name.endswith('/_action/feedback')
-    if is_feedback and not qos.keeps_all:
-        return replace(qos, depth=max(qos.depth, _FEEDBACK_DEPTH))
-    return qos
 
 
 class DdsPublisher(OpenPort, PublisherPort):
@@ -50,7 +35,7 @@ class DdsPublisher(OpenPort, PublisherPort):
         verbatim = endpoint.qos.avoid_ros_namespace_conventions
         topic = dds_topic(Role.TOPIC, endpoint.name, verbatim=verbatim)
         data = encode_endpoint(EndpointData(endpoint.type_hash))
-        with endpoint_qos(context.library, wire_qos(endpoint), data) as qos:
+        with endpoint_qos(context.library, endpoint.qos, data) as qos:
             writer = Writer(context.participant, topic, dds_type(Role.TOPIC, endpoint.type_name), qos)
         new.undo.append(writer.delete)
         new.undo.append(partial(context.statuses.discard, writer.handle))
@@ -106,9 +91,7 @@ class DdsSubscription(OpenPort):
         verbatim = endpoint.qos.avoid_ros_namespace_conventions
         topic = dds_topic(Role.TOPIC, endpoint.name, verbatim=verbatim)
         data = encode_endpoint(EndpointData(endpoint.type_hash))
-        with endpoint_qos(
-            context.library, wire_qos(endpoint), data, ignore_local=endpoint.ignore_local
-        ) as qos:
+        with endpoint_qos(context.library, endpoint.qos, data, ignore_local=endpoint.ignore_local) as qos:
             reader = Reader(context.participant, topic, dds_type(Role.TOPIC, endpoint.type_name), qos)
         new.undo.append(reader.delete)
         new.undo.append(partial(context.statuses.discard, reader.handle))
