@@ -409,7 +409,6 @@ class EclipseWire(wire.Wire):
                 consolidation=zenoh.ConsolidationMode.NONE,
                 accept_replies=zenoh.ReplyKeyExpr.ANY,
                 allowed_destination=None if asks_own else zenoh.Locality.REMOTE,
-                timeout=wire.HISTORY_S,
             )
         except BaseException:
             self._in_flight.leave(asked)

@@ -45,12 +45,15 @@ class StreamState(Generic[T]):
         '_recovers',
         '_runs',
         '_seen',
+        'asked_s',
         'is_alive',
         'is_asking',
     )
 
     def __init__(self, emit: Callable[[T], None], depth: int, *, numbered: bool, recovers: bool) -> None:
         self.is_asking = False
+        self.asked_s = 0.0
+        """When the last question was sent; set by whoever sends it."""
         self.is_alive = False
         """True while a token shows the publisher."""
         self._emit = emit
@@ -133,6 +136,7 @@ class StreamState(Generic[T]):
         if self.is_asking:
             return None
         self.is_asking = True
+        self.asked_s = float('inf')
         return text
 
     def _take(self, gid: bytes, number: int, item: T) -> None:

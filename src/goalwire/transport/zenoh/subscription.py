@@ -10,13 +10,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from threading import RLock
-from time import time_ns
+from time import monotonic, time_ns
 from typing import NamedTuple
 
 from goalwire.errors import RemoteError
 from goalwire.transport.contract import Endpoint, Sample, new_sample
 from goalwire.transport.endpoint import EndpointState
 from goalwire.transport.ordered_dispatcher import OrderedDispatcher
+from goalwire.transport.zenoh import wire
 from goalwire.transport.zenoh.attachment import GID_SIZE, SIZE, sample_of, split
 from goalwire.transport.zenoh.context import ZenohContext
 from goalwire.transport.zenoh.protocol.network import ReplyError
@@ -132,6 +133,8 @@ class HistorySubscriber:
             return
         with self._lock:
             stream = self._stream(address)
+            if stream.is_asking and monotonic() - stream.asked_s > wire.HISTORY_S:
+                stream.end()
             question = stream.live(sample.gid, number, sample, is_first=is_first)
         self._dispatcher.drain()
         self._ask(address, stream, question)
@@ -174,10 +177,19 @@ class HistorySubscriber:
                     stream.answer(sample.gid, number, sample)
                 self._dispatcher.drain()
 
-        def on_end() -> None:
+        stream.asked_s = asked_s = monotonic()
+
+        def stop_waiting() -> None:
             with self._lock:
-                stream.end()
+                if stream.asked_s == asked_s:  # else another question is out
+                    stream.end()
             self._dispatcher.drain()
+
+        cancel = self._context.wire.call_later(wire.HISTORY_S, stop_waiting)
+
+        def on_end() -> None:
+            cancel()
+            stop_waiting()
 
         try:
             self._context.wire.ask_all(

@@ -17,7 +17,7 @@ from goalwire.transport.zenoh.protocol.primitives import SourceInfo, Timestamp
 from goalwire.transport.zenoh.protocol.queries import Query
 
 HISTORY_S = 10.0
-"""How long a publisher may take to say what it keeps: what it publishes meanwhile waits for that."""
+"""How long what a publisher sends waits for what it keeps. Its answers are taken as long as they come."""
 
 
 class Message(Protocol):
@@ -172,7 +172,7 @@ class Wire(ABC):
         publisher: str,
         asks_own: bool = True,
     ) -> None:
-        """Ask every queryable that matches, complete or not, for replies on any key, within HISTORY_S.
+        """Ask every queryable that matches, complete or not, for replies on any key.
 
         `publisher` is the session that has the answer: if it has a link of its own, nobody else is asked.
         """
@@ -198,6 +198,13 @@ class Wire(ABC):
     @abstractmethod
     def watch_routers(self, on_router: Callable[[str, str], None]) -> Declared:
         """Tell of each link to a router that there is or comes to be: its id, and the address dialled."""
+
+    def call_later(self, seconds: float, function: Callable[[], None]) -> Callable[[], object]:  # noqa: ARG002
+        """Call a function later on the thread that reads, and return what cancels that; or do nothing.
+
+        Nothing is done by a session that has no such thread: its caller must look at the time itself.
+        """
+        return bool
 
     def refused(self) -> dict[str, int]:
         """Return how much of what peers sent was ignored, by kind, as far as the session tells."""

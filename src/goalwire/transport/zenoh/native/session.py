@@ -443,6 +443,10 @@ class NativeSession:
 
     # ---- times
 
+    def call_later(self, seconds: float, function: Callable[[], None]) -> Timer:
+        """Call a function later, on the thread that reads."""
+        return self._poller.call_later(seconds, function)
+
     def expire_sooner(self) -> None:
         """A query's time is over earlier than any other's."""
         when = self.protocol.next_timeout

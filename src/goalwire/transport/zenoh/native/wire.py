@@ -219,7 +219,7 @@ class NativeWire(wire.Wire):
             session_asked=publisher,
         )
         try:
-            querier.ask(None, None, on_answer, on_end, wire.HISTORY_S)
+            querier.ask(None, None, on_answer, on_end, self._untimed_s)
         finally:
             querier.close()
 
@@ -243,6 +243,9 @@ class NativeWire(wire.Wire):
         return self.session.watch_links(
             lambda link, address: on_router(show_id(link.zid), address) if link.role is Role.ROUTER else None
         )
+
+    def call_later(self, seconds: float, function: Callable[[], None]) -> Callable[[], object]:
+        return self.session.call_later(seconds, function).cancel
 
     def refused(self) -> dict[str, int]:
         return self.session.rejects.counts()
