@@ -253,7 +253,7 @@ def _number(value: Any) -> int | float | None:
     """Return a number, also of a text that is one, as 1e-3 is to YAML; None for anything else."""
     text = value.text if isinstance(value, Written) else value
     plain = value.value if isinstance(value, Written) else value
-    number = _number_in(plain) if isinstance(value, str) else plain
+    number: object = _number_in(value) if isinstance(value, str) else plain
     if isinstance(number, bool) or not isinstance(number, int | float):
         return None
     too_large = isinstance(number, float) and math.isinf(number) and isinstance(text, str)
