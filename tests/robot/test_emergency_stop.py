@@ -8,13 +8,16 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
+from functools import partial
 
 import pytest
 from control_msgs.action import FollowJointTrajectory, GripperCommand
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import Twist
 from helpers.collector import Collector
+from helpers.patience import wait_for
 from helpers.robot import humanoid, on_both_wires, robot_client
+from helpers.wires import DDS, require
 from humanoid.arm.server import ArmActionServer
 from humanoid.emergency.votes import GONE
 from humanoid.joints.service import JointStateService
@@ -25,7 +28,7 @@ from humanoid.navigation.server import NavigationActionServer
 from nav_msgs.msg import Odometry
 from rclpy.action import ActionClient
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import Bool
 from std_srvs.srv import SetBool, Trigger
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
@@ -33,6 +36,7 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from goalwire import QoS
 from goalwire.testing import Graph, VirtualClock
 
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 LEFT = [name for name in JOINT_BY_NAME if name.startswith('left_arm_')]
 TAKEN = (*LEFT, 'left_gripper', 'right_knee')  # by the trajectory, the quick goal and the flood
 SLOWLY = 60  # s that each of the motions would take
@@ -350,11 +354,31 @@ def test_it_stops_real_servers_under_load(world: dict[str, str]) -> None:
             moves(odometry)
 
 
+def stands_as(base: NavigationActionServer, stopped: bool) -> bool:
+    return base._stop.stopped is stopped
+
+
+@pytest.mark.parametrize('medium', ['zenoh', 'dds'])
+@pytest.mark.parametrize('qos', [LATCHED, QoSProfile(depth=1)], ids=['latched', 'volatile'])
+def test_a_publisher_that_keeps_a_history_or_none_stops_and_releases(medium: str, qos: QoSProfile) -> None:
+    if medium == 'dds':
+        require(DDS)
+    with Graph(medium) as graph:
+        base = graph.start(NavigationActionServer)
+        stranger = Node('stranger')
+        publisher = stranger.create_publisher(Bool, 'emergency_stopped', qos)
+        wait_for(lambda: publisher.get_subscription_count() > 0)
+        for stopped in (True, False):
+            publisher.publish(Bool(data=stopped))
+            wait_for(partial(stands_as, base, stopped))
+        stranger.destroy_node()
+
+
 @pytest.mark.slow
 @pytest.mark.timeout(180)
 @on_both_wires
 def test_nobody_but_the_switch_releases_real_servers(world: dict[str, str]) -> None:
-    """A stranger says at 8 Hz that the robot is released, and velocities pour in all the time."""
+    """Strangers say at 8 Hz that the robot is released, and velocities pour in all the time."""
     with ExitStack() as stack:
         switch, base = (
             stack.enter_context(humanoid(name, env=world))
@@ -365,8 +389,10 @@ def test_nobody_but_the_switch_releases_real_servers(world: dict[str, str]) -> N
         robot = stack.enter_context(robot_client())
         odometry: Collector[Odometry] = Collector()
         robot.node.create_subscription(Odometry, 'odom', odometry, 10)
-        stranger = robot.node.create_publisher(Bool, 'emergency_stopped', 1)
-        robot.node.create_timer(0.13, lambda: stranger.publish(Bool(data=False)))
+        bag = robot.node.create_publisher(Bool, 'emergency_stopped', LATCHED)
+        hand = robot.node.create_publisher(Bool, 'emergency_stopped', 1)
+        for each in (bag, hand):
+            robot.node.create_timer(0.13, partial(each.publish, Bool(data=False)))
         over = threading.Event()
         flood = threading.Thread(target=_flood, args=[robot, over])
         flood.start()

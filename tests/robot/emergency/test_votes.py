@@ -40,7 +40,10 @@ def test_a_stranger_takes_its_own_stop_back() -> None:
 
 
 def test_one_of_several_publishers_that_cannot_be_told_apart_releases_nothing() -> None:
-    assert votes_of((ONE_OF_SEVERAL, True), (ONE_OF_SEVERAL, False)).stopped
+    votes = votes_of((ONE_OF_SEVERAL, True), (ONE_OF_SEVERAL, False))
+    assert votes.stopped
+    assert fall_silent(votes)
+    assert votes.stopped, 'whoever said so is gone'
 
 
 def test_a_stranger_that_says_released_is_no_switch() -> None:

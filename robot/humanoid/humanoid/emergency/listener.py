@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy
 from std_msgs.msg import Bool
 
 from humanoid.emergency.names import ENDED, REFUSAL, STATE, SWITCH, TOLD_EVERY, latched, steady
@@ -33,7 +34,8 @@ class StatePublishers:
             before = self._known.get(gid)
             is_switch = before is not None and before.is_switch
             is_switch = is_switch or has_service(self._node, name, namespace, SWITCH)
-            known[gid] = Publisher(gid, full_name(name, namespace), is_switch)
+            is_latched = info.qos_profile.durability is DurabilityPolicy.TRANSIENT_LOCAL
+            known[gid] = Publisher(gid, full_name(name, namespace), is_switch, is_latched)
         self._known, self._may_look = known, True
         return known
 
@@ -74,7 +76,10 @@ class StopListener:
         else:
             self._press = press
             self._ignored = node.get_fully_qualified_name()
-        node.create_subscription(Bool, STATE, self._hear, latched())
+        # On DDS a subscription that wants the history hears no publisher that keeps none. So there are two,
+        # and each publisher is heard by one of them: two queues would mix up the order of what it says.
+        node.create_subscription(Bool, STATE, self._hear_latched, latched())
+        node.create_subscription(Bool, STATE, self._hear_volatile, 1)
         node.create_timer(TOLD_EVERY, self._look, clock=steady())
 
     @property
@@ -114,8 +119,17 @@ class StopListener:
         """Forget who was lost: a switch was thrown for that, and keeps the robot stopped."""
         self._votes.lost = ''
 
-    def _hear(self, state: Bool, info: Mapping[str, object]) -> None:
+    def _hear_latched(self, state: Bool, info: Mapping[str, object]) -> None:
         publisher = self._publishers.find(info)
+        if publisher.is_latched is not False:
+            self._hear(publisher, state)
+
+    def _hear_volatile(self, state: Bool, info: Mapping[str, object]) -> None:
+        publisher = self._publishers.find(info)
+        if not publisher.is_latched:
+            self._hear(publisher, state)
+
+    def _hear(self, publisher: Publisher, state: Bool) -> None:
         if publisher.node == self._ignored:
             return
         throw = self._votes.hear(publisher, stopped=state.data)

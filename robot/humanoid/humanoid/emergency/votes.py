@@ -26,6 +26,7 @@ class Publisher(NamedTuple):
     gid: bytes  # b'' if it is not known which of several has published
     node: str  # or a phrase for the nodes of which one is meant
     is_switch: bool
+    is_latched: bool | None = None  # None if it is not known
 
 
 @dataclass
@@ -88,10 +89,11 @@ class StopVotes:
         lost = ''
         for gid, vote in list(self._votes.items()):
             vote.missed += 1
-            if vote.publisher.is_switch and vote.missed > MISSED:
+            silent = vote.missed > MISSED
+            if vote.publisher.is_switch and silent:
                 lost = GONE
                 del self._votes[gid]
-            elif not vote.publisher.is_switch and gid not in present:
+            elif not vote.publisher.is_switch and (gid not in present if gid else silent):
                 lost = lost or f'{vote.publisher.node}, which had stopped it, is gone.'
                 del self._votes[gid]
         self.lost = lost or self.lost
