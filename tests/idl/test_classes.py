@@ -293,6 +293,7 @@ def test_a_fixed_array_that_was_decoded_can_be_changed_in_place() -> None:
     m = codec.decode(codec.encode(cls(numbers=[1, 2, 3])), cls)
     m.numbers[1] = 7.0
     assert m.numbers.tolist() == [1.0, 7.0, 3.0]
+    assert repr(m.numbers.dtype) == "dtype('float64')", 'the byte order of the machine, as numpy names it'
     assert codec.decode(codec.encode(m), cls).numbers.tolist() == [1.0, 7.0, 3.0]
 
 

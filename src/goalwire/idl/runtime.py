@@ -56,8 +56,8 @@ def unpack_array(dtype: str, data: bytes) -> np.ndarray:
     """Return a new numpy array of the values that `pack_array` or a decoder left as bytes."""
     import numpy as np
 
-    wire = np.dtype(dtype).newbyteorder('<')
-    return np.frombuffer(bytearray(data), wire).astype(dtype, copy=False)  # a bytearray makes it writable
+    made = np.frombuffer(bytearray(data), dtype)  # a bytearray makes it writable
+    return made if sys.byteorder == 'little' else made.byteswap(inplace=True)
 
 
 def to_fixed(dtype: str, value: object, field: str = '') -> np.ndarray | bytes:

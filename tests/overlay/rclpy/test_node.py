@@ -481,7 +481,8 @@ def test_a_program_s_own_names_do_not_meet_those_of_its_node(
     rclpy_s_own = {
         '_clients', '_clock', '_context', '_default_callback_group', '_guards', '_logger', '_parameters',
         '_publishers', '_services', '_subscriptions', '_time_source', '_timers', '_type_description_service',
-        '_state_machine',
+        '_state_machine', '_pre_set_parameters_callbacks', '_on_set_parameters_callbacks',
+        '_post_set_parameters_callbacks',
     }  # fmt: skip
     node = node_class('any', context=context, enable_logger_service=True)
     names = {name for name in dir(node) if not name.startswith(('__', '_ros_'))}

@@ -4,6 +4,7 @@ Nothing here opens a socket, starts a thread or reads a clock. A session (`sessi
 links (`link.Link`). Whoever owns the sockets hands each link what it read, and gives it a function that
 writes. What a user asks for, a put, a query, a declaration, is a method of the session.
 
+    bounds            how much a peer can take: keys, entries, fragments, dials, log lines
     primitives        numbers, texts, ids, extensions, timestamps: what messages are made of
     key_expressions   which keys match which: intersects, includes, canonical forms
     key_index         many expressions, and quickly those that match one key
