@@ -11,18 +11,21 @@ import socket
 import ssl
 from importlib.metadata import version
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 from helpers.console import CONSOLE, Stage
 from helpers.patience import PATIENCE
 
+from goalwire.console.addresses import addresses_on_networks
 from goalwire.console.guard import COOKIE, MOST_BYTES, Guard
 from goalwire.console.settings import Settings, is_loopback, new_token
 from goalwire.errors import NotAllowedError
 
 LOCAL = {'host': 'localhost:8420'}
 TOKEN = 'a-token'
+EMBEDDED = {'sec-fetch-site': 'cross-site', 'sec-fetch-mode': 'navigate', 'sec-fetch-dest': 'iframe'}
 
 
 async def application(scope: Any, receive: Any, send: Any) -> None:
@@ -63,6 +66,14 @@ def ask(settings: Settings, headers: dict[str, str], **changes: Any) -> list[dic
     return sent
 
 
+def entrance(settings: Settings, headers: dict[str, str], query: str) -> tuple[dict[str, str], str]:
+    """Return headers and text of the page that takes the token out of the address."""
+    [first, body] = ask(settings, headers, query_string=query.encode())
+    assert first['status'] == 200
+    assert body['body'] != b'the page'
+    return {name.decode(): value.decode() for name, value in first['headers']}, body['body'].decode()
+
+
 def status(sent: list[dict[str, Any]]) -> int | str:
     first = sent[0]
     told: int | str = first['status'] if 'status' in first else first['type']
@@ -87,7 +98,7 @@ def test_this_machine_is_let_in(host: str) -> None:
         {**LOCAL, 'origin': 'https://localhost:8420'},
         {**LOCAL, 'origin': 'null'},
         {**LOCAL, 'sec-fetch-site': 'cross-site', 'sec-fetch-mode': 'no-cors'},
-        {**LOCAL, 'sec-fetch-site': 'cross-site', 'sec-fetch-mode': 'navigate', 'sec-fetch-dest': 'iframe'},
+        {**LOCAL, **EMBEDDED},
     ],
 )
 @pytest.mark.parametrize('kind', ['http', 'websocket'])
@@ -96,24 +107,37 @@ def test_strangers_are_not(headers: dict[str, str], kind: str) -> None:
     assert answer == (403 if kind == 'http' else 'websocket.close')
 
 
-def test_the_token_becomes_a_cookie_and_leaves_the_address() -> None:
+def test_the_token_becomes_a_cookie() -> None:
     settings = Settings(host='0.0.0.0', token=TOKEN)
     headers = {'host': 'robot.local:8420'}
     assert status(ask(settings, headers)) == 403
     assert status(ask(settings, headers, query_string=b'token=wrong')) == 403
     assert status(ask(settings, headers, type='websocket', query_string=f'token={TOKEN}'.encode())) != 200
-    [first, _] = ask(
-        settings, headers, path='//evil.example', query_string=f'view=topics&token={TOKEN}'.encode()
-    )
-    given = {name.decode(): value.decode() for name, value in first['headers']}
-    assert (first['status'], given['location']) == (303, '/evil.example?view=topics')
-    assert 'HttpOnly; SameSite=Strict' in given['set-cookie']
+    given, page = entrance(settings, headers, f'view=topics&token={TOKEN}')
+    assert given['set-cookie'] == f'{COOKIE}={TOKEN}; HttpOnly; SameSite=Strict; Path=/'
     assert (given['referrer-policy'], given['cache-control']) == ('no-referrer', 'no-store')
+    assert TOKEN not in page
     assert status(ask(settings, {**headers, 'cookie': f'x=1; {COOKIE}={TOKEN}'})) == 200
     assert status(ask(settings, {**headers, 'authorization': f'Bearer {TOKEN}'})) == 200
     assert status(ask(settings, {**headers, 'cookie': f'{COOKIE}=wrong'})) == 403
     crossed = {**headers, 'cookie': f'{COOKIE}={TOKEN}', 'origin': 'http://evil.example'}
     assert status(ask(settings, crossed, type='websocket')) == 'websocket.close'
+
+
+@pytest.mark.parametrize('query', [f'token={TOKEN}', 'token=of-yesterday', 'view=topics&token=', '%74oken=x'])
+@pytest.mark.parametrize('token', [TOKEN, ''])
+def test_no_page_is_served_at_an_address_with_a_token(token: str, query: str) -> None:
+    settings = Settings(token=token)
+    given, page = entrance(settings, {**LOCAL, 'cookie': f'{COOKIE}={TOKEN}'}, query)
+    assert "searchParams.delete('token')" in page
+    assert ('set-cookie' in given) == bool(token)
+
+
+@pytest.mark.parametrize('headers', [{'origin': 'http://evil.example'}, EMBEDDED])
+def test_another_site_gets_no_entrance_but_by_a_link(headers: dict[str, str]) -> None:
+    settings = Settings(host='0.0.0.0', token=TOKEN)
+    asked = {'host': 'robot.local:8420', **headers}
+    assert status(ask(settings, asked, query_string=f'token={TOKEN}'.encode())) == 403
 
 
 def test_bodies_are_bounded_whether_they_say_their_size_or_not() -> None:
@@ -137,8 +161,26 @@ def test_browsers_are_bound_by_headers() -> None:
     given = {name.decode(): value.decode() for name, value in ask(Settings(), LOCAL)[0]['headers']}
     assert "frame-ancestors 'none'" in given['content-security-policy']
     assert "default-src 'self'" in given['content-security-policy']
+    assert "connect-src 'self' ws://localhost:8420;" in given['content-security-policy']
     assert given['x-content-type-options'] == 'nosniff'
     assert given['referrer-policy'] == 'no-referrer'
+
+
+@pytest.mark.parametrize(
+    ('host', 'scheme', 'sources'),
+    [
+        ('robot.local:8420', 'http', "'self' ws://robot.local:8420"),
+        ('192.168.0.7', 'https', "'self' wss://192.168.0.7"),
+        ('[fd00::1]:8420', 'http', "'self'"),
+        ('x; script-src *', 'http', "'self'"),
+        ('*', 'http', "'self'"),
+    ],
+)
+def test_web_sockets_go_to_the_pages_own_address_alone(host: str, scheme: str, sources: str) -> None:
+    settings = Settings(host='0.0.0.0', token=TOKEN, tls_cert='c' if scheme == 'https' else '')
+    headers = {'host': host, 'authorization': f'Bearer {TOKEN}'}
+    given = {name.decode(): value.decode() for name, value in ask(settings, headers)[0]['headers']}
+    assert f'; connect-src {sources}; worker-src' in given['content-security-policy']
 
 
 # -- what may be sent ----------------------------------------------------------------------------------------
@@ -159,9 +201,10 @@ def test_the_allow_list_and_read_only() -> None:
 
 
 def test_addresses() -> None:
-    assert Settings(port=0).url(81) == 'http://localhost:81/'
-    assert Settings(host='0.0.0.0', token='t', tls_cert='c').url(81) == 'https://localhost:81/?token=t'
-    assert Settings(host='fe80::1').url(81) == 'http://[fe80::1]:81/'
+    assert Settings(port=0).urls(81) == ['http://localhost:81/']
+    assert Settings(host='::1').urls(81) == ['http://[::1]:81/']
+    assert Settings(host='robot', token='t', tls_cert='c').urls(81) == ['https://robot:81/?token=t']
+    assert Settings(host='fd00::1').urls(81) == ['http://[fd00::1]:81/']
     assert [is_loopback(host) for host in ('127.9.9.9', '::1', '0.0.0.0', 'robot')] == [
         True,
         True,
@@ -169,6 +212,33 @@ def test_addresses() -> None:
         False,
     ]
     assert len({new_token() for _ in range(100)}) == 100
+
+
+@pytest.mark.parametrize(
+    ('host', 'hosts'),
+    [
+        ('0.0.0.0', ['localhost', '192.168.0.7', '169.254.3.4', '10.0.0.2']),
+        (
+            '::',
+            ['localhost', '192.168.0.7', '[fd00::7]', '169.254.3.4', '10.0.0.2', '[2001:db8::1]'],
+        ),
+    ],
+)
+def test_all_interfaces_have_the_addresses_by_which_others_reach_them(
+    monkeypatch: pytest.MonkeyPatch, host: str, hosts: list[str]
+) -> None:
+    ifaddr = pytest.importorskip('ifaddr')
+    if host == '::' and not socket.has_dualstack_ipv6():
+        pytest.skip('there is no IPv6 here')
+    interfaces = [
+        ['127.0.0.1', ('::1', 0, 0)],
+        ['192.168.0.7', ('fd00::7', 0, 0), ('fe80::7', 0, 2)],
+        ['169.254.3.4', '10.0.0.2', '192.168.0.7', ('2001:db8::1', 0, 0)],
+    ]
+    adapters = [SimpleNamespace(ips=[SimpleNamespace(ip=ip) for ip in each]) for each in interfaces]
+    monkeypatch.setattr(ifaddr, 'get_adapters', lambda: adapters)
+    found = Settings(host=host, token='t').urls(8420)
+    assert found == [f'http://{each}:8420/?token=t' for each in hosts]
 
 
 # -- the server ----------------------------------------------------------------------------------------------
@@ -276,6 +346,34 @@ def resident(pid: int) -> int:
     return int(found[1]) << 10
 
 
+def padded(request: bytes, size: int) -> bytes:
+    """Return a request whose head has that many bytes, by a header of its own."""
+    return request[:-2] + b'X: ' + b'x' * (size - len(request) - 5) + b'\r\n\r\n'
+
+
+@pytest.mark.slow
+def test_a_head_of_more_than_64_kib_is_refused_however_it_comes(stage: Stage) -> None:
+    console, url = stage.console()
+    port = port_of(url)
+    most = 64 << 10
+    page = get(port, '/console/style.css')
+    assert exchange(port, padded(page, most)).startswith(b'HTTP/1.1 200 ')
+    assert exchange(port, padded(page, most + 1)).startswith(b'HTTP/1.1 431 ')
+    line = page.replace(b'.css', b'.css?' + b'x' * most)
+    assert exchange(port, line).startswith(b'HTTP/1.1 431 ')
+    many = page[:-2] + b''.join(b'X-%d: y\r\n' % number for number in range(8000)) + b'\r\n'
+    assert exchange(port, many).startswith(b'HTTP/1.1 431 ')
+    # A web socket's, one that has no end yet, and one behind a request that is answered.
+    opening = padded(upgrade(port, Origin=f'http://localhost:{port}'), most + 1)
+    assert exchange(port, opening).startswith(b'HTTP/1.1 431 ')
+    assert exchange(port, padded(page, 2 * most)[:-4]).startswith(b'HTTP/1.1 431 ')
+    both = exchange(port, page.replace(b'close', b'keep-alive') + padded(page, most + 1))
+    assert re.findall(rb'HTTP/1.1 (\d+) ', both) == [b'200', b'431']
+    console.send_signal(signal.SIGTERM)
+    assert console.wait() == 143
+    assert 'Traceback' not in console.output
+
+
 @pytest.mark.slow
 def test_strangers_at_the_door(stage: Stage) -> None:
     console, url = stage.console(head_s=0.5)
@@ -365,12 +463,33 @@ def test_beyond_this_machine_a_token_is_needed_and_tls_is_spoken(stage: Stage, t
     assert exchange(port, get(port, '/')) == b''  # unencrypted
     assert b' 403 ' in exchange(port, get(port, '/?token=x'), trusting)
     given = exchange(port, get(port, f'/?token={token}'), trusting)
-    assert b' 303 ' in given
+    assert b' 200 OK' in given
     assert b'; HttpOnly; SameSite=Strict; Path=/; Secure\r\n' in given
     assert b' 403 ' in exchange(port, upgrade(port, Origin=f'https://localhost:{port}'), trusting)
     assert b' 200 OK' in exchange(port, get(port, '/', cookie=f'{COOKIE}={token}'), trusting)
     console.send_signal(signal.SIGINT)
     assert console.wait() == 130
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(('host', 'loopbacks'), [('0.0.0.0', ['127.0.0.1']), ('::', ['127.0.0.1', '::1'])])
+def test_every_address_that_is_printed_has_the_token_and_leads_to_the_page(
+    stage: Stage, host: str, loopbacks: list[str]
+) -> None:
+    if host == '::' and not socket.has_dualstack_ipv6():
+        pytest.skip('there is no IPv6 here')
+    found = addresses_on_networks(host)
+    console = stage.program(CONSOLE, 'console', '--no-open', '--port', '0', '--token', TOKEN, '--host', host)
+    port = int(console.expect(r'^the console is at http://localhost:(\d+)/\?token=a-token; ')[1])
+    console.expect('^it is not encrypted')
+    printed = [line for line in console.output.splitlines() if line.startswith('from other machines')]
+    shown = [f'[{each}]' if ':' in each else each for each in found]
+    assert printed == [f'from other machines it is at http://{each}:{port}/?token={TOKEN}' for each in shown]
+    asked = f'GET /?token={TOKEN} HTTP/1.1\r\nHost: robot:{port}\r\nConnection: close\r\n\r\n'.encode()
+    for loopback in loopbacks:
+        with socket.create_connection((loopback, port), timeout=PATIENCE) as link:
+            link.sendall(asked)
+            assert link.recv(65536).startswith(b'HTTP/1.1 200 ')
 
 
 @pytest.mark.slow

@@ -81,21 +81,31 @@ def _console(arguments: Namespace, output: Output) -> Outcome:
             "install it: pip install 'goalwire[console]'",
         ) from None
 
-    def ready(url: str) -> None:
+    def ready(urls: list[str]) -> None:
         if output.json:
-            output.data({'url': url})
+            output.data({'url': urls[0], 'urls': urls})
         else:
-            output.line(f'the console is at {url}; Ctrl-C ends it')
-            if not settings.is_loopback and not settings.tls_cert:
-                output.line('other machines reach it, unencrypted: give --tls-cert and --tls-key')
+            _tell_where(urls, settings, output)
         output.flush()
         if not arguments.no_open:
-            _open(url)
+            _open(urls[0])
 
     async def run(node: goalwire.Node) -> None:
         await serve(node, settings, ready)
 
     return live(run, f'goalwire_console_{os.getpid()}')
+
+
+def _tell_where(urls: list[str], settings: Settings, output: Output) -> None:
+    from goalwire.console.addresses import is_every_interface
+
+    output.line(f'the console is at {urls[0]}; Ctrl-C ends it')
+    for url in urls[1:]:
+        output.line(f'from other machines it is at {url}')
+    if is_every_interface(settings.host) and not urls[1:]:
+        output.line('no other machine reaches it yet: no network interface has an address')
+    if not settings.is_loopback and not settings.tls_cert:
+        output.line('it is not encrypted: give --tls-cert and --tls-key')
 
 
 def _open(url: str) -> None:

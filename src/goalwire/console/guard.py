@@ -4,15 +4,22 @@ A page on another site can make a browser send requests here, with this site's c
 which know no same-origin policy. A name of its own that it points at this machine (DNS rebinding) makes its
 requests look like those of this site. So: `Host` must be a name of this machine where there is no token,
 `Origin` must be the address that was asked for, and with a token, a cookie must show it.
+
+The cookie is `SameSite=Strict`: a browser sends it with no request that another site has begun. That holds
+for the whole of a redirect, too, so a link in a mail or a chat cannot be answered by a redirect that sets the
+cookie. It is answered by `_ENTRANCE`, a page of our own that sets the cookie and goes on from here.
 """
 
 from __future__ import annotations
 
+import hashlib
 import hmac
+import re
+from base64 import b64encode
 from collections.abc import Awaitable, Callable, MutableMapping
 from http.cookies import CookieError, SimpleCookie
 from typing import Any, TypeAlias
-from urllib.parse import parse_qsl, quote, urlencode, urlsplit
+from urllib.parse import parse_qsl, urlsplit
 
 from goalwire.console.settings import Settings, is_loopback
 from goalwire.errors import peer_text
@@ -29,17 +36,32 @@ MOST_BYTES = 1 << 20
 
 _POLICY = (
     "default-src 'self'; script-src 'self' 'unsafe-inline' 'unsafe-eval'; style-src 'self' 'unsafe-inline'; "
-    "img-src 'self' data: blob:; font-src 'self' data:; connect-src 'self' ws: wss:; "
+    "img-src 'self' data: blob:; font-src 'self' data:; connect-src {sources}; "
     "worker-src 'self' blob:; "
     "object-src 'none'; base-uri 'none'; form-action 'self'; frame-ancestors 'none'"
 )
 _HEADERS = [
-    (b'content-security-policy', _POLICY.encode()),
     (b'x-content-type-options', b'nosniff'),
     (b'referrer-policy', b'no-referrer'),
     (b'cross-origin-opener-policy', b'same-origin'),
     (b'cross-origin-resource-policy', b'same-origin'),
 ]
+_HOST_OF_A_POLICY = re.compile(r'[A-Za-z0-9.-]+(?::[0-9]+)?')
+"""A policy has no words for addresses of IPv6, for which browsers take `'self'`."""
+
+_GO_ON = (
+    'const address = new URL(location.href);'
+    "address.searchParams.delete('token');"
+    'location.replace(address.href);'
+)
+_ENTRANCE = (
+    '<!doctype html><html lang="en"><meta charset="utf-8"><title>goalwire console</title>'
+    f'<script>{_GO_ON}</script><noscript>This page needs JavaScript.</noscript></html>\n'
+).encode()
+_ENTRANCE_POLICY = (
+    "default-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'; "
+    f"script-src 'sha256-{b64encode(hashlib.sha256(_GO_ON.encode()).digest()).decode()}'"
+)
 
 
 class TooLargeError(Exception):
@@ -74,13 +96,13 @@ class Guard:
             name.decode('latin-1').lower(): value.decode('latin-1') for name, value in scope['headers']
         }
         reason = self._refusal(headers)
-        if not reason and not self._shows_token(headers):
-            if self._asks_with_token(scope):
-                await _redirect(scope, send, self._cookie(), _without_token(scope))
-                return
+        in_address = _token_in_address(scope)
+        if not reason and not self._shows_token(headers, in_address):
             reason = 'open the address that the console printed: it has the token'
         if reason:
             await _refuse(scope, send, 403, reason)
+        elif in_address is not None:
+            await _send_entrance(send, self._cookie())
         elif scope['type'] == 'http':
             await self._serve(scope, headers, receive, send)
         else:
@@ -98,7 +120,7 @@ class Guard:
             return 'another site may not talk to this page'
         return ''
 
-    def _shows_token(self, headers: dict[str, str]) -> bool:
+    def _shows_token(self, headers: dict[str, str], in_address: str | None) -> bool:
         token = self._settings.token
         if not token:
             return True
@@ -107,17 +129,21 @@ class Guard:
             morsel = SimpleCookie(headers.get('cookie', '')).get(COOKIE)
         except CookieError:
             morsel = None
-        return any(_same(shown, token) for shown in (authorization, morsel.value if morsel else ''))
-
-    def _asks_with_token(self, scope: Scope) -> bool:
-        if scope['type'] != 'http' or scope['method'] != 'GET':
-            return False
-        query = dict(parse_qsl(scope.get('query_string', b'').decode('latin-1')))
-        return _same(query.get('token', ''), self._settings.token)
+        in_cookie = morsel.value if morsel else ''
+        return any(_same(shown, token) for shown in (authorization, in_cookie, in_address or ''))
 
     def _cookie(self) -> str:
+        if not self._settings.token:
+            return ''
         secure = '; Secure' if self._settings.tls_cert else ''
         return f'{COOKIE}={self._settings.token}; HttpOnly; SameSite=Strict; Path=/{secure}'
+
+    def _headers(self, asked: dict[str, str]) -> list[tuple[bytes, bytes]]:
+        """Return the headers that bind a browser to this origin, which the request's headers name."""
+        host = asked.get('host', '')
+        socket = 'wss' if self._settings.scheme == 'https' else 'ws'
+        sources = "'self'" + (f' {socket}://{host}' if _HOST_OF_A_POLICY.fullmatch(host) else '')
+        return [(b'content-security-policy', _POLICY.format(sources=sources).encode()), *_HEADERS]
 
     async def _serve(self, scope: Scope, headers: dict[str, str], receive: Receive, send: Send) -> None:
         length = headers.get('content-length', '0')
@@ -144,7 +170,7 @@ class Guard:
             nonlocal begun
             if message['type'] == 'http.response.start':
                 begun = True
-                message['headers'] = [*message.get('headers', ()), *_HEADERS]
+                message['headers'] = [*message.get('headers', ()), *self._headers(headers)]
             await send(message)
 
         try:
@@ -182,29 +208,32 @@ def _host_name(host: str) -> str:
         return ''
 
 
-def _without_token(scope: Scope) -> str:
-    query = parse_qsl(scope.get('query_string', b'').decode('latin-1'))
-    left = urlencode([(name, value) for name, value in query if name != 'token'])
-    path = '/' + quote(scope['path'].lstrip('/'))  # never '//elsewhere', which is another site
-    return path + (f'?{left}' if left else '')
+def _token_in_address(scope: Scope) -> str | None:
+    """Return the token that a page is asked for with; None if the address has none."""
+    if scope['type'] != 'http' or scope['method'] != 'GET':
+        return None
+    query = scope.get('query_string', b'').decode('latin-1')
+    return dict(parse_qsl(query, keep_blank_values=True)).get('token')
 
 
-async def _redirect(scope: Scope, send: Send, cookie: str, target: str) -> None:
-    del scope
+async def _send_entrance(send: Send, cookie: str) -> None:
+    """Send the page that leads to the same address without the token, in no history and with no `Referer`."""
     headers = [
-        (b'location', target.encode('latin-1')),
-        (b'set-cookie', cookie.encode('latin-1')),
+        (b'content-type', b'text/html; charset=utf-8'),
+        (b'content-security-policy', _ENTRANCE_POLICY.encode()),
         (b'cache-control', b'no-store'),
+        *([(b'set-cookie', cookie.encode('latin-1'))] if cookie else []),
         *_HEADERS,
     ]
-    await send({'type': 'http.response.start', 'status': 303, 'headers': headers})
-    await send({'type': 'http.response.body', 'body': b''})
+    await send({'type': 'http.response.start', 'status': 200, 'headers': headers})
+    await send({'type': 'http.response.body', 'body': _ENTRANCE})
 
 
 async def _refuse(scope: Scope, send: Send, status: int, reason: str) -> None:
     if scope['type'] == 'websocket':
         await send({'type': 'websocket.close', 'code': 1008, 'reason': reason})  # before accepting: a 403
         return
-    headers = [(b'content-type', b'text/plain; charset=utf-8'), (b'connection', b'close'), *_HEADERS]
+    policy = (b'content-security-policy', b"default-src 'none'; frame-ancestors 'none'")
+    headers = [(b'content-type', b'text/plain; charset=utf-8'), (b'connection', b'close'), policy, *_HEADERS]
     await send({'type': 'http.response.start', 'status': status, 'headers': headers})
     await send({'type': 'http.response.body', 'body': f'{reason}\n'.encode()})

@@ -5,7 +5,9 @@ from __future__ import annotations
 import asyncio
 import logging
 import os
+import re
 import socket
+import sys
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -16,6 +18,7 @@ from fastapi import FastAPI
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 import goalwire
+from goalwire.console.addresses import is_every_interface
 from goalwire.console.guard import MOST_BYTES, Guard
 from goalwire.console.page.shell import install, is_full
 from goalwire.console.session import Session
@@ -29,6 +32,10 @@ _GRACE_S = 2
 HEAD_S = 10.0
 """How long the head of a request may take to come."""
 MOST_HEAD_BYTES = 64 << 10
+"""How long the head of a request may be: its first line, its headers, and the empty line."""
+_END_OF_HEAD = re.compile(rb'\n\r?\n')
+_FAREWELL_S = 1.0
+"""How long a client whose request was refused may take to read that, before its connection is closed."""
 _LOGGERS = ('uvicorn', 'nicegui', 'engineio', 'socketio', 'asyncio')
 
 
@@ -73,19 +80,40 @@ def _logged_by(node: goalwire.Node) -> Iterator[None]:
             logger.propagate = True
 
 
-class _Http(H11Protocol):
-    """Closes connections whose request does not come in time: uvicorn would wait for ever.
+class _Connection(h11.Connection):
+    """Refuses a head that is too large. h11 itself does so only while the head is incomplete."""
 
-    It is uvicorn's HTTP with h11, for the one with httptools takes heads of any size.
+    def __init__(self) -> None:
+        super().__init__(h11.SERVER, MOST_HEAD_BYTES)
+
+    def next_event(self) -> type[h11.NEED_DATA | h11.PAUSED] | h11.Event:
+        """Return what was received. Raises RemoteProtocolError."""
+        if self.their_state is h11.IDLE:
+            received, _ = self.trailing_data
+            end = _END_OF_HEAD.search(received)
+            if (len(received) if end is None else end.end()) > MOST_HEAD_BYTES:
+                raise h11.RemoteProtocolError('the head is too large', error_status_hint=431)
+        return super().next_event()
+
+
+class _Http(H11Protocol):
+    """Refuses heads that are too large, and closes connections whose head does not come in time.
+
+    uvicorn would wait for ever. It is uvicorn's HTTP with h11, for the one with httptools takes heads of any
+    size. A request that becomes a web socket comes in here, too.
     """
 
     _timer: asyncio.TimerHandle | None = None
+    _is_refused = False
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         super().connection_made(transport)
+        self.conn = _Connection()
         self._await_head()
 
     def data_received(self, data: bytes) -> None:
+        if self._is_refused:
+            return  # to close with data unread would take the answer away from the client
         super().data_received(data)
         self._await_head()
 
@@ -93,7 +121,25 @@ class _Http(H11Protocol):
         self._set_timer(None)
         super().connection_lost(exc)
 
+    def send_400_response(self, msg: str) -> None:
+        """Answer what h11 does not take: uvicorn calls it while it handles h11's error."""
+        error = sys.exception()
+        if not isinstance(error, h11.RemoteProtocolError) or error.error_status_hint != 431:
+            super().send_400_response(msg)
+            return
+        self._is_refused = True
+        text = f'a head of more than {MOST_HEAD_BYTES} bytes\n'.encode()
+        self.transport.write(
+            b'HTTP/1.1 431 Request Header Fields Too Large\r\nContent-Type: text/plain; charset=utf-8\r\n'
+            b'Connection: close\r\nContent-Length: %d\r\n\r\n%b' % (len(text), text)
+        )
+        if self.transport.can_write_eof():
+            self.transport.write_eof()
+        self._set_timer(self.loop.call_later(_FAREWELL_S, self.transport.close))
+
     def _await_head(self) -> None:
+        if self._is_refused:
+            return
         if self.conn.their_state is not h11.IDLE:
             self._set_timer(None)
         elif self._timer is None:
@@ -121,8 +167,8 @@ class _Server(uvicorn.Server):
         yield
 
 
-async def serve(node: goalwire.Node, settings: Settings, ready: Callable[[str], object]) -> None:
-    """Serve the page; `ready` is told its address when it can be opened.
+async def serve(node: goalwire.Node, settings: Settings, ready: Callable[[list[str]], object]) -> None:
+    """Serve the page; `ready` is told its addresses when it can be opened, as `Settings.urls` has them.
 
     Once in a process, for the page's routes are the process's. Raises TransportError where the port is taken
     or the TLS files cannot be read.
@@ -141,7 +187,7 @@ async def serve(node: goalwire.Node, settings: Settings, ready: Callable[[str], 
                 if not taking.done():
                     taking.cancel()
                     raise TransportError('the page cannot be served: see the lines above')
-                ready(settings.url(port))
+                ready(settings.urls(port))
                 await asyncio.shield(serving)
             finally:
                 server.should_exit = True
@@ -150,8 +196,13 @@ async def serve(node: goalwire.Node, settings: Settings, ready: Callable[[str], 
 
 def _listen(settings: Settings) -> socket.socket:
     family = socket.AF_INET6 if ':' in settings.host else socket.AF_INET
+    takes_both = (
+        family is socket.AF_INET6 and is_every_interface(settings.host) and socket.has_dualstack_ipv6()
+    )
     try:
-        return socket.create_server((settings.host, settings.port), family=family, backlog=128)
+        return socket.create_server(
+            (settings.host, settings.port), family=family, backlog=128, dualstack_ipv6=takes_both
+        )
     except (OSError, OverflowError) as error:
         reason = getattr(error, 'strerror', None) or error
         raise TransportError(
@@ -170,7 +221,6 @@ def _config(application: FastAPI, settings: Settings, node: goalwire.Node) -> uv
         ws_per_message_deflate=False,  # it costs more than it saves, and a small message could be a large one
         ws_ping_interval=20,
         http=_Http,
-        h11_max_incomplete_event_size=MOST_HEAD_BYTES,
         limit_concurrency=400,
         timeout_graceful_shutdown=_GRACE_S,
         proxy_headers=False,

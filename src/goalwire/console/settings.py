@@ -6,6 +6,7 @@ import secrets
 from fnmatch import fnmatchcase
 from ipaddress import ip_address
 
+from goalwire.console.addresses import addresses_on_networks, is_every_interface
 from goalwire.errors import NotAllowedError
 from goalwire.records import record
 
@@ -36,11 +37,17 @@ class Settings:
         """Of the page's address."""
         return 'https' if self.tls_cert else 'http'
 
-    def url(self, port: int) -> str:
-        """Return the address to open, with the token where there is one."""
-        host = 'localhost' if self.host in {'0.0.0.0', '::', '127.0.0.1', '::1'} else self.host  # noqa: S104
-        host = f'[{host}]' if ':' in host else host
-        return f'{self.scheme}://{host}:{port}/' + (f'?token={self.token}' if self.token else '')
+    def urls(self, port: int) -> list[str]:
+        """Return the addresses to open, with the token if there is one: the first is for this machine.
+
+        More follow if the page is served on all interfaces.
+        """
+        if is_every_interface(self.host):
+            hosts = ['localhost', *addresses_on_networks(self.host)]
+        else:
+            hosts = ['localhost' if self.host == '127.0.0.1' else self.host]
+        query = f'?token={self.token}' if self.token else ''
+        return [f'{self.scheme}://{f"[{host}]" if ":" in host else host}:{port}/{query}' for host in hosts]
 
     def check_may_send(self, name: str) -> None:
         """Raise NotAllowedError where a topic, service, action or node of that name is not to be sent to."""

@@ -1,0 +1,36 @@
+"""The addresses at which browsers find a page that is served on all interfaces of this machine."""
+
+from __future__ import annotations
+
+from ipaddress import IPv4Address, IPv6Address, ip_address
+from socket import has_dualstack_ipv6
+
+
+def is_every_interface(host: str) -> bool:
+    """Return True for 0.0.0.0, which means all interfaces by IPv4, and for ::, which adds IPv6."""
+    try:
+        return ip_address(host).is_unspecified
+    except ValueError:
+        return False
+
+
+def addresses_on_networks(host: str) -> list[str]:
+    """Return this machine's addresses that others may reach if `host`, 0.0.0.0 or ::, is served.
+
+    Loopback is left out, and so are link-local addresses of IPv6: browsers do not take their zones.
+    """
+    import ifaddr  # comes with nicegui
+
+    versions = {4} if ip_address(host).version == 4 else {4, 6} if has_dualstack_ipv6() else {6}
+    found: list[str] = []
+    for adapter in ifaddr.get_adapters():
+        for each in adapter.ips:
+            address = ip_address(each.ip if isinstance(each.ip, str) else each.ip[0])
+            if address.version in versions and _is_for_others(address) and str(address) not in found:
+                found.append(str(address))
+    return found
+
+
+def _is_for_others(address: IPv4Address | IPv6Address) -> bool:
+    has_zone = address.version == 6 and address.is_link_local
+    return not (address.is_loopback or address.is_unspecified or has_zone)
