@@ -9,7 +9,7 @@ import struct
 import threading
 import tracemalloc
 from collections.abc import Callable, Iterator
-from contextlib import suppress
+from contextlib import closing, suppress
 from time import monotonic
 
 import pytest
@@ -28,7 +28,7 @@ from goalwire.transport.zenoh.protocol import bounds
 from goalwire.transport.zenoh.protocol.channels import fragment_head
 from goalwire.transport.zenoh.protocol.link_state import Node
 from goalwire.transport.zenoh.protocol.outgoing import QUEUE_LIMIT
-from goalwire.transport.zenoh.protocol.primitives import GENERIC, encode_z
+from goalwire.transport.zenoh.protocol.primitives import EXPIRED, GENERIC, encode_z
 from goalwire.transport.zenoh.protocol.transport import Role, close_message
 
 A_SAYS = [batch for batch in conversation() if batch.sender == 'A']
@@ -427,6 +427,34 @@ def test_a_poller_waits_for_descriptors_timers_and_calls(portable: bool) -> None
     assert poller.wait(0) == -1
     one.close()
     other.close()
+
+
+def test_the_first_query_after_a_long_stop_goes_over_a_new_link() -> None:
+    """The server has closed the link when the lease was over; the client reads that after it has asked."""
+    with closing(Ours('peer', listen=(address(),))) as server:
+        server.serve('k', b'yes')
+        with closing(Ours('peer', connect=(server.protocol.locators[0],))) as client:
+            wait_for(lambda: client.ask('k').wait() == [('k', b'yes')], 'the first answer')
+            stopped, goes_on = threading.Event(), threading.Event()
+
+            def stop() -> None:
+                stopped.set()
+                goes_on.wait(PATIENCE)
+
+            client.session._poller.call(stop)
+            assert stopped.wait(PATIENCE)
+            (link,) = server.protocol.links
+            server.session.close_link(link, 'nothing was heard for its lease', EXPIRED)
+            wait_for(lambda: not server.protocol.links, 'the end of the link')
+            client.protocol.stale_after = monotonic() - 1
+            when_stale = client.protocol.when_stale
+
+            def go_on() -> None:
+                goes_on.set()
+                when_stale()
+
+            client.protocol.when_stale = go_on
+            assert client.ask('k').wait() == [('k', b'yes')]
 
 
 @pytest.fixture

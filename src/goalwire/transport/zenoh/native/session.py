@@ -38,6 +38,10 @@ if TYPE_CHECKING:
 
 CONNECTING_S = 1.0
 """How long opening waits for an address that neither answers nor refuses."""
+READING_TURNS = 64
+"""How often every link is read before its end is believed to have been seen. Each time takes up to 64 KiB."""
+RELINK_S = 3.0
+"""How long links may take to come back that others have closed while this process was stopped."""
 OTHERS_S = 0.1
 """How long opening waits for nodes that are to connect to this one."""
 CLOSING_S = 1.0
@@ -146,6 +150,7 @@ class _Protocol(SessionProtocol):
             when_sooner=session.expire_sooner,
             close_link=session.close_link,
             when_refused=session.rejects.add,
+            when_stale=session.relink,
         )
 
     def link_is_up(self, link: Link) -> None:
@@ -192,6 +197,10 @@ class NativeSession:
         self._faults: Counter[str] = Counter()
         self._greetings: dict[Link, SocketLink] = {}
         """Links that others have opened and that are in their handshake."""
+        self._lost_asleep: set[bytes] = set()
+        """The sessions whose links have ended while this process was stopped."""
+        self._relinking: Timer | None = None
+        """Runs from the end of a stop until the links that are left are believed again."""
         self._most_links = min(bounds.MOST_LINKS, _most_descriptors() // 2)
         self._slots = DialSlots(bounds.MOST_DIALS)
         self._look_ups = LookUps(bounds.MOST_LOOK_UPS)
@@ -328,6 +337,7 @@ class NativeSession:
                 when_ended=self._ended,
                 wait_for_room=self._wait_for_room,
                 when_held=self._flusher.hold,
+                when_checked=self._note_running,
             )
             self._links[new.link] = new
             if dial is None:
@@ -363,6 +373,7 @@ class NativeSession:
             other.close()
             self._dials.pop(link.zid, None)
         socket_link.came_up()
+        self._note_running(monotonic())
         for watch in list(self._watches):
             watch.on_link(link, self._address_of(link))
 
@@ -380,6 +391,9 @@ class NativeSession:
         link = socket_link.link
         self._links.pop(link, None)
         self._greetings.pop(link, None)
+        self._note_running(monotonic())
+        if self._relinking is not None and link.zid:
+            self._lost_asleep.add(link.zid)
         was_up = link.terms is not None
         if is_fault and not self._is_closing:
             self._tell_fault(link, why)
@@ -488,6 +502,56 @@ class NativeSession:
             return True
         finally:
             self._sleepers.discard(sleeper)
+
+    # ---- after a stop
+
+    def _note_running(self, now: float) -> None:
+        """This process runs. If it has not for its lease, the others have closed their links meanwhile.
+
+        Then queries wait until these links are there again (`relink`), for RELINK_S from now at most.
+        """
+        protocol = self.protocol
+        if now <= protocol.stale_after or protocol.stale_after == float('inf'):
+            protocol.stale_after = now + self._settings.lease_ms / 1000
+        elif self._relinking is None:
+            self._relinking = self._poller.call_later(RELINK_S, self._believe_links)
+
+    def _believe_links(self) -> None:
+        relinking, self._relinking = self._relinking, None
+        if relinking is not None:
+            relinking.cancel()
+        self._lost_asleep.clear()
+        self.protocol.stale_after = monotonic() + self._settings.lease_ms / 1000
+        self.wake_all()
+
+    def relink(self) -> None:
+        """Wait until the links are there again that have ended while this process was stopped.
+
+        Called before a query after such a stop: what is sent over a link that the other side has closed is
+        lost. A thread that reads, or changes the session's tables, does not wait.
+        """
+        if self.wire_poller.leads() or self.protocol.section.is_entered():
+            return
+        turns = 0
+
+        def count_turn() -> None:
+            nonlocal turns
+            turns += 1
+            if turns < READING_TURNS:
+                self._poller.call(count_turn)
+            else:
+                self.wake_all()
+
+        self._note_running(monotonic())
+        self._poller.call(count_turn)
+        self.wait_until(lambda: turns >= READING_TURNS, RELINK_S)
+        self.wait_until(self._is_relinked, RELINK_S)
+        self._believe_links()
+
+    def _is_relinked(self) -> bool:
+        return self._relinking is None or (
+            all(map(self.protocol.is_linked, list(self._lost_asleep))) and self._has_settled()
+        )
 
     def _wait_until_settled(self) -> None:
         """Wait until those that are to be met were met, and have told what they have."""

@@ -71,13 +71,18 @@ class SocketLink:
         when_ended: Callable[[SocketLink, str, bool], None],
         wait_for_room: Callable[[SocketLink, bool], None],
         when_held: Callable[[Outgoing], None],
+        when_checked: Callable[[float], None],
     ) -> None:
-        """`when_ended` is told why, and whether the other side broke the rules."""
+        """`when_ended` is told why, and whether the other side broke the rules.
+
+        `when_checked` gets the time, in s, at each look at the leases.
+        """
         self._socket = sock
         self._fd = sock.fileno()
         self._poller = poller
         self._clock = clock
         self._when_ended = when_ended
+        self._when_checked = when_checked
         self.waiting: set[Sleeper] = set()
         """Threads that wait for room."""
         self._wants_room = False
@@ -235,6 +240,7 @@ class SocketLink:
         self._timer = self._poller.call_later(self._period, self._check)
         self.link.tick()
         now = self._clock()
+        self._when_checked(now)
         if self.link.discard_stale(now) >= MUCH:
             return_freed_memory()
         try:

@@ -243,6 +243,7 @@ class TlsSocketLink(SocketLink):
         when_ended: Callable[[SocketLink, str, bool], None],
         wait_for_room: Callable[[SocketLink, bool], None],
         when_held: Callable[[Outgoing], None],
+        when_checked: Callable[[float], None],
     ) -> None:
         """See SocketLink; `tls` is the stream on `sock`."""
         super().__init__(
@@ -255,6 +256,7 @@ class TlsSocketLink(SocketLink):
             when_ended=when_ended,
             wait_for_room=wait_for_room,
             when_held=when_held,
+            when_checked=when_checked,
         )
         self._tls = tls
         self._is_secure = False

@@ -237,6 +237,9 @@ class Querier:
     ) -> int:
         """Send a query; return its number for `SessionProtocol.cancel`. Both may be called before."""
         session = self._session
+        now = session.clock()
+        if now > session.stale_after:
+            session.when_stale()
         if self._version != session.version:
             self._aim()
         links, own = self._links, self._own
@@ -249,7 +252,7 @@ class Querier:
             self._key,
             self._encoded_key,
             left,
-            session.clock() + timeout_s,
+            now + timeout_s,
             on_reply,
             on_end,
             takes_any_key=self._takes_any_key,

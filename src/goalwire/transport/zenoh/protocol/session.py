@@ -102,11 +102,13 @@ class SessionProtocol:
         when_sooner: Callable[[], None] = lambda: None,
         close_link: Callable[[Link, str, int], None] = lambda *_: None,
         when_refused: Callable[[str, object], object] = lambda *_: None,
+        when_stale: Callable[[], None] = lambda: None,
     ) -> None:
         """`clock` tells s for timeouts. `when_told` gets nodes to connect to, `when_changed` is called when a
         link has come, gone or told all, `when_sooner` when `next_timeout` is nearer than it was, `close_link`
         with a link that a better one replaces, and that is to be closed soon, `when_refused` with the kind of
-        what was ignored, and why. None of them may block."""
+        what was ignored, and why. None of them may block.
+        `when_stale` is called before a query that is sent later than `stale_after`, and may block."""
         self.identity = identity
         self.zid = identity.zid
         self.id = show_id(identity.zid)
@@ -124,6 +126,12 @@ class SessionProtocol:
         self.nodes: dict[bytes, Node] = {}
         """The nodes of which routers told."""
         self.liveliness = Liveliness(self.callback_failed)
+        self.stale_after = float('inf')
+        """Until when a link that looks alive is believed; on `clock`.
+
+        Whoever does the input and output moves it on while this process runs.
+        """
+        self.when_stale = when_stale
         self.next_timeout = float('inf')
         """When a query's time is over, or before: `expire` is to be called then."""
         self.clock = clock
