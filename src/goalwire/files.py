@@ -41,6 +41,35 @@ def read_regular(path: str, largest: int) -> bytes:
         return _read(stream.read, path, largest)
 
 
+def why_others_write(state: os.stat_result) -> str:
+    """Return why other users can change what lies in a folder, '' if they cannot; Windows is not judged.
+
+    Folders of root are as good as one's own. So is a folder that its group may write to, if the group is the
+    user's own and has no other members: systems with such groups make new folders so.
+    """
+    if os.name != 'posix':
+        return ''
+    if state.st_uid not in (0, os.geteuid()):
+        return 'it belongs to another user'
+    if state.st_mode & stat.S_IWOTH:
+        return 'everybody may write to it'
+    if state.st_mode & stat.S_IWGRP and not _is_own_group(state.st_gid):
+        return 'its group may write to it'
+    return ''
+
+
+def _is_own_group(gid: int) -> bool:
+    import grp
+    import pwd
+
+    uid = os.geteuid()
+    try:
+        user, group = pwd.getpwuid(uid).pw_name, grp.getgrgid(gid)
+    except KeyError:  # a container's user without a name: the groups of single users have their numbers
+        return uid == gid
+    return group.gr_name == user and set(group.gr_mem) <= {user}
+
+
 def shown(path: str, longest: int = 500) -> str:
     """Return a path as messages show it: on one line, without control characters, not endless."""
     text = ''.join(sign if sign.isprintable() else sign.encode('unicode_escape').decode() for sign in path)

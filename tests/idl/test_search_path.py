@@ -9,11 +9,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from helpers.fresh import clean_environment
+from helpers.fresh import clean_environment, run_python
 from helpers.packages import write_files, write_package
 
 from goalwire.errors import UnknownInterfaceError
-from goalwire.idl import search_path
+from goalwire.idl import search_path, workspace
 from goalwire.idl.search_path import explain_missing, find_package
 
 FOO = {'msg/Foo.msg': 'int32 x\n'}
@@ -53,6 +53,15 @@ def test_an_entry_of_the_interface_path_may_be_the_package(
     package = write_files(tmp_path / 'foo_msgs', FOO)
     monkeypatch.setenv(search_path.INTERFACE_PATH, str(package) + os.sep)
     assert found_in('foo_msgs') == package
+
+
+def test_an_entry_of_the_interface_path_may_have_another_name_than_its_package(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    package = write_package(tmp_path / 'checkout-1.2', 'foo_msgs', FOO)
+    monkeypatch.setenv(search_path.INTERFACE_PATH, str(package))
+    assert found_in('foo_msgs') == package
+    assert 'foo_msgs' in search_path.package_names()
 
 
 def test_an_entry_of_the_interface_path_may_hold_packages(
@@ -151,17 +160,13 @@ def test_the_folder_of_an_installed_program_is_not_searched(tmp_path: Path) -> N
     assert run_program(tmp_path / 'site-packages' / 'tool' / 'prog.py', tmp_path / 'here') == 'None'
 
 
-def test_what_goalwire_ships_is_found_last() -> None:
-    assert found_in('std_msgs') == Path(search_path.SHIPPED) / 'std_msgs'
-
-
-def test_the_order_is_interface_path_then_prefixes_then_registrations_then_working_directory_then_shipped(
+def test_the_order_is_interface_path_then_prefixes_then_registrations_then_shipped(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     by_path = write_files(tmp_path / 'path' / 'std_msgs', FOO)
     by_prefix = write_files(tmp_path / 'prefix' / 'share' / 'std_msgs', FOO)
     by_entry = write_files(tmp_path / 'site' / 'their_std', {'__init__.py': '', **FOO})
-    by_folder = write_package(tmp_path / 'here' / 'std_msgs', 'std_msgs', FOO)
+    write_package(tmp_path / 'here' / 'std_msgs', 'std_msgs', FOO)  # not named: never
     register(tmp_path / 'site', 'theirs', 'std_msgs = their_std')
     monkeypatch.setenv(search_path.INTERFACE_PATH, str(tmp_path / 'path'))
     monkeypatch.setenv(search_path.PREFIX_PATH, str(tmp_path / 'prefix'))
@@ -172,9 +177,29 @@ def test_the_order_is_interface_path_then_prefixes_then_registrations_then_worki
         assert found_in('std_msgs') == by_prefix
         monkeypatch.delenv(search_path.PREFIX_PATH)
         assert found_in('std_msgs') == by_entry
-    assert found_in('std_msgs') == by_folder
-    monkeypatch.chdir(tmp_path / 'site')
     assert found_in('std_msgs') == Path(search_path.SHIPPED) / 'std_msgs'
+
+
+def test_nothing_is_searched_below_the_working_directory_for_a_package_found_elsewhere(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    walked: list[str] = []
+
+    def scan(root: str, **_: bool) -> workspace.Workspace:
+        walked.append(root)
+        return workspace.Workspace(root)
+
+    monkeypatch.setattr(workspace, 'scan', scan)
+    assert found_in('std_msgs') == Path(search_path.SHIPPED) / 'std_msgs'
+    assert walked == []
+    assert find_package('foo_msgs') is None
+    assert walked
+
+
+def test_a_type_that_only_a_copy_of_a_shipped_package_has_is_explained(tmp_path: Path) -> None:
+    copy = write_package(tmp_path / 'here' / 'std_msgs', 'std_msgs', FOO)
+    done = run_python('from std_msgs.msg import Foo', cwd=tmp_path / 'here')
+    assert f'{copy} is another: to use that one, name it in GOALWIRE_INTERFACE_PATH' in done.stderr
 
 
 def test_an_answer_is_kept_until_caches_are_invalidated(tmp_path: Path) -> None:

@@ -74,7 +74,8 @@ def test_programs_of_a_source_folder(name: str, layout: str, world: dict[str, st
     for _ in range(2):  # made, and found
         with Program(executable(), 'run', 'my_node', 'greet', 'you', env=env, cwd=tmp_path / 'ws') as program:
             assert program.wait() == 3
-            assert program.output == "hello ['greet', 'you']"
+            told = f'note: the package my_node is taken from {folder}, below the working directory'
+            assert program.output == f"{told}\nhello ['greet', 'you']"
     with Program(executable(), 'run', 'my_node', 'gret', env=env, cwd=tmp_path / 'ws') as program:
         assert program.wait() == 3
         assert 'did you mean greet?' in program.output

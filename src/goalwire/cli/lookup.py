@@ -97,15 +97,19 @@ def _near_types(name: str) -> str:
     """Return what to do about an unknown type."""
     from rosidl_runtime_py import get_interface_packages, get_interfaces
 
+    from goalwire.idl.search_path import explain_overridden, explain_refused
+
     package, kind, _ = name.split('/')
     packages = sorted(get_interface_packages())
     if package not in packages:
-        near = did_you_mean(package, packages)
-        return near or 'install its package, or name its folder in GOALWIRE_INTERFACE_PATH'
+        found = [did_you_mean(package, packages), explain_refused()]
+        known = ' '.join(filter(None, found))
+        return known or 'install its package, or name its folder in GOALWIRE_INTERFACE_PATH'
     names = [
         f'{package}/{each}' for each in get_interfaces([package]).get(package, ()) if each.startswith(kind)
     ]
-    return did_you_mean(name, names) or f'see: ros2 interface package {package}'
+    near = explain_overridden(package) or did_you_mean(name, names)
+    return near or f'see: ros2 interface package {package}'
 
 
 def split_type(words: Sequence[str], kind: str) -> tuple[str | None, list[str]]:

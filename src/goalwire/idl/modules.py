@@ -132,13 +132,15 @@ def explain_unknown(fullname: str) -> str | None:
     if len(rest) > 1 or fullname.rpartition('.')[2][0] == '_':
         return None
     place, known = folder_of(package, kind), type_names(package, kind)
+    overridden = search_path.explain_overridden(package)
+    more = f'; {overridden}' if overridden else ''
     if not known:
-        return f'{package} has no {kind} types (its definitions are in {place})'
+        return f'{package} has no {kind} types (its definitions are in {place}){more}'
     if rest[0] in known:  # `import std_msgs.msg.String`: the from-import asks the module itself
         return f'{fullname} is a class, not a module; write: from {package}.{kind} import {rest[0]}'
     close = get_close_matches(rest[0], known, n=3)
     some = ', '.join(known[:_SHOWN]) + (f' and {len(known) - _SHOWN} more' if len(known) > _SHOWN else '')
-    hint = f'did you mean {" or ".join(close)}?' if close else f'it has {some}'
+    hint = (f'did you mean {" or ".join(close)}?' if close else f'it has {some}') + more
     file = f'{kind}/{rest[0]}.{kind}'
     return f'cannot import name {rest[0]!r} from {package}.{kind}: there is no {file} in {place}; {hint}'
 

@@ -113,18 +113,23 @@ def _text(package: str, kind: str, name: str) -> tuple[str, str]:
     found = search_path.imported_package(package, kind)
     names = workspace.definition_names(found.folder, kind) if found else []
     if found and name in names:
+        found.tell_use()
         file = os.path.join(found.folder, kind, f'{name}.{kind}')
         return read_definition(file), file
     if found is None and package not in _texts:
+        refused = search_path.explain_refused()
         raise UnknownInterfaceError(
             f'{package}/{key}: no package {package!r} was found '
             '(name its folder in GOALWIRE_INTERFACE_PATH, or source the workspace that has it)'
+            f'{f"; {refused}" if refused else ""}'
         )
     known = {*(f'{kind}/{other}' for other in names), *registered_types(package)}
     from difflib import get_close_matches
 
     close = get_close_matches(key, known, n=3, cutoff=0.7)
     hint = f'; close: {", ".join(close)}' if close else ''
+    if overridden := search_path.explain_overridden(package):
+        hint += f'; {overridden}'
     place = f' in {found.folder}' if found else ''
     raise UnknownInterfaceError(f'{package}/{key}: the package has no such type{place}{hint}')
 

@@ -4,12 +4,13 @@
 2. AMENT_PREFIX_PATH         <prefix>/share/<package>/
 3. entry points              group goalwire.interfaces, see entry_points.py
 4. the Python package        msg/, srv/, action/ in the Python package of that name, or beside it
-5. the working directory     package.xml at most four levels down, see workspace.py
-6. the program's folder      the same, below the folder of the script that runs
-7. the shipped packages      share/ beside this file
+5. the shipped packages      share/ beside this file
+6. the working directory     package.xml at most four levels down, see workspace.py and workspace_roots.py
+7. the program's folder      the same, below the folder of the script that runs
 
-Importable rosidl packages come before all of these: that is the import hook's business. Used by the
-import hook, so nothing heavy is imported at the top.
+A folder overrides a shipped package only if it is named (1 to 4): any folder that happens to lie below the
+working directory could break every program otherwise. Importable rosidl packages come before all of these:
+that is the import hook's business. Used by the import hook, so nothing heavy is imported at the top.
 """
 
 import os
@@ -17,7 +18,7 @@ import sys
 
 from goalwire.errors import UnknownInterfaceError
 from goalwire.files import shown
-from goalwire.idl import entry_points, workspace
+from goalwire.idl import entry_points, workspace, workspace_roots
 from goalwire.idl.workspace import KINDS
 
 TYPE_CHECKING = False  # typing would cost 5 ms
@@ -25,21 +26,22 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 SHIPPED = os.path.join(os.path.dirname(__file__), 'share')
+SHIPPED_ORIGIN = 'goalwire'
 INTERFACE_PATH = 'GOALWIRE_INTERFACE_PATH'
 PREFIX_PATH = 'AMENT_PREFIX_PATH'
-_NOTES = 5  # folders without package.xml that a message names
-INSTALLED = frozenset({'site-packages', 'dist-packages'})
+_NOTES = 5  # folders of one kind that a message names
 
 
 class InterfacePackage:
     """A package's name and the folder that holds msg/, srv/ and action/."""
 
-    __slots__ = ('folder', 'name', 'origin')
+    __slots__ = ('folder', 'name', 'origin', 'trusted')
 
-    def __init__(self, name: str, folder: str, origin: str) -> None:
+    def __init__(self, name: str, folder: str, origin: str, *, trusted: bool = True) -> None:
         self.name = name
         self.folder = folder
         self.origin = origin  # which step of the search found it, for messages
+        self.trusted = trusted  # else its use is told
 
     def __repr__(self) -> str:
         return f'InterfacePackage({self.name!r}, {self.folder!r}, from {self.origin})'
@@ -50,6 +52,11 @@ class InterfacePackage:
 
         return Path(self.folder)
 
+    def tell_use(self) -> None:
+        """Say once where it comes from, if it was found below a working directory that is not trusted."""
+        if not self.trusted:
+            workspace_roots.tell_origin(self.name, self.folder)
+
     def files(self) -> 'dict[str, Path]':
         """Definition files by 'msg/Name', 'srv/Name', 'action/Name', sorted; read anew at each call."""
         return {
@@ -59,10 +66,8 @@ class InterfacePackage:
         }
 
 
-_Key = tuple[str, str | None, str | None, tuple[tuple[str, str], ...], tuple[str, ...]]
+_Key = tuple[str, str | None, str | None, tuple[tuple[str, bool], ...], tuple[str, ...]]
 _found: dict[_Key, InterfacePackage | None] = {}
-_workspaces: dict[str, workspace.Workspace] = {}
-_warned: set[str] = set()
 
 
 def find_package(package: str) -> InterfacePackage | None:
@@ -77,7 +82,8 @@ def find_package(package: str) -> InterfacePackage | None:
             'with a letter first'
         )
     variables = os.environ.get(INTERFACE_PATH), os.environ.get(PREFIX_PATH)
-    key = (package, *variables, _roots(), entry_points.python_path())
+    roots = tuple((root.folder, root.trusted) for root in workspace_roots.find_roots())
+    key = (package, *variables, roots, entry_points.python_path())
     if key not in _found:
         _found[key] = _search(package)
     return _found[key]
@@ -99,11 +105,11 @@ def package_names() -> list[str]:
     """The names of all packages that find_package finds, sorted; for tools, not for imports."""
     names = set(_listing(SHIPPED)) | set(entry_points.registrations())
     for entry in _entries(INTERFACE_PATH):
-        names |= {os.path.basename(entry.rstrip(os.sep))} | set(_listing(entry))
+        names |= _names_of(entry) | set(_listing(entry))
     for prefix in _entries(PREFIX_PATH):
         names |= set(_listing(os.path.join(prefix, 'share')))
-    for _, here in _workspace_walks():
-        names |= set(here.packages)
+    for root in workspace_roots.find_roots():
+        names |= set(workspace_roots.walk(root).packages)
     return sorted(name for name in names if workspace.is_package_name(name) and find_package(name))
 
 
@@ -115,15 +121,16 @@ def explain_missing(package: str) -> str:
     lines += [f'  {name}: {_describe_variable(name)}' for name in (INTERFACE_PATH, PREFIX_PATH)]
     names = ', '.join(sorted(entry_points.registrations())) or 'none registered'
     lines.append(f'  entry points {entry_points.GROUP}: {names}')
-    for place, here in _workspace_walks():
+    lines.append('  the packages that goalwire ships')
+    for root in workspace_roots.find_roots():
+        here = workspace_roots.walk(root)
         found = ', '.join(sorted(here.packages)) or 'no interface package'
-        lines.append(f'  below {place} {shown(here.root)}: {found}')
-        lines += [f'    note: {remark}' for remark in here.remarks]
+        lines.append(f'  below {root.place} {shown(here.root)}: {found}')
+        lines += [f'    note: {remark}' for remark in _shortened(here)]
         unnamed = (workspace.explain_unnamed(folder, _name_for(folder, package)) for folder in here.unnamed)
         lines += [
             f'    note: {remark}' for remark, _ in zip(filter(None, unnamed), range(_NOTES), strict=False)
         ]
-    lines.append('  the packages that goalwire ships')
     if close := get_close_matches(package, package_names(), n=3):
         lines.append(f'Did you mean {" or ".join(close)}?')
     lines.append(f'Start the program in its workspace, or name the folder of {package} in {INTERFACE_PATH}.')
@@ -136,17 +143,48 @@ def _name_for(folder: str, package: str) -> str:
     return name if workspace.is_package_name(name) else package
 
 
+def explain_overridden(package: str) -> str:
+    """Return where else a shipped package lies, which is not used unless it is named; '' if nowhere."""
+    found = find_package(package)
+    if found is None or found.origin != SHIPPED_ORIGIN:
+        return ''
+    for root in workspace_roots.find_roots():
+        folder = workspace_roots.walk(root).packages.get(package)
+        if folder:
+            return (
+                f'goalwire ships this {package}, and {shown(folder)} is another: '
+                f'to use that one, name it in {INTERFACE_PATH}'
+            )
+    return ''
+
+
+def explain_refused() -> str:
+    """Return which folders are not searched because other users can write to them, and what to do."""
+    refused = [text for root in workspace_roots.find_roots() for text in workspace_roots.walk(root).refused]
+    if not refused:
+        return ''
+    others = f' (and {len(refused) - 1} more)' if len(refused) > 1 else ''
+    return f'{refused[0]}{others}: name a package there in {INTERFACE_PATH}'
+
+
+def _shortened(here: workspace.Workspace) -> list[str]:
+    """The remarks of a walk, with no more than a few of the folders that others can write to."""
+    more = here.refused[_NOTES:]
+    remarks = [remark for remark in here.remarks if remark not in more]
+    return [*remarks, f'{len(more)} more folders are not searched for that reason'] if more else remarks
+
+
 def discard() -> None:
     """Discard what was found: search afresh from now on (importlib.invalidate_caches() does this)."""
     _found.clear()
-    _workspaces.clear()
+    workspace_roots.discard()
     entry_points.discard()
 
 
 def _search(package: str) -> InterfacePackage | None:
     for entry in _entries(INTERFACE_PATH):
         for folder in (os.path.join(entry, package), entry):
-            if os.path.basename(folder.rstrip(os.sep)) == package and workspace.holds_definitions(folder):
+            if workspace.holds_definitions(folder) and package in _names_of(folder):
                 return InterfacePackage(package, folder, INTERFACE_PATH)
     for prefix in _entries(PREFIX_PATH):
         folder = os.path.join(prefix, 'share', package)
@@ -155,9 +193,21 @@ def _search(package: str) -> InterfacePackage | None:
     return (
         _search_registered(package)
         or _search_python(package)
-        or _search_workspaces(package)
         or _search_shipped(package)
+        or _search_workspaces(package)
     )
+
+
+def _names_of(folder: str) -> set[str]:
+    """The names that a folder of definitions goes by: its own, and that of its package.xml."""
+    names = {os.path.basename(folder.rstrip(os.sep))}
+    manifest = os.path.join(folder, workspace.MANIFEST)
+    if os.path.isfile(manifest):
+        try:
+            names.add(workspace.package_name(manifest))
+        except ValueError as error:
+            workspace_roots.warn_once(str(error))
+    return names
 
 
 def _search_registered(package: str) -> InterfacePackage | None:
@@ -166,7 +216,7 @@ def _search_registered(package: str) -> InterfacePackage | None:
         return None
     folder = entry_points.folder_of(value)
     if folder is None or not workspace.holds_definitions(folder):
-        _warn(
+        workspace_roots.warn_once(
             f'entry point {entry_points.GROUP}: {package} = {value} leads to no folder with msg/, srv/ or '
             'action/; it is passed over'
         )
@@ -188,23 +238,24 @@ def _search_python(package: str) -> InterfacePackage | None:
             if workspace.package_name(manifest) == package:
                 return InterfacePackage(package, source, 'the Python package')
         except ValueError as error:
-            _warn(str(error))
+            workspace_roots.warn_once(str(error))
     return None
 
 
 def _search_workspaces(package: str) -> InterfacePackage | None:
-    for place, here in _workspace_walks():
+    for root in workspace_roots.find_roots():
+        here = workspace_roots.walk(root)
         if package in here.packages:
             for remark in here.remarks:
                 if f'second package named {package};' in remark:
-                    _warn(remark)
-            return InterfacePackage(package, here.packages[package], place)
+                    workspace_roots.warn_once(remark)
+            return InterfacePackage(package, here.packages[package], root.place, trusted=root.trusted)
     return None
 
 
 def _search_shipped(package: str) -> InterfacePackage | None:
     folder = os.path.join(SHIPPED, package)
-    return InterfacePackage(package, folder, 'goalwire') if workspace.holds_definitions(folder) else None
+    return InterfacePackage(package, folder, SHIPPED_ORIGIN) if workspace.holds_definitions(folder) else None
 
 
 def _entries(variable: str) -> list[str]:
@@ -225,48 +276,3 @@ def _listing(folder: str) -> list[str]:
         return os.listdir(folder)
     except OSError:
         return []
-
-
-def _roots() -> tuple[tuple[str, str], ...]:
-    """Where workspaces are looked for: what to call the place, and its folder."""
-    roots = {}
-    try:
-        roots[os.getcwd()] = 'the working directory'
-    except OSError:  # it was removed
-        roots = {}
-    if folder := _program_folder():
-        roots.setdefault(folder, "the program's folder")
-    return tuple((place, root) for root, place in roots.items())
-
-
-def _program_folder() -> str | None:
-    """The folder of the script that Python was started with; None where there is none, or it is installed."""
-    for name in ('__mp_main__', '__main__'):  # a process that multiprocessing spawned has the first
-        file = getattr(sys.modules.get(name), '__file__', None)
-        if isinstance(file, str) and os.path.isabs(file):
-            folder = os.path.dirname(os.path.normpath(file))
-            installed = folder == os.path.dirname(sys.executable) or INSTALLED & set(folder.split(os.sep))
-            return None if installed else folder
-    return None
-
-
-def _workspace_walks() -> list[tuple[str, workspace.Workspace]]:
-    """Walk below the roots, each once; what cannot be used there is warned of once."""
-    walks = []
-    for place, root in _roots():
-        if root not in _workspaces:
-            found = _workspaces[root] = workspace.scan(root)
-            for remark in found.unusable:
-                _warn(remark)
-        walks.append((place, _workspaces[root]))
-    return walks
-
-
-def _warn(text: str) -> None:
-    """Warn of a text once: a search that starts afresh finds the same again."""
-    if text in _warned:
-        return
-    _warned.add(text)
-    import warnings
-
-    warnings.warn(text, RuntimeWarning, stacklevel=2)

@@ -2,12 +2,13 @@
 
 The walk goes level by level, at most LEVELS down and through at most FOLDERS folders and ENTRIES names, so
 that an import from a home directory stays cheap. The folders may hold anything: a file that cannot be read is
-noted for error messages, and never stops an import. Used by the import hook: nothing heavy is imported here.
+noted for error messages, and never stops an import. A guarded walk passes over folders that other users can
+write to. Used by the import hook: nothing heavy is imported here.
 """
 
 import os
 
-from goalwire.files import LARGEST_DEFINITION, read_regular, shown
+from goalwire.files import LARGEST_DEFINITION, read_regular, shown, why_others_write
 
 TYPE_CHECKING = False  # typing would cost 5 ms
 if TYPE_CHECKING:
@@ -25,11 +26,17 @@ IGNORE_MARKS = frozenset({'COLCON_IGNORE', 'AMENT_IGNORE', 'pyvenv.cfg'})
 class Workspace:
     """The findings of one walk."""
 
-    __slots__ = ('complete', 'entries', 'packages', 'remarks', 'root', 'seen', 'unnamed', 'unusable')
+    __slots__ = (
+        'complete', 'entries', 'guarded', 'manifests', 'packages', 'refused', 'remarks', 'root', 'seen',
+        'unnamed', 'unusable',
+    )  # fmt: skip
 
-    def __init__(self, root: str) -> None:
+    def __init__(self, root: str, *, guarded: bool = False) -> None:
         self.root = root
-        self.packages: dict[str, str] = {}  # name -> folder; the nearest wins
+        self.guarded = guarded
+        self.packages: dict[str, str] = {}  # those with interfaces, name -> folder; the nearest wins
+        self.manifests: list[str] = []  # the folders of all packages, the nearest first
+        self.refused: list[str] = []  # remarks on folders that other users can write to
         self.remarks: list[str] = []  # notes for the error text about a missing package
         self.unusable: list[str] = []  # those of the remarks that name a package.xml which cannot be used
         self.entries = 0  # names that were looked at
@@ -67,9 +74,9 @@ def _definitions(folder: str, kind: str) -> 'Iterator[str]':
         return
 
 
-def scan(root: str) -> Workspace:
-    """Walk the tree below root (root itself included)."""
-    found = Workspace(root)
+def scan(root: str, *, guarded: bool = False) -> Workspace:
+    """Walk the tree below root, root itself included; `guarded` not into what other users can write to."""
+    found = Workspace(root, guarded=guarded)
     level, visited = [root], 0
     for _ in range(LEVELS + 1):
         below: list[str] = []
@@ -93,6 +100,8 @@ def _visit(folder: str, found: Workspace) -> list[str]:
         if (state.st_dev, state.st_ino) in found.seen:
             return []
         found.seen.add((state.st_dev, state.st_ino))
+        if found.guarded and _refuses(folder, state, found):
+            return []
         with os.scandir(folder) as entries:
             for entry in entries:
                 inside[entry.name] = entry
@@ -104,7 +113,9 @@ def _visit(folder: str, found: Workspace) -> list[str]:
     if not IGNORE_MARKS.isdisjoint(inside):
         return []
     if MANIFEST in inside:
-        _note(folder, found)
+        if not (found.guarded and _has_open_kind(inside, found)):
+            found.manifests.append(folder)
+            _note(folder, found)
         return []
     if not inside.keys().isdisjoint(KINDS):
         found.unnamed.append(folder)
@@ -113,6 +124,21 @@ def _visit(folder: str, found: Workspace) -> list[str]:
         for name in sorted(inside)
         if name[0] != '.' and name not in IGNORED and _is_folder(inside[name])
     ]
+
+
+def _refuses(folder: str, state: os.stat_result, found: Workspace) -> bool:
+    """Return whether others can write to a folder, and note it."""
+    why = why_others_write(state)
+    if why:
+        found.refused.append(f'{shown(folder)} is not searched, because {why}')
+        found.remark(found.refused[-1])
+    return bool(why)
+
+
+def _has_open_kind(inside: 'dict[str, os.DirEntry[str]]', found: Workspace) -> bool:
+    """Return whether others can write to the msg/, srv/ or action/ of a package, and note it."""
+    there = [inside[kind] for kind in KINDS if kind in inside and _is_folder(inside[kind])]
+    return any(_refuses(entry.path, os.stat(entry.path), found) for entry in there)
 
 
 def _is_folder(entry: 'os.DirEntry[str]') -> bool:

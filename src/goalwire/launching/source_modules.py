@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from importlib.machinery import ModuleSpec, PathFinder
 from types import ModuleType
 
-from goalwire.launching.packages import source_packages
+from goalwire.launching.packages import use_source
 
 
 class SourceModules:
@@ -22,7 +22,7 @@ class SourceModules:
         self, fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
         """Return where a top-level module is, None if no source package has it."""
-        folder = source_packages().get(fullname) if path is None else None
+        folder = use_source(fullname) if path is None else None
         if folder is None:
             return None
         return PathFinder.find_spec(fullname, [folder, os.path.join(folder, 'src')], target)

@@ -21,20 +21,24 @@ def names() -> list[str]:
 
 
 def share(package: str) -> str | None:
-    """The folder that holds msg/, srv/ and action/; None where there is no such interface package."""
-    found = search_path.find_package(package) if workspace.is_package_name(package) else None
+    """The folder that holds msg/, srv/ and action/, to be used; None if there is no such package."""
+    found = _find(package)
+    if found is not None:
+        found.tell_use()
     return found.folder if found else None
 
 
 def prefix(package: str) -> str | None:
     """The prefix that the package counts to; None where there is no such interface package."""
-    folder = share(package)
-    if folder is None:
+    found = _find(package)
+    if found is None:
         return None
-    place = Path(folder)
+    place = Path(found.folder)
     if place.parts[-2:] == ('share', package):
         return str(place.parent.parent)
-    return _linked_prefixes.around(package, folder, of_distribution=package in entry_points.registrations())
+    return _linked_prefixes.around(
+        package, found.folder, of_distribution=package in entry_points.registrations()
+    )
 
 
 def content(resource_type: str, package: str) -> str:
@@ -43,3 +47,7 @@ def content(resource_type: str, package: str) -> str:
     if found is None:
         return ''
     return ''.join(f'{name}{file.suffix}\n' for name, file in found.files().items())
+
+
+def _find(package: str) -> search_path.InterfacePackage | None:
+    return search_path.find_package(package) if workspace.is_package_name(package) else None

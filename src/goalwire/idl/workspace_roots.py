@@ -1,0 +1,108 @@
+"""Below which folders package.xml files are searched: the working directory and the program's folder.
+
+A working directory is *trusted* if Python itself imports from it (`python -c`, `python -m`, a notebook,
+PYTHONPATH), or if the program that runs lies in its tree. Any other may be a stranger's, above all where an
+installed command such as `ros2` is started in /tmp. Then the walk does not enter folders that other users can
+write to, and one line on standard error says which package was taken from where.
+"""
+
+import os
+import sys
+
+from goalwire.files import shown
+from goalwire.idl import workspace
+
+WORKING_DIRECTORY = 'the working directory'
+INSTALLED = frozenset({'site-packages', 'dist-packages'})
+_walks: dict[tuple[str, bool], workspace.Workspace] = {}
+_warned: set[str] = set()
+_told: set[str] = set()
+
+
+class Root:
+    """A folder to search, what messages call it, and whether its tree is trusted."""
+
+    __slots__ = ('folder', 'place', 'trusted')
+
+    def __init__(self, place: str, folder: str, *, trusted: bool) -> None:
+        self.place = place
+        self.folder = folder
+        self.trusted = trusted
+
+
+def find_roots() -> list[Root]:
+    """Return the working directory and the program's folder; each only if it is there, and once."""
+    program = _program_folder()
+    roots = []
+    try:
+        here = os.getcwd()
+    except OSError:  # it was removed
+        here = None
+    if here is not None:
+        trusted = _lies_in_tree(program, here) or _is_on_python_path(here)
+        roots.append(Root(WORKING_DIRECTORY, here, trusted=trusted))
+    if program is not None and program != here:
+        roots.append(Root("the program's folder", program, trusted=True))
+    return roots
+
+
+def walk(root: Root) -> workspace.Workspace:
+    """Walk below a root, once until `discard`; warn once of each package.xml that cannot be used."""
+    key = root.folder, root.trusted
+    if key not in _walks:
+        found = _walks[key] = workspace.scan(root.folder, guarded=not root.trusted)
+        for remark in found.unusable:
+            warn_once(remark)
+    return _walks[key]
+
+
+def tell_origin(package: str, folder: str) -> None:
+    """Say once on standard error that a package was taken from below a working directory not trusted."""
+    if package in _told or sys.stderr is None:
+        return
+    _told.add(package)
+    sys.stderr.write(
+        f'note: the package {package} is taken from {shown(folder)}, below the working directory\n'
+    )
+
+
+def warn_once(text: str) -> None:
+    """Warn of a text once: a search that starts afresh finds the same again."""
+    if text in _warned:
+        return
+    _warned.add(text)
+    import warnings
+
+    warnings.warn(text, RuntimeWarning, stacklevel=2)
+
+
+def discard() -> None:
+    """Walk afresh from now on."""
+    _walks.clear()
+
+
+def _program_folder() -> str | None:
+    """The folder of the script that Python was started with; None where there is none, or it is installed."""
+    for name in ('__mp_main__', '__main__'):  # a process that multiprocessing spawned has the first
+        file = getattr(sys.modules.get(name), '__file__', None)
+        if isinstance(file, str) and os.path.isabs(file):
+            folder = os.path.dirname(os.path.normpath(file))
+            installed = folder == os.path.dirname(sys.executable) or INSTALLED & set(folder.split(os.sep))
+            return None if installed else folder
+    return None
+
+
+def _lies_in_tree(program: str | None, root: str) -> bool:
+    """Return whether a program's folder is the root, or below it where packages are searched, too."""
+    if program is None:
+        return False
+    if program == root:
+        return True
+    above = root if root.endswith(os.sep) else root + os.sep
+    way = program[len(above) :].split(os.sep)
+    return program.startswith(above) and not any(name[0] == '.' or name in workspace.IGNORED for name in way)
+
+
+def _is_on_python_path(folder: str) -> bool:
+    entries: list[object] = list(sys.path)
+    return any(isinstance(entry, str) and (entry in ('', '.') or entry == folder) for entry in entries)
