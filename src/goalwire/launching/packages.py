@@ -24,7 +24,7 @@ from ament_index_python.packages import (
 
 from goalwire.errors import LaunchError, NoSuchPackageError
 from goalwire.idl import workspace_roots
-from goalwire.idl.search_path import explain_refused
+from goalwire.idl.search_path import explain_refused, find_package
 from goalwire.idl.workspace import MANIFEST, package_name
 from goalwire.launching.source_programs import programs_of_group, starters
 
@@ -125,12 +125,15 @@ def source_of(package: str) -> str | None:
     if folder is None:
         return None
     try:
-        installed = get_package_prefix(package)
+        get_package_prefix(package)
     except (PackageNotFoundError, ValueError):
         return folder
-    # A source package with interfaces counts as installed in a prefix of links.
-    is_source = os.path.realpath(os.path.join(installed, 'share', package)) == os.path.realpath(folder)
-    return folder if is_source else None
+    # A source package with interfaces counts as installed in a prefix of links; one that pip installed
+    # editable from that folder does, too, and is installed.
+    found = find_package(package)
+    if found is None or found.origin != workspace_roots.WORKING_DIRECTORY:
+        return None
+    return folder if found.folder == folder else None
 
 
 def use_source(package: str) -> str | None:

@@ -16,8 +16,12 @@ import site
 import sys
 import sysconfig
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from goalwire.idl.entry_points import GROUP
+
+if TYPE_CHECKING:
+    from importlib.metadata import Distribution
 
 _MARKERS = 'share/ament_index/resource_index/packages'
 
@@ -48,6 +52,13 @@ def around(package: str, share: str, *, of_distribution: bool) -> str:
     return _made(package, Path(share), _programs(package) if of_distribution else []) or share
 
 
+def around_source(package: str, source: str, metadata: str) -> str:
+    """The prefix of a package that pip installed editable from a source folder, with all its scripts."""
+    from importlib.metadata import Distribution
+
+    return _made(package, Path(source), _scripts(Distribution.at(metadata))) or source
+
+
 def _programs(package: str) -> list[Path]:
     """The scripts of the distribution that pip installed the package from, sorted.
 
@@ -68,11 +79,16 @@ def _programs(package: str) -> list[Path]:
             script.name: script.value.partition(':')[0].partition('.')[0]
             for script in distribution.entry_points.select(group='console_scripts')
         }
-        names = [row.rpartition(',')[0].rpartition(',')[0].strip('"') for row in record.splitlines()]
-        files = [Path(os.path.normpath(str(distribution.locate_file(name)))) for name in names]
-        scripts = [file for file in files if file.parent.name in ('bin', 'Scripts') and file.is_file()]
-        return sorted(file for file in scripts if modules.get(file.stem) not in others)
+        return [file for file in _scripts(distribution) if modules.get(file.stem) not in others]
     return []
+
+
+def _scripts(distribution: Distribution) -> list[Path]:
+    """The files of a distribution that lie among the programs of the environment, sorted."""
+    record = distribution.read_text('RECORD') or ''
+    names = [row.rpartition(',')[0].rpartition(',')[0].strip('"') for row in record.splitlines()]
+    files = [Path(os.path.normpath(str(distribution.locate_file(name)))) for name in names]
+    return sorted(file for file in files if file.parent.name in ('bin', 'Scripts') and file.is_file())
 
 
 def _made(package: str, share: Path, programs: list[Path]) -> str | None:

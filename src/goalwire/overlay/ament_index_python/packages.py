@@ -6,7 +6,7 @@ import re
 import warnings
 from pathlib import Path
 
-from ament_index_python import _interface_packages, _python_packages
+from ament_index_python import _editable_packages, _interface_packages, _python_packages
 from ament_index_python.constants import AMENT_PREFIX_PATH_ENV_VAR
 from ament_index_python.resources import get_resource, get_resources, indexed_prefix
 from ament_index_python.search_paths import get_search_paths
@@ -58,7 +58,11 @@ def _share(package: str, print_warning: bool) -> str:
     _check_name(package)
     prefix = indexed_prefix('packages', package)
     if prefix is None:
-        share = _python_packages.share(package) or _interface_packages.share(package)
+        share = (
+            _python_packages.share(package)
+            or _editable_packages.share(package)
+            or _interface_packages.share(package)
+        )
         if share is None:
             raise _not_found(package)
         return share

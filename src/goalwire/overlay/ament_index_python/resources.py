@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Literal
 
-from ament_index_python import _interface_packages, _linked_prefixes, _python_packages
+from ament_index_python import _editable_packages, _interface_packages, _linked_prefixes, _python_packages
 from ament_index_python.constants import RESOURCE_INDEX_SUBFOLDER
 from ament_index_python.search_paths import get_search_paths
 
@@ -68,6 +68,9 @@ def get_resources(resource_type: str) -> dict[str, str]:
     if resource_type == _interface_packages.PACKAGES:
         for name in _python_packages.names():
             found.setdefault(name, _python_packages.PREFIX)
+        for name in _editable_packages.names():
+            if name not in found and (place := _editable_packages.prefix(name)):
+                found[name] = place
     if resource_type in _interface_packages.RESOURCE_TYPES:
         for name in _interface_packages.names():
             if name not in found and (place := _own_prefix(resource_type, name)):
@@ -105,8 +108,11 @@ def _index(prefix: str) -> Path:
 def _own_prefix(resource_type: str, name: str) -> str | None:
     if resource_type not in _interface_packages.RESOURCE_TYPES:
         return None
-    if resource_type == _interface_packages.PACKAGES and name in _python_packages.names():
-        return _python_packages.PREFIX
+    if resource_type == _interface_packages.PACKAGES:
+        if name in _python_packages.names():
+            return _python_packages.PREFIX
+        if (place := _editable_packages.prefix(name)) is not None:
+            return place
     return _interface_packages.prefix(name)
 
 
