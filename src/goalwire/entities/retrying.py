@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from random import random
 from threading import Lock
 from typing import TYPE_CHECKING
 
@@ -48,6 +47,8 @@ class Retries:
 
     def count(self) -> Attempts:
         """Begin to count the attempts of one call."""
+        from random import random  # 1 ms, and few calls are sent again
+
         from goalwire.rules.retries import Attempts
 
         return Attempts(self.policy, self._budget, random)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +9,7 @@ from goalwire.entities.standard_types import standard_service
 from goalwire.entities.type_support import ActionSupport, MessageSupport, ServiceSupport
 from goalwire.errors import peer_text
 from goalwire.logging import get_logger
+from goalwire.patterns import Pattern
 from goalwire.rules.parameters import Descriptor, Type
 from goalwire.rules.qos import SERVICES_DEFAULT
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 START_PARAMETER = 'start_type_description_service'
 
 _SERVICE = 'type_description_interfaces/srv/GetTypeDescription'
-_HASH = re.compile(r'RIHS01_[0-9a-f]{64}')
+_HASH = Pattern(r'RIHS01_[0-9a-f]{64}')
 
 
 class TypeDescriptions:

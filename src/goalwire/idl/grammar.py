@@ -24,15 +24,16 @@ from goalwire.idl.model import (
     ServiceDefinition,
     Shape,
 )
+from goalwire.patterns import Pattern
 from goalwire.records import record
 
-_PACKAGE = re.compile(r'(?!.*__)(?!.*_$)[a-z][a-z0-9_]*')
-_TYPE_NAME = re.compile(r'[A-Z][A-Za-z0-9]*')
-_FIELD_NAME = re.compile(r'(?!.*__)(?!.*_$)[a-z][a-z0-9_]*')
-_CONSTANT_NAME = re.compile(r'[A-Z](?:_?[A-Z0-9])*')
-_LINE = re.compile(r'(\S++)(?:\s++([^\s=]++)\s*+(=?)\s*+(.*))?', re.DOTALL)
-_QUOTED = re.compile(r'\s*+\S++\s++[^\s=]++\s*+=?\s*+(?=["\'])')  # possessive: no line takes quadratic time
-_ARRAY = re.compile(r'(.*)\[([^\[\]]*)\]')
+_PACKAGE = Pattern(r'(?!.*__)(?!.*_$)[a-z][a-z0-9_]*')
+_TYPE_NAME = Pattern(r'[A-Z][A-Za-z0-9]*')
+_FIELD_NAME = Pattern(r'(?!.*__)(?!.*_$)[a-z][a-z0-9_]*')
+_CONSTANT_NAME = Pattern(r'[A-Z](?:_?[A-Z0-9])*')
+_LINE = Pattern(r'(\S++)(?:\s++([^\s=]++)\s*+(=?)\s*+(.*))?', re.DOTALL)
+_QUOTED = Pattern(r'\s*+\S++\s++[^\s=]++\s*+=?\s*+(?=["\'])')  # possessive: no line takes quadratic time
+_ARRAY = Pattern(r'(.*)\[([^\[\]]*)\]')
 # Names that the generated class itself uses; the third would be a slot of the same name.
 _TAKEN = frozenset({'check_fields', 'get_fields_and_field_types', 'fields_and_field_types'})
 _TAKEN_CONSTANTS = frozenset({'SLOT_TYPES'})

@@ -9,11 +9,12 @@ import math
 import re
 
 from goalwire.idl.model import Default, FieldType, Scalar, Shape, integer_range
+from goalwire.patterns import Pattern
 
 _BOOLEANS = {'true': True, '1': True, 'false': False, '0': False}
 _FLOAT32_MAX = 3.4028235677973366e38  # the first magnitude that rounds to infinity
 _LONGEST_NUMBER = 200  # characters; 64 bits in binary have 67
-_ESCAPE = re.compile(r'\\(?:([0-7]{1,3})|x([0-9a-fA-F]{1,2})|u([0-9a-fA-F]{1,4})|(.))')
+_ESCAPE = Pattern(r'\\(?:([0-7]{1,3})|x([0-9a-fA-F]{1,2})|u([0-9a-fA-F]{1,4})|(.))')
 _LETTER_ESCAPES = {'n': '\n', 't': '\t', 'v': '\v', 'b': '\b', 'r': '\r', 'f': '\f', 'a': '\a'}
 
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import re
 from enum import Enum
 
+from goalwire.patterns import Pattern
 from goalwire.records import record
 
 Scalar = bool | int | float | str | bytes
@@ -21,9 +21,9 @@ PRIMITIVES = frozenset({'bool', 'byte', 'char'}) | INTEGER_BITS.keys() | FLOATS 
 # and on the wire, never in the Python class.
 EMPTY_MEMBER = 'structure_needs_at_least_one_member'
 
-_WORD = re.compile('(.)([A-Z][a-z]+)')
-_BOUNDARY = re.compile('([a-z0-9])([A-Z])')
-_UNIT = re.compile(r'\[([^\[\],\d\s][^\[\],]*)\]')
+_WORD = Pattern('(.)([A-Z][a-z]+)')
+_BOUNDARY = Pattern('([a-z0-9])([A-Z])')
+_UNIT = Pattern(r'\[([^\[\],\d\s][^\[\],]*)\]')
 
 
 class Shape(Enum):

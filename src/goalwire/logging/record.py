@@ -17,6 +17,7 @@ from types import FrameType
 from typing import NamedTuple, Self
 
 from goalwire.errors import UnknownSeverityError
+from goalwire.patterns import Pattern
 
 
 class LoggingSeverity(IntEnum):
@@ -109,7 +110,7 @@ _TOKENS: dict[str, Formatter] = {
     'date_time_with_ms': _date_time,
 }
 # A backslash and what follows it are read together, so that `\\n` stays as it is written.
-_PART = re.compile(r'(\{(?:' + '|'.join(_TOKENS) + r')\})|(\\(?:x1b|.))', re.DOTALL)
+_PART = Pattern(r'(\{(?:' + '|'.join(_TOKENS) + r')\})|(\\(?:x1b|.))', re.DOTALL)
 
 
 def compile_format(text: str) -> Formatter:

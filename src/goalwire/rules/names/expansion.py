@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 
+from goalwire.patterns import Pattern
 from goalwire.rules.names.validation import (
     UnknownSubstitution,
     validate_full_topic_name,
@@ -12,7 +13,7 @@ from goalwire.rules.names.validation import (
     validate_topic_name,
 )
 
-_SUBSTITUTION = re.compile(r'\{([^{}]*)\}')
+_SUBSTITUTION = Pattern(r'\{([^{}]*)\}')
 
 
 def join(namespace: str, name: str) -> str:

@@ -5,11 +5,11 @@ ROS 2's error messages quote the numbers of `Lexeme`.
 
 from __future__ import annotations
 
-import re
 from enum import IntEnum
 from typing import TYPE_CHECKING
 
 from goalwire.errors import LocalError
+from goalwire.patterns import Pattern
 
 if TYPE_CHECKING:
     from collections.abc import Container
@@ -58,7 +58,7 @@ _PATTERNS = {
     Lexeme.BACKREFERENCE: r'\\[1-9]',
     Lexeme.TOKEN: r'(?!__)[A-Za-z_](?:[A-Za-z0-9]|(?<!_)_)*',
 }
-_NEXT = re.compile('|'.join(f'(?P<{lexeme.name}>{pattern})' for lexeme, pattern in _PATTERNS.items()))
+_NEXT = Pattern('|'.join(f'(?P<{lexeme.name}>{pattern})' for lexeme, pattern in _PATTERNS.items()))
 
 
 class Lexer:

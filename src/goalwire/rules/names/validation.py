@@ -11,6 +11,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from goalwire.errors import LocalError, pointed
+from goalwire.patterns import Pattern
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -22,11 +23,11 @@ MAX_TOPIC_NAME = 247
 
 _LONGEST_KEPT = 1000  # characters of a name whose judgement is kept
 _DIGITS = frozenset('0123456789')
-_NOT_NODE = re.compile(r'[^A-Za-z0-9_]')
-_NOT_FULL = re.compile(r'[^A-Za-z0-9_/]')
-_BAD_TOKEN_START = re.compile(r'/([/0-9])')
-_NUMBERED_TOKEN = re.compile(r'/[0-9]')
-_PIECE = re.compile(r'\{([^{}]*)(\}|\{|$)|[^A-Za-z0-9_/]')
+_NOT_NODE = Pattern(r'[^A-Za-z0-9_]')
+_NOT_FULL = Pattern(r'[^A-Za-z0-9_/]')
+_BAD_TOKEN_START = Pattern(r'/([/0-9])')
+_NUMBERED_TOKEN = Pattern(r'/[0-9]')
+_PIECE = Pattern(r'\{([^{}]*)(\}|\{|$)|[^A-Za-z0-9_/]')
 
 _NODE_CHARACTERS = "must not contain characters other than alphanumerics or '_'"
 _FULL_CHARACTERS = "must not contain characters other than alphanumerics, '_', or '/'"

@@ -9,12 +9,13 @@ from __future__ import annotations
 import re
 from typing import NamedTuple, NoReturn
 
+from goalwire.patterns import Pattern
 from goalwire.transport.zenoh.settings import Json
 
 DEEPEST = 100
 """How many objects and lists may lie within each other."""
 
-_TOKEN = re.compile(
+_TOKEN = Pattern(
     r"""(?P<space>(?:[\s\ufeff]|//[^\n\r\u2028\u2029]*|/\*.*?\*/)+)
     |(?P<text>"(?:[^"\\\n\r]|\\.)*"|'(?:[^'\\\n\r]|\\.)*')
     |(?P<number>[+-]?(?:0[xX][0-9a-fA-F]+|(?:(?:0|[1-9][0-9]*)(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?
@@ -23,7 +24,7 @@ _TOKEN = re.compile(
     |(?P<sign>[{}\[\]:,])""",
     re.VERBOSE | re.DOTALL,
 )
-_ESCAPE = re.compile(r'\\(?:u([0-9a-fA-F]{4})|x([0-9a-fA-F]{2})|(\r\n|.))', re.DOTALL)
+_ESCAPE = Pattern(r'\\(?:u([0-9a-fA-F]{4})|x([0-9a-fA-F]{2})|(\r\n|.))', re.DOTALL)
 _ESCAPED = {'b': '\b', 'f': '\f', 'n': '\n', 'r': '\r', 't': '\t', 'v': '\v', '0': '\0'} | dict.fromkeys(
     ('\n', '\r', '\r\n', '\u2028', '\u2029'), ''
 )

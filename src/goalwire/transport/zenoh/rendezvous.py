@@ -12,9 +12,7 @@ holder is greeted first.
 
 from __future__ import annotations
 
-import json
 import os
-import re
 from contextlib import closing, suppress
 from enum import Enum
 from errno import EADDRINUSE
@@ -23,6 +21,7 @@ from time import monotonic
 from typing import TYPE_CHECKING
 
 from goalwire.errors import ForkedError, TransportError
+from goalwire.patterns import Pattern
 from goalwire.transport.endpoint import Shared, close_at_exit, in_child, leak
 from goalwire.transport.reports import LOGGER
 
@@ -123,12 +122,12 @@ PORT_IS_TAKEN = 'listener'
 RETRY_S = 0.2
 """Between two looks whether the port can be taken; one costs 20 µs of CPU."""
 
-_TCP = re.compile(r'(?:tcp|tls|ws)/(?:\[([^]"]+)\]|(localhost|[\d.]+)):(\d+)')
+_TCP = Pattern(r'(?:tcp|tls|ws)/(?:\[([^]"]+)\]|(localhost|[\d.]+)):(\d+)')
 """Host and port of those of zenoh's endpoints that are TCP ports, names that must be looked up aside."""
 
 
 def is_taken(endpoints: str) -> bool:
-    """Return whether somebody listens where these endpoints (JSON) would, as far as a TCP socket can tell."""
+    """Return whether somebody listens where these endpoints (a list, as text) would, as far as TCP tells."""
     # What `socket` is made of. To import that one while Ctrl-C ends the program, on this thread, makes Python
     # forget that it was Ctrl-C (its namedtuples call `eval`): the program would exit with 1.
     import _socket
@@ -157,7 +156,7 @@ class EmbeddedRouter:
     def __init__(self, port: int, config: Configuration) -> None:
         self._port = port
         self._config = config
-        self._endpoints = json.dumps(config.at('listen/endpoints'))
+        self._endpoints = str(config.at('listen/endpoints'))
         self._router: zenoh.Session | None = None
         self._closed = Event()
         self._thread: Thread | None = None

@@ -13,7 +13,6 @@ rmw_zenoh_cpp docs/design.md, src/detail/liveliness_utils.cpp, src/detail/qos.cp
 
 from __future__ import annotations
 
-import re
 from enum import IntEnum
 from functools import lru_cache
 from typing import TypeVar
@@ -21,6 +20,7 @@ from typing import TypeVar
 from xxhash import xxh3_128_intdigest
 
 from goalwire.errors import LocalError, RemoteError, TransportError
+from goalwire.patterns import Pattern
 from goalwire.rules.qos import (
     INFINITE_NS,
     DurabilityPolicy,
@@ -37,7 +37,7 @@ GRAPH_SPACE = '@ros2_lv'
 CPU_BUFFERS = '_buf_cpu'
 """Last chunk of the side channel that lyrical and later use for types with buffers."""
 
-_FORBIDDEN = re.compile(r'//|[*#?$ ]')
+_FORBIDDEN = Pattern(r'//|[*#?$ ]')
 
 
 @lru_cache(maxsize=256)

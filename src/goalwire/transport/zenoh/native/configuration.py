@@ -6,7 +6,6 @@ and buffers) are passed over. What a session of ours would do otherwise than ask
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from typing import TypeAlias
 
@@ -108,10 +107,16 @@ def _refuse(at: _At) -> None:
     """Raise BeyondOursError for what sessions of ours do not do."""
     for path, wanted in _OFF.items():
         if at(path) not in wanted:
-            raise BeyondOursError(f'{path}={json.dumps(at(path))}')
+            raise BeyondOursError(_setting(path, at(path)))
     links = at('transport/unicast/max_links')
     if isinstance(links, int) and links > 1:
         raise BeyondOursError(f'transport/unicast/max_links={links}')
+
+
+def _setting(path: str, value: Json) -> str:
+    import json  # 2 ms, and few ask for what is not there
+
+    return f'{path}={json.dumps(value)}'
 
 
 def _or(value: Json, otherwise: Json) -> Json:
@@ -124,12 +129,12 @@ def _meets_peers(at: _At) -> bool:
         return False
     told = at('scouting/gossip/target')
     if at('mode') != 'client' and told not in (['router'], []):  # Zenoh's default: peers tell peers, too
-        raise BeyondOursError(f'scouting/gossip/target={json.dumps(told)}')
+        raise BeyondOursError(_setting('scouting/gossip/target', told))
     who = at('scouting/gossip/autoconnect')
     if who in ([], ['router']):
         return False
     if who is not None and who not in _WITH_PEERS:
-        raise BeyondOursError(f'scouting/gossip/autoconnect={json.dumps(who)}')
+        raise BeyondOursError(_setting('scouting/gossip/autoconnect', who))
     return True
 
 
