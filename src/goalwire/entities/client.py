@@ -55,6 +55,8 @@ class ClientCore(RequestClient, TimedCalls, Introspected):
         self._reported: set[str] = set()
         self._told = ''
         """The hint about similar names and types that was logged last."""
+        self._is_end_told = False
+        """Whether it was logged that a call came after the end of the context."""
         self._request_class = support.request
         self._encode = support.encode_request
         full_name = node.resolve(name, is_service=True)
@@ -65,10 +67,19 @@ class ClientCore(RequestClient, TimedCalls, Introspected):
         """Send a request and return the future of its response.
 
         Raises TypeError for another type, EncodeError where a field cannot go on the wire, InvalidHandle
-        once destroyed, ShutDownError after the context's end, TooManyCallsError. As in ROS 2 the future stays
-        pending where nobody answers, unless there is a `default_timeout`.
+        once destroyed, TooManyCallsError. As in ROS 2 the future stays pending if nobody answers, and after
+        the context's end, which is logged once: destructors say goodbye in this way. With a `default_timeout`
+        it ends with an error, and after the context's end ShutDownError is raised.
         """
-        return self.begin(request, self.default_timeout)
+        try:
+            return self.begin(request, self.default_timeout)
+        except ShutDownError as error:
+            if self.default_timeout is not None:
+                raise
+            if not self._is_end_told:
+                self._is_end_told = True
+                get_logger(self.node.logger_name).warning(f'{error}. The future stays pending, as in ROS 2')
+            return Future()
 
     def begin(self, request: Any, timeout: float | None) -> PendingCall:
         """Send a request with a time for all of it: waiting for a server, sending, the answer.

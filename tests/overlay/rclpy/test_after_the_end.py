@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from threading import Event
+from typing import Any
 
 import pytest
 from example_interfaces.action import Fibonacci
@@ -105,7 +106,6 @@ class Program:
             'send_transform': lambda: self.broadcaster.sendTransform(TransformStamped()),
             'call': lambda: self.client.call(request),
             'call with timeout_sec': lambda: self.client.call(request, timeout_sec=PATIENCE),
-            'call_async': lambda: self.client.call_async(request),
             'call of a client with a time': lambda: self.timed_client.call(request),
             'call_async of a client with a time': lambda: self.timed_client.call_async(request),
             'send_goal': lambda: self.action.send_goal(goal),
@@ -117,7 +117,6 @@ class Program:
             'cancel_all_goals_async': self.action.cancel_all_goals_async,
             'get_result': self.goal.get_result,
             'get_result_async': self.goal.get_result_async,
-            'get_parameters': lambda: self.parameters.get_parameters(['a']),
         }
 
 
@@ -146,6 +145,24 @@ def test_the_same_is_so_after_shutdown(other: Other, context: Context) -> None:
     for attempt in program.attempts().values():
         with pytest.raises(ShutDownError):
             attempt()
+
+
+def test_a_request_after_the_end_raises_nothing_and_does_not_arrive(
+    other: Other, context: Context, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Destructors of ROS 2's programs send a last request; rclpy leaves them a future that stays pending."""
+    program = Program(context)
+    context.shutdown_signal.end('SIGTERM')
+    capfd.readouterr()
+    futures: list[Any] = [program.client.call_async(Trigger.Request()) for _ in range(2)]
+    futures.append(program.parameters.get_parameters(['a']))
+    assert not any(future.done() for future in futures)
+    told = [line for line in capfd.readouterr().err.splitlines() if "cannot call '/service'" in line]
+    assert len(told) == 1
+    assert told[0].endswith('The future stays pending, as in ROS 2')
+    fence = Node('fence', context=other.context)
+    fence.create_client(Trigger, 'service').call(Trigger.Request())
+    assert other.told.items == ['goal', 'call']
 
 
 def test_who_sees_that_the_context_has_ended_is_refused(other: Other, context: Context) -> None:

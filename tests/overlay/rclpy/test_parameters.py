@@ -420,7 +420,8 @@ def test_a_callback_that_fails_refuses_the_set(node: Node) -> None:
     with pytest.raises(ZeroDivisionError):
         node.set_parameters([Parameter('i', value=2)])
     node.add_on_set_parameters_callback(lambda _: None)  # type: ignore[arg-type,return-value]
-    (result,) = node.set_parameters([Parameter('i', value=2)])
+    with pytest.warns(UserWarning, match='it should return SetParameterResult'):
+        (result,) = node.set_parameters([Parameter('i', value=2)])
     assert result.reason.startswith('Callback returned an invalid type: ')
     node.add_pre_set_parameters_callback(lambda _: None)  # type: ignore[arg-type,return-value]
     with pytest.raises(CallbackError, match=r'returned None: return the list of parameters to set$'):

@@ -87,7 +87,8 @@ def test_a_callback_that_returns_nothing_is_named(callbacks: SetCallbacks) -> No
         CallbackError, match=r"forgetful' returned None: return the list of parameters to set"
     ):
         callbacks.prepare([A])
-    outcome = callbacks.judge([A])
+    with pytest.warns(UserWarning, match='it should return SetParameterResult'):
+        outcome = callbacks.judge([A])
     assert not outcome.successful
     assert outcome.reason.startswith('Callback returned an invalid type: ')
     assert outcome.reason.endswith("forgetful' returned None, not an rcl_interfaces.msg.SetParametersResult")

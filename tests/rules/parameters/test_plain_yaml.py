@@ -81,6 +81,25 @@ def test_nodes_are_chosen_by_their_names_as_written(
     assert flat_values(CONTENT, nodes, use_wildcard=use_wildcard) == values
 
 
+@pytest.mark.parametrize('node', ['/left/arm', 'left/arm'])
+def test_a_node_may_stand_below_its_namespace(node: str) -> None:
+    content = {'/left': {'arm': {'ros__parameters': {'a': 1}}, 'leg': {'ros__parameters': {'b': 2}}}}
+    assert flat_values(content, [node], use_wildcard=False) == {'a': 1}
+    assert flat_values(content, None, use_wildcard=False) == {'a': 1, 'b': 2}
+
+
+@pytest.mark.parametrize('pattern', ['/**/arm', '/*/arm', '/left/*'])
+def test_a_pattern_gives_values_below_those_of_the_name(pattern: str) -> None:
+    content = {
+        '/left/arm': {'ros__parameters': {'a': 1}},
+        pattern: {'ros__parameters': {'a': 2, 'w': 2}},
+        '/*': {'leg': {'ros__parameters': {'b': 2}}},
+    }
+    assert flat_values(content, ['/left/arm'], use_wildcard=True) == {'a': 1, 'w': 2}
+    assert flat_values(content, ['/left/arm'], use_wildcard=False) == {'a': 1}
+    assert flat_values(content, ['/left/leg'], use_wildcard=True)['b'] == 2
+
+
 @pytest.mark.parametrize(
     ('content', 'error'),
     [

@@ -29,7 +29,6 @@ from goalwire.entities.node import NodeCore
 from goalwire.entities.type_support import ActionSupport
 from goalwire.errors import (
     ClosedError,
-    InvalidHandle,
     InvalidTransition,
     RCLError,
     ShutDownError,
@@ -286,11 +285,14 @@ class ActionServerCore:
             self._tell_stopped(effects)
 
     def publish_feedback(self, handle: ServerGoalHandle, feedback: Any) -> None:
-        """Send a goal's feedback; raises TypeError for another type, InvalidHandle once destroyed."""
+        """Send a goal's feedback; raises TypeError for another type.
+
+        Once the server is destroyed nobody hears it: an execute callback may outlive its server.
+        """
         if not isinstance(feedback, self._feedback_class):
             raise TypeError(f'Expected {self._feedback_class}, got {type(feedback)}')
         if self.destroyed:
-            raise InvalidHandle
+            return
         payload = wire.wrap(handle.goal_id_bytes, self._encode_feedback(feedback))
         self._feedback += 1
         try:

@@ -7,6 +7,7 @@ the parameters that were set.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Iterable, Sequence
 from typing import Protocol, TypeAlias
 
@@ -80,6 +81,7 @@ def _outcome(callback: On, parameters: list[Parameter]) -> Outcome:
     try:
         return Outcome(successful=verdict.successful, reason=verdict.reason)
     except AttributeError:
+        warnings.warn('Callback returned an invalid type, it should return SetParameterResult.', stacklevel=2)
         return refused(
             f"Callback returned an invalid type: '{_name(callback)}' returned {verdict!r}, "
             'not an rcl_interfaces.msg.SetParametersResult'

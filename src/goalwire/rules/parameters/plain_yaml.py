@@ -4,10 +4,16 @@ from __future__ import annotations
 
 import reprlib
 from datetime import date
-from typing import TypeAlias, cast
+from typing import TYPE_CHECKING, TypeAlias, cast
 
 from goalwire.errors import FileShapeError
+from goalwire.rules.parameters.file_syntax import KEY, matches
 from goalwire.rules.parameters.parameter import SCALARS, ParameterValue, Type, is_kind
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    Below: TypeAlias = dict[object, object]
 
 Typed: TypeAlias = tuple[Type, ParameterValue]
 
@@ -59,30 +65,60 @@ def _typed(value: object) -> Typed | None:
 def flat_values(content: object, nodes: list[str] | None, *, use_wildcard: bool) -> dict[str, object]:
     """Return what a file's content says for nodes (None: all that it names), by dotted parameter names.
 
-    With `use_wildcard` what stands below `/**` comes first. Raises FileShapeError.
+    A node stands there under its name, or below its namespace. With `use_wildcard` the values below `/**`
+    come first, then those of names such as `/*/arm` that match a node. Raises FileShapeError.
     """
     if not isinstance(content, dict):
         raise FileShapeError(
             f'a parameter file holds names of nodes, each with ros__parameters; not {reprlib.repr(content)}'
         )
-    chosen = ['/**'] if use_wildcard and '/**' in content else []
+    branches = dict(_branches(content))
+    chosen = [name for name in branches if use_wildcard and name == '/**']
     for node in nodes or ():
-        if node not in content:
-            raise FileShapeError(
-                f'Param file does not contain parameters for {node},'
-                f'only for nodes: {reprlib.repr(list(content))}'
-            )
-    chosen += nodes or [node for node in content if node != '/**']
+        chosen += _names_of(node, branches, use_wildcard=use_wildcard)
+    if not nodes:
+        chosen += [name for name in branches if name != '/**']
     if not chosen:
         raise FileShapeError('Param file does not contain selected parameters')
     values: dict[str, object] = {}
-    for node in chosen:
-        values.update(_flat(_parameters(node, content[node]), ''))
+    for name in chosen:
+        values.update(_flat(_parameters(name, branches[name]), ''))
     return values
 
 
+def _branches(content: dict[object, object]) -> Iterator[tuple[str, object]]:
+    """Yield the nodes of a file, those below a namespace by their names with it: `/left/arm`."""
+    for name, branch in content.items():
+        if _is_namespace(branch):
+            namespace = str(name).rstrip('/')
+            yield from ((f'{namespace}/{node}', below) for node, below in cast('Below', branch).items())
+        else:
+            yield str(name), branch
+
+
+def _is_namespace(branch: object) -> bool:
+    """Whether names of nodes stand below, each with its parameters."""
+    if not isinstance(branch, dict) or KEY in branch or not branch:
+        return False
+    return all(isinstance(below, dict) and KEY in below for below in branch.values())
+
+
+def _names_of(node: str, branches: dict[str, object], *, use_wildcard: bool) -> list[str]:
+    """Return the names in a file that mean a node; raises FileShapeError where none does."""
+    absolute = node if node.startswith('/') else f'/{node}'
+    patterns = [name for name in branches if use_wildcard and '*' in name and name != '/**']
+    names = [name for name in patterns if matches(name, absolute)]
+    names += [name for name in branches if name == node or ('*' not in name and matches(name, absolute))]
+    if not names:
+        raise FileShapeError(
+            f'Param file does not contain parameters for {node},'
+            f'only for nodes: {reprlib.repr(list(branches))}'
+        )
+    return names
+
+
 def _parameters(node: str, branch: object) -> dict[object, object]:
-    found = branch.get('ros__parameters') if isinstance(branch, dict) else None
+    found = branch.get(KEY) if isinstance(branch, dict) else None
     if not isinstance(found, dict):
         raise FileShapeError(f'YAML file is not a valid ROS parameter file for node {node}')
     return found
