@@ -521,12 +521,18 @@ class NotAllowedError(LocalError):
 
 
 class FieldValueError(LocalError, ValueError):
-    """A value does not fit its field; `path` names that, and is '' if the whole message does not fit."""
+    """A value does not fit its field, or its parameter; `path` names that.
 
-    def __init__(self, path: str, problem: str) -> None:
+    The path is '' if the whole message does not fit. `problem` says what to give instead of what; `reason` is
+    the same without the type at its end.
+    """
+
+    def __init__(self, path: str, reason: str, type_text: str = '') -> None:
+        problem = f'{reason} ({type_text})' if type_text else reason
         super().__init__(f'{path}: {problem}' if path else problem)
         self.path = path
         self.problem = problem
+        self.reason = reason
 
 
 class LaunchError(LocalError, RuntimeError):

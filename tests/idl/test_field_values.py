@@ -109,7 +109,7 @@ def test_what_cannot_be_misunderstood_is_taken(
         ('double: {a: 1}', "double: give a number such as 1.5, not {'a': 1} (float64)"),
         ('single: 1e39', "single: give a number from -3.40282e+38 to 3.40282e+38, not '1e39' (float32)"),
         ('text: ~', 'text: give a text such as "~", in quotes, not ~ (string)'),
-        ('text: [a]', "text: give a text, not ['a'] (string)"),
+        ('text: [a]', "text: give a text such as 'a', not ['a'] (string)"),
         ('text: "a\\0b"', 'text: a text cannot contain a NUL (string)'),
         ('short: abcde', 'short: 4 characters at most, not 5 (string<=4)'),
         ('three: [1, 2]', 'three: there must be 3 items, not 2 (float64[3])'),

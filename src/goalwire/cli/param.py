@@ -1,4 +1,4 @@
-"""ros2 param: list, get, set, describe, dump, load, delete."""
+"""ros2 param: list, get, describe, dump; set, load and delete are in param_change.py."""
 
 from __future__ import annotations
 
@@ -7,12 +7,13 @@ from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING, Any
 
 import goalwire
-from goalwire.cli import lookup
 from goalwire.cli.discovery import add_graph_arguments, discovered
 from goalwire.cli.live import live
 from goalwire.cli.nodes import add_node_argument, add_timeout_argument, call, named_node, node_names
 from goalwire.cli.outcome import CommandError, Outcome
 from goalwire.cli.output import tell
+from goalwire.cli.param_change import change, delete, delete_arguments, load, load_arguments, set_arguments
+from goalwire.cli.param_reading import descriptors_of, parameter_arguments, values_of
 from goalwire.cli.verbs import Noun, Verb, did_you_mean
 
 if TYPE_CHECKING:
@@ -32,18 +33,6 @@ _TYPES = (
     'string array',
 )
 """By the number in rcl_interfaces/msg/ParameterType."""
-_FIELDS = (
-    '',
-    'bool',
-    'integer',
-    'double',
-    'string',
-    'byte_array',
-    'bool_array',
-    'integer_array',
-    'double_array',
-    'string_array',
-)
 _LABELS: tuple[str, ...] = (
     '',
     'Boolean value is:',
@@ -58,16 +47,16 @@ _LABELS: tuple[str, ...] = (
 )
 
 
-def _arguments(parser: ArgumentParser) -> None:
-    add_graph_arguments(parser)
-    add_node_argument(parser)
-    add_timeout_argument(parser)
+def _type_name(number: int) -> str:
+    return _TYPES[number] if number < len(_TYPES) else f'unknown ({number})'
 
 
 def _plain(value: Any) -> Any:
-    """Return the plain value of a ParameterValue message."""
+    """Return the plain value of a ParameterValue message; raises CommandError for an unknown type."""
     from goalwire.rules.parameters.messages import value_of
 
+    if value.type >= len(_TYPES):
+        raise CommandError(Outcome.FAILED, f'the node answers with the unknown parameter type {value.type}')
     return value_of(value)
 
 
@@ -78,14 +67,6 @@ async def names_of(node: goalwire.Node, name: str, arguments: Namespace) -> list
     prefixes = getattr(arguments, 'param_prefixes', [])
     response = await call(node, ListParameters, f'{name}/list_parameters', arguments, {'prefixes': prefixes})
     return sorted(response.result.names)
-
-
-async def _values(node: goalwire.Node, name: str, names: list[str], arguments: Namespace) -> list[Any]:
-    from rcl_interfaces.srv import GetParameters
-
-    response = await call(node, GetParameters, f'{name}/get_parameters', arguments, {'names': names})
-    found: list[Any] = list(response.values)
-    return found
 
 
 async def _unknown_parameter(
@@ -119,14 +100,15 @@ def _list(arguments: Namespace, output: Output) -> Outcome:
     try:
         wanted = re.compile(arguments.filter or '')
     except re.error as error:
-        raise CommandError(Outcome.BAD_VALUE, f"--filter '{arguments.filter}': {error}", 'quote it') from None
+        problem = f"--filter '{arguments.filter}' is no regular expression: {error.msg}"
+        raise CommandError(Outcome.BAD_VALUE, problem, 'quote it') from None
     if arguments.node_name:
         nodes = [named_node(arguments)]
     else:
         with discovered(arguments) as graph:
             serving = {name for name, _ in graph.service_names_and_types()}
             nodes = node_names(graph, include_hidden=arguments.include_hidden_nodes)
-        nodes = sorted({name for name in nodes if f'{name}/list_parameters' in serving})
+        nodes = sorted({name for name in nodes if f'{name}/list_parameters' in serving}, key=_in_ros_2)
 
     async def show(node: goalwire.Node) -> Outcome:
         outcome = Outcome.OK
@@ -143,14 +125,20 @@ def _list(arguments: Namespace, output: Output) -> Outcome:
     return live(show)
 
 
+def _in_ros_2(full_name: str) -> tuple[str, str]:
+    """Sort nodes as `ros2 param list` does: by their own names first."""
+    namespace, _, name = full_name.rpartition('/')
+    return name, namespace
+
+
 async def _show_names(
     node: goalwire.Node, name: str, wanted: re.Pattern[str], arguments: Namespace, output: Output
 ) -> None:
     names = [each for each in await names_of(node, name, arguments) if wanted.search(each)]
     types: dict[str, str] = {}
     if names and (arguments.param_type or output.json):
-        found = await _descriptors(node, name, names, arguments)
-        types = {each.name: _TYPES[each.type] for each in found}
+        found = await descriptors_of(node, name, names, arguments)
+        types = {each.name: _type_name(each.type) for each in found}
     if output.json:
         for each in names:
             output.data({'node': name, 'name': each, 'type': types.get(each)})
@@ -165,7 +153,7 @@ async def _show_names(
 
 
 def _get_arguments(parser: ArgumentParser) -> None:
-    _arguments(parser)
+    parameter_arguments(parser)
     parser.add_argument('parameter_name', help='Name of the parameter')
     parser.add_argument('--hide-type', action='store_true', help='Print the value alone')
 
@@ -174,16 +162,16 @@ def _get(arguments: Namespace, output: Output) -> Outcome:
     name = named_node(arguments)
 
     async def show(node: goalwire.Node) -> None:
-        values = await _values(node, name, [arguments.parameter_name], arguments)
+        values = await values_of(node, name, [arguments.parameter_name], arguments)
         if not values or values[0].type == _NOT_SET:
             raise await _unknown_parameter(node, name, arguments.parameter_name, arguments)
         value = values[0]
-        shown = getattr(value, f'{_FIELDS[value.type]}_value')
+        plain = _plain(value)  # an array as a list, as ROS 2 prints it
         if output.json:
             kind = _TYPES[value.type]
             output.data({'node': name, 'name': arguments.parameter_name, 'type': kind, 'value': _json(value)})
         else:
-            output.block(f'{shown}' if arguments.hide_type else f'{_LABELS[value.type]} {shown}')
+            output.block(str(plain) if arguments.hide_type else f'{_LABELS[value.type]} {plain}')
 
     return live(show)
 
@@ -195,18 +183,8 @@ def _json(value: Any) -> Any:
     )
 
 
-async def _descriptors(node: goalwire.Node, name: str, names: list[str], arguments: Namespace) -> list[Any]:
-    from rcl_interfaces.srv import DescribeParameters
-
-    response = await call(
-        node, DescribeParameters, f'{name}/describe_parameters', arguments, {'names': names}
-    )
-    found: list[Any] = list(response.descriptors)
-    return found
-
-
 def _describe_arguments(parser: ArgumentParser) -> None:
-    _arguments(parser)
+    parameter_arguments(parser)
     parser.add_argument('parameter_names', nargs='+', help='Names of the parameters')
 
 
@@ -220,7 +198,7 @@ def _describe(arguments: Namespace, output: Output) -> Outcome:
         for each in arguments.parameter_names:
             if each not in known:
                 raise await _unknown_parameter(node, name, each, arguments)
-        for each in await _descriptors(node, name, arguments.parameter_names, arguments):
+        for each in await descriptors_of(node, name, arguments.parameter_names, arguments):
             if output.json:
                 output.data(as_dict(each))
             else:
@@ -231,7 +209,7 @@ def _describe(arguments: Namespace, output: Output) -> Outcome:
 
 def _print_descriptor(descriptor: Any, output: Output) -> None:
     output.line(f'Parameter name: {descriptor.name}')
-    output.line(f'  Type: {_TYPES[descriptor.type]}')
+    output.line(f'  Type: {_type_name(descriptor.type)}')
     if descriptor.description:
         output.line(f'  Description: {descriptor.description}')
     output.line('  Constraints:')
@@ -251,10 +229,10 @@ def _dump(arguments: Namespace, output: Output) -> Outcome:
 
     async def show(node: goalwire.Node) -> None:
         names = await names_of(node, name, arguments)
-        values = [_json(value) for value in await _values(node, name, names, arguments)] if names else []
+        shown = _json if output.json else _plain
         tree: dict[str, Any] = {}
-        for each, value in zip(names, values, strict=False):
-            _insert(tree, each.split('.'), value)
+        for each, value in await _set_values(node, name, names, arguments):
+            _insert(tree, each.split('.'), shown(value))
         document = {name: {'ros__parameters': tree}}
         if output.json:
             output.data(document)
@@ -264,6 +242,19 @@ def _dump(arguments: Namespace, output: Output) -> Outcome:
         output.block(yaml.safe_dump(document, default_flow_style=False))
 
     return live(show)
+
+
+async def _set_values(
+    node: goalwire.Node, name: str, names: list[str], arguments: Namespace
+) -> list[tuple[str, Any]]:
+    """Return names and values of those parameters that have one."""
+    values = await values_of(node, name, names, arguments) if names else []
+    if len(values) != len(names):  # a node says nothing at all if one of them has a type and no value yet
+        alone = [await values_of(node, name, [each], arguments) for each in names]
+        found = [(each, value[0]) for each, value in zip(names, alone, strict=True) if value]
+    else:
+        found = list(zip(names, values, strict=True))
+    return [(each, value) for each, value in found if value.type != _NOT_SET]
 
 
 def _insert(tree: dict[str, Any], path: list[str], value: Any) -> None:
@@ -276,131 +267,23 @@ def _insert(tree: dict[str, Any], path: list[str], value: Any) -> None:
     tree[path[-1]] = value
 
 
-# -- set, load, delete ---------------------------------------------------------------------------------------
-
-
-def _set_arguments(parser: ArgumentParser) -> None:
-    _arguments(parser)
-    parser.add_argument(
-        'pairs', nargs='+', metavar='NAME VALUE', help='Names and values, in YAML; name=value, too'
-    )
-
-
-def _pairs(words: list[str]) -> list[tuple[str, str]]:
-    if all('=' in word for word in words):
-        return [(name, value) for name, _, value in (word.partition('=') for word in words)]
-    if len(words) % 2:
-        raise CommandError(
-            Outcome.USAGE,
-            f"the parameter '{words[-1]}' is given no value",
-            'write: NAME VALUE [NAME VALUE …]',
-        )
-    return list(zip(words[::2], words[1::2], strict=True))
-
-
-def _set(arguments: Namespace, output: Output) -> Outcome:
-    from goalwire.entities.parameters.files import parameter_value_from_text
-
-    pairs = [(name, parameter_value_from_text(value)) for name, value in _pairs(arguments.pairs)]
-    prefix = 'Set parameter successful', 'Setting parameter failed'
-    return _change(arguments, output, pairs, lambda name: _titled(prefix, name if len(pairs) > 1 else ''))
-
-
-def _titled(texts: tuple[str, str], name: str) -> tuple[str, str]:
-    return (f'{name}: {texts[0]}', f'{name}: {texts[1]}') if name else texts
-
-
-def _delete_arguments(parser: ArgumentParser) -> None:
-    _arguments(parser)
-    parser.add_argument('parameter_name', help='Name of the parameter')
-
-
-def _delete(arguments: Namespace, output: Output) -> Outcome:
-    from rcl_interfaces.msg import ParameterValue
-
-    texts = 'Deleted parameter successfully', 'Deleting parameter failed'
-    return _change(arguments, output, [(arguments.parameter_name, ParameterValue())], lambda _name: texts)
-
-
-def _load_arguments(parser: ArgumentParser) -> None:
-    _arguments(parser)
-    parser.add_argument('parameter_file', help='A file as param dump writes it')
-    parser.add_argument(
-        '--no-use-wildcard', action='store_true', help="Leave out what the file has for '/**'"
-    )
-
-
-def _load(arguments: Namespace, output: Output) -> Outcome:
-    import yaml
-
-    from goalwire.entities.parameters.files import parameters_from_yaml_file
-
-    name, file = named_node(arguments), arguments.parameter_file
-    try:
-        found = parameters_from_yaml_file(file, [name], '', use_wildcard=not arguments.no_use_wildcard)
-    except (OSError, yaml.YAMLError, RuntimeError) as error:
-        code = Outcome.NOT_FOUND if isinstance(error, OSError) else Outcome.BAD_VALUE
-        raise CommandError(
-            code, f"cannot load '{file}': {' '.join(str(error).split())}", 'name another file'
-        ) from None
-    pairs = [(each.name, each.value) for each in found.values()]
-    if not pairs:
-        raise CommandError(
-            Outcome.NOT_FOUND, f"'{file}' has no parameters for '{name}'", f'see: ros2 param dump {name}'
-        )
-    return _change(
-        arguments,
-        output,
-        pairs,
-        lambda each: (f'Set parameter {each} successful', f'Set parameter {each} failed'),
-    )
-
-
-def _change(arguments: Namespace, output: Output, pairs: list[tuple[str, Any]], texts: Any) -> Outcome:
-    """Set parameters, one after the other as ROS 2 does, and print what became of each."""
-    from rcl_interfaces.msg import Parameter
-    from rcl_interfaces.srv import SetParameters
-
-    name = named_node(arguments)
-    parameters = [Parameter(name=each, value=value) for each, value in pairs]
-
-    async def change(node: goalwire.Node) -> Outcome:
-        response = await call(
-            node, SetParameters, f'{name}/set_parameters', arguments, {'parameters': parameters}
-        )
-        outcome = Outcome.OK
-        for (each, _), result in zip(pairs, response.results, strict=False):
-            if output.json:
-                output.data(
-                    {'node': name, 'name': each, 'successful': result.successful, 'reason': result.reason}
-                )
-            done, failed = texts(each)
-            text = (done if result.successful else failed) + (f': {result.reason}' if result.reason else '')
-            if not result.successful:
-                tell(lookup.one_line(text))
-                outcome = Outcome.REFUSED
-            elif not output.json:
-                output.line(text)
-        return outcome
-
-    return live(change)
-
-
 NOUN = Noun(
     'param',
     'Various param related sub-commands',
     (
-        Verb('delete', 'Delete parameter', _delete, _delete_arguments),
+        Verb('delete', 'Delete parameter', delete, delete_arguments),
         Verb(
             'describe',
             'Show descriptive information about declared parameters',
             _describe,
             _describe_arguments,
         ),
-        Verb('dump', 'Show all of the parameters of a node in a YAML file format', _dump, _arguments),
+        Verb(
+            'dump', 'Show all of the parameters of a node in a YAML file format', _dump, parameter_arguments
+        ),
         Verb('get', 'Get parameter', _get, _get_arguments),
         Verb('list', 'Output a list of available parameters', _list, _list_arguments),
-        Verb('load', 'Load parameter file for a node', _load, _load_arguments),
-        Verb('set', 'Set parameter', _set, _set_arguments),
+        Verb('load', 'Load parameter file for a node', load, load_arguments),
+        Verb('set', 'Set parameter', change, set_arguments),
     ),
 )

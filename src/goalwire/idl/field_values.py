@@ -14,7 +14,7 @@ and an example:
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import cache
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -59,7 +59,7 @@ def read_yaml(text: str) -> Any:
     import yaml
 
     try:
-        return _with_plain_keys(yaml.load(text, Loader=_loader()))  # noqa: S506 - a SafeLoader
+        return _with_plain_keys(yaml.load(text, Loader=_loader()), {})  # noqa: S506 - a SafeLoader
     except yaml.YAMLError as error:
         mark = getattr(error, 'problem_mark', None)
         problem = getattr(error, 'problem', None) or str(error).splitlines()[0]
@@ -90,27 +90,42 @@ def _loader() -> type[yaml.SafeLoader]:
     return Loader
 
 
-def _with_plain_keys(data: Any) -> Any:
-    """Return the data with the names of fields as texts: a field may be called `on`."""
-    if isinstance(data, Mapping):
-        return {
-            key.text if isinstance(key, Written) else key: _with_plain_keys(value)
-            for key, value in data.items()
-        }
-    if isinstance(data, list):
-        return [_with_plain_keys(value) for value in data]
-    return data
+def _with_plain_keys(data: Any, done: dict[int, Any]) -> Any:
+    """Return the data with the names of fields as texts: a field may be called `on`.
+
+    `done` holds what was made of each part: YAML's aliases may name one part a billion times.
+    """
+    if not isinstance(data, Mapping | list):
+        return data
+    if id(data) not in done:
+        done[id(data)] = (
+            [_with_plain_keys(value, done) for value in data]
+            if isinstance(data, list)
+            else {
+                key.text if isinstance(key, Written) else key: _with_plain_keys(value, done)
+                for key, value in data.items()
+            }
+        )
+    return done[id(data)]
 
 
-def plain_values(data: Any) -> Any:
-    """Return data with the values that YAML gives, where nobody knows the types of the fields."""
+def plain_values(data: Any, done: dict[int, Any] | None = None) -> Any:
+    """Return data with the values that YAML gives, where nobody knows the types of the fields.
+
+    `done` holds what was made of each part, as YAML's aliases may name one part often.
+    """
+    done = {} if done is None else done
     if isinstance(data, Written):
         return data.value
-    if isinstance(data, Mapping):
-        return {name: plain_values(value) for name, value in data.items()}
-    if isinstance(data, list | tuple):
-        return [plain_values(value) for value in data]
-    return data
+    if not isinstance(data, Mapping | list | tuple):
+        return data
+    if id(data) not in done:
+        done[id(data)] = (
+            {name: plain_values(value, done) for name, value in data.items()}
+            if isinstance(data, Mapping)
+            else [plain_values(value, done) for value in data]
+        )
+    return done[id(data)]
 
 
 # -- fitting -------------------------------------------------------------------------------------------------
@@ -133,6 +148,11 @@ def fit_fields(
         name: _fit(known[name], value, f'{path}.{name}' if path else name, stamps=stamps)
         for name, value in values.items()
     }
+
+
+def fit_value(type_: FieldType, value: Any, path: str) -> Any:
+    """Return a value for one field, or for a parameter, of a type. Raises FieldValueError."""
+    return _fit(type_, value, path, stamps=False)
 
 
 def _fit(type_: FieldType, value: Any, path: str, *, stamps: bool) -> Any:
@@ -164,11 +184,11 @@ def _fit_list(type_: FieldType, value: Any, path: str, *, stamps: bool) -> Any:
 
 
 def _check_length(type_: FieldType, length: int, path: str) -> None:
-    count, of_type = type_.capacity, f'not {length} ({type_.text})'
+    count = type_.capacity
     if type_.shape is Shape.ARRAY and length != count:
-        raise FieldValueError(path, f'there must be {count} items, {of_type}')
+        raise FieldValueError(path, f'there must be {count} items, not {length}', type_.text)
     if type_.shape is Shape.BOUNDED and length > count:
-        raise FieldValueError(path, f'there may be {count} items at most, {of_type}')
+        raise FieldValueError(path, f'there may be {count} items at most, not {length}', type_.text)
 
 
 def _example_list(type_: FieldType, value: Any) -> str:
@@ -209,18 +229,18 @@ def _fit_text(type_: FieldType, value: Any, path: str) -> str:
     if isinstance(value, Written) and value.value is not None:
         value = value.text
     if not isinstance(value, str):
-        quoted = '' if isinstance(value, list | Mapping) else f' such as "{_shown(value)}", in quotes'
-        raise _misfit(path, f'a text{quoted}', value, type_)
+        example = "'a'" if isinstance(value, list | Mapping) else f'"{_shown(value)}", in quotes'
+        raise _misfit(path, f'a text such as {example}', value, type_)
     capacity = type_.string_capacity
     try:
         size = len(value.encode()) if type_.base == 'string' else len(value.encode('utf-16-le')) // 2
     except UnicodeEncodeError:
-        raise FieldValueError(path, f'the text is no valid Unicode ({type_.text})') from None
+        raise FieldValueError(path, 'the text is no valid Unicode', type_.text) from None
     if '\0' in value:
-        raise FieldValueError(path, f'a text cannot contain a NUL ({type_.text})')
+        raise FieldValueError(path, 'a text cannot contain a NUL', type_.text)
     if 0 < capacity < size:
         unit = 'characters' if size == len(value) else 'bytes' if type_.base == 'string' else 'UTF-16 units'
-        raise FieldValueError(path, f'{capacity} {unit} at most, not {size} ({type_.text})')
+        raise FieldValueError(path, f'{capacity} {unit} at most, not {size}', type_.text)
     return value
 
 
@@ -270,7 +290,7 @@ def _number_in(text: str) -> int | float | None:
 
 
 def _misfit(path: str, wanted: str, value: Any, type_: FieldType) -> FieldValueError:
-    return FieldValueError(path, f'give {wanted}, not {_shown(value)} ({type_.text})')
+    return FieldValueError(path, f'give {wanted}, not {_shown(value)}', type_.text)
 
 
 def _text_of(value: str | Written) -> str:
@@ -284,5 +304,25 @@ def _shown(value: Any) -> str:
     elif value is None or isinstance(value, bool):
         text = {None: 'null', True: 'true', False: 'false'}[value]
     else:
-        text = repr(plain_values(value))
+        text = ''
+        for piece in _pieces(value):
+            text += piece
+            if len(text) > _SHOWN:
+                break
     return text if len(text) <= _SHOWN else text[: _SHOWN - 1] + '…'
+
+
+def _pieces(value: Any) -> Iterator[str]:
+    """Yield the parts of a value's text, each when it is asked for: the whole may be endless by aliases."""
+    if isinstance(value, Mapping):
+        for number, (name, item) in enumerate(value.items()):
+            yield f'{", " if number else "{"}{name!r}: '
+            yield from _pieces(item)
+        yield '}' if value else '{}'
+    elif isinstance(value, list | tuple):
+        for number, item in enumerate(value):
+            yield ', ' if number else '['
+            yield from _pieces(item)
+        yield ']' if value else '[]'
+    else:
+        yield repr(value.value if isinstance(value, Written) else value)

@@ -513,6 +513,8 @@ def test_an_override_of_another_type_is_refused(
     with pytest.raises(InvalidParameterTypeException) as raised:
         node.declare_parameter('x', given)
     assert str(raised.value) == text
+    [note] = raised.value.__notes__
+    assert note.startswith('x: give ')
     assert not node.has_parameter('x')
     dynamic = ParameterDescriptor(dynamic_typing=True)
     assert node.declare_parameter('x', None, dynamic).value is not None

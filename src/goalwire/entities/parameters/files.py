@@ -82,3 +82,18 @@ def parameters_from_yaml_file(
         )
         for name, value in values.items()
     }
+
+
+def values_from_yaml_file(path: str, node_name: str, *, use_wildcard: bool) -> dict[str, object]:
+    """Return what a parameter file says for one node, by names, as `read_yaml` returns it.
+
+    Raises OSError (also for what is no regular file, or too large), FieldValueError for what is no YAML,
+    FileShapeError (a RuntimeError).
+    """
+    from goalwire.idl.field_values import read_yaml
+
+    try:
+        text = read_regular(path, LARGEST_PARAMETER_FILE).decode()
+    except UnicodeDecodeError:
+        raise FileShapeError(f'{path} is no text in UTF-8') from None
+    return flat_values(read_yaml(text), [node_name], use_wildcard=use_wildcard)

@@ -108,7 +108,7 @@ class NodeParameters:
             if outcome.successful:
                 outcome = self._ros_change([parameter], {parameter.name: descriptor})
             if isinstance(outcome, WrongType):
-                raise InvalidParameterTypeException(parameter, descriptor.type.name)
+                raise _wrong_type(parameter, descriptor.type)
             if not outcome.successful:
                 raise InvalidParameterValueException(parameter.name, parameter.value, outcome.reason)
         if (use := self.handle.override_use) is not None:
@@ -309,6 +309,16 @@ class NodeParameters:
         descriptor = self._parameters.descriptor(name)
         if descriptor is not None and descriptor.read_only:
             raise ParameterImmutableException(name)
+
+
+def _wrong_type(parameter: Parameter, wanted: Type) -> InvalidParameterTypeException:
+    """Return the error for an override of another type, with rclpy's text and a note that has an example."""
+    from goalwire.rules.parameters.fitting import explain_misfit
+
+    error = InvalidParameterTypeException(parameter, wanted.name)
+    if note := explain_misfit(parameter.name, wanted, parameter.value):
+        error.add_note(note)
+    return error
 
 
 def _check_parameters(parameters: list[Parameter]) -> None:

@@ -7,6 +7,7 @@ from datetime import date
 from typing import TYPE_CHECKING, TypeAlias, cast
 
 from goalwire.errors import FileShapeError
+from goalwire.idl.field_values import plain_values
 from goalwire.rules.parameters.file_syntax import KEY, matches
 from goalwire.rules.parameters.parameter import SCALARS, ParameterValue, Type, is_kind
 
@@ -70,7 +71,8 @@ def flat_values(content: object, nodes: list[str] | None, *, use_wildcard: bool)
     """
     if not isinstance(content, dict):
         raise FileShapeError(
-            f'a parameter file holds names of nodes, each with ros__parameters; not {reprlib.repr(content)}'
+            'a parameter file holds names of nodes, each with ros__parameters; '
+            f'not {reprlib.repr(plain_values(content))}'
         )
     branches = dict(_branches(content))
     chosen = [name for name in branches if use_wildcard and name == '/**']
