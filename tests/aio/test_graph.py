@@ -48,6 +48,23 @@ def test_nodes_and_endpoints_are_shown_and_go(play: Play) -> None:
     play(scenario)
 
 
+def test_a_service_that_is_only_called_is_not_served(play: Play) -> None:
+    async def scenario() -> None:
+        async with goalwire.Node('caller') as caller:
+            graph = caller.graph
+            caller.client(SetBool, '/switch')
+            await until(caller, lambda: ('/switch', ['std_srvs/srv/SetBool']) in graph.services())
+            assert '/switch' not in dict(graph.served())
+            async with goalwire.Node('lamp') as lamp:
+                lamp.service(SetBool, '/switch', lambda _request: SetBool.Response())
+                await until(caller, lambda: ('/switch', ['std_srvs/srv/SetBool']) in graph.served())
+                assert [server.node.qualified for server in graph.servers('/switch')] == ['/lamp']
+            await until(caller, lambda: not graph.servers('/switch'))
+            assert '/switch' not in dict(graph.served())
+
+    play(scenario)
+
+
 def test_types_and_qos_that_do_not_go_together_are_told_once(play: Play) -> None:
     async def scenario() -> None:
         weak = goalwire.QoS(reliability=goalwire.ReliabilityPolicy.BEST_EFFORT)

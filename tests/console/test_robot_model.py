@@ -11,13 +11,12 @@ import pytest
 from helpers.console import DATA
 
 from goalwire.console.form_model import form_of
-from goalwire.console.robot_model import as_scene, mesh_file, read_urdf, root_pose
+from goalwire.console.robot_model import as_scene, likely_prefix, mesh_file, read_urdf, root_pose
 from goalwire.console.robot_watch import (
     RobotWatch,
     namespaces,
     navigation_target,
     place_values,
-    stop_services,
 )
 from goalwire.errors import RemoteError
 from goalwire.transforms.rigid import IDENTITY, Rigid
@@ -81,6 +80,34 @@ def test_the_root_hangs_on_the_topmost_frame_and_circles_end() -> None:
     frames = {'base_link': ('odom', one), 'odom': ('map', one)}
     assert root_pose('base_link', frames) == ('map', Rigid((2.0, 0.0, 0.0), UPRIGHT))
     assert root_pose('base_link', frames | {'map': ('base_link', one)})[0] == 'map'
+
+
+def test_frames_with_a_prefix_are_those_of_the_links_after_it() -> None:
+    model = read_urdf(URDF)
+    high = Rigid((0.0, 0.0, 2.0), UPRIGHT)
+    frames = {'alice/head': ('alice/mast', high), 'bob/head': ('bob/mast', IDENTITY)}
+    assert model.poses({}, frames, 'alice/')['head'].translation == pytest.approx((0.0, 0.0, 2.4))
+    assert model.poses({}, frames, 'bob/')['head'].translation == pytest.approx((0.0, 0.0, 0.4))
+
+
+@pytest.mark.parametrize(
+    ('children', 'namespace', 'prefix'),
+    [
+        (['alice/base_link', 'bob/base_link'], '/alice', 'alice/'),
+        (['alice/base_link', 'base_link'], '/alice', 'alice/'),
+        (['alice/base_link', 'base_link'], '', ''),
+        (['base_link'], '/alice', ''),
+        (['r1/base_link'], '/alice', 'r1/'),
+        (['r1/base_link', 'r2/base_link'], '/alice', ''),
+        (['my_base_link', 'notbase_link'], '', 'my_'),
+        ([], '/alice', ''),
+    ],
+)
+def test_a_prefix_is_guessed_from_the_frames_and_the_namespace(
+    children: list[str], namespace: str, prefix: str
+) -> None:
+    frames = dict.fromkeys(children, ('map', IDENTITY))
+    assert likely_prefix(read_urdf(URDF), frames, namespace) == prefix
 
 
 _CIRCLE = (
@@ -166,23 +193,16 @@ def test_a_robot_is_put_together_from_what_comes() -> None:
     assert 'no URDF' in watch.problem
 
 
+def test_frames_of_another_robot_are_no_news_of_this_one() -> None:
+    watch = RobotWatch(None, None, '/alice')  # type: ignore[arg-type] # it subscribes when it looks
+    watch._take_description(SimpleNamespace(data=URDF), 0.0)
+    watch._take_frames(SimpleNamespace(transforms=[frame('map', 'alice/base_link', 1.0)]), 5.0)
+    watch._take_frames(SimpleNamespace(transforms=[frame('map', 'bob/base_link', 2.0)]), 9.0)
+    assert watch.moved_at == 5.0
+    assert watch.pose()[1].translation == (1.0, 0.0, 0.0)
+
+
 # -- what a robot offers -------------------------------------------------------------------------------------
-
-
-def test_stops_are_known_by_name_and_type() -> None:
-    found = stop_services(
-        [
-            ('/estop', ['std_srvs/srv/Trigger']),
-            ('/base/emergency_stop', ['std_srvs/srv/SetBool']),
-            ('/arm/E_Stop', ['std_srvs/srv/Empty']),
-            ('/estop/release', ['std_srvs/srv/Trigger']),
-            ('/release_estop', ['std_srvs/srv/Trigger']),
-            ('/estop_state', ['example_interfaces/srv/AddTwoInts']),
-            ('/lamp', ['std_srvs/srv/SetBool']),
-        ]
-    )
-    assert [stop.name for stop in found] == ['/estop', '/base/emergency_stop', '/arm/E_Stop']
-    assert [stop.values for stop in found] == [{}, {'data': True}, {}]
 
 
 def test_robots_are_found_by_their_descriptions() -> None:

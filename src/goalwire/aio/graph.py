@@ -62,13 +62,21 @@ class GraphView:
         """Return the publishers of a topic, which is given in full."""
         return self._graph.entities(EndpointKind.PUBLISHER, topic)
 
+    def servers(self, service: str) -> list[GraphEntity]:
+        """Return the servers of a service, which is given in full."""
+        return self._graph.entities(EndpointKind.SERVICE, service)
+
     def topics(self) -> NamesAndTypes:
         """Return every topic with its types."""
         return self._graph.topic_names_and_types()
 
     def services(self) -> NamesAndTypes:
-        """Return every service with its types."""
+        """Return every service with its types, also those that somebody calls and nobody serves."""
         return self._graph.service_names_and_types()
+
+    def served(self) -> NamesAndTypes:
+        """Return every service that has a server, with its types."""
+        return self._graph.served_names_and_types()
 
     def actions(self) -> NamesAndTypes:
         """Return every action with its types."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import goalwire
 from goalwire.errors import RemoteError
 from goalwire.records import record
 
@@ -13,6 +14,8 @@ if TYPE_CHECKING:
 
 _LIST = '/list_parameters'
 _ANSWER_S = 10.0
+_PREFIX_S = 5.0
+_STRING = 4
 _FIELDS = (
     '',
     'bool_value',
@@ -85,6 +88,20 @@ async def read_parameters(sender: Sender, node: str) -> list[RemoteParameter]:
         _parameter(name, value, about) for name, value, about in zip(names, values, described, strict=False)
     ]
     return sorted(found, key=lambda parameter: parameter.name)
+
+
+async def frame_prefix(node: goalwire.Node, owner: str) -> str | None:
+    """Ask a node for its parameter `frame_prefix`; None if it does not answer or has none."""
+    from rcl_interfaces.srv import GetParameters
+
+    client = node.client(GetParameters, f'{owner}/get_parameters')
+    try:
+        values = (await client.call(names=['frame_prefix'], timeout=_PREFIX_S)).values
+    except goalwire.GoalwireError:
+        return None
+    finally:
+        client.close()
+    return values[0].string_value.lstrip('/') if values and values[0].type == _STRING else None
 
 
 def _parameter(name: str, value: Any, about: Any) -> RemoteParameter:

@@ -77,17 +77,17 @@ class RobotModel:
     visuals: tuple[Visual, ...]
 
     def poses(
-        self, positions: Mapping[str, float], frames: Mapping[str, tuple[str, Rigid]]
+        self, positions: Mapping[str, float], frames: Mapping[str, tuple[str, Rigid]], prefix: str = ''
     ) -> dict[str, Rigid]:
-        """Return each link's pose in the root link.
+        """Return each link's pose in the root link; a link's frame has its name after `prefix`.
 
         A link whose frame is known takes it from there; else the joint's position counts, 0 where unknown.
         """
         poses = {self.root: IDENTITY}
         for joint in self.joints:
             parent = poses[joint.parent]
-            known = frames.get(joint.child)
-            if known is not None and known[0] == joint.parent:
+            known = frames.get(prefix + joint.child)
+            if known is not None and known[0] == prefix + joint.parent:
                 poses[joint.child] = parent.after(known[1])
             else:
                 poses[joint.child] = parent.after(joint.origin.after(_motion(joint, positions)))
@@ -123,6 +123,22 @@ def root_pose(root: str, frames: Mapping[str, tuple[str, Rigid]]) -> tuple[str, 
         pose = motion.after(pose)
         frame = parent
     return frame, pose
+
+
+def likely_prefix(model: RobotModel, frames: Mapping[str, tuple[str, Rigid]], namespace: str) -> str:
+    """Return what seems to stand before the names of a robot's links in its frames.
+
+    Robots of one kind differ in nothing else. So of several prefixes the one counts that the namespace
+    gives, else the empty one; if neither is there, the robot's frames are not known.
+    """
+    names = {name for child, (parent, _) in frames.items() for name in (child, parent)}
+    root = model.root
+    found = {name.removesuffix(root) for name in names if name.endswith(root)}
+    for prefix in (f'{namespace.strip("/")}/' if namespace else '', ''):
+        if prefix in found:
+            return prefix
+    found = {prefix for prefix in found if prefix.endswith(('/', '_'))}
+    return found.pop() if len(found) == 1 else ''
 
 
 # -- reading -------------------------------------------------------------------------------------------------

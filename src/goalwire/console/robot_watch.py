@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import math
 from collections import deque
 from collections.abc import Mapping
@@ -9,7 +10,8 @@ from time import time
 from typing import TYPE_CHECKING, Any
 
 import goalwire
-from goalwire.console.robot_model import RobotModel, read_urdf, root_pose
+from goalwire.console.remote_parameters import frame_prefix
+from goalwire.console.robot_model import RobotModel, likely_prefix, read_urdf, root_pose
 from goalwire.errors import RemoteError, UnknownInterfaceError, peer_text
 from goalwire.records import record
 from goalwire.transforms.rigid import Rigid
@@ -22,36 +24,9 @@ STRING = 'std_msgs/msg/String'
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 BATTERY = 'sensor_msgs/msg/BatteryState'
 TF = 'tf2_msgs/msg/TFMessage'
-_STOPS = {'std_srvs/srv/Trigger', 'std_srvs/srv/SetBool', 'std_srvs/srv/Empty'}
-_STOP_NAMES = ('estop', 'e_stop', 'emergency_stop')
-_RELEASE_NAMES = ('release', 'reset', 'clear', 'resume')
 _TRAIL = 600
 _TRAIL_STEP = 0.03
 _MOST_FRAMES = 2000
-
-
-@record
-class StopService:
-    """A service that stops a robot."""
-
-    name: str
-    type_name: str
-
-    @property
-    def values(self) -> dict[str, bool]:
-        """What its request holds."""
-        return {'data': True} if self.type_name.endswith('SetBool') else {}
-
-
-def stop_services(services: list[tuple[str, list[str]]]) -> list[StopService]:
-    """Return the emergency stops among services: std_srvs types, named estop, e_stop or emergency_stop."""
-    return [
-        StopService(name, types[0])
-        for name, types in services
-        if types[0] in _STOPS
-        and any(word in name.lower() for word in _STOP_NAMES)
-        and not any(word in name.lower().rpartition('/')[2] for word in _RELEASE_NAMES)
-    ]
 
 
 class RobotWatch:
@@ -68,6 +43,10 @@ class RobotWatch:
         """By child frame: its parent, and its pose in it."""
         self.trail: deque[tuple[float, float, float]] = deque(maxlen=_TRAIL)
         self.moved_at = 0.0
+        self._links: frozenset[str] = frozenset()
+        self._told_prefix: str | None = None
+        self._prefix: str | None = None
+        self._asking: asyncio.Task[None] | None = None
         self._node = node
         self._topics = topics
         self._readings: dict[str, Reading] = {}
@@ -96,10 +75,35 @@ class RobotWatch:
     def _take_description(self, message: Any, _at: float) -> None:
         try:
             self.model = read_urdf(message.data)
+            self._links = frozenset(self.model.links)
             self.problem = ''
         except RemoteError as error:
             self.model, self.problem = None, peer_text(error, 300)
         self.version += 1
+        self._prefix = None
+        if self._node is not None:
+            self._ask_prefix()
+
+    def _ask_prefix(self) -> None:
+        """Ask who publishes the description for its parameter `frame_prefix`."""
+        publishers = self._node.graph.publishers(f'{self.namespace}/robot_description')
+        if self._asking is not None:
+            self._asking.cancel()
+        if len(publishers) == 1:
+            loop = asyncio.get_running_loop()
+            self._asking = loop.create_task(self._take_prefix(publishers[0].node.qualified))
+
+    async def _take_prefix(self, node: str) -> None:
+        self._told_prefix = await frame_prefix(self._node, node)
+
+    @property
+    def prefix(self) -> str:
+        """The text before the names of its links in the names of their frames."""
+        if self._told_prefix is not None:
+            return self._told_prefix
+        if self._prefix is None and self.model is not None:
+            self._prefix = likely_prefix(self.model, self.frames, self.namespace)
+        return self._prefix or ''
 
     def _take_joints(self, message: Any, at: float) -> None:
         for name, position in zip(message.name, message.position, strict=False):
@@ -108,6 +112,7 @@ class RobotWatch:
         self.moved_at = at
 
     def _take_frames(self, message: Any, at: float) -> None:
+        is_own = self.model is None
         for each in message.transforms:
             t, r = each.transform.translation, each.transform.rotation
             numbers = (t.x, t.y, t.z, r.x, r.y, r.z, r.w)
@@ -116,14 +121,23 @@ class RobotWatch:
                 continue
             turn = (r.x / length, r.y / length, r.z / length, r.w / length)
             child, parent = each.child_frame_id.lstrip('/'), each.header.frame_id.lstrip('/')
+            if child not in self.frames:
+                self._prefix = None
             self.frames[child] = (parent, Rigid((t.x, t.y, t.z), turn))
-        self.moved_at = at
+            is_own = is_own or self._is_own(child)
+        if is_own:  # robots share /tf: the frames of another one do not make this one live
+            self.moved_at = at
         if self.model is not None:
-            self._lengthen_trail(root_pose(self.model.root, self.frames)[1])
+            self._lengthen_trail(self.pose()[1])
+
+    def _is_own(self, frame: str) -> bool:
+        """Return whether a frame is one of its links'."""
+        prefix = self.prefix
+        return frame.startswith(prefix) and frame[len(prefix) :] in self._links
 
     def pose(self) -> tuple[str, Rigid]:
         """Return the frame that everything is shown in, and the robot's pose there."""
-        return root_pose(self.model.root if self.model is not None else '', self.frames)
+        return root_pose(self.prefix + self.model.root if self.model is not None else '', self.frames)
 
     def _lengthen_trail(self, pose: Rigid) -> None:
         x, y, z = pose.translation
@@ -135,7 +149,7 @@ class RobotWatch:
         _, base = self.pose()
         if self.model is None:
             return []
-        poses = self.model.poses(self.positions, self.frames)
+        poses = self.model.poses(self.positions, self.frames, self.prefix)
         found = []
         for link in self.model.links:
             motion = base.after(poses[link])
@@ -155,6 +169,8 @@ class RobotWatch:
 
     def close(self) -> None:
         """Watch no more."""
+        if self._asking is not None:
+            self._asking.cancel()
         for reading in self._readings.values():
             reading.close()
         self._readings.clear()

@@ -3,30 +3,28 @@
 from __future__ import annotations
 
 import asyncio
+from collections import Counter
+from collections.abc import Callable, Iterable
 from contextlib import suppress
-from typing import Any, Self
+from itertools import count
+from typing import Self
 
 import goalwire
 from goalwire.aio.graph import GraphProblem
 from goalwire.console.goal_table import GoalTable
 from goalwire.console.goal_watch import GoalWatch
 from goalwire.console.logs import LogBook
+from goalwire.console.ownership import may_move
 from goalwire.console.robot_model import Meshes
-from goalwire.console.robot_watch import (
-    BATTERY,
-    RobotWatch,
-    StopService,
-    namespaces,
-    stop_services,
-)
+from goalwire.console.robot_watch import RobotWatch, namespaces
 from goalwire.console.sending import Sender
 from goalwire.console.settings import Settings
+from goalwire.console.stopping import Answer, Listener, release, stop
 from goalwire.console.topics import Reading, Topics
-from goalwire.errors import UnknownInterfaceError
+from goalwire.console.vitals import Vitals
 
-_TICK_S = 1.0
-_STOP_S = 10.0
-"""How long an emergency stop may take to answer."""
+_TICK_S = 0.2
+_TICKS_OF_RATES = 5
 
 
 class Session:
@@ -41,14 +39,15 @@ class Session:
         self.goal_watch = GoalWatch(node, self.goals, self.sender)
         self.logs = LogBook()
         self.meshes = Meshes()
-        self.stops: list[StopService] = []
-        self.battery: float | None = None
-        """0 to 1."""
-        self.battery_at = 0.0
-        """When that came: s since 1970."""
-        self.battery_topic = ''
+        self.vitals: dict[str, Vitals] = {}
+        """By namespace: of the robots that are there, and of gone ones that a page has selected.
+
+        Without any, '' stands for everything on the wire.
+        """
+        self.listeners: set[Callable[[], object]] = set()
+        """Called when what is to be seen of an emergency stop has changed."""
         self._robots: dict[str, tuple[RobotWatch, int]] = {}
-        self._battery_reading: Reading | None = None
+        self._selected: Counter[str] = Counter()
         self._log_reading: Reading | None = None
         self._tasks: list[asyncio.Task[None]] = []
 
@@ -70,6 +69,8 @@ class Session:
         self.goal_watch.close()
         for watch, _ in self._robots.values():
             watch.close()
+        for vitals in self.vitals.values():
+            vitals.close()
         self.topics.close()
 
     async def _follow_graph(self) -> None:
@@ -78,34 +79,35 @@ class Session:
             await asyncio.sleep(0.1)  # many changes come together when programs start
 
     def _look(self) -> None:
-        graph = self.node.graph
         self.goal_watch.look()
-        self.stops = stop_services(graph.services())
         for watch, _ in self._robots.values():
             watch.look()
-        self._look_for_battery(graph.topics())
+        self._look_at_robots()
 
-    def _look_for_battery(self, topics: list[tuple[str, list[str]]]) -> None:
-        found = [name for name, types in topics if BATTERY in types and self.node.graph.publishers(name)]
-        topic = found[0] if found else ''
-        if topic == self.battery_topic:
-            return
-        if self._battery_reading is not None:
-            self._battery_reading.close()
-            self._battery_reading, self.battery = None, None
-        self.battery_topic = topic
-        if topic:
-            with suppress(UnknownInterfaceError):
-                self._battery_reading = self.topics.read(topic, BATTERY, self._take_battery)
+    def _look_at_robots(self) -> None:
+        there = self.robot_names()
+        gone = {name for name in self._selected if name in self.vitals and self.vitals[name].was_there}
+        wanted = {*there, *gone} or {''}
+        for name in self.vitals.keys() - wanted:
+            self.vitals.pop(name).close()
+        for name in sorted(wanted):
+            if name not in self.vitals:
+                self.vitals[name] = Vitals(self.node, self.topics, name, self._tell)
+            self.vitals[name].was_there |= name in there
+            self.vitals[name].look(wanted)
+        self._tell()
 
-    def _take_battery(self, message: Any, at: float) -> None:
-        self.battery_at = at
-        self.battery = min(max(float(message.percentage), 0.0), 1.0)
+    def _tell(self) -> None:
+        for listener in list(self.listeners):
+            listener()
 
     async def _tick(self) -> None:
-        while True:
+        for tick in count(1):
             await asyncio.sleep(_TICK_S)
-            self.topics.measure()
+            for vitals in self.vitals.values():
+                vitals.tick()
+            if tick % _TICKS_OF_RATES == 0:
+                self.topics.measure()
 
     def problems(self) -> list[GraphProblem]:
         """Return what does not go together, but for what this console itself looks at."""
@@ -117,7 +119,24 @@ class Session:
 
     def robot_names(self) -> list[str]:
         """Return the namespaces of the robots that are there."""
-        return namespaces(self.node.graph.topics())
+        graph = self.node.graph
+        return namespaces([(name, types) for name, types in graph.topics() if graph.publishers(name)])
+
+    def select(self, namespace: str) -> None:
+        """Keep an eye on a robot, also when it has gone, until `deselect` as often."""
+        self._selected[namespace] += 1
+        self._look_at_robots()
+
+    def may_move(self, name: str, robot: str) -> bool:
+        """Return whether what is sent to that name moves this robot, and no other one."""
+        return may_move(name, robot, self.vitals)
+
+    def deselect(self, namespace: str) -> None:
+        """One page less has selected it."""
+        self._selected[namespace] -= 1
+        if not self._selected[namespace]:
+            del self._selected[namespace]
+        self._look_at_robots()
 
     def watch_robot(self, namespace: str) -> RobotWatch:
         """Follow a robot, until `leave_robot` as often."""
@@ -137,24 +156,23 @@ class Session:
             del self._robots[watch.namespace]
             watch.close()
 
-    async def emergency_stop(self) -> list[str]:
-        """Call every emergency stop there is, all at once; return what each answered. Never asks.
+    # -- stopping --------------------------------------------------------------------------------------------
+
+    async def stop(self, robots: Iterable[str], tell: Listener) -> None:
+        """Call every emergency stop of robots, all at once, and tell each answer. It never asks.
 
         Raises NotAllowedError where the console is read-only. An allow-list does not hold it up.
         """
         if self.settings.read_only:
             self.settings.check_may_send('')
-        return list(await asyncio.gather(*(self._stop(stop) for stop in self.stops)))
+        await stop(self.node, [self.vitals[name] for name in robots if name in self.vitals], tell)
 
-    async def _stop(self, stop: StopService) -> str:
-        from goalwire.console.types import interface
+    def check_may_release(self, robot: str) -> None:
+        """Raise NotAllowedError if this console may not release a robot: that lets it move."""
+        for service in self.vitals[robot].emergency.can_release:
+            self.settings.check_may_send(service.name)
 
-        cls = interface(stop.type_name)
-        try:
-            client = self.sender.client(cls, stop.name, stop.type_name)
-            answer = await client.call(cls.Request(**stop.values), timeout=_STOP_S)
-        except goalwire.GoalwireError as error:
-            return f'{stop.name}: {error}'
-        if not getattr(answer, 'success', True):
-            return f'{stop.name}: refused: {answer.message}'
-        return f'{stop.name}: stopped'
+    async def release(self, robot: str) -> list[Answer]:
+        """Call what releases a robot, and return the answers. Raises NotAllowedError."""
+        self.check_may_release(robot)
+        return await release(self.node, self.vitals[robot])

@@ -191,6 +191,10 @@ class Graph(GraphListener):
         """Return every service that somebody serves or calls."""
         return self._names_and_types(EndpointKind.SERVICE, EndpointKind.CLIENT)
 
+    def served_names_and_types(self) -> NamesAndTypes:
+        """Return every service that somebody serves."""
+        return self._names_and_types(EndpointKind.SERVICE)
+
     def action_names_and_types(self) -> NamesAndTypes:
         """Return every action that somebody serves or calls."""
         return actions_among(self.topic_names_and_types())

@@ -59,9 +59,10 @@ class JointSliders:
     def look(self) -> None:
         """Find what takes commands for joints."""
         node, settings = self._view.node, self._view.settings
+        session, robot = self._view.session, self._view.page.robot
         ways = {
             name: ('action', TRAJECTORY_ACTION)
-            for name, type_name in self._view.session.goal_watch.served.items()
+            for name, type_name in session.goal_watch.served.items()
             if type_name == TRAJECTORY_ACTION
         }
         ways |= {
@@ -69,7 +70,11 @@ class JointSliders:
             for name, types in node.graph.topics()
             if TRAJECTORY_TOPIC in types
         }
-        ways = {name: way for name, way in ways.items() if settings.may_send(name)}
+        ways = {
+            name: way
+            for name, way in ways.items()
+            if settings.may_send(name) and session.may_move(name, robot)
+        }
         if ways != self._ways:
             self._ways = ways
             chosen = self._way.value if self._way.value in ways else ''

@@ -46,7 +46,7 @@ class ParametersView(View):
 
     def refresh(self) -> None:
         own = self.node.name
-        names = [name for name in nodes_with_parameters(self.node.graph.services()) if name != own]
+        names = [name for name in nodes_with_parameters(self.node.graph.served()) if name != own]
         self._table.put([{'key': name, 'cells': [name]} for name in names])
 
     async def _choose(self, name: str) -> None:

@@ -51,14 +51,10 @@ class RobotView(View):
         self._names: list[str] = []
         self._place: tuple[float, float, float] | None = None
         self._sent: object = None
-        self._graph_version = -1
+        self._seen: object = None
         self._targets: dict[str, NavigationTarget] = {}
         self._joints: JointSliders | None = None
-        with (
-            ui.element('div')
-            .classes('gw-fill')
-            .style('display: grid; grid-template-columns: minmax(0, 1fr) 308px; gap: 14px; width: 100%')
-        ):
+        with ui.element('div').classes('gw-fill gw-robot-view'):
             with ui.element('div').classes('gw-card flush').style('position: relative; min-height: 400px'):
                 self._scene = RobotScene().style('position: absolute; inset: 0')
                 self._scene.set_dark(self.page.is_dark)
@@ -72,8 +68,6 @@ class RobotView(View):
 
     def _build_bar(self) -> None:
         with ui.element('div').classes('gw-scene-bar'):
-            self._select = ui.select({}, on_change=self._choose_robot).props('outlined dense options-dense')
-            self._select.classes('gw-float').style('min-width: 150px; padding: 0')
             for way, icon in (
                 ('free', '3d_rotation'),
                 ('front', 'face'),
@@ -112,25 +106,23 @@ class RobotView(View):
     # -- which robot -----------------------------------------------------------------------------------------
 
     def _look_at_graph(self) -> None:
-        version = self.node.graph.version
-        if version == self._graph_version:
+        seen = (self.node.graph.version, self.page.robot)
+        if seen == self._seen:
             return
-        self._graph_version = version
-        names = self.session.robot_names()
-        if names != self._names:
-            self._names = names
-            self._select.set_options({name: name or '/' for name in names})
-            self._select.set_visibility(len(names) > 1)
-            if names and (self._watch is None or self._watch.namespace not in names):
-                self._select.set_value(names[0])
-                self._follow(names[0])
+        self._seen = seen
+        self._names = self.session.robot_names()
+        is_there = self.page.robot in self._names
+        if (self._watch is None and is_there) or (
+            self._watch is not None and self._watch.namespace != self.page.robot
+        ):
+            self._follow(self.page.robot)
         self._find_targets()
         if self._joints is not None:
             self._joints.look()
 
-    def _choose_robot(self, event: Any) -> None:
-        if event.value is not None and (self._watch is None or event.value != self._watch.namespace):
-            self._follow(str(event.value))
+    def _whom(self) -> str:
+        """Return how the page calls the selected robot: by its namespace if there are several."""
+        return 'it' if len(self.session.vitals) == 1 else self.page.robot or '/'
 
     def _follow(self, namespace: str) -> None:
         if self._watch is not None:
@@ -142,6 +134,8 @@ class RobotView(View):
     def _find_targets(self) -> None:
         found: dict[str, NavigationTarget] = {}
         for name, type_name in self.session.goal_watch.served.items():
+            if not self.session.may_move(name, self.page.robot):
+                continue
             try:
                 target = self.session.sender.target('action', name, type_name)
             except (UnknownInterfaceError, GoalwireError):
@@ -153,7 +147,7 @@ class RobotView(View):
             self._targets = found
             chosen = next(iter(found), None)
             self._way.set_options({name: name for name in found}, value=chosen)
-            self._hint.set_text('Click on the floor to send it there')
+            self._hint.set_text(f'Click on the floor to send {self._whom()} there')
         self._way.set_visibility(bool(found))
         self._hint.set_visibility(bool(found))
 
@@ -303,8 +297,8 @@ class RobotView(View):
         if history:
             values |= history[-1].sending.values
         values = place_values(way, values, frame, *place)
-        with self.page.client, ui.dialog() as dialog, ui.card().style('min-width: 460px; max-height: 88vh'):
-            ui.label(f'Send it to x {place[0]:.2f} m, y {place[1]:.2f} m?').classes('gw-title')
+        with self.page.client, ui.dialog() as dialog, ui.card().classes('gw-confirm'):
+            ui.label(f'Send {self._whom()} to x {place[0]:.2f} m, y {place[1]:.2f} m?').classes('gw-title')
             ui.label(f'{way.action}, in {frame}').classes('gw-dim gw-mono')
             with ui.expansion('The goal in full').props('dense').style('width: 100%'):
                 form = SendForm(self.page, target, values)

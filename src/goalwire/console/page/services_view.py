@@ -8,6 +8,7 @@ from typing import Any
 from nicegui import ui
 
 import goalwire
+from goalwire.aio.graph import EndpointKind
 from goalwire.console.form_model import in_one_line
 from goalwire.console.page.graph_view import PARAMETER_SERVICES
 from goalwire.console.page.parts import LiveTable, ValueTree, head
@@ -70,14 +71,24 @@ class ServicesView(View):
 
     def refresh(self) -> None:
         rows = []
+        own = self.node.name
+        called = {
+            end.name
+            for end in self.node.graph.endpoints()
+            if end.kind is EndpointKind.CLIENT and end.node.qualified != own
+        }
         for name, types in self.node.graph.services():
             if '/_action/' in name or self._filter not in f'{name} {types[0]}'.lower():
                 continue
             if not self._all and name.endswith(PARAMETER_SERVICES):
                 continue
+            is_served = bool(self.node.graph.servers(name))
+            if not is_served and name not in called:
+                continue  # only this console calls it
             short = types[0].replace('/srv/', '/')
-            tone = {'tone': 'bad'} if len(types) > 1 else {}
-            rows.append({'key': name, 'cells': [name, {'text': short, 'title': ', '.join(types)}], **tone})
+            tone = {'tone': 'bad'} if len(types) > 1 else {} if is_served else {'tone': 'dim'}
+            text = short if is_served else f'{short}, without a server'
+            rows.append({'key': name, 'cells': [name, {'text': text, 'title': ', '.join(types)}], **tone})
         self._table.put(rows)
         self._refresh_events()
 

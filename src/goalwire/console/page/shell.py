@@ -7,12 +7,14 @@ import os
 from pathlib import Path
 from time import time
 from typing import Any
+from urllib.parse import quote
 
 from fastapi import FastAPI
 from fastapi.responses import FileResponse, PlainTextResponse, Response
 from nicegui import Client, app, background_tasks, core, ui
 
 from goalwire.console.page.actions_view import ActionsView
+from goalwire.console.page.emergency_bar import EmergencyBar
 from goalwire.console.page.graph_view import GraphViewPage
 from goalwire.console.page.logs_view import LogsView
 from goalwire.console.page.parameters_view import ParametersView
@@ -22,7 +24,6 @@ from goalwire.console.page.statistics_view import StatisticsView
 from goalwire.console.page.topics_view import TopicsView
 from goalwire.console.page.view import Page, View
 from goalwire.console.session import Session
-from goalwire.errors import GoalwireError, peer_text
 
 VIEWS: tuple[type[View], ...] = (
     RobotView,
@@ -71,8 +72,8 @@ def install(application: FastAPI, session: Session) -> None:
     version = hashlib.sha256(_STYLE.read_bytes()).hexdigest()[:12]
 
     @ui.page('/')
-    def page(view: str = '') -> None:
-        Shell(ui.context.client, session, version).build(view)
+    def page(view: str = '', robot: str = '') -> None:
+        Shell(ui.context.client, session, version).build(view, robot)
 
     @app.exception_handler(404)
     def missing(_request: object, _error: Exception) -> Response:
@@ -107,10 +108,15 @@ class Shell:
         self._style = style
         self._tabs: dict[str, Any] = {}
         self._view = ''
+        self._robots: list[str] = []
 
-    def build(self, view: str) -> None:
-        """Make the page and begin to refresh it."""
+    def build(self, view: str, robot: str) -> None:
+        """Make the page and begin to refresh it. `robot`: the one to select, if it is there."""
         page = self._page
+        page.follow_robots()
+        robots = self._session.robot_names()
+        if robots:
+            page.select_robot(robot if robot in robots else robots[0])
         ui.add_head_html(f'<link rel="stylesheet" href="/console/style.css?{self._style}">')
         ui.add_body_html(_LOST)
         self._dark = ui.dark_mode(value=None)
@@ -124,10 +130,11 @@ class Shell:
                 for kind in VIEWS:
                     self._tab(kind)
             self._main = ui.element('main').classes('gw-main')
+        self._emergency = EmergencyBar(page)
         page.header = self._refresh_bar
         page.client.on_delete(page.close)
         names = {kind.name for kind in VIEWS}
-        self._show(view if view in names else ('robot' if self._session.robot_names() else 'graph'))
+        self._show(view if view in names else ('robot' if robots else 'graph'))
         background_tasks.create(self._begin())
 
     async def _begin(self) -> None:
@@ -151,6 +158,13 @@ class Shell:
         node = self._session.node
         ui.element('span').classes('gw-brand-mark')
         ui.label('goalwire console').classes('gw-brand')
+        self._robot = ui.select({}, on_change=self._choose_robot).props(
+            'outlined dense options-dense data-robot aria-label="Robot"'
+        )
+        self._robot.classes('gw-robot').tooltip('The robot that the page is about, STOP too')
+        self._robot.set_visibility(False)
+        ui.element('span').classes('gw-room')
+        ui.element('span').classes('gw-break')
         wire = 'DDS' if 'cyclone' in os.environ.get('RMW_IMPLEMENTATION', '') else 'Zenoh'
         ui.label(f'{wire} · domain {node.context.get_domain_id()}').classes('gw-chip')
         self._nodes = ui.label('').classes('gw-chip').props('data-nodes')
@@ -166,11 +180,6 @@ class Shell:
             'flat dense round size=sm'
         )
         self._theme.classes('gw-quiet').tooltip('Dark or light')
-        self._stop = ui.button('STOP', icon='pan_tool', on_click=self._emergency_stop)
-        self._stop.classes('gw-stop').props(
-            'unelevated dense no-caps color=negative data-estop padding="4px 14px"'
-        )
-        self._stop.tooltip('Calls every emergency stop at once. It never asks.')
         self._seen_version = -1
 
     def _refresh_bar(self) -> None:
@@ -185,14 +194,16 @@ class Shell:
             problems = len(session.problems())
             self._problems.set_text(f'{problems} mismatch' + ('es' if problems != 1 else ''))
             self._problems.set_visibility(problems > 0)
-        self._stop.set_visibility(bool(session.stops) and not session.settings.read_only)
+        self._refresh_robots()
+        self._emergency.refresh()
         active = len(session.goals.active())
         self._goals.set_text(f'{active} goal' + ('s' if active != 1 else '') + ' active')
         self._goals.set_visibility(active > 0)
-        battery = session.battery
+        vitals = session.vitals.get(self._page.robot)
+        battery = None if vitals is None else vitals.battery
         self._battery.set_visibility(battery is not None)
-        if battery is not None:
-            age = time() - session.battery_at
+        if vitals is not None and battery is not None:
+            age = time() - vitals.battery_at
             is_old = age > _OLD_BATTERY_S
             self._battery.set_text(
                 f'battery {battery * 100:.0f} %' + (f', {age:.0f} s ago' if is_old else '')
@@ -200,13 +211,25 @@ class Shell:
             tone = 'old' if is_old else 'good' if battery > 0.4 else 'warn' if battery > 0.15 else 'bad'
             self._battery.classes(add=tone, remove=' '.join({'good', 'warn', 'bad', 'old'} - {tone}))
 
-    async def _emergency_stop(self) -> None:
-        try:
-            answers = await self._session.emergency_stop()
-        except GoalwireError as error:
-            answers = [peer_text(error)]
-        for answer in answers:
-            self._page.tell(answer, 'positive' if answer.endswith(': stopped') else 'negative')
+    def _refresh_robots(self) -> None:
+        """Offer the robots that are there. If the selected one has gone, no other takes its place."""
+        there, page = self._session.robot_names(), self._page
+        if there and page.robot not in self._session.vitals:
+            page.select_robot(there[0])  # the first that comes
+        offered = sorted({*there, page.robot}) if there else [page.robot]
+        state = [name if name in there else f'{name} (gone)' for name in offered]
+        if state != self._robots:
+            self._robots = state
+            self._robot.set_options(
+                {name: (name or '/') + ('' if name in there else ' (gone)') for name in offered},
+                value=page.robot,
+            )
+            self._robot.set_visibility(len(offered) > 1)
+
+    def _choose_robot(self, event: Any) -> None:
+        if event.value is not None and event.value != self._page.robot:
+            self._page.select_robot(str(event.value))
+            self._put_address()
 
     def _switch_dark(self) -> None:
         self._set_dark(not self._page.is_dark)
@@ -237,4 +260,9 @@ class Shell:
         kind = next(kind for kind in VIEWS if kind.name == name)
         with self._page.client:
             self._page.show(kind(self._page), self._main)
-            ui.run_javascript(f"history.replaceState(null, '', '?view={name}')")
+            self._put_address()
+
+    def _put_address(self) -> None:
+        """Have the browser's address say what is shown, so that opening it again shows the same."""
+        robot = f'&robot={quote(self._page.robot)}' if self._page.robot else ''
+        ui.run_javascript(f"history.replaceState(null, '', '?view={self._view}{robot}')")

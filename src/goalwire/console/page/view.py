@@ -55,6 +55,8 @@ class Page:
     def __init__(self, client: Client, session: Session) -> None:
         self.client = client
         self.session = session
+        self.robot = ''
+        """The namespace of the selected robot: views and STOP are about that one."""
         self.is_dark = False
         self.view: View | None = None
         self.header: Callable[[], None] = lambda: None
@@ -64,6 +66,21 @@ class Page:
         """Those that end with the page, since they were sent so."""
         self.closed = False
         self._changed = asyncio.Event()
+        self._follows = False
+
+    def follow_robots(self) -> None:
+        """Hear what becomes of the selected robot, until the page is closed."""
+        self._follows = True
+        self.session.select(self.robot)
+        self.session.listeners.add(self.refresh_soon)
+
+    def select_robot(self, namespace: str) -> None:
+        """Make another robot the one that the page is about."""
+        if namespace != self.robot:
+            before, self.robot = self.robot, namespace
+            self.session.select(namespace)
+            self.session.deselect(before)
+            self.refresh_soon()
 
     def show(self, view: View, container: Any) -> None:
         """Show another view."""
@@ -119,6 +136,10 @@ class Page:
 
     def close(self) -> None:
         """The browser has gone. Goals go on, but for those that were sent to end with the page."""
+        if self._follows:
+            self._follows = False
+            self.session.listeners.discard(self.refresh_soon)
+            self.session.deselect(self.robot)
         self.closed = True
         self._changed.set()
         if self.view is not None:
@@ -159,16 +180,22 @@ class Page:
                 textColor='white',
             )
 
-    async def confirm(self, kind: str, name: str, title: str, text: str, button: str = 'Send') -> bool:
-        """Ask once before something is sent; True where it may be. `text` shows what it is."""
+    async def confirm(
+        self, kind: str, name: str, title: str, text: str, button: str = 'Send', *, may_trust: bool = True
+    ) -> bool:
+        """Ask once before something is sent; True where it may be. `text` shows what it is.
+
+        With `may_trust` the user may say not to be asked again for this kind and name.
+        """
         if (kind, name) in self.trusted:
             return True
-        with self.client, ui.dialog() as dialog, ui.card().classes('gw-confirm').style('min-width: 420px'):
+        with self.client, ui.dialog() as dialog, ui.card().classes('gw-confirm'):
             ui.label(title).classes('gw-title')
             ui.label(name).classes('gw-dim gw-mono')
             if text.strip():
                 ui.label(text).classes('gw-code').style('width: 100%').props('data-confirm')
             again = ui.checkbox('Do not ask again for this name while the page is open')
+            again.set_visibility(may_trust)
             with ui.row().classes('gw-actions').style('width: 100%; justify-content: flex-end'):
                 ui.button('Cancel', on_click=lambda: dialog.submit(False)).props('flat dense no-caps')
                 ui.button(button, on_click=lambda: dialog.submit(True)).props(
