@@ -22,6 +22,7 @@ QOS = (
     '--qos-profile --qos-depth --qos-history --qos-reliability --qos-durability --qos-liveliness '
     '--qos-liveliness-lease-duration-seconds'
 )
+COMPONENT = '-n --node-name --node-namespace --log-level -r --remap-rule -p --parameter -e --extra-argument'
 NODE = f'{GRAPH} --include-hidden-nodes'
 JAZZY = {
     'action': {
@@ -30,7 +31,13 @@ JAZZY = {
         'send_goal': '--stdin -f --feedback -t --timeout',
         'type': GRAPH,
     },
-    'component': {'list': GRAPH, 'load': GRAPH, 'standalone': '', 'types': '', 'unload': GRAPH},
+    'component': {
+        'list': f'{GRAPH} --containers-only',
+        'load': f'{GRAPH} {COMPONENT} -q --quiet',
+        'standalone': f'{GRAPH} {COMPONENT} -c --container-node-name',
+        'types': '',
+        'unload': f'{GRAPH} -q --quiet',
+    },
     'doctor': {
         'doctor': '-r --report -rf --report-failed -ep --exclude-packages -iw --include-warnings',
         'hello': '',
@@ -93,10 +100,6 @@ BEFORE = {'service': '--include-hidden-services', 'topic': '--include-hidden-top
 """What Jazzy takes between a noun and its verb."""
 
 MISSING = {
-    'component list': 'there are no containers: goalwire loads no C++ components',
-    'component load': 'the same',
-    'component standalone': 'the same',
-    'component unload': 'the same',
     'pkg create': '`new` makes a package for pip, uv and colcon at once',
     'doctor hello': "`doctor`'s self-test does it between two processes",
     'doctor -ep --exclude-packages': 'packages are not compared with a list of releases',

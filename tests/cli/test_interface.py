@@ -8,6 +8,8 @@ import pytest
 from helpers.command_line import CommandLine
 from helpers.isolation import NETWORK, isolated_env
 
+from goalwire.idl.registry import definition_text
+
 MESSAGE = """# The top.
 Inner[2] inner  # two of them
 std_msgs/Header header # when
@@ -99,6 +101,13 @@ def test_what_is_not_there_is_told_with_what_is_near(ros2: CommandLine) -> None:
     assert "did you mean 'std_srvs'" in ros2.fails('interface', 'package', 'std_srv', code=3)
     assert 'did you mean' in ros2.fails('interface', 'show', 'std_srvs/srv/SetBol', code=3)
     assert "'x' is no type" in ros2.fails('interface', 'show', 'x', code=4)
+
+
+def test_shipped_definitions_are_written_as_ros_2_writes_them() -> None:
+    quaternion = definition_text('geometry_msgs/msg/Quaternion').splitlines()
+    assert quaternion[-4:] == ['float64 x 0', 'float64 y 0', 'float64 z 0', 'float64 w 1']
+    assert 'sensor_msgs/CameraInfo camera_info\n' in definition_text('sensor_msgs/srv/SetCameraInfo')
+    assert 'nav_msgs/OccupancyGrid map\n' in definition_text('nav_msgs/srv/SetMap')
 
 
 def test_components_are_those_of_the_ament_index(world: dict[str, str], tmp_path: Path) -> None:

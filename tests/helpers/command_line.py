@@ -41,6 +41,7 @@ class CommandLine:
     """`ros2` in a world."""
 
     env: Mapping[str, str]
+    cwd: Path | None = None
 
     def __call__(
         self,
@@ -53,6 +54,7 @@ class CommandLine:
         done = subprocess.run(
             [executable(program), *arguments],
             env={**self.env, 'PYTHONIOENCODING': 'utf-8', **variables},
+            cwd=self.cwd,
             input=stdin,
             capture_output=True,
             text=True,

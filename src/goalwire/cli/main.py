@@ -145,7 +145,11 @@ def _run_verb(
     from goalwire.cli.verbs import verb_parser
 
     parser = verb_parser(program, noun, verb)
-    own = arguments if verb.takes_ros_arguments else _without_ros_arguments(arguments)
+    if verb.takes_ros_arguments:
+        own = arguments
+    else:
+        own, for_node = _split_ros_arguments(arguments)
+        sys.argv[1:] = for_node  # else the node takes a value such as `rate:=fast` for a remapping rule
     parsed = parser.parse_args(own, values)
     parsed.prog = parser.prog
     output: Output = Output(json=getattr(parsed, 'json', False))
@@ -153,18 +157,16 @@ def _run_verb(
     return Outcome.OK if outcome is None else outcome
 
 
-def _without_ros_arguments(arguments: list[str]) -> list[str]:
-    """Leave out `--ros-args … --`, which the command's node reads."""
-    left: list[str] = []
+def _split_ros_arguments(arguments: list[str]) -> tuple[list[str], list[str]]:
+    """Return the arguments of the command, and `--ros-args … --`, which the command's node reads."""
+    own: list[str] = []
+    for_node: list[str] = []
     is_ros = False
     for argument in arguments:
-        if is_ros:
-            is_ros = argument != '--'
-        elif argument == '--ros-args':
-            is_ros = True
-        else:
-            left.append(argument)
-    return left
+        is_ros = is_ros or argument == '--ros-args'
+        (for_node if is_ros else own).append(argument)
+        is_ros = is_ros and argument != '--'
+    return own, for_node
 
 
 def _report(program: str, error: Exception) -> Outcome:

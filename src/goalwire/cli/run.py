@@ -31,9 +31,13 @@ def _run(arguments: Namespace, _output: Output) -> Outcome:
 
     try:
         program = executable(arguments.package_name, arguments.executable_name)
-        prefix = shlex.split(arguments.prefix or '')
-    except (LaunchError, ValueError) as error:
+    except LaunchError as error:
         raise CommandError(Outcome.NOT_FOUND, f'{arguments.prog}: {error}') from error
+    try:
+        prefix = shlex.split(arguments.prefix or '')
+    except ValueError:
+        problem = f"{arguments.prog}: --prefix '{arguments.prefix}' has a quotation mark that does not end"
+        raise CommandError(Outcome.BAD_VALUE, problem) from None
     command = [*prefix, program, *arguments.argv]
     sys.stdout.flush()
     try:

@@ -35,9 +35,12 @@ class ComponentManager(Node):
             node = made(**_options(request, self))
         except Exception as error:
             response.success = False
-            response.error_message = f'{type(error).__name__}: {error}'
+            notes = ''.join(f'; {note}' for note in getattr(error, '__notes__', ()))
+            response.error_message = f'{type(error).__name__}: {error}{notes}'
             self.get_logger().error(f"Failed to load '{request.plugin_name}': {response.error_message}")
             return response
+        if request.log_level:
+            node.get_logger().set_level(request.log_level)
         self._last_id += 1
         self._components[self._last_id] = node
         self._loads_into.add_node(node)
