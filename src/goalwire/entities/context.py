@@ -222,7 +222,10 @@ class Context:
         if self._domain_id is None:
             raise NotInitializedException('cannot create node')
         if not self.shutdown_signal.alive:
-            raise RCLError('the given context is not valid, either init() was not called or shutdown() was')
+            raise RCLError(
+                'the given context is not valid, either init() was not called or shutdown() was; '
+                'to begin anew, call rclpy.try_shutdown() and rclpy.init()'
+            )
         enclave = self.arguments.enclave or '/'
         session = registry.get().open(SessionOptions(domain_id=self._domain_id, enclave=enclave))
         graph = Graph(

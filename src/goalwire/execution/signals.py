@@ -181,7 +181,7 @@ def install_signal_handlers(options: SignalHandlerOptions = SignalHandlerOptions
     for number in _WANTED[options]:
         _previous[number] = signal.signal(number, _handle)
     if _previous:
-        _listeners.append(SignalListener(_end_contexts))
+        _listeners.append(SignalListener(_on_signal))
 
 
 def uninstall_signal_handlers() -> None:
@@ -221,10 +221,24 @@ class SignalHandlerGuardCondition(GuardCondition):
         super().destroy()
 
 
-def _end_contexts(number: int) -> bool:
-    """End the contexts: on the listener's thread and in the main one. False for other signals."""
-    if number not in _previous:
+def is_ipython() -> bool:
+    """Whether IPython or a notebook runs this program: Ctrl-C and Interrupt there end a cell, and no more."""
+    get_ipython = getattr(sys.modules.get('IPython'), 'get_ipython', None)
+    return get_ipython is not None and get_ipython() is not None
+
+
+def _on_signal(number: int) -> bool:
+    """End the contexts on the listener's thread. False for other signals, and if others handle it now.
+
+    Whoever replaced our handler decides what the signal means: it may call ours, and may not.
+    """
+    if number not in _previous or signal.getsignal(number) is not _handle:
         return False
+    _end_contexts(number)
+    return True
+
+
+def _end_contexts(number: int) -> None:
     _came.add(number)
     name = signal.Signals(number).name
     for shutdown_signal in _ended.alive():
@@ -232,7 +246,6 @@ def _end_contexts(number: int) -> bool:
     for guard in _triggered.alive():
         with suppress(InvalidHandle):
             guard.trigger()
-    return True
 
 
 def _handle(number: int, frame: FrameType | None) -> None:

@@ -7,6 +7,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
 from goalwire.errors import NotInitializedException
+from goalwire.execution.signals import is_ipython
 from rclpy.context import Context
 from rclpy.signals import SignalHandlerOptions, install_signal_handlers, uninstall_signal_handlers
 from rclpy.utilities import get_default_context, get_rmw_implementation_identifier, ok, try_shutdown
@@ -94,17 +95,31 @@ def init(
 ) -> InitContextManager:
     """Open a context (the default one where None) with `args` (`sys.argv` where None).
 
-    SIGINT and SIGTERM end it, unless `signal_handler_options` says otherwise; a context of one's own gets no
-    handlers by default. Raises RuntimeError where it is open already, RCLError for bad arguments.
+    SIGINT and SIGTERM end it, unless `signal_handler_options` says otherwise, and by default
+    not for a context of one's own, nor in IPython and notebooks, where an interrupt ends a cell.
+    Raises RuntimeError if the context was opened before, RCLError for bad arguments.
     """
     default = context is None
     chosen = get_default_context() if context is None else context
     if signal_handler_options is None:
-        signal_handler_options = SignalHandlerOptions.ALL if default else SignalHandlerOptions.NO
+        handled = default and not is_ipython()
+        signal_handler_options = SignalHandlerOptions.ALL if handled else SignalHandlerOptions.NO
+    if chosen.initialized:
+        raise RuntimeError(
+            f'Context.init() must only be called once; {_explain_second_init(chosen, default)}'
+        )
     chosen.init(args, domain_id=domain_id)
     if signal_handler_options is not SignalHandlerOptions.NO:  # NO leaves another context's handlers alone
         install_signal_handlers(signal_handler_options)
     return InitContextManager(chosen, signal_handler_options is not SignalHandlerOptions.NO)
+
+
+def _explain_second_init(context: Context, default: bool) -> str:
+    if not default:
+        return 'make another Context: this one was open before'
+    if context.ok():
+        return 'rclpy.init() was called before: call rclpy.shutdown() first, or leave this call out'
+    return 'a signal ended the context of the first call: call rclpy.try_shutdown() first'
 
 
 def get_global_executor() -> Executor:

@@ -1,0 +1,32 @@
+"""The page about notebooks: its cells, run by a real kernel, show what the page shows."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+from helpers.isolation import NETWORK, isolated_env
+from helpers.markdown import DOCS, blocks
+
+pytest.importorskip('ipykernel')
+PAGE = DOCS / 'notebooks.md'
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(120)
+@pytest.mark.skipif(sys.platform == 'win32', reason='signals of POSIX')
+def test_the_cells_show_what_the_page_shows(tmp_path: Path) -> None:
+    from helpers.notebooks import Notebook
+
+    page = [block for block in blocks(PAGE) if block.language in {'py', 'text'}]
+    assert page
+    with Notebook(tmp_path, isolated_env(NETWORK)) as notebook:
+        for cell, after in zip(page, [*page[1:], None], strict=True):
+            if cell.language == 'text':
+                continue
+            shown = after.text.splitlines() if after is not None and after.language == 'text' else []
+            interrupted_after = shown[0] if shown[1:] == ['KeyboardInterrupt'] else None
+            output = notebook.run(cell.text, interrupted_after=interrupted_after)
+            lines = [line.rstrip(': ') for line in output.splitlines() if '[WARN]' not in line]
+            assert lines == shown, f'the cell of line {cell.line}'
