@@ -53,7 +53,9 @@ def test_before_init_nothing_is_there() -> None:
 def test_init_and_shutdown(isolated: dict[str, str]) -> None:
     rclpy.init(args=[])
     assert rclpy.ok()
-    with pytest.raises(RuntimeError, match=r'^Context\.init\(\) must only be called once$'):
+    with pytest.raises(
+        RuntimeError, match=r'^Context\.init\(\) must only be called once; .*call rclpy.shutdown\(\) first'
+    ):
         rclpy.init(args=[])
     assert rclpy.get_default_context().get_domain_id() == int(isolated['ROS_DOMAIN_ID'])
     assert type(rclpy.get_global_executor()) is SingleThreadedExecutor
