@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from goalwire.logging import RcutilsLogger
+from goalwire.logging import LoggingSeverity, RcutilsLogger
 from goalwire.logging.filters import Throttle, get_filters_from_kwargs, supported_filters
 
 
@@ -114,3 +114,8 @@ def test_a_filter_works_on_its_own_as_rclpy_offers_it() -> None:
     assert [Throttle.should_log(context), Throttle.should_log(context)] == [True, False]
     clock.seconds = 1
     assert Throttle.should_log(context)
+
+
+def test_a_severity_is_given_by_the_method_alone() -> None:
+    with pytest.raises(TypeError, match="got multiple values for argument 'severity'"):
+        get_filters_from_kwargs(severity=LoggingSeverity.DEBUG)

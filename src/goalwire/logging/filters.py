@@ -149,6 +149,11 @@ def get_filters_from_kwargs(**kwargs: object) -> list[str]:
                     f'but is required for the the logging filter "{name}"'
                 )
     for param in kwargs:
+        if param == 'severity':
+            raise LoggingOptionError(
+                "got multiple values for argument 'severity': the method's name says it; "
+                'or call log(message, severity)'
+            )
         if param not in _ALL_PARAMS:
             raise LoggingOptionError(
                 f'parameter "{param}" is not one of the recognized logging options "{_ALL_PARAMS}"'

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import sys
+import sysconfig
 from traceback import StackSummary, walk_stack
 from typing import TYPE_CHECKING, Any
+
+from goalwire.logging.tracebacks import is_library, is_standard
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -13,6 +17,9 @@ if TYPE_CHECKING:
 
 _SHOWN = 3
 """Places of each thread and coroutine."""
+
+_INSTALLED = tuple(sysconfig.get_path(name) + os.sep for name in ('purelib', 'platlib'))
+"""Where pytest lies."""
 
 
 def describe(waiting: Iterable[Thread], here: Thread) -> str:
@@ -43,8 +50,8 @@ def _shown(places: StackSummary) -> str:
 
 
 def _is_machinery(path: str) -> bool:
-    path = path.replace('\\', '/')
-    return '/goalwire/' in path or '/pytest' in path or '/lib/python' in path or path.startswith('<')
+    """Whether a file is the library's, Python's or an installed one: names of folders alone tell nothing."""
+    return is_library(path) or is_standard(path) or path.startswith((*_INSTALLED, '<'))
 
 
 def _threads(threads: Iterable[Thread]) -> list[tuple[str, StackSummary]]:
