@@ -35,15 +35,48 @@ from goalwire.idl.registry import register_definitions
 # -- measuring -----------------------------------------------------------------------------------------------
 
 
-def test_a_rate_is_that_of_the_last_seconds() -> None:
+@pytest.mark.parametrize('hertz', [0.2, 1.0, 10.0, 400.0])
+@pytest.mark.parametrize('phase', [0.0, 0.3, 0.999])
+def test_a_rate_is_right_whenever_it_is_told(hertz: float, phase: float) -> None:
+    """It is read each second, beginning before the first message, which comes at any time."""
     rate = Rate()
-    assert rate.read(0, 0.0) == 0.0
-    for second in range(1, 11):
-        told = rate.read(second * 20, float(second))
-    assert told == pytest.approx(20.0)
-    for second in range(11, 16):
-        told = rate.read(200, float(second))
-    assert told == 0.0
+    first = 3.0 + phase
+    told: list[float | None] = []
+    for second in range(60):
+        if second >= first:
+            count = int((second - first) * hertz) + 1
+            rate.note(count, first + (count - 1) / hertz)
+        told.append(rate.told(second))
+    known = [each for each in told if each is not None]
+    assert known == pytest.approx([hertz] * len(known))
+    assert len(known) >= 60 - first - 2 - 2 / hertz, 'it is told from the second reading on'
+
+
+def test_a_rate_follows_the_last_seconds_and_stops_with_the_messages() -> None:
+    rate = Rate()
+    for second in range(10):
+        rate.note(20 * second, second)
+    for second in range(10, 20):
+        rate.note(180 + 5 * (second - 9), second)
+    assert rate.told(19) == pytest.approx(5.0)
+    assert rate.told(22) == pytest.approx(5.0), 'the next may come yet'
+    assert rate.told(22.1) == 0.0
+    assert rate.told(30) == 0.0
+    rate.note(231, 31.0)
+    assert rate.told(31) is None
+    rate.note(241, 32.0)
+    assert rate.told(32) == pytest.approx(10.0)
+
+
+def test_of_one_message_or_of_a_burst_no_rate_is_told() -> None:
+    rate = Rate()
+    assert rate.told(0.0) is None
+    rate.note(1, 1.0)
+    assert rate.told(100.0) is None
+    burst = Rate()
+    burst.note(1, 0.99)
+    burst.note(5, 1.01)
+    assert burst.told(1.01) is None
 
 
 def test_percentiles_are_those_of_the_nearest_rank() -> None:
@@ -73,6 +106,7 @@ def test_csv_holds_every_value_and_no_formula() -> None:
     series = Series('=cmd()')
     series.append(1.5, 2.25)
     assert as_csv([series]).splitlines() == ['series,time,value', "'=cmd(),1.5,2.25"]
+    assert as_csv([series], 1e9).splitlines()[1] == "'=cmd(),1000000001.5,2.25"
 
 
 def test_nothing_is_minus_nought() -> None:
@@ -131,6 +165,14 @@ def test_a_goal_that_had_ended_before_it_was_seen_is_a_moment_of_the_past() -> N
     goal = table.get('/go', 'aa')
     assert goal is not None
     assert (goal.began, goal.ended) == (100.0, 100.0)
+
+
+def test_a_servers_stamp_becomes_a_reading_of_the_monotonic_clock() -> None:
+    table = GoalTable()
+    table.take_statuses('/go', [('aa', 2, 1_000_100.0), ('bb', 2, 1_000_900.0)], 500.0, 1_000_000.0)
+    began = [goal.began for goal in table]
+    assert began == [100.0, 500.0], 'one that a clock ahead of ours stamped began now'
+    assert [goal.accepted for goal in table] == [1_000_100.0, 1_000_900.0]
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from time import monotonic
 from types import SimpleNamespace
 from typing import Any
 
@@ -188,9 +189,33 @@ def test_a_robot_is_put_together_from_what_comes() -> None:
     assert poses['base_link'] == [0.9, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]
     assert poses['left_arm'][4] == pytest.approx(math.sin(0.25), abs=1e-4)
     assert len(watch.trail) == 10
+
+
+def test_a_description_that_cannot_be_read_takes_none_away() -> None:
+    watch = RobotWatch(None, None, '')  # type: ignore[arg-type] # it subscribes when it looks
     watch._take_description(SimpleNamespace(data='<sdf/>'), 0.0)
     assert (watch.model, watch.link_poses()) == (None, [])
     assert 'no URDF' in watch.problem
+    watch._take_description(SimpleNamespace(data=URDF), 0.0)
+    model = watch.model
+    assert watch.problem == ''
+    assert model is not None
+    watch._take_description(SimpleNamespace(data='<robot'), 0.0)
+    assert watch.model is model
+    assert watch.link_poses()
+    assert 'no XML' in watch.problem
+    assert 'the one before is shown' in watch.problem
+
+
+def test_what_was_said_before_does_not_make_a_robot_live() -> None:
+    watch = RobotWatch(None, None, '')  # type: ignore[arg-type] # it subscribes when it looks
+    assert not watch.is_fresh
+    static = SimpleNamespace(transforms=[frame('base_link', 'camera', 0.1)])
+    watch._take_static_frames(static, monotonic())
+    assert watch.frames['camera'][0] == 'base_link'
+    assert not watch.is_fresh, 'they may have been published hours ago'
+    watch._take_frames(SimpleNamespace(transforms=[frame('odom', 'base_link', 0.1)]), monotonic())
+    assert watch.is_fresh
 
 
 def test_frames_of_another_robot_are_no_news_of_this_one() -> None:

@@ -57,12 +57,17 @@ class Stage:
         assert done.returncode == 0, done.stdout + done.stderr
         return done.stdout
 
-    def console(self, *arguments: str, head_s: float | None = None) -> tuple[Program, str]:
-        """Start a console on a free port; return it and its address. `head_s`: how long heads may take."""
+    def console(self, *arguments: str, head_s: float | None = None, first: str = '') -> tuple[Program, str]:
+        """Start a console on a free port; return it and its address.
+
+        `head_s`: how long heads may take. `first`: a program that its process runs before.
+        """
         hurry = (
             '' if head_s is None else f'import goalwire.console.server as server; server.HEAD_S = {head_s}'
         )
-        console = self.program(hurry + CONSOLE, 'console', '--no-open', '--json', '--port', '0', *arguments)
+        console = self.program(
+            first + hurry + CONSOLE, 'console', '--no-open', '--json', '--port', '0', *arguments
+        )
         url = json.loads(console.expect(r'^\{.*\}$', PATIENCE_MS / 1000)[0])['url']
         return console, url
 

@@ -26,7 +26,7 @@ _FALLING = ('remaining', '_left', 'to_go')
 
 
 class TrackedGoal:
-    """One goal, as far as it was seen from here. Times are seconds since 1970, by this machine's clock."""
+    """One goal, as far as it was seen from here. Times are readings of the monotonic clock, in s."""
 
     def __init__(self, action: str, goal_id: str, now: float) -> None:
         self.action = action
@@ -35,7 +35,7 @@ class TrackedGoal:
         self.began = now
         self.ended: float | None = None
         self.accepted: float | None = None
-        """By the server's clock."""
+        """By the server's clock, in s since 1970."""
         self.marks: list[tuple[float, str]] = []
         """When it came to each status."""
         self.ticks: deque[float] = deque(maxlen=_TICKS)
@@ -121,10 +121,15 @@ class GoalTable:
         return goal
 
     def take_statuses(
-        self, action: str, statuses: Iterable[tuple[str, int, float]], now: float
+        self,
+        action: str,
+        statuses: Iterable[tuple[str, int, float]],
+        now: float,
+        wall_offset: float = 0.0,
     ) -> list[TrackedGoal]:
         """Note what a server says of its goals: id, number of the status, time of acceptance.
 
+        That time is in s since 1970, and `wall_offset` is what leads there from readings such as `now`.
         Return those that have news. A goal that had ended when it was first seen ends when it
         began: no more is known.
         """
@@ -134,7 +139,8 @@ class GoalTable:
             status = STATUSES[number] if 0 <= number < len(STATUSES) else 'UNKNOWN'
             is_old = known is None and status not in ACTIVE  # when it ended, nobody knows
             if known is None:
-                known = self._goal(action, goal_id, min(now, accepted) if accepted > 0 else now)
+                began = min(now, accepted - wall_offset) if accepted > 0 else now
+                known = self._goal(action, goal_id, began)
             known.accepted = accepted
             if known.move(status, known.began if is_old else now):
                 news.append(known)

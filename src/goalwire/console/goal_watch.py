@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import asyncio
-from time import time
+from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 import goalwire
+from goalwire.console.clock import wall_offset
 from goalwire.console.types import as_data, interface
 from goalwire.errors import UnknownInterfaceError
 
@@ -50,14 +51,14 @@ class ActionWatch:
                 )
                 for each in array.status_list
             ]
-            for goal in self._goals.take_statuses(self.name, found, time()):
+            for goal in self._goals.take_statuses(self.name, found, monotonic(), wall_offset()):
                 if not goal.is_active:
                     self._sender.fetch_result(self.type_name, goal)
 
     async def _follow_feedback(self) -> None:
         async for message in self._feedback:
             goal_id = bytes(message.goal_id.uuid).hex()
-            self._goals.take_feedback(self.name, goal_id, as_data(message.feedback), time())
+            self._goals.take_feedback(self.name, goal_id, as_data(message.feedback), monotonic())
 
     def close(self) -> None:
         """Follow no more."""
@@ -91,7 +92,7 @@ class GoalWatch:
         for key in self._watches.keys() - served:
             self._watches.pop(key).close()
             for goal in self._goals.active(key[0]):
-                self._goals.end(goal, 'UNKNOWN', 'its server has gone', time())
+                self._goals.end(goal, 'UNKNOWN', 'its server has gone', monotonic())
         for name, type_name in sorted(served - self._watches.keys()):
             try:
                 watch = ActionWatch(self._node, name, type_name, self._goals, self._sender)

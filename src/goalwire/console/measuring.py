@@ -7,29 +7,48 @@ import io
 import math
 from collections import deque
 from collections.abc import Iterator, Sequence
-from time import monotonic
 from typing import Any
 
 import numpy as np
 
 _WINDOW_S = 3.0
+_LEAST_S = 0.5
+"""The least time between the messages from which a rate is told: of a burst it would be anything."""
 
 
 class Rate:
-    """How often something happens, from a count that is read now and then."""
+    """How often messages come, from how many had come when the latest of them came.
+
+    It is told when two messages have come, and not before: the time before the first says nothing.
+    """
 
     def __init__(self) -> None:
-        self._readings: deque[tuple[float, int]] = deque()
+        self._arrivals: deque[tuple[float, int]] = deque()
+        self._has_stopped = False
 
-    def read(self, count: int, now: float | None = None) -> float:
-        """Note the count and return how often it rose in a second, over the last 3 s."""
-        now = monotonic() if now is None else now
-        readings = self._readings
-        readings.append((now, count))
-        while len(readings) > 2 and now - readings[1][0] >= _WINDOW_S:
-            readings.popleft()
-        first, last = readings[0], readings[-1]
-        return (last[1] - first[1]) / (last[0] - first[0]) if last[0] > first[0] else 0.0
+    def note(self, count: int, at: float) -> None:
+        """Note the number of the latest message, and when it came, by the monotonic clock."""
+        arrivals = self._arrivals
+        if arrivals and count <= arrivals[-1][1]:
+            return
+        arrivals.append((at, count))
+        while len(arrivals) > 2 and at - arrivals[1][0] >= _WINDOW_S:
+            arrivals.popleft()
+
+    def told(self, now: float) -> float | None:
+        """Return the messages a second of the last 3 s, or between the last two if they are further apart.
+
+        None until it is known; 0 if messages came, and come no more.
+        """
+        arrivals = self._arrivals
+        if len(arrivals) < 2 or arrivals[-1][0] - arrivals[0][0] < _LEAST_S:
+            return 0.0 if self._has_stopped and not arrivals else None
+        rate = (arrivals[-1][1] - arrivals[0][1]) / (arrivals[-1][0] - arrivals[0][0])
+        if now - arrivals[-1][0] <= max(_WINDOW_S, 2 / rate):
+            return rate
+        arrivals.clear()
+        self._has_stopped = True
+        return 0.0
 
 
 class Latencies:
@@ -110,15 +129,18 @@ def signed(number: float) -> str:
     return f'{round(number, 2) + 0.0:+.2f}'
 
 
-def as_csv(series: Sequence[Series]) -> str:
-    """Return the series as CSV: a line a value, with the series' name and its time in s since 1970."""
+def as_csv(series: Sequence[Series], wall_offset: float = 0.0) -> str:
+    """Return the series as CSV: a line a value, with the series' name and its time in s since 1970.
+
+    `wall_offset` is what leads there from the series' times.
+    """
     out = io.StringIO()
     writer = csv.writer(out)
     writer.writerow(['series', 'time', 'value'])
     for each in series:
         times, values = each.arrays()
         writer.writerows(
-            [_cell(each.name), repr(float(time)), repr(float(value))]
+            [_cell(each.name), repr(round(float(time) + wall_offset, 6)), repr(float(value))]
             for time, value in zip(times, values, strict=True)
         )
     return out.getvalue()

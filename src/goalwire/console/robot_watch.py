@@ -6,7 +6,7 @@ import asyncio
 import math
 from collections import deque
 from collections.abc import Mapping
-from time import time
+from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 import goalwire
@@ -42,7 +42,8 @@ class RobotWatch:
         self.frames: dict[str, tuple[str, Rigid]] = {}
         """By child frame: its parent, and its pose in it."""
         self.trail: deque[tuple[float, float, float]] = deque(maxlen=_TRAIL)
-        self.moved_at = 0.0
+        self.moved_at: float | None = None
+        """When it moved, or said that it stands, by the monotonic clock."""
         self._links: frozenset[str] = frozenset()
         self._told_prefix: str | None = None
         self._prefix: str | None = None
@@ -58,9 +59,9 @@ class RobotWatch:
             (f'{self.namespace}/robot_description', STRING, self._take_description),
             (f'{self.namespace}/joint_states', JOINT_STATE, self._take_joints),
             (f'{self.namespace}/tf', TF, self._take_frames),
-            (f'{self.namespace}/tf_static', TF, self._take_frames),
+            (f'{self.namespace}/tf_static', TF, self._take_static_frames),
             ('/tf', TF, self._take_frames),
-            ('/tf_static', TF, self._take_frames),
+            ('/tf_static', TF, self._take_static_frames),
         ):
             has_publisher = bool(self._node.graph.publishers(topic))
             if topic in self._readings:
@@ -78,7 +79,10 @@ class RobotWatch:
             self._links = frozenset(self.model.links)
             self.problem = ''
         except RemoteError as error:
-            self.model, self.problem = None, peer_text(error, 300)
+            kept = '' if self.model is None else 'A new description was not taken, the one before is shown: '
+            self.problem = f'{kept}{peer_text(error, 300)}'
+            self.version += 1
+            return
         self.version += 1
         self._prefix = None
         if self._node is not None:
@@ -112,7 +116,19 @@ class RobotWatch:
         self.moved_at = at
 
     def _take_frames(self, message: Any, at: float) -> None:
-        is_own = self.model is None
+        children = self._keep_frames(message)
+        if self.model is None or any(map(self._is_own, children)):
+            self.moved_at = at  # robots share /tf: the frames of another one do not make this one live
+        if self.model is not None:
+            self._lengthen_trail(self.pose()[1])
+
+    def _take_static_frames(self, message: Any, _at: float) -> None:
+        """They come to each new subscriber, though the robot may have gone since they were published."""
+        self._keep_frames(message)
+
+    def _keep_frames(self, message: Any) -> list[str]:
+        """Note the frames of a message, and return those whose transforms make sense."""
+        kept = []
         for each in message.transforms:
             t, r = each.transform.translation, each.transform.rotation
             numbers = (t.x, t.y, t.z, r.x, r.y, r.z, r.w)
@@ -124,11 +140,8 @@ class RobotWatch:
             if child not in self.frames:
                 self._prefix = None
             self.frames[child] = (parent, Rigid((t.x, t.y, t.z), turn))
-            is_own = is_own or self._is_own(child)
-        if is_own:  # robots share /tf: the frames of another one do not make this one live
-            self.moved_at = at
-        if self.model is not None:
-            self._lengthen_trail(self.pose()[1])
+            kept.append(child)
+        return kept
 
     def _is_own(self, frame: str) -> bool:
         """Return whether a frame is one of its links'."""
@@ -164,8 +177,8 @@ class RobotWatch:
 
     @property
     def age(self) -> float:
-        """How long ago it moved, or said that it stands, in s; since 1970 where it never did."""
-        return time() - self.moved_at
+        """How long ago it moved, or said that it stands, in s; infinite if it never did."""
+        return math.inf if self.moved_at is None else monotonic() - self.moved_at
 
     def close(self) -> None:
         """Watch no more."""

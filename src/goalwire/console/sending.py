@@ -10,7 +10,7 @@ import asyncio
 import os
 from collections import deque
 from collections.abc import Mapping
-from time import perf_counter, time
+from time import monotonic, perf_counter
 from typing import Any
 
 import goalwire
@@ -35,7 +35,7 @@ class Sent:
     """What was sent once, and what came of it."""
 
     at: float
-    """s since 1970."""
+    """When, by the monotonic clock."""
     sending: Sending
     answer: Mapping[str, Any] | None = None
     problem: str = ''
@@ -102,7 +102,7 @@ class Sender:
         self._settings.check_may_send(target.name)
         request = target.message(sending, self._now())
         client = self.client(target.cls, target.name, target.type_name, sending.retry)
-        began, at = perf_counter(), time()
+        began, at = perf_counter(), monotonic()
         try:
             response = await client.call(request, timeout=sending.timeout)
         except goalwire.GoalwireError as error:
@@ -132,7 +132,7 @@ class Sender:
         self._settings.check_may_send(target.name)
         message = target.message(sending, self._now())
         self.publisher(target).publish(message)
-        return self._note(Sent(time(), sending))
+        return self._note(Sent(monotonic(), sending))
 
     async def publish_once(self, target: Target, sending: Sending, patience: float = 2.0) -> Sent:
         """Publish when a subscription has been found, or after `patience` s; raises as `publish`."""
@@ -165,21 +165,21 @@ class Sender:
         goal_id = os.urandom(16)
         request = service.Request(goal=message)
         request.goal_id.uuid = list(goal_id)
-        goal = self._goals.note_sent(target.name, goal_id.hex(), as_data(message), time())
+        goal = self._goals.note_sent(target.name, goal_id.hex(), as_data(message), monotonic())
         client = self.client(service, f'{target.name}/_action/send_goal', f'{target.type_name}_SendGoal')
         try:
             answer = await client.call(request, timeout=min(sending.timeout or 10.0, 10.0))
         except goalwire.GoalwireError as error:
-            self._goals.end(goal, 'UNKNOWN', peer_text(_told(error)), time())
-            self._note(Sent(time(), sending, problem=goal.problem))
+            self._goals.end(goal, 'UNKNOWN', peer_text(_told(error)), monotonic())
+            self._note(Sent(monotonic(), sending, problem=goal.problem))
             return goal
         if not answer.accepted:
-            self._goals.end(goal, 'ABORTED', 'the server refused the goal', time())
+            self._goals.end(goal, 'ABORTED', 'the server refused the goal', monotonic())
         else:
-            goal.move('ACCEPTED', time())
+            goal.move('ACCEPTED', monotonic())
             self._goals.changed()
             self._in_background(self._await_result(target.cls, target.type_name, goal, sending.timeout))
-        self._note(Sent(time(), sending, problem=goal.problem))
+        self._note(Sent(monotonic(), sending, problem=goal.problem))
         return goal
 
     async def _await_result(self, cls: Any, type_name: str, goal: TrackedGoal, limit: float | None) -> None:
@@ -206,15 +206,15 @@ class Sender:
             answer = await client.call(request, timeout=limit)
         except goalwire.GoalwireError as error:
             if goal.is_active:
-                self._goals.end(goal, 'UNKNOWN', peer_text(_told(error)), time())
+                self._goals.end(goal, 'UNKNOWN', peer_text(_told(error)), monotonic())
             return
         statuses = {4: 'SUCCEEDED', 5: 'CANCELED', 6: 'ABORTED'}
         if answer.status in statuses:
             goal.result = as_data(answer.result)
-            goal.move(statuses[answer.status], time())
+            goal.move(statuses[answer.status], monotonic())
         elif goal.is_active:
             goal.problem = goal.problem or 'the server does not know the goal any more'
-            goal.move('UNKNOWN', time())
+            goal.move('UNKNOWN', monotonic())
         self._goals.changed()
 
     def fetch_result(self, type_name: str, goal: TrackedGoal) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Mapping
-from time import time
+from time import monotonic
 from typing import Any
 
 from goalwire.console.types import as_data
@@ -24,7 +24,7 @@ class SeenCall:
         """The client's gid, in hexadecimal digits."""
         self.number = number
         """As the client counts its calls."""
-        self.seen_at = time()
+        self.seen_at = monotonic()
         self.steps: dict[int, float] = {}
         self.request: Mapping[str, Any] | None = None
         """None where the events have no contents."""

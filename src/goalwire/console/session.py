@@ -107,7 +107,7 @@ class Session:
             for vitals in self.vitals.values():
                 vitals.tick()
             if tick % _TICKS_OF_RATES == 0:
-                self.topics.measure()
+                await self.topics.measure()
 
     def problems(self) -> list[GraphProblem]:
         """Return what does not go together, but for what this console itself looks at."""

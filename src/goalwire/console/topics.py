@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable
 from contextlib import suppress
-from time import time
+from time import monotonic, time_ns
 from typing import Any
 
 import goalwire
@@ -27,7 +27,7 @@ HEAVY = frozenset(
 _READ_DEPTH = 100
 
 Listener = Callable[[Any, float], object]
-"""Hears of each message, and of when it came: s since 1970."""
+"""Hears of each message, and of when it came, by the monotonic clock."""
 
 
 def _suiting(node: goalwire.Node, topic: str, depth: int) -> goalwire.QoS:
@@ -54,7 +54,7 @@ class Reader:
 
     async def _follow(self) -> None:
         async for message in self._subscription:
-            now = time()
+            now = monotonic()
             self.latest, self.latest_at = message, now
             self.count += 1
             for listener in list(self.listeners):
@@ -89,17 +89,52 @@ class Reading:
         self._topics.release(self.reader)
 
 
+class Meter:
+    """Measures how often messages come to a topic, without work for each message.
+
+    Its queue has room for one message, the latest, which says when it came. Now and then that is taken out.
+    """
+
+    def __init__(self, node: goalwire.Node, topic: str, type_name: str) -> None:
+        """Raises UnknownInterfaceError."""
+        self.rate = Rate()
+        self._read_at = monotonic()
+        qos = goalwire.QoS(
+            depth=1,
+            reliability=_suiting(node, topic, 1).reliability,
+            durability=goalwire.DurabilityPolicy.VOLATILE,  # a history comes all at once
+        )
+        self._subscription: goalwire.Subscription[Any] = node.subscription(
+            interface(type_name), topic, qos=qos, raw=True
+        )
+
+    async def read(self) -> float | None:
+        """Return the messages a second; None until they are known."""
+        subscription, before = self._subscription, self._read_at
+        self._read_at = now = monotonic()
+        if subscription.statistics().waiting:
+            await anext(subscription, None)
+            counted, info = subscription.statistics(), subscription.info
+            if info is not None:
+                age = (time_ns() - info['received_timestamp']) / 1e9  # two readings of the wall clock
+                self.rate.note(counted.received - counted.waiting, min(max(now - age, before), now))
+        return self.rate.told(now)
+
+    def close(self) -> None:
+        """Measure no more."""
+        self._subscription.close()
+
+
 class Topics:
     """What is subscribed to, and for how many."""
 
     def __init__(self, node: goalwire.Node) -> None:
         self._node = node
         self._readers: dict[tuple[str, str], tuple[Reader, int]] = {}
-        self._meters: dict[tuple[str, str], tuple[goalwire.Subscription[Any], Rate]] = {}
+        self._meters: dict[tuple[str, str], Meter] = {}
         self._measuring = 0
         self.rates: dict[str, float] = {}
-        """Messages a second by topic, of those that are measured."""
-        self.counts: dict[str, int] = {}
+        """Messages a second by topic, of those for which they are known."""
 
     def read(
         self,
@@ -134,44 +169,46 @@ class Topics:
     def start_measuring(self) -> None:
         """Somebody looks at the rates of all topics."""
         self._measuring += 1
+        self._look_for_meters()
 
     def stop_measuring(self) -> None:
         """Somebody looks at them no more; after the last, nothing is subscribed to for them."""
         self._measuring -= 1
         if not self._measuring:
-            for subscription, _ in self._meters.values():
-                subscription.close()
-            self._meters.clear()
-            self.rates.clear()
-            self.counts.clear()
+            self._close_meters()
 
-    def measure(self) -> None:
-        """Read the counts; topics that are new are subscribed to, those that have gone are left."""
+    async def measure(self) -> None:
+        """Read the rates; topics that are new are subscribed to, those that have gone are left."""
         if not self._measuring:
             return
+        self._look_for_meters()
+        for key, meter in list(self._meters.items()):
+            rate = await meter.read()
+            if self._meters.get(key) is not meter:
+                continue  # it was closed meanwhile
+            if rate is None:
+                self.rates.pop(key[0], None)
+            else:
+                self.rates[key[0]] = rate
+
+    def _look_for_meters(self) -> None:
         wanted = {(name, types[0]) for name, types in self._node.graph.topics() if types[0] not in HEAVY}
         for key in self._meters.keys() - wanted:
-            subscription, _ = self._meters.pop(key)
-            subscription.close()
+            self._meters.pop(key).close()
             self.rates.pop(key[0], None)
-            self.counts.pop(key[0], None)
         for topic, type_name in sorted(wanted - self._meters.keys()):
             with suppress(UnknownInterfaceError, goalwire.GoalwireError):
-                qos = _suiting(self._node, topic, 1)
-                self._meters[topic, type_name] = (
-                    self._node.subscription(interface(type_name), topic, qos=qos, raw=True),
-                    Rate(),
-                )
-        for (topic, _), (subscription, rate) in self._meters.items():
-            count = subscription.statistics().received
-            self.counts[topic] = count
-            self.rates[topic] = rate.read(count)
+                self._meters[topic, type_name] = Meter(self._node, topic, type_name)
+
+    def _close_meters(self) -> None:
+        for meter in self._meters.values():
+            meter.close()
+        self._meters.clear()
+        self.rates.clear()
 
     def close(self) -> None:
         """End all subscriptions."""
         for reader, _ in self._readers.values():
             reader.close()
         self._readers.clear()
-        for subscription, _ in self._meters.values():
-            subscription.close()
-        self._meters.clear()
+        self._close_meters()

@@ -56,7 +56,7 @@ class Vitals:
         self.battery: float | None = None
         """0 to 1."""
         self.battery_at = 0.0
-        """When that came: s since 1970."""
+        """When that came, by the monotonic clock."""
         self._node = node
         self._topics = topics
         self._changed = changed

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from time import localtime, strftime, time
+from time import monotonic
 from typing import Any
 
 from nicegui import ui
 
+from goalwire.console.clock import time_of_day
 from goalwire.console.goal_table import TrackedGoal, lanes
 from goalwire.console.page.parts import LiveTable, SwimLanes, ValueTree, head
 from goalwire.console.page.send_form import SendForm
@@ -97,7 +98,7 @@ class ActionsView(View):
     # -- what is shown ---------------------------------------------------------------------------------------
 
     def refresh(self) -> None:
-        goals, now = self.session.goals, time()
+        goals, now = self.session.goals, monotonic()
         active = goals.active()
         if goals.version == self._version and now - self._put_at < 1.0:
             return
@@ -136,9 +137,9 @@ class ActionsView(View):
         if goal.progress is not None:
             self._bar.set_visibility(True)
             self._bar_inner.style(f'width: {goal.progress * 100:.1f}%')
-        end = goal.ended if goal.ended is not None else time()
+        end = goal.ended if goal.ended is not None else monotonic()
         self._times.set_text(
-            f'{strftime("%H:%M:%S", localtime(goal.began))} · {duration(end - goal.began)}'
+            f'{time_of_day(goal.began)} · {duration(end - goal.began)}'
             f' · {len(goal.ticks)} feedback'
             + (f' · {goal.progress * 100:.0f} %' if goal.progress is not None else '')
         )

@@ -20,6 +20,7 @@ from goalwire.console.robot_watch import NavigationTarget, navigation_target, pl
 from goalwire.errors import GoalwireError, RemoteError, UnknownInterfaceError
 
 if TYPE_CHECKING:
+    from goalwire.console.robot_model import RobotModel
     from goalwire.console.robot_watch import RobotWatch
 
 _THREE = Path(nicegui.__file__).parent / 'elements' / 'scene' / 'dist'
@@ -48,6 +49,8 @@ class RobotView(View):
     def build(self) -> None:
         self._watch: RobotWatch | None = None
         self._version = -1
+        self._model: RobotModel | None = None
+        self._mesh_problem = ''
         self._names: list[str] = []
         self._place: tuple[float, float, float] | None = None
         self._sent: object = None
@@ -92,7 +95,7 @@ class RobotView(View):
             self._about = ui.label('').classes('gw-small gw-dim')
             self._gone = ui.label('').classes('gw-note').props('data-gone')
             self._gone.set_visibility(False)
-            self._problem = ui.label('').classes('gw-problem')
+            self._problem = ui.label('').classes('gw-problem').props('data-robot-problem')
             self._problem.set_visibility(False)
             self._way = ui.select({}, label='A click on the floor sends').props(
                 'outlined dense options-dense data-way'
@@ -186,21 +189,29 @@ class RobotView(View):
 
     def _put_state(self, watch: RobotWatch) -> None:
         """Say how old what is shown is: a robot that has gone stands where it was, in grey."""
-        is_fresh = watch.is_fresh
-        news = 'live' if is_fresh else f'no news for {watch.age:.0f} s' if watch.moved_at else 'no news yet'
+        is_there = watch.namespace in self._names
+        is_fresh = watch.is_fresh and is_there
+        has_moved = watch.moved_at is not None
+        news = 'live' if is_fresh else f'no news for {watch.age:.0f} s' if has_moved else 'no news yet'
         self._fresh.set_text(news)
         self._fresh.classes(add='good' if is_fresh else 'warn', remove='warn' if is_fresh else 'good')
-        is_old = not is_fresh and bool(watch.moved_at)
+        is_old = has_moved and not is_fresh
         self._scene.classes(add='gw-stale') if is_old else self._scene.classes(remove='gw-stale')
         self._gone.set_visibility(is_old)
         if is_old:
-            why = 'It is silent' if watch.namespace in self._names else 'It has gone'
+            why = 'It is silent' if is_there else 'It has gone'
             self._gone.set_text(f'{why}: shown is where it was.')
 
     def _take_model(self, watch: RobotWatch) -> None:
-        self._problem.set_visibility(bool(watch.problem))
-        self._problem.set_text(watch.problem)
         model = watch.model
+        if model is None or model is not self._model:
+            self._model, self._mesh_problem = model, ''
+            self._draw_model(model)
+        problem = watch.problem or self._mesh_problem
+        self._problem.set_visibility(bool(problem))
+        self._problem.set_text(problem)
+
+    def _draw_model(self, model: RobotModel | None) -> None:
         self._joint_card.clear()
         self._joint_card.set_visibility(model is not None)
         self._joints = None
@@ -216,8 +227,7 @@ class RobotView(View):
                     urls[visual.mesh] = self.session.meshes.url(visual.mesh)
                 except RemoteError as error:
                     missing += 1
-                    self._problem.set_visibility(True)
-                    self._problem.set_text(str(error))
+                    self._mesh_problem = str(error)
         movable = [joint for joint in model.joints if joint.is_movable]
         self._about.set_text(
             f'{model.name}: {len(model.links)} links, {len(movable)} joints that move'

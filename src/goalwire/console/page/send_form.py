@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Awaitable, Callable, Mapping, Sequence
-from time import localtime, strftime
 from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 
+from goalwire.console.clock import time_of_day
 from goalwire.console.form_model import in_one_line
 from goalwire.console.page.forms import Form
 from goalwire.console.page.parts import LiveTable, copy_buttons
@@ -156,5 +156,5 @@ def _history_row(sent: Sent) -> dict[str, Any]:
     values = in_one_line(sent.sending.values)
     what = f'{sent.problem} · {values}' if sent.problem else values
     took = [duration(sent.seconds)] if sent.sending.kind == 'service' else []
-    cells = [strftime('%H:%M:%S', localtime(sent.at)), *took, {'text': what, 'title': what}]
+    cells = [time_of_day(sent.at), *took, {'text': what, 'title': what}]
     return {'key': f'{sent.at}', 'cells': cells, **({'tone': 'bad'} if sent.problem else {})}

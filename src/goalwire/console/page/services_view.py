@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from time import localtime, strftime
 from typing import Any
 
 from nicegui import ui
 
 import goalwire
 from goalwire.aio.graph import EndpointKind
+from goalwire.console.clock import time_of_day
 from goalwire.console.form_model import in_one_line
 from goalwire.console.page.graph_view import PARAMETER_SERVICES
 from goalwire.console.page.parts import LiveTable, ValueTree, head
@@ -235,7 +235,7 @@ class ServicesView(View):
 def _event_row(call: SeenCall) -> dict[str, Any]:
     answer = in_one_line(call.response) if call.response is not None else call.state
     cells = [
-        strftime('%H:%M:%S', localtime(call.seen_at)),
+        time_of_day(call.seen_at),
         {'text': f'…{call.client[-8:]} {call.number}', 'title': call.client},
         '' if call.request is None else in_one_line(call.request),
         {'text': answer, 'title': call.state},

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 from pathlib import Path
-from time import time
+from time import monotonic
 from typing import Any
 from urllib.parse import quote
 
@@ -203,7 +203,7 @@ class Shell:
         battery = None if vitals is None else vitals.battery
         self._battery.set_visibility(battery is not None)
         if vitals is not None and battery is not None:
-            age = time() - vitals.battery_at
+            age = monotonic() - vitals.battery_at
             is_old = age > _OLD_BATTERY_S
             self._battery.set_text(
                 f'battery {battery * 100:.0f} %' + (f', {age:.0f} s ago' if is_old else '')

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from time import time
+from time import monotonic
 from typing import Any
 
 from nicegui import ui
 
+from goalwire.console.clock import wall_offset
 from goalwire.console.images import COMPRESSED, IMAGE, as_data_url
 from goalwire.console.measuring import Series, as_csv, numbers_in
 from goalwire.console.page.parts import LiveTable, ValueTree, head
@@ -102,7 +103,7 @@ class TopicsView(View):
         self._tabled_at = 0.0
 
     def refresh(self) -> None:
-        now = time()
+        now = monotonic()
         if now - self._tabled_at >= 1.0:
             self._tabled_at = now
             self._put_topics()
@@ -169,7 +170,7 @@ class TopicsView(View):
         self._shown_at = reader.latest_at
         self._tree.put(as_data(reader.latest))
         rate = self.session.topics.rates.get(self._topic)
-        self._info.set_text(f'{reader.count} messages' + (f', {rate:.1f} Hz' if rate else ''))
+        self._info.set_text(f'{reader.count} messages' + ('' if rate is None else f', {rate:.1f} Hz'))
         if self._type in {IMAGE, COMPRESSED}:
             try:
                 self._picture.set_source(as_data_url(reader.latest))
@@ -243,7 +244,7 @@ class TopicsView(View):
         self._chart.run_chart_method('setOption', {'series': []}, {'replaceMerge': ['series']})
 
     def _put_plot(self, now: float) -> None:
-        since = now - self._span
+        since, offset = now - self._span, wall_offset()
         series = [
             {
                 'id': each.series.name,
@@ -252,11 +253,11 @@ class TopicsView(View):
                 'showSymbol': False,
                 'lineStyle': {'width': 1.8},
                 'color': _PALETTE[at % len(_PALETTE)],
-                'data': [[round(t * 1000), v] for t, v in each.series.points(since)],
+                'data': [[round((t + offset) * 1000), v] for t, v in each.series.points(since)],
             }
             for at, each in enumerate(self._plots)
         ]
-        bounds = {'min': round(since * 1000), 'max': round(now * 1000)}
+        bounds = {'min': round((since + offset) * 1000), 'max': round((now + offset) * 1000)}
         self._chart.run_chart_method(
             'setOption', {'xAxis': bounds, 'series': series}, {'replaceMerge': ['series'], 'lazyUpdate': True}
         )
@@ -267,7 +268,7 @@ class TopicsView(View):
             self._put_plot(self._paused_at)
 
     def _toggle_pause(self) -> None:
-        self._paused_at = time() if self._paused_at is None else None
+        self._paused_at = monotonic() if self._paused_at is None else None
         self._pause.set_text('Pause' if self._paused_at is None else 'Go on')
         self._pause.props(f'icon={"pause" if self._paused_at is None else "play_arrow"}')
 
@@ -275,7 +276,9 @@ class TopicsView(View):
         if not self._plots:
             self.page.tell('Nothing is plotted: press ∿ beside a number.', 'info')
             return
-        ui.download.content(as_csv([each.series for each in self._plots]), 'plot.csv', 'text/csv')
+        ui.download.content(
+            as_csv([each.series for each in self._plots], wall_offset()), 'plot.csv', 'text/csv'
+        )
 
     def _save_png(self) -> None:
         background = '#131c2b' if self.page.is_dark else '#ffffff'

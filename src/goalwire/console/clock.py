@@ -1,0 +1,19 @@
+"""Times in the console are readings of the monotonic clock: ages stay right if the wall clock is set anew.
+
+Stamps of messages are times of the wall clock, in s since 1970. `wall_offset` leads from one to the other; it
+is asked for when a time is shown, so that a time of day is always one of the clock as it stands now.
+"""
+
+from __future__ import annotations
+
+from time import localtime, monotonic, strftime, time
+
+
+def wall_offset() -> float:
+    """Return the seconds to add to a reading of the monotonic clock for a time in s since 1970."""
+    return time() - monotonic()
+
+
+def time_of_day(reading: float) -> str:
+    """Return when a reading was taken, as hours, minutes and seconds of local time."""
+    return strftime('%H:%M:%S', localtime(reading + wall_offset()))
