@@ -10,10 +10,13 @@ from example_interfaces.srv import AddTwoInts
 from rosidl_parser.definition import NamespacedType
 from rosidl_runtime_py.utilities import (
     get_action,
+    get_action_namespaced_type,
     get_interface,
     get_message,
+    get_message_namespaced_type,
     get_namespaced_type,
     get_service,
+    get_service_namespaced_type,
     import_message_from_namespaced_type,
     is_action,
     is_message,
@@ -99,3 +102,18 @@ def test_names_are_split_into_namespaces() -> None:
 
 def test_a_namespaced_type_is_imported() -> None:
     assert import_message_from_namespaced_type(NamespacedType(['std_msgs', 'msg'], 'String')) is String
+
+
+@pytest.mark.parametrize(
+    ('find', 'kind'),
+    [
+        (get_message_namespaced_type, 'msg'),
+        (get_service_namespaced_type, 'srv'),
+        (get_action_namespaced_type, 'action'),
+    ],
+)
+def test_the_kind_of_a_namespaced_type_may_be_left_out(
+    find: Callable[[str], NamespacedType], kind: str
+) -> None:
+    wanted = NamespacedType(['some_pkg', kind], 'Name')
+    assert find('some_pkg/Name') == find(f'some_pkg/{kind}/Name') == wanted

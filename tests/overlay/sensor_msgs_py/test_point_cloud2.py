@@ -87,10 +87,11 @@ def test_points_are_listed_as_named_tuples() -> None:
     assert point._fields == ('ring', 'x')  # type: ignore[attr-defined]
 
 
-def test_an_organized_cloud_has_rows() -> None:
+def test_an_organized_cloud_has_the_shape_that_ros_2_gives_it() -> None:
     grid = np.arange(24, dtype=np.float32).reshape(2, 4, 3)
     cloud = create_cloud_xyz32(HEADER, grid)
-    assert (cloud.height, cloud.width, cloud.row_step) == (2, 4, 48)
+    assert (cloud.width, cloud.height, cloud.row_step) == (2, 4, 24)
+    assert cloud.data.tobytes() == grid.tobytes()
     np.testing.assert_array_equal(read_points_numpy(cloud, reshape_organized_cloud=True), grid)
     assert read_points(cloud).shape == (8,)
 

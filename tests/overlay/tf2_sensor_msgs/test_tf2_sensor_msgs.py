@@ -41,7 +41,7 @@ def test_a_cloud_keeps_its_shape_and_its_other_fields(cloud: PointCloud2) -> Non
     before = deepcopy(cloud)
     result = do_transform_cloud(cloud, STAMPED)
     assert cloud == before
-    assert (result.header.frame_id, result.height, result.width, result.point_step) == ('map', 2, 3, 16)
+    assert (result.header.frame_id, result.height, result.width, result.point_step) == ('map', 3, 2, 16)
     points = read_points(result, reshape_organized_cloud=True)
     assert_allclose(points['x'], np.array([[3, 3, np.nan], [3, 3, 3]]), atol=1e-5)
     assert_allclose(points['y'], np.array([[1, 2, np.nan], [4, 5, 6]]), atol=1e-5)

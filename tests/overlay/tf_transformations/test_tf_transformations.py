@@ -146,3 +146,14 @@ def test_translations_and_inverses() -> None:
     assert_allclose(tf.inverse_matrix(matrix), tf.translation_matrix(-np.array(POINT)))
     assert not tf.is_same_transform(matrix, tf.identity_matrix())
     assert np.linalg.det(tf.random_rotation_matrix()) == pytest.approx(1)
+
+
+def test_the_table_of_axes_is_that_of_transformations_py() -> None:
+    table = tf._AXES2TUPLE
+    assert len(table) == 24
+    known = {'sxyz': (0, 0, 0, 0), 'syxz': (1, 1, 0, 0), 'szyz': (2, 1, 1, 0), 'rzyx': (0, 0, 0, 1)}
+    assert known.items() <= table.items()
+    for axes in table:
+        matrix = tf.euler_matrix(0.1, 0.2, 0.3, axes)
+        angles = tf.euler_from_matrix(matrix, axes)
+        assert_allclose(tf.euler_matrix(*angles, axes), matrix, atol=1e-12)

@@ -1,6 +1,11 @@
 """rosidl_runtime_py: messages as dictionaries, YAML and CSV, and interfaces by their names."""
 
-from rosidl_runtime_py.convert import message_to_csv, message_to_ordereddict, message_to_yaml
+from rosidl_runtime_py.convert import (
+    get_message_slot_types,
+    message_to_csv,
+    message_to_ordereddict,
+    message_to_yaml,
+)
 from rosidl_runtime_py.get_interfaces import (
     get_action_interfaces,
     get_interface_packages,
@@ -18,6 +23,7 @@ __all__ = [
     'get_interface_path',
     'get_interfaces',
     'get_message_interfaces',
+    'get_message_slot_types',
     'get_service_interfaces',
     'import_message_from_namespaced_type',
     'message_to_csv',

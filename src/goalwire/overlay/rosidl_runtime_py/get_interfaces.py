@@ -54,7 +54,7 @@ def get_interface_path(interface_name: str) -> str:
     Raises ValueError for a malformed name, LookupError for an unknown package or file.
     """
     package, *rest = interface_name.split('/')
-    if not rest or not all(part and part == part.strip() for part in (package, *rest)):
+    if not rest or not all(part and part == part.strip() and part != '..' for part in (package, *rest)):
         raise ValueError(
             f"Invalid interface name '{interface_name}': write package/msg/Name, package/srv/Name or …"
         )

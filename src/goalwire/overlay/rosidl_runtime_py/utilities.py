@@ -12,10 +12,13 @@ from rosidl_runtime_py.import_message import import_message_from_namespaced_type
 
 __all__ = [
     'get_action',
+    'get_action_namespaced_type',
     'get_interface',
     'get_message',
+    'get_message_namespaced_type',
     'get_namespaced_type',
     'get_service',
+    'get_service_namespaced_type',
     'import_message_from_namespaced_type',
     'is_action',
     'is_message',
@@ -72,6 +75,21 @@ def get_namespaced_type(identifier: str) -> NamespacedType:
     """Return rosidl_parser's type of a name; all but its last part are namespaces."""
     *namespaces, name = identifier.split('/')
     return NamespacedType(namespaces, name)
+
+
+def get_message_namespaced_type(identifier: str) -> NamespacedType:
+    """Return rosidl_parser's type of 'std_msgs/msg/String' or 'std_msgs/String'."""
+    return get_namespaced_type(_with_kind(identifier, 'msg'))
+
+
+def get_service_namespaced_type(identifier: str) -> NamespacedType:
+    """Return rosidl_parser's type of 'std_srvs/srv/SetBool' or 'std_srvs/SetBool'."""
+    return get_namespaced_type(_with_kind(identifier, 'srv'))
+
+
+def get_action_namespaced_type(identifier: str) -> NamespacedType:
+    """Return rosidl_parser's type of 'tf2_msgs/action/LookupTransform' or 'tf2_msgs/LookupTransform'."""
+    return get_namespaced_type(_with_kind(identifier, 'action'))
 
 
 def is_message(interface: object) -> bool:

@@ -53,7 +53,8 @@ def read_points(
 
     `field_names` selects fields; `skip_nans` drops points with a nan in one of these, unless the cloud is
     dense; `uvs` selects points by their index; `reshape_organized_cloud` gives an organized cloud the shape
-    (height, width). Raises AssertionError for what is no cloud and for unknown or repeated field names.
+    (width, height), as ROS 2 does: for rows as they lie, reshape to (height, width) instead. Raises
+    AssertionError for what is no cloud and for unknown or repeated field names.
     """
     _require(isinstance(cloud, PointCloud2), 'Cloud is not a sensor_msgs.msg.PointCloud2')
     points = _records(cloud)
@@ -67,7 +68,7 @@ def read_points(
     if uvs is not None:
         points = points[uvs if isinstance(uvs, np.ndarray) else np.fromiter(uvs, int)]
     if reshape_organized_cloud and cloud.height > 1:
-        points = points.reshape(cloud.height, cloud.width)
+        points = points.reshape(cloud.width, cloud.height)
     return points
 
 
@@ -130,7 +131,8 @@ def create_cloud(
 ) -> PointCloud2:
     """Return a cloud of points: an array of shape (N, fields), a structured one, or a sequence of tuples.
 
-    One more dimension makes an organized cloud: (height, width, fields), or (height, width) of records.
+    One more dimension makes an organized cloud, as in ROS 2: (width, height, fields), or (width, height) of
+    records; the points lie in the order of the array.
     `step` is the size of a point in bytes, by default the smallest. Raises AssertionError for points that do
     not fit the fields.
     """
@@ -138,7 +140,7 @@ def create_cloud(
     _require(
         records.ndim in (1, 2), f'Too many dimensions for organized cloud! Points have shape {records.shape}'
     )
-    height, width = records.shape if records.ndim == 2 else (1, records.shape[0])
+    width, height = records.shape if records.ndim == 2 else (records.shape[0], 1)
     return PointCloud2(
         header=header,
         height=height,

@@ -5,6 +5,8 @@ three axes; 'sxyz' is roll, pitch, yaw. Arguments may be any sequences of number
 """
 
 from tf_transformations.euler import (
+    _AXES2TUPLE,
+    _TUPLE2AXES,
     euler_from_matrix,
     euler_from_quaternion,
     euler_matrix,
@@ -41,6 +43,8 @@ from tf_transformations.quaternions import (
 from tf_transformations.vectors import random_vector, unit_vector, vector_norm
 
 __all__ = [
+    '_AXES2TUPLE',
+    '_TUPLE2AXES',
     'compose_matrix',
     'concatenate_matrices',
     'decompose_matrix',

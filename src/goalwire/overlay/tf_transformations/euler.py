@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import reduce
-from itertools import pairwise
+from itertools import pairwise, product
 from math import atan2, hypot
 from typing import NamedTuple
 
@@ -23,6 +24,23 @@ class _Axes(NamedTuple):
     second: int
     third: int
     turning: bool
+
+
+def _axes_tuples() -> Iterator[tuple[str, tuple[int, int, int, int]]]:
+    """Yield each sequence of axes, with its first axis, parity, repetition and frame."""
+    for letters in product('xyz', repeat=3):
+        if letters[0] == letters[1] or letters[1] == letters[2]:
+            continue
+        first, second = ('xyz'.index(letter) for letter in letters[:2])
+        numbers = first, int((second - first) % 3 != 1), int(letters[0] == letters[2])
+        yield 's' + ''.join(letters), (*numbers, 0)
+        yield 'r' + ''.join(reversed(letters)), (*numbers, 1)
+
+
+_AXES2TUPLE = dict(_axes_tuples())
+"""As in transformations.py: the first axis, whether the next is the one before it in x-y-z order (parity),
+whether the last is the first again (repetition), and whether the axes turn along (frame)."""
+_TUPLE2AXES = {numbers: axes for axes, numbers in _AXES2TUPLE.items()}
 
 
 def _parsed(axes: str) -> _Axes:
