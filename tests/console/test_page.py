@@ -257,7 +257,7 @@ def test_topics_are_measured_plotted_and_saved(stage: Stage, open_page: OpenPage
 
 
 def test_what_peers_write_stays_text_and_mismatches_are_red(stage: Stage, open_page: OpenPage) -> None:
-    stage.robot()
+    robot = stage.robot()
     _, url = stage.console()
     stage.program(PROGRAMS / 'intruder.py').expect('ready')
     page = open_page(f'{url}?view=graph')
@@ -304,6 +304,11 @@ def test_what_peers_write_stays_text_and_mismatches_are_red(stage: Stage, open_p
     received = "each.cells[0].textContent === '/rosout' && Number(each.cells[1].textContent) > 1"
     until(page, f"() => [...document.querySelectorAll('tr[data-key]')].some(each => {received})")
     picture(page, 'statistics')
+    # A stop that cannot be called keeps no other one from being called.
+    page.click('[data-estop]')
+    robot.expect('stopped')
+    page.wait_for_selector('[data-stop-report=failed]:has-text("<img/src=x/onerror=window.hacked=1>/estop")')
+    page.wait_for_selector('[data-stop-report]:has-text("/estop stopped after")')
     assert page.evaluate('() => window.hacked') is None
     # What the console subscribes to, to measure it, is no mismatch of the robot's.
     page.wait_for_selector('.gw-chip.bad:has-text("2 mismatches")')

@@ -160,6 +160,7 @@ def test_a_finger_stops_although_a_menu_is_open(world: World, page: Any, chromiu
     phone = context.new_page()
     phone.goto(f'{world.url}?view=robot&robot=/alice')
     phone.wait_for_selector('[data-estop]')
+    phone.wait_for_selector('[data-way]:visible')
     phone.locator('.q-select', has=phone.locator('[data-robot]')).tap()
     phone.wait_for_selector('.q-item')
     phone.locator('[data-estop]').tap(force=True)

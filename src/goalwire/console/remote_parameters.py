@@ -94,7 +94,10 @@ async def frame_prefix(node: goalwire.Node, owner: str) -> str | None:
     """Ask a node for its parameter `frame_prefix`; None if it does not answer or has none."""
     from rcl_interfaces.srv import GetParameters
 
-    client = node.client(GetParameters, f'{owner}/get_parameters')
+    try:
+        client = node.client(GetParameters, f'{owner}/get_parameters')
+    except goalwire.GoalwireError:
+        return None  # a peer may have any name
     try:
         values = (await client.call(names=['frame_prefix'], timeout=_PREFIX_S)).values
     except goalwire.GoalwireError:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import goalwire
 from goalwire.console.remote_parameters import frame_prefix
 from goalwire.console.robot_model import RobotModel, likely_prefix, read_urdf, root_pose
-from goalwire.errors import RemoteError, UnknownInterfaceError, peer_text
+from goalwire.errors import RemoteError, peer_text
 from goalwire.records import record
 from goalwire.transforms.rigid import Rigid
 
@@ -70,8 +70,8 @@ class RobotWatch:
             elif has_publisher and type_name in there.get(topic, ()):
                 try:
                     self._readings[topic] = self._topics.read(topic, type_name, listener)
-                except UnknownInterfaceError as error:
-                    self.problem = str(error)
+                except goalwire.GoalwireError as error:
+                    self.problem = peer_text(error, 300)
 
     def _take_description(self, message: Any, _at: float) -> None:
         try:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable, Sequence
 from time import perf_counter
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import goalwire
 from goalwire.console.types import interface
@@ -76,20 +76,26 @@ async def release(node: goalwire.Node, robot: Vitals) -> list[Answer]:
 async def _call(
     node: goalwire.Node, robot: str, service: StopService, values: dict[str, bool], done: str
 ) -> Answer:
-    """Call a service by a client of its own, so that a robot that names its callers names no other ones."""
-    cls = interface(service.type_name)
-    client = node.client(cls, service.name)
+    """Call a service, and say how it answered; a peer may have given it a name that cannot be called."""
     began = perf_counter()
     try:
-        answer = await client.call(cls.Request(**values), timeout=ANSWER_S)
+        answer = await _answer(node, service, values)
     except goalwire.GoalwireError as error:
         text = peer_text(f'{type(error).__name__}: {error}', _TEXT)
         return Answer(robot, service.name, text, is_done=False)
-    finally:
-        client.close()
     took = f'after {perf_counter() - began:.2f} s'
     said = peer_text(getattr(answer, 'message', ''), _TEXT)
     if not getattr(answer, 'success', True):
         return Answer(robot, service.name, f'refused {took}: {said}', is_done=False)
     extra = f': {said}' if said not in {'', done} else ''
     return Answer(robot, service.name, f'{done} {took}{extra}', is_done=True)
+
+
+async def _answer(node: goalwire.Node, service: StopService, values: dict[str, bool]) -> Any:
+    """Call a service by a client for this call alone: a robot names its clients to say who has called."""
+    cls = interface(service.type_name)
+    client = node.client(cls, service.name)
+    try:
+        return await client.call(cls.Request(**values), timeout=ANSWER_S)
+    finally:
+        client.close()

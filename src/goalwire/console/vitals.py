@@ -13,7 +13,6 @@ from goalwire.console.ownership import may_move, may_stop
 from goalwire.console.robot_watch import BATTERY
 from goalwire.console.topics import Reading, Topics
 from goalwire.console.types import interface
-from goalwire.errors import UnknownInterfaceError
 from goalwire.rules.qos import suiting
 
 
@@ -97,7 +96,7 @@ class Vitals:
         for topic, types in topics:
             if there.get(topic) and topic not in self._readers:
                 kind = next(each for each in types if says_state(topic, each))
-                with suppress(UnknownInterfaceError):
+                with suppress(goalwire.GoalwireError):  # a peer may have given it any name or type
                     self._readers[topic] = StateReader(self._node, topic, kind, self._hear)
 
     def _hear(self, publisher: bytes, message: Any, topic: str) -> None:
@@ -148,7 +147,7 @@ class Vitals:
             self._battery_reading, self.battery = None, None
         self._battery_topic = topic
         if topic:
-            with suppress(UnknownInterfaceError):
+            with suppress(goalwire.GoalwireError):  # a peer may have given it any name or type
                 self._battery_reading = self._topics.read(topic, BATTERY, self._take_battery)
 
     def _take_battery(self, message: Any, at: float) -> None:

@@ -27,6 +27,9 @@ tokens = [
         f'2/MP/%/%/{MARKUP}/%plain/{MARKUP}/{HASH}/::,10:,:,:,,',
         f'3/SS/%/%/{MARKUP}/%{MARKUP}%list_parameters/rcl_interfaces::srv::dds_::ListParameters_/{HASH}/::,10:,:,:,,',
         f'4/SS/%/%/{MARKUP}/%{MARKUP}/std_srvs::srv::dds_::Trigger_/{HASH}/::,10:,:,:,,',
+        f'5/SS/%/%/{MARKUP}/%{MARKUP}%estop/std_srvs::srv::dds_::Trigger_/{HASH}/::,10:,:,:,,',
+        f'6/MP/%/%/{MARKUP}/%{MARKUP}%estop_state/std_msgs::msg::dds_::Bool_/{HASH}/::,10:,:,:,,',
+        f'7/MP/%/%/{MARKUP}/%{MARKUP}%battery/sensor_msgs::msg::dds_::BatteryState_/{HASH}/::,10:,:,:,,',
     )
 ]
 print('ready', len(tokens), flush=True)

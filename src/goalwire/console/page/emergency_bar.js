@@ -20,7 +20,7 @@ export default {
           :title="'Calls ' + shown.banner.release + ', after one question'">Release…</button>
       </div>
       <div ref="buttons" class="gw-emergency-buttons">
-        <button v-if="shown.all.length" type="button" class="gw-stop-all" data-estop-all
+        <button v-if="shown.all.length && !lost" type="button" class="gw-stop-all" data-estop-all
           @pointerdown="down($event, true)" @click="clicked($event, true)"
           title="Calls the emergency stops of all robots at once. It never asks.">STOP all<span> robots</span></button>
         <button v-if="shown.stop === 'ready' && !lost" type="button" class="gw-stop" data-estop

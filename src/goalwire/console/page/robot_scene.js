@@ -177,6 +177,7 @@ export default {
       this.labels.setSize(width, height);
       this.camera.aspect = width / height;
       this.camera.updateProjectionMatrix();
+      if (this.rendered) this.renderer.render(this.scene, this.camera); // a new size has emptied the canvas
       this.dirty = true;
     },
     set_model(shapes) {

@@ -315,10 +315,11 @@ class RobotView(View):
             with ui.element('div').classes('gw-actions').style('width: 100%'):
                 form.copy_buttons()
                 ui.element('div').classes('gw-spread')
-                ui.button('Cancel', on_click=lambda: dialog.submit(False)).props('flat dense no-caps')
-                ui.button('Send', icon='send', on_click=lambda: dialog.submit(True)).props(
-                    'unelevated dense no-caps color=primary data-send padding="4px 14px"'
-                )
+                with ui.element('div').classes('gw-actions'):
+                    ui.button('Cancel', on_click=lambda: dialog.submit(False)).props('flat dense no-caps')
+                    ui.button('Send', icon='send', on_click=lambda: dialog.submit(True)).props(
+                        'unelevated dense no-caps color=primary data-send padding="4px 14px"'
+                    )
         with self.page.client:
             answer = await dialog
         sending = form.sending() if answer else None

@@ -161,7 +161,7 @@ class Shell:
         self._robot = ui.select({}, on_change=self._choose_robot).props(
             'outlined dense options-dense data-robot aria-label="Robot"'
         )
-        self._robot.classes('gw-robot').tooltip('The robot that the page is about, STOP too')
+        self._robot.classes('gw-robot')
         self._robot.set_visibility(False)
         ui.element('span').classes('gw-room')
         ui.element('span').classes('gw-break')

@@ -199,7 +199,7 @@ class Page:
             with ui.row().classes('gw-actions').style('width: 100%; justify-content: flex-end'):
                 ui.button('Cancel', on_click=lambda: dialog.submit(False)).props('flat dense no-caps')
                 ui.button(button, on_click=lambda: dialog.submit(True)).props(
-                    'unelevated dense no-caps color=primary data-send'
+                    'unelevated dense no-caps color=primary data-send padding="4px 14px"'
                 )
         with self.client:
             answer = await dialog
