@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -11,6 +12,7 @@ from typing import Any
 import pytest
 import yaml
 from helpers.console import PATIENCE_MS, PROGRAMS, Stage, picture
+from helpers.page import copied, row, view
 from helpers.patience import wait_for
 
 OpenPage = Callable[[str], Any]
@@ -234,6 +236,44 @@ def test_a_service_receives_what_was_filled_in(stage: Stage, open_page: OpenPage
     page.click('[data-call]')
     confirm(page)
     assert heard(server, 'service') == other
+
+
+def test_a_copied_command_sends_the_time_at_which_it_runs(stage: Stage, open_page: OpenPage) -> None:
+    server, page = begin(stage, open_page, 'services', '/fill')
+    began = 0
+
+    def run(what: str, *parts: str) -> dict[str, Any]:
+        """Run what is copied as a command in a shell, and return what the server received."""
+        nonlocal began
+        command = copied(page, 'Copy as command', f'ros2 {what}', *parts)
+        began = int(time.time())
+        stage.command(command)
+        return heard(server, what.partition(' ')[0].replace('action', 'goal'))
+
+    def is_now(stamp: dict[str, int]) -> bool:
+        return began <= stamp['sec'] <= time.time()
+
+    page.fill(input_of('due'), 'now')
+    page.fill(input_of('name'), "it's")
+    sent = run('service call', 'due: now')
+    assert is_now(sent['due'])
+    assert sent['name'] == "it's"
+
+    view(page, 'actions')
+    row(page, '/assemble')
+    page.fill(input_of('due'), 'auto')
+    assert is_now(run('action send_goal', 'due: now')['due'])
+
+    view(page, 'topics')
+    row(page, '/place')
+    page.click('[data-open-publish]')
+    assert page.input_value(input_of('header.stamp')) == 'now'
+    page.fill(input_of('header.frame_id'), 'map')
+    page.fill(input_of('pose.position.x'), '0.5')
+    picture(page, 'now')
+    place = run('topic pub', 'stamp: now')
+    assert is_now(place['header']['stamp'])
+    assert (place['header']['frame_id'], place['pose']['position']['x']) == ('map', 0.5)
 
 
 def test_an_action_receives_what_was_filled_in_and_nothing_that_was_refused(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import math
+import shlex
 import zlib
 from contextlib import nullcontext
 from types import SimpleNamespace
@@ -15,10 +16,12 @@ from builtin_interfaces.msg import Time
 from example_interfaces.srv import AddTwoInts
 from geometry_msgs.msg import PoseStamped
 from rcl_interfaces.msg import Log
+from rosidl_runtime_py import message_to_ordereddict
 from sensor_msgs.msg import CompressedImage, Image, JointState
 from service_msgs.msg import ServiceEventInfo
 
 import goalwire
+from goalwire.cli.values import fill, read_values
 from goalwire.console.goal_table import KEPT, GoalTable, lanes
 from goalwire.console.graph_layout import HEIGHT, WIDTH, arranged
 from goalwire.console.images import as_data_url, png
@@ -27,7 +30,7 @@ from goalwire.console.measuring import Latencies, Rate, Series, as_csv, numbers_
 from goalwire.console.sending import Target
 from goalwire.console.service_events import KEPT as KEPT_CALLS
 from goalwire.console.service_events import ServiceEvents
-from goalwire.console.snippets import as_python
+from goalwire.console.snippets import as_command, as_python
 from goalwire.console.types import as_data
 from goalwire.errors import RemoteError
 from goalwire.idl.registry import register_definitions
@@ -285,6 +288,45 @@ def test_attempts_share_the_deadline_and_are_copied_with_the_call() -> None:
     once = Target('service', '/lamp', 'std_srvs/srv/SetBool').sending({'data': True}, 6.0)
     assert once.retry is None
     assert 'Retry' not in as_python(once)
+
+
+NOW = {'stamp': 'now', 'frame_id': 'map'}
+
+
+@pytest.mark.parametrize(
+    ('kind', 'type_name', 'values', 'stamped'),
+    [
+        ('topic', 'geometry_msgs/msg/PoseStamped', {'header': NOW}, ['header.stamp']),
+        ('topic', 'geometry_msgs/msg/PoseStamped', {'header': 'auto'}, ['header.stamp']),
+        ('topic', 'sensor_msgs/msg/TimeReference', {'time_ref': 'auto'}, ['time_ref']),
+        ('topic', 'nav_msgs/msg/Path', {'poses': [{'header': NOW}, {}]}, ['poses.0.header.stamp']),
+        ('service', 'nav_msgs/srv/GetPlan', {'start': {'header': NOW}}, ['start.header.stamp']),
+        (
+            'action',
+            'control_msgs/action/FollowJointTrajectory',
+            {'trajectory': {'header': {'stamp': 'auto'}}},
+            ['trajectory.header.stamp'],
+        ),
+    ],
+)
+def test_a_copied_command_sends_the_time_of_its_sending(
+    kind: str, type_name: str, values: dict[str, Any], stamped: list[str]
+) -> None:
+    """As the form gives it, in words of a shell, and as the command reads those."""
+    target = Target(kind, '/name', type_name)
+    words = shlex.split(as_command(target.sending(values)))
+    assert words[-2] == type_name
+    message = target.message_class()
+    set_stamps = fill(message, read_values(words[-1:], target.message_class), type_name)
+    assert len(set_stamps) == len(stamped)
+    for set_stamp in set_stamps:
+        set_stamp(Time(sec=1_700_000_000, nanosec=5))
+    whole = message_to_ordereddict(message)
+    for path in stamped:
+        found: Any = whole
+        for part in path.split('.'):
+            found = found[int(part) if part.isdigit() else part]
+        assert dict(found) == {'sec': 1_700_000_000, 'nanosec': 5}
 
 
 def test_two_classes_of_one_name_are_copied_under_two_names() -> None:

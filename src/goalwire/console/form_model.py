@@ -18,6 +18,7 @@ from goalwire.console.types import interface
 from goalwire.errors import FieldValueError
 from goalwire.idl.field_values import (
     AUTO,
+    HEADER,
     LARGEST_FLOAT32,
     NOW,
     TIME,
@@ -268,6 +269,8 @@ def check(fields: tuple[FormField, ...], values: Mapping[str, Any], path: str = 
 
 def _checked(field: FormField, value: Any, path: str) -> Any:
     if field.kind == 'message':
+        if field.base == HEADER and value == AUTO:
+            return {'stamp': NOW}
         if not isinstance(value, Mapping):
             raise FieldValueError(path, f'give the fields of a {field.type_text}')
         return check(field.fields, value, path)

@@ -1,10 +1,11 @@
-"""Prints what it is sent, as JSON: the service /fill and the action /assemble."""
+"""Prints what it is sent, as JSON: the service /fill, the action /assemble, and the topic /place."""
 
 import asyncio
 import json
 
 from console_interfaces.action import Assemble
 from console_interfaces.srv import Fill
+from geometry_msgs.msg import PoseStamped
 from rosidl_runtime_py import message_to_ordereddict
 
 import goalwire
@@ -12,7 +13,7 @@ import goalwire
 
 def heard(what, message):
     print(what, json.dumps(message_to_ordereddict(message)), flush=True)
-    return message.name
+    return getattr(message, 'name', '')
 
 
 async def fill(request):
@@ -28,8 +29,10 @@ async def main():
     async with goalwire.Node('assembler') as node:
         node.service(Fill, 'fill', fill)
         node.action_server(Assemble, 'assemble', assemble)
+        places = node.subscription(PoseStamped, 'place')
         print('ready', flush=True)
-        await asyncio.Event().wait()
+        async for place in places:
+            heard('topic', place)
 
 
 asyncio.run(main())
