@@ -17,6 +17,7 @@ from typing import Any
 import pytest
 from helpers.console import CONSOLE, Stage
 from helpers.patience import PATIENCE
+from helpers.processes import Program
 
 from goalwire.console.addresses import addresses_on_networks
 from goalwire.console.guard import COOKIE, MOST_BYTES, Guard
@@ -490,6 +491,27 @@ def test_every_address_that_is_printed_has_the_token_and_leads_to_the_page(
         with socket.create_connection((loopback, port), timeout=PATIENCE) as link:
             link.sendall(asked)
             assert link.recv(65536).startswith(b'HTTP/1.1 200 ')
+
+
+@pytest.mark.slow
+def test_a_port_that_is_preferred_is_the_same_each_time_it_is_free(stage: Stage) -> None:
+    served = r'^the console is at (http://localhost:(\d+)/); '
+
+    def start(*ports: str) -> tuple[Program, re.Match[str]]:
+        console = stage.program(CONSOLE, 'console', '--no-open', *ports)
+        return console, console.expect(served)
+
+    first, found = start('--port', '0')
+    url, port = found[1], found[2]
+    second, other = start('--prefer-port', port)
+    assert other[1] != url
+    assert f'port {port} is taken: the address is another one this time\n' in second.output
+    for _ in range(2):
+        first.send_signal(signal.SIGINT)
+        first.wait()
+        first, found = start('--prefer-port', port)
+        assert found[1] == url
+        assert 'is taken' not in first.output
 
 
 @pytest.mark.slow

@@ -67,6 +67,17 @@ def test_a_page_that_takes_too_long_is_not_waited_for(
     )
 
 
+def test_the_page_has_the_same_address_each_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    from humanoid import view
+
+    ran: list[list[str]] = []
+    monkeypatch.setattr(sys, 'argv', ['view'])
+    monkeypatch.setattr('humanoid.lifeline.hold', lambda _environment: None)
+    monkeypatch.setattr('runpy.run_module', lambda *_, **__: ran.append(sys.argv))
+    view.main()
+    assert ran == [['goalwire', 'console', '--prefer-port', '8420']]
+
+
 def test_what_the_page_needs_is_told(world: dict[str, str], monkeypatch: pytest.MonkeyPatch) -> None:
     from humanoid import view
 

@@ -15,6 +15,8 @@ from humanoid import lifeline
 
 NAME = 'view'
 NEEDED = 'nicegui'
+PORT = 8420
+"""The page's, while no other program has it: a page that is open goes on when the robot is started again."""
 
 
 class NoView(Exception):
@@ -22,7 +24,7 @@ class NoView(Exception):
 
 
 def command() -> Sequence[str]:
-    """The command that serves the page on a free port and opens it. Raises NoView."""
+    """The command that serves the page and opens it. Raises NoView."""
     for package in ('goalwire', NEEDED):
         if find_spec(package) is None:
             raise NoView(f"--view needs the package {package}: pip install 'goalwire[console]'")
@@ -38,7 +40,7 @@ def main() -> None:
     """Run `goalwire console` in this process."""
     lifeline.hold(os.environ)
     print(f'pid {os.getpid()}', flush=True)
-    sys.argv = ['goalwire', 'console', '--port', '0']
+    sys.argv = ['goalwire', 'console', '--prefer-port', str(PORT)]
     runpy.run_module('goalwire.cli', run_name='__main__')
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
+from urllib.parse import urlsplit
 
 from goalwire.cli.live import live
 from goalwire.cli.numbers import port
@@ -20,8 +21,12 @@ TOKEN = 'GOALWIRE_CONSOLE_TOKEN'  # noqa: S105 - the name of the variable
 
 
 def _arguments(parser: ArgumentParser) -> None:
-    parser.add_argument(
+    ports = parser.add_mutually_exclusive_group()
+    ports.add_argument(
         '--port', metavar='N', type=port, default=8420, help='TCP port (8420); 0: any that is free'
+    )
+    ports.add_argument(
+        '--prefer-port', metavar='N', type=port, help='TCP port; if it is taken, any that is free'
     )
     parser.add_argument(
         '--host',
@@ -61,12 +66,13 @@ def _settings(arguments: Namespace) -> Settings:
         )
     return Settings(
         arguments.host,
-        arguments.port,
+        arguments.port if arguments.prefer_port is None else arguments.prefer_port,
         token,
         arguments.tls_cert or '',
         arguments.tls_key or '',
         arguments.read_only,
         tuple(arguments.allow),
+        takes_any_port=arguments.prefer_port is not None,
     )
 
 
@@ -99,6 +105,8 @@ def _console(arguments: Namespace, output: Output) -> Outcome:
 def _tell_where(urls: list[str], settings: Settings, output: Output) -> None:
     from goalwire.console.addresses import is_every_interface
 
+    if settings.takes_any_port and settings.port != urlsplit(urls[0]).port:
+        output.line(f'port {settings.port} is taken: the address is another one this time')
     output.line(f'the console is at {urls[0]}; Ctrl-C ends it')
     for url in urls[1:]:
         output.line(f'from other machines it is at {url}')

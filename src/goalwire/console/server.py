@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import errno
 import logging
 import os
 import re
@@ -11,6 +12,7 @@ import sys
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 
 import h11
 import uvicorn
@@ -199,10 +201,14 @@ def _listen(settings: Settings) -> socket.socket:
     takes_both = (
         family is socket.AF_INET6 and is_every_interface(settings.host) and socket.has_dualstack_ipv6()
     )
+    listen = partial(socket.create_server, family=family, backlog=128, dualstack_ipv6=takes_both)
     try:
-        return socket.create_server(
-            (settings.host, settings.port), family=family, backlog=128, dualstack_ipv6=takes_both
-        )
+        try:
+            return listen((settings.host, settings.port))
+        except OSError as error:
+            if error.errno != errno.EADDRINUSE or not settings.takes_any_port:
+                raise
+            return listen((settings.host, 0))
     except (OSError, OverflowError) as error:
         reason = getattr(error, 'strerror', None) or error
         raise TransportError(

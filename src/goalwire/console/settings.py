@@ -26,6 +26,8 @@ class Settings:
     read_only: bool = False
     allow: tuple[str, ...] = ()
     """Patterns of names that may be sent to; none: all."""
+    takes_any_port: bool = False
+    """True if any free port will do when `port` is taken."""
 
     @property
     def is_loopback(self) -> bool:
