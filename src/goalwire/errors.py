@@ -77,7 +77,7 @@ Errors that no program sees, since they become one of these, stay in the module 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
 from goalwire.files import shown
@@ -109,6 +109,19 @@ _CONTROLS = (
     0x2028, 0x2029,  # further line breaks
 )  # fmt: skip
 _ESCAPED = {code: chr(code).encode('unicode_escape').decode() for code in _CONTROLS}
+
+
+def did_you_mean(near: Iterable[str]) -> str:
+    """Return "did you mean 'a' or 'b'?" for names that were probably meant, in quotes; '' for none."""
+    quoted = [name if name.startswith("'") else f"'{name}'" for name in near]
+    return f'did you mean {" or ".join(quoted)}?' if quoted else ''
+
+
+def with_advice(text: str, advice: str) -> str:
+    """Return a text and what to do next as one line; a question ends itself."""
+    if not text or not advice:
+        return text or advice
+    return f'{text}{" " if text.endswith("?") else "; "}{advice}'
 
 
 def peer_text(text: object, limit: int = PEER_TEXT_LIMIT) -> str:

@@ -105,7 +105,7 @@ def test_ctrl_c_cancels_the_goal_and_waits_for_its_end(ros2: CommandLine, begin:
     goal.send_signal(signal.SIGINT)
     assert goal.wait() == 9
     assert goal.output.splitlines()[-1] == 'Goal canceled.'
-    assert 'Goal finished with status: CANCELED' in goal.output
+    assert 'Goal finished with status' not in goal.output  # that it is canceled is said once
     ended = json.loads(
         ros2.ok('action', 'goals', 'lab/fibonacci', '--all', '--json', '--timeout', '20').splitlines()[-1]
     )

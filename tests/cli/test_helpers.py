@@ -12,6 +12,10 @@ import pytest
 from helpers.command_line import CommandLine, executable
 
 import goalwire
+from goalwire.cli import doctor
+from goalwire.cli.output import Output
+from goalwire.errors import TransportError
+from goalwire.transport import registry
 
 
 def test_version_names_goalwire_and_its_parts(ros2: CommandLine) -> None:
@@ -28,6 +32,22 @@ def test_doctor_sees_peers_and_has_two_processes_talk(ros2: CommandLine) -> None
     assert out.endswith('all is well\n')
     checks = [json.loads(line) for line in ros2.ok('doctor', '--json', '--no-self-test').splitlines()]
     assert all(check['is_well'] for check in checks)
+
+
+def test_doctor_does_not_call_a_wire_well_that_cannot_be_used(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def fail(identifier: str) -> None:
+        raise TransportError(f'{identifier} is not installed')
+
+    monkeypatch.setattr(registry, 'get', fail)
+    monkeypatch.setenv('RMW_IMPLEMENTATION', 'goalwire_memory')
+    for check in doctor._wires():
+        doctor._show(check, Output())
+    out = capsys.readouterr().out
+    assert '-    wire rmw_zenoh_cpp: cannot be used here, and is not selected\n' in out
+    assert 'FAIL wire goalwire_memory: cannot be used (selected)\n' in out
+    assert 'ok' not in out
 
 
 def test_doctor_says_what_to_do_where_a_port_is_held(world: dict[str, str]) -> None:

@@ -24,7 +24,7 @@ def test_programs_meet_at_it(world: dict[str, str], begin: Begin, start: Start) 
     ros2 = CommandLine(world)
     assert '/lonely' in ros2.ok('service', 'list').splitlines()
     router.send_signal(signal.SIGINT)
-    assert router.wait() == 0
+    assert router.wait() == 130
 
 
 def test_a_port_that_is_held_is_told(world: dict[str, str]) -> None:

@@ -146,6 +146,13 @@ def test_a_service_that_nobody_serves_is_waited_for(ros2: CommandLine) -> None:
     assert re.fullmatch(r'ros2: .* no server came .*; waited .* s; see: ros2 service list\n', ended.err)
 
 
+def test_echo_says_what_to_switch_on_where_nobody_publishes_calls(ros2: CommandLine, begin: Begin) -> None:
+    echo = begin('service', 'echo', '/lab/slow')
+    echo.expect("^nobody publishes the calls of '/lab/slow': its server and clients have introspection off. ")
+    echo.send_signal(signal.SIGINT)
+    assert echo.wait() == 130
+
+
 def test_echo_shows_the_steps_of_a_call(ros2: CommandLine, begin: Begin) -> None:
     echo = begin('service', 'echo', '/lab/add', '--qos-reliability', 'reliable', '--qos-depth', '50')
     while not re.search('^---$', echo.output, re.MULTILINE):  # until its subscription is known to the server

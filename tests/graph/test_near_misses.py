@@ -31,8 +31,8 @@ def test_another_namespace_comes_before_another_spelling() -> None:
 @pytest.mark.parametrize(
     ('name', 'hint'),
     [
-        ('/lamp', "did you mean '/robot/lamp' (node '/arm')?"),
-        ('/robot/lmap', "did you mean '/robot/lamp' (node '/arm')?"),
+        ('/lamp', "did you mean '/robot/lamp' of the node '/arm'?"),
+        ('/robot/lmap', "did you mean '/robot/lamp' of the node '/arm'?"),
         ('/gripper', ''),
     ],
 )
@@ -55,8 +55,8 @@ def test_actions_are_compared_with_actions() -> None:
         (SERVICE, 'legs', '/robot/walk/_action/get_result', 'a/action/Walk_GetResult'),
         (SERVICE, 'dog', '/walks', SET),
     )
-    assert near_misses(there, '/walk', is_action=True) == "did you mean '/robot/walk' (node '/legs')?"
-    assert near_misses(there, '/walk', is_action=False) == "did you mean '/walks' (node '/dog')?"
+    assert near_misses(there, '/walk', is_action=True) == "did you mean '/robot/walk' of the node '/legs'?"
+    assert near_misses(there, '/walk', is_action=False) == "did you mean '/walks' of the node '/dog'?"
 
 
 def test_an_action_of_another_type_is_named_as_users_know_it() -> None:

@@ -96,7 +96,7 @@ class Launched:
         assert {process.parent for process in found} == {self.program.pid}
         return [process.as_started for process in found]
 
-    def end(self, *, code: int = 0) -> str:
+    def end(self, *, code: int = 130) -> str:
         """Press Ctrl-C, wait for the end, make sure that nothing is left; the output."""
         self.program.send_signal(signal.SIGINT)
         return self.ended(code=code)

@@ -71,7 +71,7 @@ def test_more_ctrl_c_hurry_it(launch: Launch) -> None:
         time.sleep(0.6)  # signals within half a second count as one
         twins.program.send_signal(signal.SIGINT)
         twins.program.expect(r"\(SIGINT\) again, sending 'SIGTERM' to what is left")
-        output = twins.ended()
+        output = twins.ended(code=130)
     assert output.count('exit code -15') == 2
     assert output.count('again') == 1
 
@@ -90,7 +90,7 @@ def test_other_signals_end_it_in_order_too(name: str, launch: Launch) -> None:
     with launch('twins.launch.xml') as twins:
         twins.started(2)
         twins.program.send_signal(signal.Signals[name])
-        output = twins.ended()
+        output = twins.ended(code=143)
     assert f'received {name}' in output
     assert output.count('screen-2] plain cleans up') == 1
 
@@ -152,7 +152,7 @@ def test_ctrl_c_in_a_terminal(world: dict[str, str], launch: Launch) -> None:
                     shown += os.read(master, 65536)
                 except OSError:
                     break
-            assert launched.wait(PATIENCE) == 0
+            assert launched.wait(PATIENCE) == 130
         os.close(master)
     assert shown.count(b"sending signal 'SIGINT'") == 2
     assert shown.count(b'plain cleans up') == 1
@@ -167,7 +167,7 @@ def test_closed_streams_stop_nothing(closed: str, world: dict[str, str], launch:
         launched = subprocess.Popen(['sh', '-c', command], env=world)
         twins = [Process(**process) for process in _told(other, 2)]
         launched.send_signal(signal.SIGINT)
-        assert launched.wait(PATIENCE) == 0
+        assert launched.wait(PATIENCE) == 130
         assert not any(process.runs for process in twins)
 
 
@@ -183,7 +183,7 @@ def test_a_full_disk_stops_nothing(world: dict[str, str], launch: Launch) -> Non
         twins = [Process(**process) for process in _told(other, 2)]
         assert all(process.runs for process in twins)
         launched.send_signal(signal.SIGINT)
-        assert launched.wait(PATIENCE) == 0
+        assert launched.wait(PATIENCE) == 130
         assert launched.stderr is not None
         assert b'Traceback' not in launched.stderr.read()
         launched.stderr.close()

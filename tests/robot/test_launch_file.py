@@ -49,7 +49,7 @@ def robot(world: dict[str, str]) -> Iterator[Program]:
     ) as launched:
         yield launched
         launched.send_signal(signal.SIGINT)
-        assert launched.wait() == 0
+        assert launched.wait() == 130
 
 
 def test_the_launch_file_starts_the_servers(robot: Program, world: dict[str, str]) -> None:
@@ -64,7 +64,8 @@ def test_the_launch_file_starts_the_servers(robot: Program, world: dict[str, str
     frame = CommandLine(world).ok('topic', 'echo', '/h1/odom', '--once', '--field', 'child_frame_id')
     assert frame.splitlines()[0] == 'h1/base_link', 'robots share /tf, so their frames have their names'
     robot.send_signal(signal.SIGINT)
-    output = robot.succeed()
+    assert robot.wait() == 130
+    output = robot.output
     assert output.count('process has finished cleanly') == len(SERVERS), output
     assert 'nothing used' not in output, 'a parameter went to a program that has none of that name'
     assert all(wait_until_gone(pid, 10.0) for pid in pids)
@@ -78,7 +79,7 @@ def test_with_physics_one_simulation_stands_in_for_joints_and_base(world: dict[s
         assert sorted(started) == sorted({'simulation', *SERVERS} - set(SERVERS[:2]))
         launched.expect('h1.simulation.*Simulation ready')
         launched.send_signal(signal.SIGINT)
-        assert launched.wait() == 0, launched.output
+        assert launched.wait() == 130, launched.output
 
 
 def test_its_arguments_are_told(world: dict[str, str]) -> None:

@@ -32,6 +32,8 @@ class Check(NamedTuple):
     is_well: bool
     found: str
     advice: str = ''
+    is_needed: bool = True
+    """False for a wire that is not selected: nothing is wrong if it cannot be used."""
 
 
 def _versions() -> Check:
@@ -56,8 +58,8 @@ def _wires() -> list[Check]:
 
                 find_library()
         except (TransportError, ImportError) as error:
-            found = f'cannot be used{mark}' if mark else 'not selected, and cannot be used here'
-            checks.append(Check(f'wire {identifier}', not mark, found, str(error)))
+            found = f'cannot be used{mark}' if mark else 'cannot be used here, and is not selected'
+            checks.append(Check(f'wire {identifier}', not mark, found, str(error), bool(mark)))
         else:
             checks.append(Check(f'wire {identifier}', True, f'can be used{mark}'))
     if selected not in registry.available():
@@ -78,9 +80,11 @@ def _port() -> Check | None:
     found = look(port)
     name = f'port {port}'
     if found is Holder.ZENOH:
-        return Check(name, True, 'a Zenoh router answers')
+        return Check(name, True, f'a Zenoh router answers: {name_of_holder(port)}')
     if found is Holder.NOBODY:
-        return Check(name, True, 'free: the first program will offer the rendezvous')
+        offered = 'the first program offers the rendezvous'
+        here = f'doctor does so itself while it looks (process {os.getpid()})'
+        return Check(name, True, f'free: {offered}; {here}')
     advice = f'end {name_of_holder(port)}, or set GOALWIRE_ROUTER_PORT to a free port for all programs'
     return Check(name, False, f'{name_of_holder(port)} {found.value}', advice)
 
@@ -172,7 +176,7 @@ def _show(check: Check, output: Output) -> None:
     if output.json:
         output.data(check._asdict())
         return
-    mark = 'ok  ' if check.is_well else 'FAIL'
+    mark = ('ok  ' if check.is_needed else '-   ') if check.is_well else 'FAIL'
     output.line(f'{mark} {check.name}: {check.found}', style='' if check.is_well else 'red')
     if check.advice:
         output.line(f'     {check.advice}', style='dim')

@@ -42,7 +42,7 @@ def explained(error: Exception) -> tuple[Outcome, str]:
     text = ' '.join(str(error).split()) or type(error).__name__
     for kind, outcome in _OUTCOMES:
         if isinstance(error, kind):
-            return outcome, f'{text}{_next(error, text)}'
+            return outcome, errors.with_advice(text, _next(error, text))
     if isinstance(error, errors.GoalwireError | OSError):
         return Outcome.FAILED, text
     return (
@@ -57,5 +57,5 @@ def _next(error: Exception, text: str) -> str:
         what = text.partition(' ')[0]
         for kind, advice in _NEXT:
             if isinstance(error, kind) and what in {'service', 'action'}:
-                return '; ' + advice.format(kind=what, name=error.name)
+                return advice.format(kind=what, name=error.name)
     return ''

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from goalwire.cli.outcome import CommandError, Outcome
 from goalwire.cli.verbs import did_you_mean
+from goalwire.errors import did_you_mean as suggest
+from goalwire.errors import with_advice
 
 if TYPE_CHECKING:
     from goalwire.graph.names import NamesAndTypes
@@ -35,9 +37,8 @@ def unknown(what: str, name: str, known: Iterable[str], command: str) -> Command
     """Return the error for a name that is not in the graph; `command` lists those that are."""
     from goalwire.graph.near_misses import similar_names
 
-    near = similar_names(name, sorted(known))
-    hint = f'did you mean {" or ".join(map(repr, near))}?' if near else ''
-    return CommandError(Outcome.NOT_FOUND, f"there is no {what} '{name}'", f'{hint} see: {command}'.lstrip())
+    advice = with_advice(suggest(similar_names(name, sorted(known))), f'see: {command}')
+    return CommandError(Outcome.NOT_FOUND, f"there is no {what} '{name}'", advice)
 
 
 def types_of(found: NamesAndTypes, name: str) -> list[str] | None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from enum import IntEnum
 
+from goalwire.errors import with_advice
+
 
 class Outcome(IntEnum):
     """The exit codes of every command."""
@@ -44,5 +46,5 @@ class CommandError(Exception):
     """
 
     def __init__(self, outcome: Outcome, problem: str, advice: str = '') -> None:
-        super().__init__(f'{problem}; {advice}' if advice else problem)
+        super().__init__(with_advice(problem, advice))
         self.outcome = outcome

@@ -15,6 +15,7 @@ from goalwire.cli.output import tell
 from goalwire.cli.param_change import change, delete, delete_arguments, load, load_arguments, set_arguments
 from goalwire.cli.param_reading import descriptors_of, parameter_arguments, values_of
 from goalwire.cli.verbs import Noun, Verb, did_you_mean
+from goalwire.errors import with_advice
 
 if TYPE_CHECKING:
     from goalwire.cli.output import Output
@@ -76,7 +77,7 @@ async def _unknown_parameter(
     return CommandError(
         Outcome.NOT_FOUND,
         f"the node '{name}' has no parameter '{parameter}'",
-        f'{near} see: ros2 param list {name}'.lstrip(),
+        with_advice(near, f'see: ros2 param list {name}'),
     )
 
 

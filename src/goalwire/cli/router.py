@@ -45,8 +45,11 @@ def _router(arguments: Namespace, output: Output) -> Outcome:
 
     port = arguments.port or router_port()
     ended = Event()
+    outcome = Outcome.INTERRUPTED
 
-    def on_signal(_number: int, _frame: FrameType | None) -> None:
+    def on_signal(number: int, _frame: FrameType | None) -> None:
+        nonlocal outcome
+        outcome = Outcome.TERMINATED if number == signal.SIGTERM else Outcome.INTERRUPTED
         ended.set()
 
     with router(port, arguments.listen, arguments.connect) as zid:
@@ -58,7 +61,7 @@ def _router(arguments: Namespace, output: Output) -> Outcome:
         else:
             output.block(f'router {zid} listens on {where}; Ctrl-C ends it')
         ended.wait()
-    return Outcome.OK
+    return outcome
 
 
 _SUMMARY = 'Run a Zenoh router for a site'

@@ -68,6 +68,7 @@ class _Goal:
         self._goal = self._cls.Goal()
         self._set_stamps = values.fill(self._goal, given, type_name)
         self._bar = ''
+        self._is_canceling = False
 
     async def perform(self, node: goalwire.Node) -> Outcome:
         """Send it and follow it to its end."""
@@ -120,6 +121,7 @@ class _Goal:
         task = asyncio.current_task()
         assert task is not None
         self._clear_bar()
+        self._is_canceling = True
         self._say('Canceling goal...')
         try:
             await self._ask_to_cancel(
@@ -129,7 +131,6 @@ class _Goal:
         except asyncio.CancelledError:
             tell(f'left without waiting, the goal may go on; see: ros2 action goals {self._name}')
             raise
-        self._say('Goal canceled.')
         if isinstance(why, goalwire.DeadlineError):
             raise why
         return outcome
@@ -155,6 +156,7 @@ class _Goal:
                 'ABORTED' if isinstance(error, goalwire.GoalAborted) else 'CANCELED', error.result
             )
         except goalwire.DeadlineError:
+            self._say('Goal canceled.')
             return Outcome.TIMEOUT  # its result is waited for no longer
 
     def _show_feedback(self, feedback: Any) -> None:
@@ -175,7 +177,10 @@ class _Goal:
         if self._output.json:
             self._output.data({'event': 'result', 'status': status, 'result': as_dict(result)})
         self._say(f'Result:\n    {_yaml(result)}')
-        self._say(f'Goal finished with status: {status}')
+        if status == 'CANCELED' and self._is_canceling:
+            self._say('Goal canceled.')
+        else:
+            self._say(f'Goal finished with status: {status}')
         return _OUTCOMES[status]
 
     def _clear_bar(self) -> None:

@@ -7,11 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import goalwire
 from goalwire.cli import lookup
+from goalwire.cli.discovery import discovered
 from goalwire.cli.live import live
 from goalwire.cli.messages import as_dict, message_yaml, style_of
 from goalwire.cli.named import SERVICES
 from goalwire.cli.outcome import Outcome
+from goalwire.cli.output import tell
 from goalwire.cli.qos import chosen_qos
+from goalwire.transport.contract import EndpointKind
 
 if TYPE_CHECKING:
     from goalwire.cli.output import Output
@@ -29,6 +32,7 @@ def echo(arguments: Namespace, output: Output) -> Outcome:
         type_name = lookup.type_name(arguments.service_type, 'srv')
     else:
         name, type_name = SERVICES.name_and_type(arguments)
+    _tell_if_silent(name, arguments)
     event = lookup.interface(type_name).Event
 
     async def follow(node: goalwire.Node) -> None:
@@ -37,6 +41,19 @@ def echo(arguments: Namespace, output: Output) -> Outcome:
             _show(message, arguments, output)
 
     return live(follow)
+
+
+def _tell_if_silent(name: str, arguments: Namespace) -> None:
+    """Say what to switch on if nobody publishes the steps of the service's calls; it may be done later."""
+    topic = f'{name}/_service_event'
+    with discovered(arguments, lambda graph: graph.count(EndpointKind.PUBLISHER, topic) > 0) as graph:
+        if graph.count(EndpointKind.PUBLISHER, topic):
+            return
+    tell(
+        f"nobody publishes the calls of '{name}': its server and clients have introspection off. Switch it "
+        'on in the server: service.configure_introspection(node.get_clock(), qos_profile_system_default, '
+        'ServiceIntrospectionState.CONTENTS), with a client likewise. Waiting; Ctrl-C ends this'
+    )
 
 
 def name_step(fields: Any) -> Any:

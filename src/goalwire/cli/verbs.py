@@ -8,6 +8,7 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, NamedTuple, NoReturn, TypeAlias
 
+from goalwire import errors
 from goalwire.cli.outcome import CommandError, Outcome
 from goalwire.cli.output import Output
 
@@ -123,5 +124,4 @@ def did_you_mean(word: str, known: Sequence[str]) -> str:
     """Return "did you mean 'list'?", or '' where nothing known is written much like it."""
     from difflib import get_close_matches
 
-    near = get_close_matches(word, known, 3, 0.6)
-    return f'did you mean {" or ".join(map(repr, near))}?' if near else ''
+    return errors.did_you_mean(get_close_matches(word, known, 3, 0.6))

@@ -5,8 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import goalwire
-from goalwire.errors import RemoteError
+from goalwire.errors import FieldValueError, RemoteError
 from goalwire.records import record
+from goalwire.rules.parameters.fitting import fit_parameter, fit_parameter_text
+from goalwire.rules.parameters.parameter import FIELDS, Type, value_message
 
 if TYPE_CHECKING:
     from goalwire.console.sending import Sender
@@ -16,19 +18,6 @@ _LIST = '/list_parameters'
 _ANSWER_S = 10.0
 _PREFIX_S = 5.0
 _STRING = 4
-_FIELDS = (
-    '',
-    'bool_value',
-    'integer_value',
-    'double_value',
-    'string_value',
-    'byte_array_value',
-    'bool_array_value',
-    'integer_array_value',
-    'double_array_value',
-    'string_array_value',
-)
-"""Of rcl_interfaces/msg/ParameterValue, by the number of the type."""
 _KINDS = (
     'not set',
     'bool',
@@ -41,7 +30,6 @@ _KINDS = (
     'double array',
     'string array',
 )
-_SCALARS: tuple[type, ...] = (type(None), bool, int, float, str)
 
 
 @record
@@ -108,8 +96,8 @@ async def frame_prefix(node: goalwire.Node, owner: str) -> str | None:
 
 
 def _parameter(name: str, value: Any, about: Any) -> RemoteParameter:
-    number = value.type if value.type < len(_FIELDS) else 0
-    held: Any = getattr(value, _FIELDS[number]) if number else None
+    number = value.type if value.type < len(_KINDS) else 0
+    held: Any = getattr(value, FIELDS[Type(number)]) if number else None
     if number == 5:
         held = [each[0] if isinstance(each, bytes) else int(each) for each in held]
     elif number > 5:
@@ -129,43 +117,43 @@ def _parameter(name: str, value: Any, about: Any) -> RemoteParameter:
     )
 
 
+def fitted_value(parameter: RemoteParameter, typed: object) -> Any:
+    """Return the value of a parameter that a form's text or switch stands for, or a value of its type.
+
+    Raises FieldValueError, for a number outside the range that the parameter declares, too.
+    """
+    type_ = Type(parameter.number)
+    if type_ is Type.NOT_SET:
+        raise FieldValueError(parameter.name, 'it is not set, and so has no type')
+    value: Any
+    if type_ is Type.STRING:
+        value = fit_parameter(parameter.name, type_, '' if typed is None else typed)
+    elif isinstance(typed, str):
+        value = fit_parameter_text(parameter.name, type_, typed)
+    else:
+        value = fit_parameter(parameter.name, type_, typed)
+    least, most = parameter.least, parameter.most
+    if least is not None and most is not None and isinstance(value, int | float):
+        low, high = min(least, most), max(least, most)
+        if not low <= value <= high:  # NaN, too
+            reason = f'give a number from {low:g} to {high:g}, not {value:g}'
+            raise FieldValueError(parameter.name, reason, parameter.kind)
+    return value
+
+
 async def set_parameter(
     sender: Sender, settings: Settings, node: str, parameter: RemoteParameter, value: Any
 ) -> None:
-    """Set a parameter to a value of its type.
+    """Set a parameter to a value that `fitted_value` has returned.
 
-    Raises NotAllowedError, TypeError for a value of another type, RemoteError where the node says
-    no, goalwire's own errors where it does not answer.
+    Raises NotAllowedError, RemoteError if the node says no, goalwire's own errors if it does not answer.
     """
-    from rcl_interfaces.msg import Parameter, ParameterValue
+    from rcl_interfaces.msg import Parameter
     from rcl_interfaces.srv import SetParameters
 
     settings.check_may_send(node)
-    held = _fitting(parameter, value)
-    message = Parameter(name=parameter.name, value=ParameterValue(type=parameter.number))
-    setattr(message.value, _FIELDS[parameter.number], held)
+    message = Parameter(name=parameter.name, value=value_message(Type(parameter.number), value))
     client = sender.client(SetParameters, f'{node}/set_parameters', 'SetParameters')
     [result] = (await client.call(parameters=[message], timeout=_ANSWER_S)).results
     if not result.successful:
         raise RemoteError(result.reason or 'the node refused the value')
-
-
-def _fitting(parameter: RemoteParameter, value: Any) -> Any:
-    number = parameter.number
-    if number == 0:
-        raise TypeError('this parameter is not set and has no type')
-    if number < len(_SCALARS):
-        return _scalar(_SCALARS[number], value, parameter.kind)
-    if not isinstance(value, list):
-        raise TypeError(f'give a list for a {parameter.kind}')
-    if number == 5:
-        return [bytes([_scalar(int, each, 'byte')]) for each in value]
-    return [_scalar(_SCALARS[number - 5], each, _KINDS[number - 5]) for each in value]
-
-
-def _scalar(wanted: type, value: Any, kind: str) -> Any:
-    if wanted is float and isinstance(value, int) and not isinstance(value, bool):
-        return float(value)
-    if type(value) is not wanted:
-        raise TypeError(f'give a value of type {kind}, not {value!r}')
-    return value

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from goalwire.errors import did_you_mean
 from goalwire.graph.names import SEND_GOAL, is_part_of_action, shown
 from goalwire.transport.contract import EndpointKind
 
@@ -45,8 +46,12 @@ def near_misses(graph: Graph, name: str, *, is_action: bool) -> str:
         nodes = dict.fromkeys(
             server.node.qualified for server in graph.entities(EndpointKind.SERVICE, each + ending)
         )
-        told.append(f"'{each}' (node {' and '.join(map(repr, nodes))})" if nodes else f"'{each}'")
-    return f'did you mean {" or ".join(told)}?'
+        told.append(f"'{each}'{_of_nodes(list(nodes))}")
+    return did_you_mean(told)
+
+
+def _of_nodes(nodes: list[str]) -> str:
+    return f' of the node{"s" if len(nodes) > 1 else ""} {" and ".join(map(repr, nodes))}' if nodes else ''
 
 
 def similar_names(name: str, names: list[str]) -> list[str]:

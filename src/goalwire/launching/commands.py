@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 from pathlib import Path
@@ -24,6 +25,8 @@ from goalwire.launching.sources import (
     get_launch_description_from_any_launch_file,
 )
 
+INTERRUPTED, TERMINATED = 130, 143
+"""Exit codes of a launch that a signal has ended in order, as shells have them."""
 ENDINGS = ('launch.py', 'launch.xml', 'launch.yaml', 'launch.yml')
 
 
@@ -91,14 +94,20 @@ def parse_arguments(arguments: Iterable[str]) -> list[tuple[str, str]]:
 def launch(
     path: str, arguments: Iterable[str] = (), *, debug: bool = False, noninteractive: bool = False
 ) -> int:
-    """Launch a file and wait for its end; the exit code. Raises LaunchError for malformed arguments."""
+    """Launch a file, wait for its end, and return the exit code: 130 after Ctrl-C, 143 after another signal.
+
+    Raises LaunchError for malformed arguments.
+    """
     words = list(arguments)
     given = parse_arguments(words)
     service = LaunchService(argv=words, debug=debug, noninteractive=noninteractive)
     include = IncludeLaunchDescription(AnyLaunchDescriptionSource(path), launch_arguments=given)
     include.location = None
     service.include_launch_description(LaunchDescription([include]))
-    return service.run()
+    code = service.run()
+    if code or service.interrupted_by is None:
+        return code
+    return INTERRUPTED if service.interrupted_by is signal.SIGINT else TERMINATED
 
 
 def show_arguments(path: str) -> str:

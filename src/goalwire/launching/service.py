@@ -54,6 +54,8 @@ class LaunchService:
         self._interrupts = 0
         self._interrupted_at = -SAME_S
         self._return_code = 0
+        self.interrupted_by: signal.Signals | None = None
+        """The signal that asked for the end, None if it came otherwise."""
 
     @property
     def context(self) -> LaunchContext:
@@ -114,6 +116,7 @@ class LaunchService:
         self._news = asyncio.Event()
         self._return_code = 0
         self._interrupts, self._interrupted_at = 0, -SAME_S
+        self.interrupted_by = None
         self._shutting_down = False
         self._context.is_shutdown = False
         self._context.attach(self._loop, self._news.set)
@@ -251,6 +254,7 @@ class LaunchService:
             else f'received {signal.Signals(number).name}'
         )
         if self._interrupts == 1:
+            self.interrupted_by = number
             self._logger.warning(what)
             self._shut_down(what, due_to_sigint=number == signal.SIGINT)
             return

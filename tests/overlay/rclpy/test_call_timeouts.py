@@ -167,7 +167,7 @@ def test_a_server_in_another_namespace_or_of_another_type_is_named(make_node: Ma
     client = node.create_client(Trigger, 'lamp')
     wait_until(node.context, lambda: node.count_services('/robot/lamp') == 1)
     client.call_timeout = 0.03
-    with pytest.raises(NoServerError, match=r"did you mean '/robot/lamp' \(node '/robot/server'\)\?$"):
+    with pytest.raises(NoServerError, match=r"did you mean '/robot/lamp' of the node '/robot/server'\?$"):
         client.call(Trigger.Request())
     with pytest.raises(NoServerError, match=r"no server came within 0.01 s; did you mean '/robot/lamp'"):
         client.call(Trigger.Request(), timeout_sec=0.01)
@@ -191,7 +191,7 @@ def test_who_waits_for_a_service_in_vain_is_told_once_what_is_near(make_node: Ma
         for _ in range(3):
             assert not client.wait_for_service(0.01)
         assert lines.items == [
-            "service '/lamp': no server came; did you mean '/robot/lamp' (node '/robot/server')?"
+            "service '/lamp': no server came; did you mean '/robot/lamp' of the node '/robot/server'?"
         ]
         assert not node.create_client(Trigger, 'gripper').wait_for_service(0.01)
         assert len(lines.items) == 1

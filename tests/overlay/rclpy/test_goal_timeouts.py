@@ -157,7 +157,7 @@ def test_a_server_in_another_namespace_is_named(make_node: MakeNode) -> None:
     client = ActionClient(node, Fibonacci, 'fib')
     client.call_timeout = 0.03
     wait_until(node.context, lambda: node.count_services('/robot/fib/_action/send_goal') == 1)
-    with pytest.raises(NoServerError, match=r"did you mean '/robot/fib' \(node '/robot/arm'\)\?$"):
+    with pytest.raises(NoServerError, match=r"did you mean '/robot/fib' of the node '/robot/arm'\?$"):
         client.send_goal(Goal())
     assert not client.wait_for_server(0.0)
     arm.stop()

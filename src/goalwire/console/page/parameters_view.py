@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import yaml
 from nicegui import ui
 
 from goalwire.console.form_model import in_one_line
@@ -12,11 +11,12 @@ from goalwire.console.page.parts import LiveTable, head
 from goalwire.console.page.view import View
 from goalwire.console.remote_parameters import (
     RemoteParameter,
+    fitted_value,
     nodes_with_parameters,
     read_parameters,
     set_parameter,
 )
-from goalwire.errors import GoalwireError, peer_text
+from goalwire.errors import FieldValueError, GoalwireError, peer_text
 
 
 class ParametersView(View):
@@ -109,11 +109,11 @@ class ParametersView(View):
 
     async def _set(self, node: str, parameter: RemoteParameter, typed: Any) -> None:
         try:
-            value = _parsed(parameter, typed)
-        except (TypeError, ValueError, yaml.YAMLError) as error:
+            value = fitted_value(parameter, typed)
+        except FieldValueError as error:
             self.page.tell(' '.join(str(error).split()), 'warning')
             return
-        text = f'ros2 param set {node} {parameter.name} {in_one_line(value)}'
+        text = f'ros2 param set {node} {parameter.name} {_in_one_line(value)}'
         if not await self.page.confirm('parameters', node, 'Set this parameter?', text, 'Set'):
             return
 
@@ -143,16 +143,7 @@ def _text(parameter: RemoteParameter) -> str:
     )
 
 
-def _parsed(parameter: RemoteParameter, typed: Any) -> Any:
-    if parameter.number in {1, 4}:
-        return typed if parameter.number == 1 else str(typed or '')
-    value = yaml.safe_load(str(typed))
-    numbers = (*([value] if isinstance(value, int | float) else []),)
-    for number in numbers:
-        if (
-            parameter.least is not None
-            and parameter.most is not None
-            and not parameter.least <= number <= parameter.most
-        ):
-            raise ValueError(f'give a number from {parameter.least:g} to {parameter.most:g}')
-    return value
+def _in_one_line(value: Any) -> str:
+    """Return a value as the command takes it: bytes as numbers."""
+    is_bytes = isinstance(value, list) and value and isinstance(value[0], bytes)
+    return in_one_line([item[0] for item in value] if is_bytes else value)
