@@ -98,7 +98,8 @@ def test_frames_with_a_prefix_are_those_of_the_links_after_it() -> None:
         (['alice/base_link', 'base_link'], '/alice', 'alice/'),
         (['alice/base_link', 'base_link'], '', ''),
         (['base_link'], '/alice', ''),
-        (['r1/base_link'], '/alice', 'r1/'),
+        (['r1/base_link'], '/alice', ''),
+        (['r1/base_link'], '', 'r1/'),
         (['r1/base_link', 'r2/base_link'], '/alice', ''),
         (['my_base_link', 'notbase_link'], '', 'my_'),
         ([], '/alice', ''),
@@ -221,6 +222,8 @@ def test_what_was_said_before_does_not_make_a_robot_live() -> None:
 def test_frames_of_another_robot_are_no_news_of_this_one() -> None:
     watch = RobotWatch(None, None, '/alice')  # type: ignore[arg-type] # it subscribes when it looks
     watch._take_description(SimpleNamespace(data=URDF), 0.0)
+    watch._take_frames(SimpleNamespace(transforms=[frame('map', 'bob/base_link', 2.0)]), 4.0)
+    assert list(watch.trail) == [], 'it is not known where this one is'
     watch._take_frames(SimpleNamespace(transforms=[frame('map', 'alice/base_link', 1.0)]), 5.0)
     watch._take_frames(SimpleNamespace(transforms=[frame('map', 'bob/base_link', 2.0)]), 9.0)
     assert watch.moved_at == 5.0

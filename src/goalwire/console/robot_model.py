@@ -128,8 +128,8 @@ def root_pose(root: str, frames: Mapping[str, tuple[str, Rigid]]) -> tuple[str, 
 def likely_prefix(model: RobotModel, frames: Mapping[str, tuple[str, Rigid]], namespace: str) -> str:
     """Return what seems to stand before the names of a robot's links in its frames.
 
-    Robots of one kind differ in nothing else. So of several prefixes the one counts that the namespace
-    gives, else the empty one; if neither is there, the robot's frames are not known.
+    Robots of one kind differ in nothing else. So the prefix counts that the namespace gives, else the empty
+    one. Any other one may be another robot's: it counts only for a robot without a namespace, if it is alone.
     """
     names = {name for child, (parent, _) in frames.items() for name in (child, parent)}
     root = model.root
@@ -138,7 +138,7 @@ def likely_prefix(model: RobotModel, frames: Mapping[str, tuple[str, Rigid]], na
         if prefix in found:
             return prefix
     found = {prefix for prefix in found if prefix.endswith(('/', '_'))}
-    return found.pop() if len(found) == 1 else ''
+    return found.pop() if len(found) == 1 and not namespace else ''
 
 
 # -- reading -------------------------------------------------------------------------------------------------

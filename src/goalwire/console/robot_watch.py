@@ -119,7 +119,7 @@ class RobotWatch:
         children = self._keep_frames(message)
         if self.model is None or any(map(self._is_own, children)):
             self.moved_at = at  # robots share /tf: the frames of another one do not make this one live
-        if self.model is not None:
+        if self.model is not None and self.prefix + self.model.root in self.frames:
             self._lengthen_trail(self.pose()[1])
 
     def _take_static_frames(self, message: Any, _at: float) -> None:
