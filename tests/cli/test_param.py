@@ -135,6 +135,14 @@ def test_what_is_no_parameter_file_is_told(tmp_path: Path, content: bytes, probl
         values_from_yaml_file(str(file), '/n', use_wildcard=False)
 
 
+def test_a_file_may_be_for_all_nodes_alone(tmp_path: Path) -> None:
+    file = tmp_path / 'all.yaml'
+    file.write_text('/**: {ros__parameters: {a: x}}')
+    assert values_from_yaml_file(str(file), '/n', use_wildcard=True) == {'a': 'x'}
+    with pytest.raises(FileShapeError, match='does not contain parameters for /n'):
+        values_from_yaml_file(str(file), '/n', use_wildcard=False)
+
+
 def test_aliases_in_a_parameter_file_take_no_time(tmp_path: Path) -> None:
     file = tmp_path / 'laughs.yaml'
     laughs = ''.join(f'x{n}: &x{n} [{", ".join([f"*x{n - 1}"] * 10)}]\n' for n in range(1, 30))

@@ -57,6 +57,9 @@ XML = {
     '<timer period="soon"/>': "a timer's period is a number of seconds, not 'soon'",
     '<log message="$(eval nothing)"/>': "name 'nothing' is not defined",
     '<param from="x"/>': 'unknown tag `param`',
+    '<node pkg="a" exec="b"><param name="speed" value="fast" type="float"/></node>': (
+        "parameter 'speed': 'fast' is not of the type float; give a value such as 1.5"
+    ),
 }
 YAML = {
     '- nod: {pkg: a, exec: b}': 'unknown tag `nod`; did you mean node',

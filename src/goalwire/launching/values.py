@@ -12,7 +12,7 @@ from typing import Any
 
 import yaml
 
-from goalwire.errors import InvalidConditionExpressionError, SubstitutionFailure
+from goalwire.errors import BadLaunchValueError, InvalidConditionExpressionError, SubstitutionFailure
 from goalwire.launching.model import LaunchContext, SomeSubstitutions, Substitution
 
 SCALARS = (bool, int, float, str)
@@ -160,7 +160,7 @@ def normalize_typed_substitution(value: Any, data_type: object = None) -> Any:
         if data_type is not None:
             scalar, many = scalar_type(data_type)
             if many or not _is_of(value, (scalar,)):
-                raise TypeError(f'{value!r} is no {data_type}')
+                raise _misfit(value, scalar, many=many)
         return value
     if is_substitution(value):
         return normalize_to_list_of_substitutions(value)
@@ -173,9 +173,20 @@ def normalize_typed_substitution(value: Any, data_type: object = None) -> Any:
     raise TypeError(f'expected a value, a substitution or a list of them, got {value!r:.200}')
 
 
+_EXAMPLES = {int: '3', float: '1.5', bool: 'true', str: "'a'"}
+
+
+def _misfit(value: object, scalar: Any, *, many: bool = False) -> BadLaunchValueError:
+    """Return the error for a value that is not of a type, with an example."""
+    example, kind = _EXAMPLES[scalar], scalar.__name__
+    if many:
+        example, kind = f'[{example}, {example}]', f'list of {kind}'
+    return BadLaunchValueError(f'{value!r:.100} is not of the type {kind}; give a value such as {example}')
+
+
 def _plain(item: object, scalar: Any) -> object:
     if scalar is not None and isinstance(item, SCALARS) and not _is_of(item, (scalar,)):
-        raise TypeError(f'{item!r:.100} is no {scalar.__name__}')
+        raise _misfit(item, scalar)
     if not isinstance(item, SCALARS):
         raise TypeError(f'expected a number, a boolean, a string or a substitution, got {item!r:.200}')
     return item

@@ -96,4 +96,7 @@ def values_from_yaml_file(path: str, node_name: str, *, use_wildcard: bool) -> d
         text = read_regular(path, LARGEST_PARAMETER_FILE).decode()
     except UnicodeDecodeError:
         raise FileShapeError(f'{path} is no text in UTF-8') from None
-    return flat_values(read_yaml(text), [node_name], use_wildcard=use_wildcard)
+    content = read_yaml(text)
+    if use_wildcard and isinstance(content, dict) and set(content) == {'/**'}:
+        return flat_values(content, None, use_wildcard=True)
+    return flat_values(content, [node_name], use_wildcard=use_wildcard)

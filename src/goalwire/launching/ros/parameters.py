@@ -21,6 +21,7 @@ from goalwire.launching.frontend import Entity, Parser
 from goalwire.launching.model import LaunchContext, SomeSubstitutions, Substitution
 from goalwire.launching.notation import parse_substitution
 from goalwire.launching.values import (
+    describe_text,
     is_substitution,
     normalize_to_list_of_substitutions,
     normalize_typed_substitution,
@@ -189,9 +190,20 @@ def normalize_parameter_dict(parameters: Mapping[Any, Any]) -> dict[tuple[Substi
     return {
         tuple(normalize_to_list_of_substitutions(name)): normalize_parameter_dict(value)
         if isinstance(value, Mapping)
-        else _checked(value)
+        else _checked_named(name, value)
         for name, value in parameters.items()
     }
+
+
+def _checked_named(name: Any, value: Any) -> Any:
+    """Return a value that may become a parameter. Raises BadLaunchValueError with the parameter's name."""
+    try:
+        return _checked(value)
+    except TypeError as error:
+        shown_name = (
+            name if isinstance(name, str) else describe_text(normalize_to_list_of_substitutions(name))
+        )
+        raise BadLaunchValueError(f"parameter '{shown_name}': {error}") from error
 
 
 def _is_text(item: Sequence[Any]) -> bool:
@@ -341,7 +353,10 @@ def _named(entity: Entity, parser: Parser) -> tuple[tuple[Substitution, ...], An
         raise LaunchError("<param> needs either the attribute 'value' or <param> tags in it")
     if nested:
         return name, dict(_named(item, parser) for item in nested)
-    return name, ParameterValue(parser.parse_if_substitutions(value), value_type=data_type)
+    try:
+        return name, ParameterValue(parser.parse_if_substitutions(value), value_type=data_type)
+    except BadLaunchValueError as error:
+        raise BadLaunchValueError(f"parameter '{entity.get_attr('name')}': {error}") from error
 
 
 def _data_type(name: str) -> Any:
