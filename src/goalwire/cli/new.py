@@ -5,9 +5,11 @@ from __future__ import annotations
 import keyword
 import re
 from argparse import ArgumentParser, Namespace
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
+from goalwire.cli import new_templates as templates
 from goalwire.cli.outcome import CommandError, Outcome
 from goalwire.cli.verbs import Noun, Verb
 
@@ -17,236 +19,49 @@ if TYPE_CHECKING:
 SUMMARY = 'Make a package: a Python project that colcon builds as well'
 
 
-class _Kind(NamedTuple):
-    """What a package begins with."""
-
-    program: str
-    """The name of its program and module, behind that of the package."""
-    interfaces: str
-    """The package of its type."""
-    code: str
-    test: str
-
-
-_NODE = _Kind(
-    'node',
-    'std_msgs',
-    '''"""Says hello on the topic `greeting`, once a second."""
-
-import rclpy
-from rclpy.executors import ExternalShutdownException
-from rclpy.node import Node
-from std_msgs.msg import String
-
-
-class @Class@(Node):
-    def __init__(self) -> None:
-        super().__init__('@package@')
-        self.declare_parameter('name', 'world')
-        self.publisher = self.create_publisher(String, 'greeting', 10)
-        self.create_timer(1.0, self.greet)
-
-    def greet(self) -> None:
-        self.publisher.publish(String(data=f'hello, {self.get_parameter("name").value}'))
-
-
-def main() -> None:
-    try:
-        with rclpy.init():
-            rclpy.spin(@Class@())
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass
-''',
-    """from std_msgs.msg import String
-
-from @package@.node import @Class@
-
-
-def test_it_greets_once_a_second(gw_graph, gw_clock):
-    greetings = gw_graph.record(String, 'greeting')
-    gw_graph.start(@Class@)
-    assert greetings.wait_for(2) == [String(data='hello, world')] * 2
-    assert 2.0 <= gw_clock.elapsed < 3.0
-""",
-)
-_SERVICE = _Kind(
-    'server',
-    'std_srvs',
-    '''"""A lamp that the service `switch` turns on and off."""
-
-import rclpy
-from rclpy.executors import ExternalShutdownException
-from rclpy.node import Node
-from std_srvs.srv import SetBool
-
-
-class @Class@(Node):
-    def __init__(self) -> None:
-        super().__init__('@package@')
-        self.create_service(SetBool, 'switch', self.switch)
-
-    def switch(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
-        response.success = True
-        response.message = 'on' if request.data else 'off'
-        return response
-
-
-def main() -> None:
-    try:
-        with rclpy.init():
-            rclpy.spin(@Class@())
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass
-''',
-    """from std_srvs.srv import SetBool
-
-from @package@.server import @Class@
-
-
-def test_it_is_switched_on_and_off(gw_graph):
-    gw_graph.start(@Class@)
-    assert gw_graph.call(SetBool, 'switch', data=True).message == 'on'
-    assert gw_graph.call(SetBool, 'switch', data=False).message == 'off'
-""",
-)
-_ACTION = _Kind(
-    'server',
-    'example_interfaces',
-    '''"""The action `count`: Fibonacci's numbers, one each 0.1 s, with feedback; it can be cancelled."""
-
-import asyncio
-
-import rclpy
-from example_interfaces.action import Fibonacci
-from rclpy.action import ActionServer, CancelResponse
-from rclpy.action.server import ServerGoalHandle
-from rclpy.executors import ExternalShutdownException
-from rclpy.node import Node
-
-
-class @Class@(Node):
-    def __init__(self) -> None:
-        super().__init__('@package@')
-        self.server = ActionServer(
-            self, Fibonacci, 'count', self.count, cancel_callback=lambda goal: CancelResponse.ACCEPT
-        )
-
-    async def count(self, goal: ServerGoalHandle) -> Fibonacci.Result:
-        numbers = [0, 1]
-        while len(numbers) <= goal.request.order:
-            if goal.is_cancel_requested:
-                goal.canceled()
-                return Fibonacci.Result(sequence=numbers)
-            await asyncio.sleep(0.1)
-            numbers.append(numbers[-1] + numbers[-2])
-            goal.publish_feedback(Fibonacci.Feedback(sequence=numbers))
-        goal.succeed()
-        return Fibonacci.Result(sequence=numbers)
-
-
-def main() -> None:
-    try:
-        with rclpy.init():
-            rclpy.spin(@Class@())
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass
-''',
-    """from example_interfaces.action import Fibonacci
-
-from @package@.server import @Class@
-
-
-def test_it_counts_and_says_how_far_it_is(gw_graph, gw_clock):
-    gw_graph.start(@Class@)
-    goal = gw_graph.send_goal(Fibonacci, 'count', order=5)
-    assert goal.result == Fibonacci.Result(sequence=[0, 1, 1, 2, 3, 5])
-    assert len(goal.feedback) == 4
-""",
-)
-_MANIFEST = """\
-<?xml version="1.0"?>
-<package format="3">
-  <name>@package@</name>
-  <version>0.1.0</version>
-  <description>@package@</description>
-  <maintainer email="you@example.org">you</maintainer>
-  <license>Apache-2.0</license>
-
-  <exec_depend>rclpy</exec_depend>
-  <exec_depend>@interfaces@</exec_depend>
-
-  <export>
-    <build_type>ament_python</build_type>
-  </export>
-</package>
-"""
-_SETUP = """\
-# What colcon reads, and pip and uv as well: the programs, and what is installed beside them.
-from setuptools import find_packages, setup
-
-setup(
-    name='@package@',
-    version='0.1.0',
-    description='@package@',
-    packages=find_packages(exclude=['test']),
-    data_files=[
-        ('share/ament_index/resource_index/packages', ['resource/@package@']),
-        ('share/@package@', ['package.xml']),
-    ],
-    entry_points={'console_scripts': ['@package@_@program@ = @package@.@program@:main']},
-)
-"""
-_PROJECT = """\
-[build-system]
-requires = ["setuptools>=64"]
-build-backend = "setuptools.build_meta"
-
-[project]
-name = "@package@"
-dependencies = ["goalwire"]
-dynamic = ["version", "description", "scripts"]  # in setup.py, for colcon
-
-[dependency-groups]
-dev = ["pytest>=8"]
-"""
-_SCRIPTS = """\
-[develop]
-script_dir=$base/lib/@package@
-[install]
-install_scripts=$base/lib/@package@
-"""
+_KINDS = {
+    'node': (templates.NODE, 'A node with a topic; without any option, this'),
+    'service': (templates.SERVICE, 'A service'),
+    'action': (templates.ACTION, 'An action'),
+}
 
 
 def _arguments(parser: ArgumentParser) -> None:
     parser.add_argument('package', help='Its name: small letters, digits and underscores, a letter first')
-    kinds = parser.add_mutually_exclusive_group()
-    kinds.add_argument('--node', action='store_const', dest='kind', const=_NODE, help='A node with a topic')
-    kinds.add_argument('--service', action='store_const', dest='kind', const=_SERVICE, help='A service')
-    kinds.add_argument('--action', action='store_const', dest='kind', const=_ACTION, help='An action')
-    parser.set_defaults(kind=_NODE)
+    for name, (_, text) in _KINDS.items():
+        parser.add_argument(f'--{name}', action='store_true', help=text)
+    parser.add_argument(
+        '--interfaces', action='store_true', help='A package of its own types as well, PACKAGE_interfaces'
+    )
     parser.add_argument('--destination-directory', default='.', help='Where its folder is made; here without')
 
 
 def _run(arguments: Namespace, output: Output) -> None:
-    package, kind = arguments.package, arguments.kind
+    package = arguments.package
     _check_name(arguments.prog, package)
-    folder = Path(arguments.destination_directory, package)
-    if folder.exists():
-        raise CommandError(
-            Outcome.FAILED,
-            f'{arguments.prog}: there is a {str(folder)!r} already',
-            'choose another name, or another place with --destination-directory',
-        )
-    files = _files(package, kind)
+    kinds = [kind for name, (kind, _) in _KINDS.items() if getattr(arguments, name)] or [templates.NODE]
+    place = Path(arguments.destination_directory)
+    files = _files(package, kinds, own_types=arguments.interfaces)
+    folders = [place / name for name in sorted({name.split('/')[0] for name in files})]
+    for folder in folders:
+        if folder.exists():
+            raise CommandError(
+                Outcome.FAILED,
+                f'{arguments.prog}: there is a {str(folder)!r} already',
+                'choose another name, or another place with --destination-directory',
+            )
     for name, text in files.items():
-        file = folder / name
+        file = place / name
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(text, encoding='utf-8', newline='\n')
     if output.json:
-        output.data({'folder': str(folder), 'files': sorted(files)})
+        output.data({'folder': str(folders[0]), 'files': sorted(files)})
         return
-    output.line(f'made {folder}: {", ".join(sorted(files))}')
-    output.line(f'next: cd {folder}; python -m pytest; ros2 run {package} {package}_{kind.program}')
+    for folder in folders:
+        inside = sorted(name.partition('/')[2] for name in files if name.startswith(f'{folder.name}/'))
+        output.line(f'made {folder}: {", ".join(inside)}')
+    first = '' if str(place) == '.' else f'cd {place}; '
+    output.line(f'next: {first}python -m pytest {package}; ros2 run {package} {package}_{kinds[0].program}')
 
 
 def _check_name(prog: str, package: str) -> None:
@@ -263,25 +78,77 @@ def _check_name(prog: str, package: str) -> None:
     )
 
 
-def _files(package: str, kind: _Kind) -> dict[str, str]:
-    """Return the texts of a new package by their paths."""
+def _files(package: str, kinds: Sequence[templates.Kind], *, own_types: bool) -> dict[str, str]:
+    """Return the texts of a new package by their paths, and those of its package of interfaces."""
+    interfaces = f'{package}_interfaces'
+    scripts = {kind.program: f'{package}_{kind.program}' for kind in kinds}
+    used = [interfaces] if own_types else sorted({kind.interfaces for kind in kinds})
+    folders = [package, interfaces] if own_types else [package]
     words = {
         'package': package,
-        'Class': ''.join(map(str.capitalize, package.split('_'))),
-        'program': kind.program,
-        'interfaces': kind.interfaces,
+        'depends': '\n'.join(f'  <exec_depend>{name}</exec_depend>' for name in used),
+        'scripts': '\n'.join(
+            f"            '{script} = {package}.{program}:main'," for program, script in scripts.items()
+        ),
+        'nodes': '\n'.join(
+            _filled(templates.LAUNCHED, {'package': package, 'script': script}) for script in scripts.values()
+        ),
+        'programs': ', '.join(f'`{script}`' for script in scripts.values()),
+        'install': 'pip install '
+        + ' '.join(f"-e './{name}[test]'" for name in [package])
+        + (f' -e ./{interfaces}' if own_types else ''),
+        'folders': ' and '.join(f'`{name}`' for name in folders),
+        'definitions': '\n'.join(f'  "{kind.definition.partition(chr(10))[0]}"' for kind in kinds),
     }
     texts = {
-        'package.xml': _MANIFEST,
-        'setup.py': _SETUP,
-        'setup.cfg': _SCRIPTS,
-        'pyproject.toml': _PROJECT,
+        'package.xml': templates.MANIFEST,
+        'setup.py': templates.SETUP,
+        'setup.cfg': templates.SCRIPTS,
+        'pyproject.toml': templates.PROJECT,
+        'README.md': templates.README,
+        f'launch/{package}.launch.py': templates.LAUNCH,
+        'config/parameters.yaml': templates.PARAMETERS,
         f'resource/{package}': '',
         f'{package}/__init__.py': '',
-        f'{package}/{kind.program}.py': kind.code,
-        f'test/test_{kind.program}.py': kind.test,
     }
-    return {name: re.sub('@(.*?)@', lambda found: words[found[1]], text) for name, text in texts.items()}
+    files = {f'{package}/{name}': _filled(text, words) for name, text in texts.items()}
+    for kind in kinds:
+        module = {f'{package}/{kind.program}.py': kind.code, f'test/test_{kind.program}.py': kind.test}
+        for name, text in module.items():
+            filled = _filled(text, _words_of(package, kind, alone=len(kinds) == 1))
+            files[f'{package}/{name}'] = _with_own_types(filled, kind, interfaces) if own_types else filled
+    if own_types:
+        others = {
+            'package.xml': templates.INTERFACES_MANIFEST,
+            'CMakeLists.txt': templates.INTERFACES_CMAKE,
+            'pyproject.toml': templates.INTERFACES_PROJECT,
+            '__init__.py': '',
+        }
+        files |= {f'{interfaces}/{name}': _filled(text, words) for name, text in others.items()}
+        for kind in kinds:
+            name, _, text = kind.definition.partition('\n')
+            files[f'{interfaces}/{name}'] = text
+    return files
+
+
+def _words_of(package: str, kind: templates.Kind, *, alone: bool) -> dict[str, str]:
+    """The words of one program; if there are several, its node is called after both."""
+    node = package if alone else f'{package}_{kind.program}'
+    class_name = ''.join(map(str.capitalize, node.split('_')))
+    return {'package': package, 'node': node, 'Class': class_name, 'program': kind.program}
+
+
+def _with_own_types(text: str, kind: templates.Kind, interfaces: str) -> str:
+    """A program or a test whose type comes from the package of interfaces; its fields are the same."""
+    return re.sub(
+        rf'\b{kind.type_name}\b',
+        kind.own_type,
+        text.replace(f'from {kind.interfaces}.', f'from {interfaces}.'),
+    )
+
+
+def _filled(text: str, words: Mapping[str, str]) -> str:
+    return re.sub('@([A-Za-z]+)@', lambda found: words[found[1]], text)
 
 
 NOUN = Noun('new', SUMMARY, (Verb('new', SUMMARY, _run, _arguments),))
