@@ -120,11 +120,13 @@ def test_services_are_called_and_calls_of_others_seen(stage: Stage, open_page: O
 
     # A deadline ends a call; a request that was not answered is sent again where the user has said so.
     row(page, '/deaf')
+    page.wait_for_selector('.gw-title:text-is("/deaf")')
     page.fill('[data-deadline]', '0.5')
     page.click('[data-call]')
     confirm(page)
     page.wait_for_selector('[data-problem]')
     row(page, '/shy')
+    page.wait_for_selector('.gw-title:text-is("/shy")')
     page.fill('[data-deadline]', '20')
     page.fill('[data-attempts]', '4')
     page.click('[data-call]')
@@ -135,6 +137,7 @@ def test_services_are_called_and_calls_of_others_seen(stage: Stage, open_page: O
     assert page.locator('[data-events]').is_hidden()
     stage.program(PROGRAMS / 'introspected.py').expect('ready')
     row(page, '/add')
+    page.wait_for_selector('.gw-title:text-is("/add")')
     page.fill('[data-field=a]', '2')
     page.fill('[data-field=b]', '3')
     page.click('[data-call]')
