@@ -56,6 +56,24 @@ def test_mistakes_of_launch_files(ros2: CommandLine, tmp_path: Path) -> None:
     assert first == {'problem': lines[0]}
 
 
+def test_mistakes_of_parameter_files(ros2: CommandLine, tmp_path: Path) -> None:
+    """A key with one underscore is the most common one: the node would start without its parameters."""
+    (tmp_path / 'one.yaml').write_text('base:\n  ros_parameters:\n    speed: 1.0\n')
+    (tmp_path / 'two.yaml').write_text('base:\n  ros__parameters:\n    speed: [1.0\n')
+    file = tmp_path / 'a.launch.xml'
+    file.write_text(
+        '<launch>\n  <node pkg="demo_robot" exec="base">\n    <param from="$(dirname)/one.yaml"/>\n'
+        '    <param from="$(dirname)/two.yaml"/>\n  </node>\n</launch>\n'
+    )
+    first, second, last = check(ros2, str(file)).out.splitlines()
+    assert first == (
+        f"{tmp_path}/one.yaml:2: 'ros_parameters' is no key of a parameter file; "
+        'did you mean ros__parameters?'
+    )
+    assert second.startswith(f'{tmp_path}/two.yaml:4: ')
+    assert last == '1 file checked: 2 mistakes'
+
+
 def test_mistakes_of_interface_files(ros2: CommandLine, tmp_path: Path) -> None:
     package = tmp_path / 'my_msgs'
     for kind in ('msg', 'srv', 'action'):

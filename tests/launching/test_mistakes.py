@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 import json
+import sys
 from pathlib import Path
 
 import pytest
 from helpers.command_line import CommandLine
 from launching.conftest import Launch
+
+from goalwire.errors import LaunchError
+from goalwire.launching.commands import show_arguments, show_description
+from goalwire.launching.introspection import LaunchIntrospector
+from goalwire.launching.sources import get_launch_description_from_any_launch_file
 
 HEAD = """\
 from launch import LaunchDescription
@@ -158,7 +164,8 @@ def test_the_command_line_is_checked(ros2: CommandLine, tmp_path: Path) -> None:
     text.write_text('hello')
     ended = ros2('launch', str(text))
     assert ended.code == 1
-    assert 'is no launch file: its name ends with none of .py, ' in ended.out
+    assert f'{text} is no launch file: as XML: ' in ended.out
+    assert ended.out.endswith('as Python: it defines no generate_launch_description()\n')
 
 
 def test_arguments_are_shown(ros2: CommandLine) -> None:
@@ -208,3 +215,169 @@ def test_a_file_that_does_not_load_is_told_when_shown(ending: str, ros2: Command
     file.write_text('\nimport no_such_module\n' if ending == 'py' else '\n<launch><x/></launch>')
     for flag in ('-s', '-p'):
         assert f'{file}:2: ' in ros2.fails('launch', str(file), flag, code=1)
+
+
+def test_an_error_before_anything_runs_starts_nothing(ros2: CommandLine, tmp_path: Path) -> None:
+    """Nodes above the mistake in the file would only be interrupted while their Python starts."""
+    file = tmp_path / 'early.launch.xml'
+    file.write_text(
+        '<launch>\n'
+        + f'<executable cmd="{sys.executable} -c 0"/>\n' * 3
+        + '<log message="$(var no)"/>\n</launch>\n'
+    )
+    lines = ros2('launch', str(file)).out.splitlines()
+    assert lines[-1].startswith(f'[ERROR] [launch]: {file}:5: launch configuration')
+    assert [line for line in lines if 'process' in line] == []
+
+
+def test_an_error_stands_last_and_children_that_still_start_end_without_tracebacks(
+    ros2: CommandLine, tmp_path: Path
+) -> None:
+    """The child raises SIGINT itself, as it would get it in the middle of its imports."""
+    (tmp_path / 'slow_import.py').write_text(
+        'import os, signal, sys\nopen(sys.argv[1], "w").close()\nsignal.pause()\nprint("never")\n'
+    )
+    file = tmp_path / 'late.launch.py'
+    file.write_text(
+        'import asyncio, os, sys\n'
+        'from launch import LaunchDescription\n'
+        'from launch.actions import ExecuteProcess, OpaqueCoroutine\n'
+        f'mark, program = {str(tmp_path / "mark")!r}, {str(tmp_path / "slow_import.py")!r}\n'
+        'async def fail():\n'
+        '    while not os.path.exists(mark):\n'
+        '        await asyncio.sleep(0.01)\n'
+        '    raise RuntimeError("no map")\n'
+        'def generate_launch_description():\n'
+        '    return LaunchDescription([\n'
+        '        ExecuteProcess(cmd=[sys.executable, program, mark], name="slow", output="screen"),\n'
+        '        OpaqueCoroutine(coroutine=fail, ignore_context=True),\n'
+        '    ])\n'
+    )
+    ended = ros2('launch', str(file))
+    assert ended.code == 1
+    lines = ended.out.splitlines()
+    assert lines[-1] == f'[ERROR] [launch]: {file}:8: RuntimeError: no map'
+    assert any('[slow-1]: process was ended before it had begun' in line for line in lines)
+    assert 'Traceback' not in ended.out
+    assert len(lines) <= 7
+
+
+@pytest.mark.parametrize('ending', ['xml', 'yaml'])
+def test_an_argument_that_no_file_has_is_told(ending: str, ros2: CommandLine, tmp_path: Path) -> None:
+    """Names that an included file uses count, those of the launch itself, too."""
+    (tmp_path / 'inner.launch.yaml').write_text('launch:\n- log: {message: $(var colour)}\n')
+    file = tmp_path / f'outer.launch.{ending}'
+    if ending == 'xml':
+        file.write_text(
+            '<launch>\n  <arg name="speed" default="1"/>\n  <include file="$(dirname)/inner.launch.yaml"/>\n'
+            '</launch>\n'
+        )
+    else:
+        file.write_text(
+            'launch:\n- arg: {name: speed, default: "1"}\n- include: {file: $(dirname)/inner.launch.yaml}\n'
+        )
+    ended = ros2('launch', str(file), 'spede:=2', 'colour:=red', 'sigterm_timeout:=3', 'lamp:=4')
+    assert ended.code == 0
+    assert [line for line in ended.out.splitlines() if 'WARN' in line] == [
+        "[WARNING] [launch]: the launch file has no argument 'spede'; did you mean speed?",
+        "[WARNING] [launch]: the launch file has no argument 'lamp'; it takes speed",
+    ]
+
+
+def test_arguments_are_not_judged_where_a_python_file_may_use_them(ros2: CommandLine, tmp_path: Path) -> None:
+    (tmp_path / 'inner.launch.py').write_text(
+        'from launch import LaunchDescription\n\n\ndef generate_launch_description():\n'
+        '    return LaunchDescription([])\n'
+    )
+    file = tmp_path / 'outer.launch.xml'
+    file.write_text('<launch>\n  <include file="$(dirname)/inner.launch.py"/>\n</launch>\n')
+    ended = ros2('launch', str(file), 'lamp:=4')
+    assert ended.code == 0
+    assert 'WARN' not in ended.out
+
+
+@pytest.mark.parametrize(
+    ('line', 'told'),
+    [
+        ("Node(package='a', executable='b', nme='c')", "Node does not take 'nme'; did you mean name?"),
+        (
+            "Node(package='a', executable='b', paramters=[])",
+            "Node does not take 'paramters'; did you mean parameters?",
+        ),
+        (
+            "ExecuteProcess(cmd=['a'], ouput='screen')",
+            "ExecuteProcess does not take 'ouput'; did you mean output?",
+        ),
+        ('GroupAction([], xyz=1)', "GroupAction does not take 'xyz'"),
+    ],
+)
+def test_a_misspelt_keyword_is_told_with_a_near_name(
+    line: str, told: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    file = tmp_path / 'misspelt.launch.py'
+    file.write_text(
+        'from launch import LaunchDescription\nfrom launch.actions import *\n'
+        'from launch_ros.actions import Node\n'
+        f'def generate_launch_description():\n    return LaunchDescription([{line}])\n'
+    )
+    with pytest.raises(LaunchError) as error:
+        get_launch_description_from_any_launch_file(str(file))
+    assert str(error.value) == f'{file}:5: {told}'
+
+
+DOT_LAUNCH = {
+    'XML': '<launch>\n  <log message="hello"/>\n</launch>\n',
+    'YAML': 'launch:\n- log: {message: hello}\n',
+    'Python': (
+        'from launch import LaunchDescription\nfrom launch.actions import LogInfo\n'
+        "def generate_launch_description():\n    return LaunchDescription([LogInfo(msg='hello')])\n"
+    ),
+}
+
+
+@pytest.mark.parametrize('notation', list(DOT_LAUNCH))
+def test_a_file_whose_ending_tells_nothing_is_read_by_its_content(notation: str, tmp_path: Path) -> None:
+    file = tmp_path / 'robot.launch'
+    file.write_text(DOT_LAUNCH[notation])
+    description = get_launch_description_from_any_launch_file(str(file))
+    assert LaunchIntrospector().format_launch_description(description).endswith("('hello')")
+
+
+def test_an_error_in_a_file_with_tags_is_that_of_xml_alone(tmp_path: Path) -> None:
+    file = tmp_path / 'robot.launch'
+    file.write_text('<launch>\n  <log message="hello">\n</launch>\n')
+    with pytest.raises(LaunchError, match=r'robot\.launch:3: no valid XML: mismatched tag'):
+        get_launch_description_from_any_launch_file(str(file))
+
+
+INCLUDES = """<launch>
+  <arg name="speed" default="1"/>
+  <include file="$(find-pkg-share no_such_package)/a.launch.xml"/>
+  <include file="$(dirname)/gone.launch.xml"/>
+  <include file="$(dirname)/inner.launch.xml">
+    <arg name="colour" value="$(var colour)"/>
+    <arg name="size" value="3"/>
+  </include>
+</launch>
+"""
+
+
+def test_arguments_that_an_include_passes_on_are_shown_and_missing_files_are_told(tmp_path: Path) -> None:
+    file = tmp_path / 'outer.launch.xml'
+    file.write_text(INCLUDES)
+    (tmp_path / 'inner.launch.xml').write_text(
+        '<launch>\n  <arg name="colour" default="red"/>\n  <arg name="size" default="1"/>\n</launch>\n'
+    )
+    shown = show_arguments(str(file)).splitlines()
+    assert [line for line in shown if line.endswith(':')][1:3] == ["    'speed':", "    'colour':"]
+    assert shown[-3:] == [
+        'Passed over, with the arguments in it:',
+        (
+            f"    {file}:3: package 'no_such_package' not found; source the workspace that has it, "
+            'or install it by pip'
+        ),
+        f'    {file}:4: cannot read the launch file {tmp_path}/gone.launch.xml: No such file or directory',
+    ]
+    tree = show_description(str(file))
+    assert tree.count('└── not there: ') == 2
+    assert "DeclareLaunchArgument('colour'" in tree

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 from collections.abc import Iterable, Iterator, Mapping
+from difflib import get_close_matches
 
 from goalwire.errors import LaunchError, NoSuchPackageError
-from goalwire.files import shown
+from goalwire.files import LARGEST_PARAMETER_FILE, read_regular, shown
 from goalwire.launching.actions import DeclareLaunchArgument
 from goalwire.launching.errors import Location, located, sentence
 from goalwire.launching.model import LaunchContext, LaunchDescription, LaunchDescriptionEntity
@@ -15,6 +17,8 @@ from goalwire.launching.ros.node import Node
 from goalwire.launching.ros.parameters import Parameter, ParameterFile
 from goalwire.launching.sources import IncludeLaunchDescription, get_launch_description_from_any_launch_file
 from goalwire.launching.values import perform_substitutions, perform_text
+from goalwire.rules.names.lexer import RuleSyntaxError
+from goalwire.rules.parameters.file_syntax import KEY, parse_parameter_file
 
 DEEPEST = 20
 """Includes in includes that are followed."""
@@ -90,6 +94,34 @@ def _problems_of_node(node: Node, context: LaunchContext) -> Iterator[str]:
             continue
         if not os.path.isfile(path):
             yield _line(node.location, LaunchError(f'the parameter file {shown(path)} does not exist'))
+        elif not (isinstance(item, ParameterFile) and item.allow_substs):
+            yield from _problems_of_parameter_file(path)
+
+
+def _problems_of_parameter_file(path: str) -> Iterator[str]:
+    """Yield what keeps a node from reading the file."""
+    try:
+        parse_parameter_file(read_regular(path, LARGEST_PARAMETER_FILE))
+    except OSError as error:
+        yield f'{shown(path)}:1: {error.strerror}'
+    except RuleSyntaxError as error:
+        text = ' '.join(str(error).split())
+        line = re.search(r' (?:at line|near line|line_num) (\d+)', text)
+        wrong = _misspelt_key(path)
+        if wrong is not None:
+            yield f"{shown(path)}:{wrong[0]}: '{wrong[1]}' is no key of a parameter file; did you mean {KEY}?"
+        else:
+            yield f'{shown(path)}:{line[1] if line else 1}: {text}'
+
+
+def _misspelt_key(path: str) -> tuple[int, str] | None:
+    """Return line and text of a key that looks like `ros__parameters`."""
+    text = read_regular(path, LARGEST_PARAMETER_FILE).decode(errors='replace')
+    for number, line in enumerate(text.splitlines(), 1):
+        key = line.partition(':')[0].strip()
+        if key != KEY and get_close_matches(key, [KEY], cutoff=0.85):
+            return number, key
+    return None
 
 
 def _problems_of_include(

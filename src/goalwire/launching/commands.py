@@ -18,16 +18,18 @@ from goalwire.launching.introspection import (
     print_arguments,
 )
 from goalwire.launching.model import LaunchDescription
+from goalwire.launching.output import get_logger
 from goalwire.launching.service import LaunchService
 from goalwire.launching.sources import (
     AnyLaunchDescriptionSource,
     IncludeLaunchDescription,
     get_launch_description_from_any_launch_file,
 )
+from goalwire.launching.unknown_arguments import unknown_arguments
 
 INTERRUPTED, TERMINATED = 130, 143
 """Exit codes of a launch that a signal has ended in order, as shells have them."""
-ENDINGS = ('launch.py', 'launch.xml', 'launch.yaml', 'launch.yml')
+ENDINGS = ('launch.py', 'launch.xml', 'launch.yaml', 'launch.yml', '.launch')
 
 
 def launch_files(folder: str) -> list[str]:
@@ -103,6 +105,8 @@ def launch(
     service = LaunchService(argv=words, debug=debug, noninteractive=noninteractive)
     include = IncludeLaunchDescription(AnyLaunchDescriptionSource(path), launch_arguments=given)
     include.location = None
+    for sentence in unknown_arguments(path, [name for name, _ in given]):
+        get_logger('launch').warning(sentence)
     service.include_launch_description(LaunchDescription([include]))
     code = service.run()
     if code or service.interrupted_by is None:

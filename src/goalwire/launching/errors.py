@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import inspect
+import re
 import traceback
+from difflib import get_close_matches
 from pathlib import Path
 from typing import NamedTuple
 
@@ -48,9 +51,37 @@ def sentence(error: BaseException) -> str:
     if isinstance(error, OSError) and error.strerror:
         where = f' {shown(str(error.filename))}' if error.filename else ''
         return f'{error.strerror}:{where}' if where else error.strerror
+    if isinstance(error, TypeError) and (told := _unknown_keyword(error, text)):
+        return told
     if type(error).__name__ == 'PackageNotFoundError':
         return text
     return f'{type(error).__name__}: {text}' if text else type(error).__name__
+
+
+def _unknown_keyword(error: TypeError, text: str) -> str | None:
+    """Say which class does not take a keyword argument, with near names; None for other errors.
+
+    Python names the base class that was asked last, so the frames tell which class it was.
+    """
+    match = re.fullmatch(r"(\w+)\.__init__\(\) got an unexpected keyword argument '(\w+)'.*", text)
+    if match is None:
+        return None
+    made = [
+        type(frame.f_locals['self'])
+        for frame, _ in traceback.walk_tb(error.__traceback__)
+        if frame.f_code.co_name == '__init__' and 'self' in frame.f_locals
+    ]
+    if not made:
+        return None
+    known = {
+        name
+        for base in made[0].__mro__
+        if '__init__' in vars(base) and base is not object
+        for name in inspect.signature(vars(base)['__init__']).parameters
+    } - {'self', 'options'}
+    near = get_close_matches(match[2], sorted(known), n=1)
+    hint = f'; did you mean {near[0]}?' if near else ''
+    return f"{made[0].__name__} does not take '{match[2]}'{hint}"
 
 
 def _line_of_launch_file(error: Exception) -> Location | None:

@@ -42,7 +42,7 @@ def _arguments(
                 yield from _arguments(
                     inner.entities,
                     [*includes, entity],
-                    given | entity.given_names(),
+                    given | entity.decided_names(),
                     conditional or entity.condition is not None,
                 )
             continue
@@ -79,7 +79,10 @@ def _block(entity: LaunchDescriptionEntity) -> list[str]:
     lines = [text]
     if isinstance(entity, IncludeLaunchDescription):
         inner = entity.read_ahead()
-        return lines + (_tree(inner.entities) if inner is not None else [])
+        if inner is not None:
+            return lines + _tree(inner.entities)
+        missing = entity.launch_description_source.missing
+        return [*lines, f'└── not there: {missing}'] if missing else lines
     lines += _tree(entity.describe_sub_entities())
     for when, inner_entities in entity.describe_conditional_sub_entities():
         lines.append(f'└── when {when}:')
@@ -97,6 +100,23 @@ def default_text(argument: DeclareLaunchArgument, *, plain: bool = False) -> str
     return ' + '.join(part.describe() for part in parts)
 
 
+def missing_includes(entities: Iterable[LaunchDescriptionEntity], depth: int = 0) -> list[str]:
+    """Why includes could not be read, each once; what only a launch can find out is not among them."""
+    found: list[str] = []
+    for entity in entities:
+        if isinstance(entity, IncludeLaunchDescription):
+            inner = entity.read_ahead()
+            if entity.launch_description_source.missing:
+                found.append(f'{entity.location}: {entity.launch_description_source.missing}')
+            elif inner is not None and depth < 20:
+                found += missing_includes(inner.entities, depth + 1)
+            continue
+        found += missing_includes(entity.describe_sub_entities(), depth)
+        for _, inner_entities in entity.describe_conditional_sub_entities():
+            found += missing_includes(inner_entities, depth)
+    return list(dict.fromkeys(found))
+
+
 def print_arguments(description: LaunchDescription) -> list[str]:
     """The lines of `ros2 launch --show-args`."""
     lines = ["Arguments (pass arguments as '<name>:=<value>'):"]
@@ -111,4 +131,7 @@ def print_arguments(description: LaunchDescription) -> list[str]:
         lines += ['', '  No arguments.']
     elif any(argument.conditionally_included for argument, _ in arguments):
         lines += ['', '* argument(s) which are only used if specific conditions occur']
+    missing = missing_includes(description.entities)
+    if missing:
+        lines += ['', 'Passed over, with the arguments in it:', *(f'    {reason}' for reason in missing)]
     return lines

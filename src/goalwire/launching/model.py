@@ -255,6 +255,8 @@ class LaunchContext:
         self.noninteractive = noninteractive
         self.launch_configurations: dict[str, Any] = {}
         self.is_shutdown = False
+        self.running_processes = 0
+        self.is_aborted = False  # by an error: what has not started stays unstarted
         self.events: deque[Event] = deque()
         self.handlers: deque[EventHandler] = deque()
         self.completion_futures: set[asyncio.Future[Any]] = set()

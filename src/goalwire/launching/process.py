@@ -27,6 +27,7 @@ from goalwire.launching.events import (
 )
 from goalwire.launching.exposure import expose_action
 from goalwire.launching.frontend import Entity, Parser
+from goalwire.launching.lines import Lines
 from goalwire.launching.model import (
     Action,
     Event,
@@ -49,8 +50,6 @@ from goalwire.launching.values import (
 )
 
 _numbers = count(1)
-LONGEST_LINE = 2**16
-"""Bytes without an end of line that are held back; more are told as a line."""
 Variables: TypeAlias = Mapping[Any, SomeSubstitutions]
 NormalizedVariables: TypeAlias = list[tuple[list[Substitution], list[Substitution]]]
 
@@ -120,34 +119,6 @@ def _performed(context: LaunchContext, variables: NormalizedVariables) -> dict[s
     }
 
 
-class _Lines:
-    """Gives the lines of a stream to a logger as soon as they are complete."""
-
-    def __init__(self, tell: Callable[[str], None], *, cached: bool) -> None:
-        self._tell = tell
-        self._rest = b''
-        self._cache: list[bytes] | None = [] if cached else None
-
-    def feed(self, data: bytes) -> None:
-        if self._cache is not None:
-            self._cache.append(data)
-        *lines, self._rest = (self._rest + data).split(b'\n')
-        for line in lines:
-            self._tell(line.rstrip(b'\r').decode(errors='replace'))
-        if len(self._rest) > LONGEST_LINE:  # a process that never ends its line fills no memory
-            self.flush()
-
-    def flush(self) -> None:
-        """Tell what has no end of line."""
-        if self._rest:
-            self._tell(self._rest.decode(errors='replace'))
-            self._rest = b''
-
-    @property
-    def text(self) -> str | None:
-        return None if self._cache is None else b''.join(self._cache).decode(errors='replace')
-
-
 class ExecuteLocal(Action):
     """Runs a process on this machine."""
 
@@ -191,8 +162,8 @@ class ExecuteLocal(Action):
         self._completed: asyncio.Future[None] | None = None
         self._stopping: asyncio.Event | None = None
         self._ending: asyncio.Task[None] | None = None
-        self._stdout: _Lines | None = None
-        self._stderr: _Lines | None = None
+        self._stdout: Lines | None = None
+        self._stderr: Lines | None = None
 
     # --- what others read
 
@@ -226,7 +197,7 @@ class ExecuteLocal(Action):
         """What the process has printed to its standard error. Raises LaunchError without `cached_output`."""
         return self._cached(self._stderr, 'stderr')
 
-    def _cached(self, lines: _Lines | None, stream: str) -> str:
+    def _cached(self, lines: Lines | None, stream: str) -> str:
         if not self._cached_output:
             raise LaunchError(f'get_{stream}() needs cached_output=True')
         return (lines.text if lines else None) or ''
@@ -284,12 +255,12 @@ class ExecuteLocal(Action):
         self._stopping = asyncio.Event()
         context.add_completion_future(context.asyncio_loop.create_task(self._run(context, respawn=respawn)))
 
-    def _lines(self, logger: Any) -> _Lines:
+    def _lines(self, logger: Any) -> Lines:
         def tell(line: str) -> None:
             text = self._output_format.format(line=line, this=self)
             logger.info('%s', text)
 
-        return _Lines(tell, cached=self._cached_output)
+        return Lines(tell, cached=self._cached_output)
 
     def _emulates_tty(self, context: LaunchContext) -> bool:
         configured = context.launch_configurations.get('emulate_tty')
@@ -314,6 +285,8 @@ class ExecuteLocal(Action):
 
     async def _run_once(self, context: LaunchContext) -> bool:
         """Run the process to its end; False where it could not be started."""
+        if context.is_aborted:
+            return False
         details = dict(self._details or {})
         name, cmd = details['name'], details['cmd']
         logger = get_logger(name)
@@ -333,6 +306,7 @@ class ExecuteLocal(Action):
             self._child = child
             details['pid'] = child.pid
             self._details = details
+            context.running_processes += 1
             logger.info(f'process started with pid [{child.pid}]')
             context.emit_event_sync(ProcessStarted(**details))
 
@@ -353,10 +327,13 @@ class ExecuteLocal(Action):
         if self._stopping is not None and self._stopping.is_set():
             self._begin_ending(context)  # the end was asked for while the process was being started
         code = await child.ended()
+        context.running_processes -= 1
         for lines in (self._stdout, self._stderr):
             if lines is not None:
                 lines.flush()
-        if code == 0:
+        if code and self._stderr is not None and self._stderr.was_interrupted_early:
+            logger.info(f'process was ended before it had begun [pid {child.pid}]')
+        elif code == 0:
             logger.info(f'process has finished cleanly [pid {child.pid}]')
         else:
             logger.error(f"process has died [pid {child.pid}, exit code {code}, cmd '{shown}'].")
@@ -401,6 +378,8 @@ class ExecuteLocal(Action):
         if child is None or self._ending is not None or not child.group_alive():
             return
         seconds = [_seconds(context, text) for text in self._timeouts]
+        if self._stdout is not None and self._stderr is not None and not self._stdout.has_begun:
+            self._stderr.expect_interrupt()
         self._ending = context.asyncio_loop.create_task(self._end(child, seconds))
         context.add_completion_future(self._ending)
 

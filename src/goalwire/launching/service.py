@@ -54,6 +54,7 @@ class LaunchService:
         self._interrupts = 0
         self._interrupted_at = -SAME_S
         self._return_code = 0
+        self._errors: list[Exception] = []
         self.interrupted_by: signal.Signals | None = None
         """The signal that asked for the end, None if it came otherwise."""
 
@@ -118,7 +119,7 @@ class LaunchService:
         self._interrupts, self._interrupted_at = 0, -SAME_S
         self.interrupted_by = None
         self._shutting_down = False
-        self._context.is_shutdown = False
+        self._context.is_shutdown = self._context.is_aborted = False
         self._context.attach(self._loop, self._news.set)
         launch_config.screen_handler.on_closed = self._screen_closed
         try:
@@ -129,6 +130,7 @@ class LaunchService:
                     while self._context.async_cleanups:
                         await self._context.async_cleanups.pop()()
         finally:
+            self._tell_errors()
             launch_config.screen_handler.on_closed = lambda: None
             with self._lock:
                 self._loop = None
@@ -203,12 +205,20 @@ class LaunchService:
             self._news.set()
 
     def _fail(self, error: Exception) -> None:
-        """Tell an error in one line, and end."""
-        told = located(error, None)
-        self._logger.error(str(told))
-        self._logger.debug(''.join(traceback.format_exception(error)))
+        """End because of an error. It is told in one line, after what the ending of processes tells."""
+        self._errors.append(error)
         self._return_code = 1
-        self._shut_down(f'an error: {told}')
+        self._context.is_aborted = True
+        if self._context.running_processes and not self._shutting_down:
+            self._logger.warning('ending what runs, because of the error that is told below')
+        self._shut_down(f'an error: {located(error, None)}')
+
+    def _tell_errors(self) -> None:
+        for error in self._errors:
+            self._logger.debug(''.join(traceback.format_exception(error)))
+        for text in dict.fromkeys(str(located(error, None)) for error in self._errors):
+            self._logger.error(text)
+        self._errors.clear()
 
     def _shut_down(self, reason: str, *, due_to_sigint: bool = False) -> None:
         if self._shutting_down:

@@ -11,7 +11,13 @@ from collections.abc import Callable, Iterable, Sequence
 from types import ModuleType
 from typing import Any, TypeAlias
 
-from goalwire.errors import InvalidLaunchFileError, LaunchError, NoLaunchFileError
+from goalwire.errors import (
+    InvalidFrontendLaunchFileError,
+    InvalidLaunchFileError,
+    LaunchError,
+    NoLaunchFileError,
+    NoSuchPackageError,
+)
 from goalwire.files import read_regular, shown
 from goalwire.launching.actions import (
     DeclareLaunchArgument,
@@ -36,6 +42,7 @@ from goalwire.launching.scopes import (
     SetLaunchConfiguration,
 )
 from goalwire.launching.source_modules import offer_source_modules
+from goalwire.launching.substitutions import LaunchConfiguration
 from goalwire.launching.values import (
     describe_text,
     normalize_to_list_of_substitutions,
@@ -107,14 +114,36 @@ def get_launch_description_from_any_launch_file(
     """The description that a launch file of any kind holds. Raises LaunchError, with file and line."""
     if launch_file_path.endswith(PYTHON_ENDINGS):
         return get_launch_description_from_python_launch_file(launch_file_path)
-    if not Parser.is_filename_valid(launch_file_path):
-        endings = ', '.join(
-            ['.py', *sorted(f'.{ending}' for ending in Parser.get_file_extensions_from_parsers())]
-        )
-        raise InvalidLaunchFileError(
-            f'{shown(launch_file_path)} is no launch file: its name ends with none of {endings}'
-        )
+    if parser is None and not Parser.is_filename_valid(launch_file_path):
+        return _description_by_content(launch_file_path)
     return get_launch_description_from_frontend_launch_file(launch_file_path, parser=parser)
+
+
+def _description_by_content(path: str) -> LaunchDescription:
+    """Read a file whose ending tells nothing, such as `.launch`: as XML, as YAML or as Python, in this order.
+
+    Raises InvalidLaunchFileError with the reasons of all three; if the file begins with a tag, of XML alone.
+    """
+    _readable(path)
+    content = read_regular(path, LARGEST)
+    failures: list[Exception] = []
+    for notation, parser in (('XML', XMLParser), ('YAML', YAMLParser)):
+        try:
+            parser.read(content, path)
+        except InvalidFrontendLaunchFileError as error:
+            if notation == 'XML' and content.lstrip().startswith(b'<'):
+                raise
+            failures.append(error)
+            continue
+        return get_launch_description_from_frontend_launch_file(path, parser=parser)
+    if b'def generate_launch_description' in content:
+        return get_launch_description_from_python_launch_file(path)
+    reasons = '; '.join(
+        f'as {notation}: {error}' for notation, error in zip(('XML', 'YAML'), failures, strict=True)
+    )
+    raise InvalidLaunchFileError(
+        f'{shown(path)} is no launch file: {reasons}; as Python: it defines no generate_launch_description()'
+    )
 
 
 def _readable(path: str) -> None:
@@ -137,6 +166,7 @@ class LaunchDescriptionSource:
         self._description = launch_description
         self._location = normalize_to_list_of_substitutions(location)
         self._expanded: str | None = None
+        self._missing: str | None = None
         self._method = method
 
     @property
@@ -173,12 +203,19 @@ class LaunchDescriptionSource:
         try:
             return self.get_launch_description(context)
         except Exception as error:
-            if isinstance(error, InvalidLaunchFileError) or (
+            if isinstance(error, NoLaunchFileError | NoSuchPackageError):
+                self._missing = str(error)
+            elif isinstance(error, InvalidLaunchFileError) or (
                 isinstance(error, LaunchError) and error.located
             ):
                 raise
             self._expanded = None
             return None
+
+    @property
+    def missing(self) -> str | None:
+        """Return why the file was not found when it was read without a context; None if it was."""
+        return self._missing
 
 
 class PythonLaunchDescriptionSource(LaunchDescriptionSource):
@@ -277,12 +314,18 @@ class IncludeLaunchDescription(Action):
         """The description, where it can be read without a launch."""
         return self._source.try_get_launch_description_without_context(self.location)
 
-    def given_names(self) -> set[str]:
-        """The names of its arguments, as far as they are plain texts."""
+    def decided_names(self) -> set[str]:
+        """Return the names of arguments that the include decides.
+
+        An argument that it passes on under its own name, as in `<arg name="a" value="$(var a)"/>`, is left to
+        the command line.
+        """
         names = set()
-        for name, _ in self._arguments:
+        for name, value in self._arguments:
             with contextlib.suppress(Exception):
-                names.add(perform_text(LaunchContext(), name))
+                plain = perform_text(LaunchContext(), name)
+                if plain not in _configurations_in(value):
+                    names.add(plain)
         return names
 
     def execute(self, context: LaunchContext) -> list[LaunchDescriptionEntity]:
@@ -326,6 +369,16 @@ class IncludeLaunchDescription(Action):
                     f"included launch file {self._source.location} needs the argument '{entity.name}', "
                     'which is not given'
                 )
+
+
+def _configurations_in(value: SomeSubstitutions) -> set[str]:
+    """Return the names of the launch configurations that a text refers to, as far as they are plain."""
+    names = set()
+    for part in normalize_to_list_of_substitutions(value):
+        if isinstance(part, LaunchConfiguration):
+            with contextlib.suppress(Exception):
+                names.add(perform_substitutions(LaunchContext(), part.variable_name))
+    return names
 
 
 def _this_file(path: str) -> dict[str, str]:
