@@ -61,6 +61,14 @@ def goal_lines(array: Any) -> list[GoalLine]:
     ]
 
 
+def ran_before(first: Iterable[GoalLine], began: float) -> set[str]:
+    """Return those goals of the first status that were accepted before `began` (s since the epoch).
+
+    Where the server's clock is another one, as in a simulation, a goal may count as older than it is.
+    """
+    return {goal.goal_id for goal in first if goal.accepted < began}
+
+
 def status_subscription(node: goalwire.Node, name: str) -> goalwire.Subscription[Any]:
     """Subscribe to the status of an action, of which the latest comes at once."""
     from action_msgs.msg import GoalStatusArray

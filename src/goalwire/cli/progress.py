@@ -16,10 +16,15 @@ _WIDTH = 30
 
 
 class Progress:
-    """Reads one field of the feedback of one goal."""
+    """Reads one field of the feedback of one goal.
 
-    def __init__(self, spec: str) -> None:
+    A field that says what remains is measured by its first value. Who has not seen that, because the goal ran
+    before, cannot tell how much is done: `saw_start` is False then. So all who tell a figure tell the same.
+    """
+
+    def __init__(self, spec: str, *, saw_start: bool = True) -> None:
         """Raises CommandError."""
+        self._saw_start = saw_start
         path, slash, most = spec.partition('/')
         self._path = path.split('.')
         self._falls = any(word in path for word in _FALLING)
@@ -35,8 +40,11 @@ class Progress:
                 'write FIELD or FIELD/MAX',
             )
 
-    def of(self, feedback: Any) -> float:
-        """Return how much is done, 0 to 1. Raises CommandError where there is no such number."""
+    def of(self, feedback: Any) -> float | None:
+        """Return how much is done, 0 to 1, None if nobody here can tell.
+
+        Raises CommandError where there is no such number.
+        """
         value = feedback
         for part in self._path:
             if not hasattr(value, 'get_fields_and_field_types') or not hasattr(value, part):
@@ -56,6 +64,8 @@ class Progress:
         if self._first is None:
             self._first = number
         if self._falls:
+            if not self._saw_start:
+                return None
             return _bounded(1 - number / self._first) if self._first > 0 else 1.0
         return _bounded(number / self._most)
 

@@ -168,7 +168,7 @@ class _Goal:
             self._say(f'Feedback:\n    {_yaml(feedback)}')
         if self._progress is not None:
             done = self._progress.of(feedback)
-            if self._output.is_terminal:
+            if self._output.is_terminal and done is not None:
                 self._bar = progress.bar(done)
                 self._output.rewrite(self._bar)
 

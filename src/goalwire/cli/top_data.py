@@ -11,13 +11,13 @@ from collections import deque
 from collections.abc import Awaitable, Callable, Mapping
 from contextlib import suppress
 from functools import partial
-from time import monotonic
+from time import monotonic, time
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import goalwire
 from goalwire.cli import lookup
 from goalwire.cli.failures import explained
-from goalwire.cli.goals import GoalLine, goal_lines, status_subscription
+from goalwire.cli.goals import GoalLine, goal_lines, ran_before, status_subscription
 from goalwire.cli.messages import as_dict
 from goalwire.cli.outcome import CommandError
 from goalwire.cli.output import json_text
@@ -234,10 +234,15 @@ class ActionGoals:
         self.feedback: dict[str, Any] = {}
         self.done: dict[str, float] = {}
         self._progress: dict[tuple[str, str], Progress] = {}
+        self._began = time()
+        self._ran_before: set[str] | None = None
+        """The goals of which the first feedback was missed; None before the first status."""
 
     def take_status(self, array: Any) -> None:
         """Take an action_msgs/msg/GoalStatusArray."""
         self.goals = {goal.goal_id: goal for goal in goal_lines(array)}
+        if self._ran_before is None:
+            self._ran_before = ran_before(self.goals.values(), self._began)
         for goal_id in self.feedback.keys() - self.goals.keys():
             del self.feedback[goal_id]
             self.done.pop(goal_id, None)
@@ -250,8 +255,11 @@ class ActionGoals:
         for field in (spec, likely_field(message.feedback)):
             if field is not None:
                 with suppress(CommandError):  # another action's field
-                    reader = self._progress.setdefault((goal_id, field), Progress(field))
-                    self.done[goal_id] = reader.of(message.feedback)
+                    saw_start = goal_id not in (self._ran_before or ())
+                    reader = self._progress.setdefault((goal_id, field), Progress(field, saw_start=saw_start))
+                    done = reader.of(message.feedback)
+                    if done is not None:
+                        self.done[goal_id] = done
                     return
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import goalwire
 from goalwire.cli import lookup, progress
-from goalwire.cli.goals import GoalLine, goal_lines, status_subscription
+from goalwire.cli.goals import GoalLine, goal_lines, ran_before, status_subscription
 from goalwire.cli.live import live
 from goalwire.cli.messages import as_dict
 from goalwire.cli.named import ACTIONS
@@ -49,6 +49,9 @@ class _Table:
         self._progress: dict[str, progress.Progress] = {}
         self._done: dict[str, float] = {}
         self._painted = 0
+        self._began = time()
+        self._ran_before: set[str] | None = None
+        """The goals of which the first feedback was missed; None before the first status."""
         if spec:
             progress.Progress(spec)  # a bad one is told at once
 
@@ -56,6 +59,8 @@ class _Table:
         """Note the goals of a status array."""
         known = self._goals
         self._goals = {goal.goal_id: goal for goal in goal_lines(array)}
+        if self._ran_before is None:
+            self._ran_before = ran_before(self._goals.values(), self._began)
         for goal_id in self._feedback.keys() - self._goals.keys():
             del self._feedback[goal_id]
         if self._output.is_terminal and not self._output.json:
@@ -70,8 +75,11 @@ class _Table:
         self._feedback[goal_id] = message.feedback
         told: dict[str, Any] = {'goal_id': goal_id, 'feedback': as_dict(message.feedback)}
         if self._spec:
-            reader = self._progress.setdefault(goal_id, progress.Progress(self._spec))
-            told['done'] = self._done[goal_id] = reader.of(message.feedback)
+            saw_start = goal_id not in (self._ran_before or ())
+            reader = self._progress.setdefault(goal_id, progress.Progress(self._spec, saw_start=saw_start))
+            done = reader.of(message.feedback)
+            if done is not None:
+                told['done'] = self._done[goal_id] = done
         if not self._output.is_terminal or self._output.json:
             self._tell(told)
 
