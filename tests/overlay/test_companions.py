@@ -20,6 +20,7 @@ COMPANIONS = [
     'tf2_ros',
     'tf2_sensor_msgs',
 ]
+LAUNCH = ['launch', 'launch_ros', 'launch_xml', 'launch_yaml']
 WITH_NUMPY = ['tf_transformations']
 HEAVY = ['asyncio', 'numpy', 'rich', 'yaml']
 
@@ -43,13 +44,22 @@ def test_importing_one_loads_nothing_heavy(name: str) -> None:
 
 
 def test_those_of_a_ros_2_on_the_path_come_first(tmp_path: Path) -> None:
-    companions = COMPANIONS + WITH_NUMPY
+    companions = COMPANIONS + WITH_NUMPY + LAUNCH
     for name in companions:
         (tmp_path / name).mkdir()
         (tmp_path / name / '__init__.py').write_text('', encoding='utf-8')
     imports = ', '.join(companions)
     files = run(f'import {imports}\nfor m in ({imports}): print(m.__file__)', PYTHONPATH=str(tmp_path))
     assert files.splitlines() == [str(tmp_path / name / '__init__.py') for name in companions]
+
+
+def test_those_that_pip_has_installed_come_first() -> None:
+    program = (
+        'import sys, sysconfig, launch; from pathlib import Path\n'
+        "installed = sys.path.index(sysconfig.get_path('purelib'))\n"
+        'print(installed < sys.path.index(str(Path(launch.__file__).parents[1])))'
+    )
+    assert run(program) == 'True'
 
 
 @pytest.mark.parametrize('name', COMPANIONS + WITH_NUMPY)
