@@ -10,6 +10,7 @@ from helpers.patience import PATIENCE
 from helpers.spinning import MakeNode
 from rclpy.action import ActionClient, ActionServer
 from rclpy.executors import Executor, SingleThreadedExecutor
+from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.task import Future
 
@@ -41,9 +42,10 @@ class Pair:
         return Result(sequence=[1])
 
 
-@pytest.fixture
-def single(make_node: MakeNode) -> SingleThreadedExecutor:
-    return SingleThreadedExecutor(context=make_node('own').context)
+@pytest.fixture(params=[SingleThreadedExecutor, EventsExecutor])
+def single(request: pytest.FixtureRequest, make_node: MakeNode) -> Executor:
+    executor: Executor = request.param(context=make_node('own').context)
+    return executor
 
 
 def test_an_execution_begins_before_the_future_of_its_goal_is_done(
