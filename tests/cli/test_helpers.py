@@ -72,6 +72,14 @@ def test_doctor_says_what_to_do_where_a_port_is_held(world: dict[str, str]) -> N
         (['service', 'call', '/lab/a'], ['/lab/add']),
         (['service', 'call', '--timeout', '3', '/lab/a'], ['/lab/add']),
         (['service', 'call', '/lab/add', ''], ['example_interfaces/srv/AddTwoInts']),
+        (['service', 'call', 'lab/a'], ['/lab/add']),
+        (['service', 'call', '/lab/add', 'example_interfaces/srv/AddTwoInts', ''], ['a=', 'b=']),
+        (['service', 'call', '/lab/add', 'example_interfaces/srv/AddTwoInts', 'a=1', ''], ['b=']),
+        (
+            ['topic', 'pub', '/p', 'geometry_msgs/msg/PoseStamped', 'pose.'],
+            ['pose.position.', 'pose.orientation.'],
+        ),
+        (['action', 'send_goal', '/lab/fibonacci', 'example_interfaces/action/Fibonacci', ''], ['order=']),
         (['action', 'send_goal', ''], ['/lab/fibonacci']),
         (['node', 'info', '/'], ['/lab/workshop']),
         (['param', 'get', ''], ['/lab/workshop']),
@@ -84,13 +92,14 @@ def test_doctor_says_what_to_do_where_a_port_is_held(world: dict[str, str]) -> N
     ],
 )
 def test_completion_knows_parsers_and_graph(ros2: CommandLine, words: list[str], found: list[str]) -> None:
-    assert ros2.ok('_complete', *words).splitlines() == found
+    assert ros2.ok('_complete', 'zsh', *words).splitlines() == found
 
 
 @pytest.mark.skipif(shutil.which('bash') is None, reason='no bash')
 def test_bash_completes(world: dict[str, str]) -> None:
     script = (
-        'eval "$(ros2 completion bash)"; COMP_WORDS=(ros2 inter); COMP_CWORD=1; _goalwire_complete;'
+        'eval "$(ros2 completion bash)"; COMP_WORDS=(ros2 inter);'
+        'COMP_LINE="ros2 inter"; COMP_POINT=10; _goalwire_complete;'
         'echo "${COMPREPLY[@]}"; complete -p ros2'
     )
     env = {**world, 'PATH': f'{executable().parent}:{world["PATH"]}'}

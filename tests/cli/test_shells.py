@@ -17,6 +17,7 @@ if sys.platform == 'win32':
 
 from helpers.screens import Screen, screen
 
+PROGRAMS = Path(__file__).parent / 'programs'
 SHELLS = {
     'bash': (['--norc', '--noprofile', '-i'], 'eval "$(ros2 completion bash)"'),
     'zsh': (['-f', '-i'], 'eval "$(ros2 completion zsh)"'),
@@ -30,7 +31,14 @@ CASES = [
     ('ros2 service call /lab/add exam', 'ros2 service call /lab/add example_interfaces/srv/AddTwoInts'),
     ('ros2 action send_goal /lab/fib', 'ros2 action send_goal /lab/fibonacci'),
     ('ros2 interface show std_srvs/srv/SetB', 'ros2 interface show std_srvs/srv/SetBool'),
+    ('ros2 service call lab/ad', 'ros2 service call /lab/add'),
+    ('ros2 topic pub /p std_msgs/msg/String da', 'ros2 topic pub /p std_msgs/msg/String data='),
 ]
+HOSTILE = (
+    '`>PWNED`', ';>PWNED;', '|tee PWNED', '>PWNED', "'>PWNED'", '">PWNED"', '\\`>PWNED`', ' x>PWNED',
+    '&&>PWNED', '\n>PWNED\n', '\x1b]0;PWNED\x07', '\u202e`>PWNED`',
+)  # fmt: skip
+"""Names that a shell runs, or takes apart. Zenoh's keys have no '$', so `$(...)` cannot come this way."""
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(180)]
 
@@ -88,3 +96,60 @@ def test_more_than_one_is_listed(
         shown.sees('ros2 service')
         shown.press(b'\t\t')
         shown.sees(r'call\s+echo\s+find\s+info\s+list\s+type')
+
+
+@pytest.fixture(scope='module')
+def stranger(world: dict[str, str]) -> Iterator[Program]:
+    """A peer that announces names which are commands to a shell."""
+    with Program(PROGRAMS / 'hostile_names.py', *HOSTILE, env=world) as program:
+        program.expect('^ready')
+        yield program
+
+
+@pytest.mark.parametrize('shell', SHELLS)
+def test_no_name_of_a_stranger_is_run(
+    shell: str, world: dict[str, str], workshop: Program, stranger: Program, tmp_path: Path
+) -> None:
+    """A word begun, the tabulator, Return: the line that results is run in a folder that stays empty."""
+    folder = tmp_path / 'here'
+    folder.mkdir()
+    lines = ['ros2 node info /node0_', 'ros2 topic echo --once --timeout 1 /typed0_ ']
+    lines += [f'ros2 topic type /topic{at}_' for at in range(len(HOSTILE))]
+    with prompt(shell, world, tmp_path) as shown:
+        shown.press(f'cd {folder}; echo mo""ved\r'.encode())
+        shown.sees('moved')
+        for line in lines:
+            shown.press(line.encode() + b'\t\r')
+            shown.press(b'\x15echo do""ne\r')
+            shown.sees('done')
+            shown.press(b'clear\r')
+            shown.misses('done')
+    assert list(folder.iterdir()) == []
+
+
+@pytest.mark.parametrize('shell', SHELLS)
+def test_files_with_odd_names_are_one_word(
+    shell: str, world: dict[str, str], workshop: Program, tmp_path: Path
+) -> None:
+    package = tmp_path / 'here' / 'odd_robot'
+    (package / 'launch').mkdir(parents=True)
+    (package / 'package.xml').write_text(
+        '<package format="3"><name>odd_robot</name><version>0.0.0</version><description>x</description>'
+        '<maintainer email="a@b.c">a</maintainer><license>MIT</license></package>'
+    )
+    (package / 'launch' / 'a b`>PWNED`;.launch.xml').write_text(
+        '<launch><arg name="speed"/><log message="it is launched"/></launch>'
+    )
+    with prompt(shell, world, tmp_path) as shown:
+        shown.press(f'cd {package.parent}; echo mo""ved\r'.encode())
+        shown.sees('moved')
+        shown.press(b'ros2 launch odd\t')
+        shown.sees('odd_robot')
+        shown.press(b'\t')
+        shown.sees('PWNED')
+        shown.press(b'sp\t')
+        shown.sees('speed:=')
+        shown.press(b'1; echo do""ne\r')
+        shown.sees('it is launched')
+        shown.sees('done')
+    assert [each.name for each in package.parent.iterdir()] == ['odd_robot']

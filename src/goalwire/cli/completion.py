@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from argparse import Action, ArgumentParser, Namespace
 from collections.abc import Callable, Iterable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from goalwire.cli import lookup, values
 from goalwire.cli.nouns import NOUNS, load
+from goalwire.cli.outcome import CommandError
+from goalwire.cli.shell_scripts import SCRIPTS, quoted, words_of
 from goalwire.cli.verbs import Noun, Verb, verb_parser
+from goalwire.patterns import Pattern
 
 if TYPE_CHECKING:
     import goalwire
@@ -16,27 +20,20 @@ if TYPE_CHECKING:
 
 PATIENCE_S = 2.0
 """How long a node may take to say its parameters."""
-SCRIPTS = {  # each calls `ros2 _complete WORD …`, the last of which is being written
-    'bash': """_goalwire_complete() {
-    local IFS=$'\\n'
-    COMPREPLY=($("${COMP_WORDS[0]}" _complete "${COMP_WORDS[@]:1:COMP_CWORD}" 2>/dev/null))
-}
-complete -o default -F _goalwire_complete ros2 goalwire
-""",
-    'zsh': """_goalwire_complete() {
-    local -a found
-    found=("${(@f)$("${words[1]}" _complete "${(@)words[2,CURRENT]}" 2>/dev/null)}")
-    (( ${#found} )) && [[ -n "${found[1]}" ]] && compadd -- "${found[@]}" || _files
-}
-(( $+functions[compdef] )) || { autoload -Uz compinit && compinit; }
-compdef _goalwire_complete ros2 goalwire
-""",
-    'fish': """for program in ros2 goalwire
-    complete -c $program -f -a \\
-        "(set -l said (commandline -opc); $program _complete \\$said[2..] (commandline -ct) 2>/dev/null)"
-end
-""",
-}
+_NAME = Pattern(r'[A-Za-z0-9_/]+')
+"""Names of topics, services, actions, nodes and types, as ROS 2 allows them: strangers announce others."""
+_PARAMETER = Pattern(r'[A-Za-z0-9_./:][A-Za-z0-9_./:-]*')
+
+
+def completions(shell: str, arguments: Sequence[str]) -> list[str]:
+    """Return what a shell may write in place of the word that is begun, quoted for it.
+
+    Without a known shell only words are offered that need no quotes.
+    """
+    if shell not in SCRIPTS:
+        return [each for each in complete([shell, *arguments]) if _PARAMETER.fullmatch(each)]
+    words = words_of(shell, arguments)
+    return [] if words is None else list(quoted(shell, complete(words)))
 
 
 def complete(words: Sequence[str]) -> list[str]:
@@ -77,7 +74,7 @@ def _of_verb(noun: Noun, verb: Verb, said: Sequence[str], begun: str) -> list[st
     action = positionals[min(len(given), len(positionals) - 1)]
     if action.choices:
         return _beginning(begun, map(str, action.choices))
-    return _beginning(begun, _live(noun.name, action.dest, given))
+    return _live(noun.name, action.dest, given, begun)
 
 
 def _takes_value(action: Action) -> bool:
@@ -88,7 +85,13 @@ def _beginning(begun: str, known: Iterable[str]) -> list[str]:
     return sorted(each for each in known if each.startswith(begun))
 
 
-def _live(noun: str, what: str, given: Sequence[str]) -> list[str]:
+def _named(begun: str, names: Iterable[str]) -> list[str]:
+    """Return the names that begin so, with the slash or without it."""
+    wanted = begun if begun.startswith('/') else f'/{begun}'
+    return sorted({name for name in names if name.startswith(wanted) and _NAME.fullmatch(name)})
+
+
+def _live(noun: str, what: str, given: Sequence[str], begun: str) -> list[str]:
     """Return what the graph, or the interfaces, have for an argument; [] where nothing is known of it."""
     from goalwire.cli.nodes import is_hidden, node_names
 
@@ -100,25 +103,54 @@ def _live(noun: str, what: str, given: Sequence[str]) -> list[str]:
         'node_name': lambda graph: node_names(graph, include_hidden=False),
     }
     if what in names:
-        return [name for name in _of_graph(names[what]) if not is_hidden(name) and '/_' not in name]
+        found = _named(begun, _of_graph(names[what]))
+        return [name for name in found if not is_hidden(name) and '/_' not in name]
     if noun == 'param' and what in {'parameter_name', 'parameter_names', 'pairs'}:
-        return _parameters_of(given[0])
+        return [name for name in _beginning(begun, _parameters_of(given[0])) if _PARAMETER.fullmatch(name)]
     if what in {'words', 'service_type', 'action_type', 'message_type'} and len(given) == 1:
-        return _types_of(noun, given[0])
+        return [name for name in _beginning(begun, _types_of(noun, given[0])) if _NAME.fullmatch(name)]
+    if what == 'words':
+        return _fields(noun, given[1], given[2:], begun)
     if what in {'type', 'topic_type', 'service_type', 'action_type'}:
         kinds = {'topic': ('msg',), 'service': ('srv',), 'action': ('action',)}.get(
             noun, ('msg', 'srv', 'action')
         )
-        return _interfaces(kinds)
+        return _beginning(begun, _interfaces(kinds))
     if noun in {'launch', 'pkg', 'run'}:
-        from goalwire.launching.commands import completions
+        from goalwire.launching import commands
 
-        return completions(noun, given)
+        return _beginning(begun, commands.completions(noun, given, begun))
     if what == 'package_name':
         from rosidl_runtime_py import get_interface_packages
 
-        return list(get_interface_packages())
+        return _beginning(begun, get_interface_packages())
     return []
+
+
+def _fields(noun: str, type_name: str, pairs: Sequence[str], begun: str) -> list[str]:
+    """Return the fields of a request, goal or message as pairs begin: `name=`, or `name.` for a message."""
+    part = {'service': 'Request', 'action': 'Goal'}.get(noun)
+    try:
+        cls: Any = lookup.interface(type_name)
+        cls = getattr(cls, part) if part else cls
+    except (CommandError, AttributeError):
+        return []
+    path, _, _ = begun.rpartition('.')
+    for name in path.split('.') if path else ():
+        kind = values.field_type(cls, [name])
+        if not _is_message(kind):
+            return []
+        package, _, type_ = kind.partition('/')
+        cls = lookup.interface(f'{package}/msg/{type_}')
+    known: dict[str, str] = cls.get_fields_and_field_types()
+    prefix = f'{path}.' if path else ''
+    given = {pair.partition('=')[0] for pair in pairs}
+    found = [f'{prefix}{name}{"." if _is_message(kind) else "="}' for name, kind in known.items()]
+    return [each for each in found if each.startswith(begun) and each.rstrip('=') not in given]
+
+
+def _is_message(kind: str) -> bool:
+    return '/' in kind and '[' not in kind and '<' not in kind
 
 
 def _of_graph(question: Callable[[Graph], Iterable[str]]) -> list[str]:

@@ -60,9 +60,9 @@ def run_command(program: str, arguments: Sequence[str]) -> int:
 
 def _dispatch(program: str, arguments: list[str]) -> Outcome:
     if arguments[:1] == ['_complete']:  # the shell's
-        from goalwire.cli.completion import complete
+        from goalwire.cli.completion import completions
 
-        print('\n'.join(complete(arguments[1:])))  # noqa: T201
+        print('\n'.join(completions(arguments[1] if arguments[1:] else '', arguments[2:])))  # noqa: T201
         return Outcome.OK
     name, arguments = _noun_name(program, arguments)
     from goalwire.cli.nouns import load

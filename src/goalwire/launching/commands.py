@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import os
 import signal
 from collections.abc import Iterable, Sequence
@@ -139,24 +140,45 @@ def show_description(path: str) -> str:
     return LaunchIntrospector().format_launch_description(get_launch_description_from_any_launch_file(path))
 
 
-def completions(command: str, given: Sequence[str]) -> list[str]:
-    """What may come next: packages, then launch files or executables, then arguments of XML and YAML files.
+def completions(command: str, given: Sequence[str], begun: str) -> list[str]:
+    """What may come next: packages, then launch files or executables, then arguments of launch files.
 
-    A Python launch file is not run for this, so its arguments are not known.
+    For `launch` the packages that have launch files. A launch file in Python is read for this, never run.
     """
     try:
         if not given:
-            return packages.names()
+            found = [name for name in packages.names() if name.startswith(begun)]
+            return [name for name in found if _has_launch_files(name)] if command == 'launch' else found
         if command == 'run' and len(given) == 1:
             return [os.path.basename(path) for path in packages.executables(given[0])]
         if command != 'launch':
             return []
         if len(given) == 1 and not Path(given[0]).is_file():
             return sorted({os.path.basename(path) for path in launch_files(packages.share(given[0]))})
-        path, _ = find_launch_file(list(given))
-        if path.endswith('.py'):
-            return []
-        description = get_launch_description_from_any_launch_file(path)
-        return [f'{argument.name}:=' for argument, _ in declared_arguments(description)]
+        path, rest = find_launch_file(list(given))
+        known = {argument.partition(':=')[0] for argument in rest}
+        return [f'{name}:=' for name in _argument_names(path) if name not in known]
     except LaunchError:
         return []
+
+
+def _has_launch_files(package: str) -> bool:
+    folder = Path(packages.prefix(package))
+    share = folder / 'share' / package
+    return bool(launch_files(str(share if share.is_dir() else folder)))
+
+
+def _argument_names(path: str) -> list[str]:
+    if not path.endswith('.py'):
+        description = get_launch_description_from_any_launch_file(path)
+        return [argument.name for argument, _ in declared_arguments(description)]
+    try:
+        tree = ast.parse(Path(path).read_bytes())
+    except (OSError, SyntaxError, ValueError, RecursionError, MemoryError):
+        return []
+    found = []
+    for call in ast.walk(tree):
+        if isinstance(call, ast.Call) and ast.unparse(call.func).endswith('DeclareLaunchArgument'):
+            named = [each.value for each in call.keywords if each.arg == 'name']
+            found += [name.value for name in (call.args[:1] or named) if isinstance(name, ast.Constant)]
+    return list(dict.fromkeys(name for name in found if isinstance(name, str)))

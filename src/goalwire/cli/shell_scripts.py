@@ -1,0 +1,75 @@
+"""The scripts by which shells ask for completion, how they pass their line, and how words are quoted.
+
+Names come from strangers: any peer may announce a topic called ``/camera`>file` ``, and a shell runs the
+contents of its line. So a candidate goes to the shell as one word that means itself, or not at all.
+"""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Iterable, Iterator, Sequence
+
+from goalwire.patterns import Pattern
+
+SCRIPTS = {  # each calls `ros2 _complete SHELL WORD …`: the last word is being written; bash gives its line
+    'bash': """_goalwire_complete() {
+    local IFS=$'\\n'
+    COMPREPLY=($(set -f; "${COMP_WORDS[0]}" _complete bash "${COMP_LINE:0:COMP_POINT}" 2>/dev/null))
+    if [[ ${COMPREPLY[0]-} == *[=.] ]]; then compopt -o nospace 2>/dev/null; fi
+}
+complete -o default -F _goalwire_complete ros2 goalwire
+""",
+    'zsh': """_goalwire_complete() {
+    local -a said found open whole
+    said=("${(@Q)words[2,CURRENT-1]}")
+    found=("${(@f)$("${words[1]}" _complete zsh "${said[@]}" "${words[CURRENT]}" 2>/dev/null)}")
+    open=(${(M)found:#*[=.]})
+    whole=(${found:#*[=.]})
+    (( ${#open} )) && compadd -U -Q -S '' -- "${open[@]}"
+    (( ${#whole} )) && compadd -U -Q -- "${whole[@]}"
+    (( ${#open} + ${#whole} )) || _files
+}
+(( $+functions[compdef] )) || { autoload -Uz compinit && compinit; }
+compdef _goalwire_complete ros2 goalwire
+""",
+    'fish': """for program in ros2 goalwire
+    complete -c $program -f -a \\
+        "(set -l said (commandline -opc); $program _complete fish \\$said[2..] (commandline -ct) 2>/dev/null)"
+end
+""",
+}
+
+_PLAIN = Pattern(r'[A-Za-z0-9_./@%+,:-][A-Za-z0-9_./@%+,:=-]*')
+"""Words that mean themselves in every shell."""
+_QUOTING = set('\'"\\`$')
+
+
+def words_of(shell: str, arguments: Sequence[str]) -> list[str] | None:
+    """Return the words of the line, the last of which is being written; None if it cannot be told safely.
+
+    bash splits at '=' and ':', too, so its script gives the whole line.
+    """
+    if shell != 'bash':
+        words = list(arguments) or ['']
+        return None if _QUOTING & set(words[-1]) else words
+    line = arguments[0] if arguments else ''
+    begun = '' if not line or line[-1].isspace() else line.split()[-1]
+    if _QUOTING & set(begun):
+        return None
+    try:
+        said = shlex.split(line[: len(line) - len(begun)])
+    except ValueError:
+        return None  # a quote is open
+    return [*said[1:], begun]
+
+
+def quoted(shell: str, candidates: Iterable[str]) -> Iterator[str]:
+    """Yield each candidate as the shell takes it as one word; leave out what it could mistake.
+
+    fish quotes by itself. A word with a control character would be two candidates, or steer the terminal; one
+    that begins with '-' would be an option.
+    """
+    for each in candidates:
+        if not each.isprintable() or not each:
+            continue
+        yield each if shell == 'fish' or _PLAIN.fullmatch(each) else shlex.quote(each)
