@@ -70,7 +70,7 @@ def test_a_server_in_another_namespace_is_named(play: Play) -> None:
             await hand.client(SetBool, '/switch').wait_for_server(timeout=5.0)
             client = hand.client(SetBool, 'switch')
             for ask in (client.call(timeout=0.03), client.wait_for_server(timeout=0.03)):
-                with pytest.raises(NoServerError, match=r"did you mean '/switch' \(node '/lamp'\)\?$"):
+                with pytest.raises(NoServerError, match=r"did you mean '/switch' of the node '/lamp'\?$"):
                     await ask
 
     play(scenario)
