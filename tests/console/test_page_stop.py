@@ -161,8 +161,11 @@ def test_a_finger_stops_although_a_menu_is_open(world: World, page: Any, chromiu
     phone.goto(f'{world.url}?view=robot&robot=/alice')
     phone.wait_for_selector('[data-estop]')
     phone.wait_for_selector('[data-way]:visible')
-    phone.locator('.q-select', has=phone.locator('[data-robot]')).tap()
-    phone.wait_for_selector('.q-item')
+    # A menu that opens while the page loads is not placed.
+    chosen = phone.locator('.q-select', has=phone.locator('[data-robot]'))
+    while not phone.locator('.q-item').first.is_visible():
+        chosen.tap()
+        phone.wait_for_timeout(500)
     phone.locator('[data-estop]').tap(force=True)
     world.alice.expect(ASKED)
     phone.wait_for_selector('[data-banner=stopped]')

@@ -310,7 +310,7 @@ def test_calling_after_shutdown_says_so(context: Context, make_node: MakeNode) -
     client = make_node().create_client(AddTwoInts, 'add')
     context.shutdown()
     with pytest.raises(RCLError, match="cannot call '/add': the context was shut down"):
-        _ = client.call_async(Request())
+        client.call(Request())
 
 
 def test_shutdown_wakes_who_waits(context: Context, make_node: MakeNode) -> None:

@@ -28,7 +28,7 @@ from goalwire.transport.zenoh.protocol import bounds
 from goalwire.transport.zenoh.protocol.channels import fragment_head
 from goalwire.transport.zenoh.protocol.link_state import Node
 from goalwire.transport.zenoh.protocol.outgoing import QUEUE_LIMIT
-from goalwire.transport.zenoh.protocol.primitives import EXPIRED, GENERIC, SMALL_END, encode_padded, encode_z
+from goalwire.transport.zenoh.protocol.primitives import EXPIRED, GENERIC, encode_z
 from goalwire.transport.zenoh.protocol.transport import Role, close_message
 
 A_SAYS = [batch for batch in conversation() if batch.sender == 'A']
@@ -320,8 +320,6 @@ def test_links_that_were_dialled_and_lost_leave_nothing_behind(
 
 def expect_nothing_left(open_and_lose: Callable[[int], None]) -> None:
     """Have links opened and lost; what they leave must be gone."""
-    for number in range(SMALL_END):  # frames begin at any number, and the encodings of numbers are kept
-        encode_padded(number << 14 | number)
     open_and_lose(20)
     gc.collect()
     threads, files = threading.active_count(), descriptors()

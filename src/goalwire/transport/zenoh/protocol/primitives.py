@@ -12,7 +12,7 @@ its form, so extensions are known here by both, as in `header & EXTENSION`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container
+from collections.abc import Container
 from typing import NamedTuple
 
 from goalwire.errors import RemoteError
@@ -54,33 +54,12 @@ def _long_z(number: int) -> bytes:
     return bytes(out)
 
 
-def _padded_high(number: int) -> bytes:
-    return bytes((number & 0x7F | 0x80, number >> 7))
-
-
-def _padded_low(number: int) -> bytes:
-    return bytes((number & 0x7F | 0x80, number >> 7 | 0x80))
-
-
-class _Encodings(dict[int, bytes]):
-    """The encodings of the numbers below 16384, each made when it is first needed: all would take 5 ms."""
-
-    def __init__(self, encode: Callable[[int], bytes]) -> None:
-        super().__init__()
-        self._encode = encode
-
-    def __missing__(self, number: int) -> bytes:
-        if not 0 <= number < SMALL_END:
-            raise IndexError(number)
-        encoded = self[number] = self._encode(number)
-        return encoded
-
-
-PADDED_HIGH = _Encodings(_padded_high)
+_LAST, _MORE = [bytes((byte,)) for byte in range(0x80)], [bytes((byte,)) for byte in range(0x80, 0x100)]
+PADDED_HIGH = [low + high for high in _LAST for low in _MORE]
 """The last two bytes of a number that is written in full length."""
-PADDED_LOW = _Encodings(_padded_low)
+PADDED_LOW = [low + high for high in _MORE for low in _MORE]
 """Two bytes of a longer number, for each 14 bits of it: more bytes follow."""
-SMALL_Z = _Encodings(_long_z)
+SMALL_Z = _LAST + PADDED_HIGH[0x80:]
 """The encodings of the numbers below 16384, for those who look them up in place."""
 
 
