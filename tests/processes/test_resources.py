@@ -48,7 +48,7 @@ def held_at(pause: str, program: Program) -> Held:
 
 @pytest.mark.parametrize(
     ('transport', 'before', 'between'),
-    [('goalwire_memory', 200, 1000), ('rmw_zenoh_cpp', 200, 400), (DDS, 150, 200)],
+    [('goalwire_memory', 200, 1000), ('rmw_zenoh_cpp', 200, 400), (DDS, 200, 250)],
 )
 def test_nothing_is_left_of_many_nodes_with_entities(
     start: Start, transport: str, before: int, between: int
