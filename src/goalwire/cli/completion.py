@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from goalwire.cli import lookup, values
 from goalwire.cli.nouns import NOUNS, load
 from goalwire.cli.outcome import CommandError
-from goalwire.cli.shell_scripts import SCRIPTS, quoted, words_of
+from goalwire.cli.shell_scripts import SCRIPTS, is_plain, quoted, words_of
 from goalwire.cli.verbs import Noun, Verb, verb_parser
 from goalwire.patterns import Pattern
 
@@ -31,7 +31,7 @@ def completions(shell: str, arguments: Sequence[str]) -> list[str]:
     Without a known shell only words are offered that need no quotes.
     """
     if shell not in SCRIPTS:
-        return [each for each in complete([shell, *arguments]) if _PARAMETER.fullmatch(each)]
+        return [each for each in complete([shell, *arguments]) if is_plain(each)]
     words = words_of(shell, arguments)
     return [] if words is None else list(quoted(shell, complete(words)))
 

@@ -40,7 +40,6 @@ end
 }
 
 _PLAIN = Pattern(r'[A-Za-z0-9_./@%+,:-][A-Za-z0-9_./@%+,:=-]*')
-"""Words that mean themselves in every shell."""
 _QUOTING = set('\'"\\`$')
 
 
@@ -66,10 +65,14 @@ def words_of(shell: str, arguments: Sequence[str]) -> list[str] | None:
 def quoted(shell: str, candidates: Iterable[str]) -> Iterator[str]:
     """Yield each candidate as the shell takes it as one word; leave out what it could mistake.
 
-    fish quotes by itself. A word with a control character would be two candidates, or steer the terminal; one
-    that begins with '-' would be an option.
+    fish quotes by itself. A word with a control character would be two candidates, or steer the terminal.
     """
     for each in candidates:
         if not each.isprintable() or not each:
             continue
-        yield each if shell == 'fish' or _PLAIN.fullmatch(each) else shlex.quote(each)
+        yield each if shell == 'fish' or is_plain(each) else shlex.quote(each)
+
+
+def is_plain(word: str) -> bool:
+    """Return whether a word means itself in every shell."""
+    return _PLAIN.fullmatch(word) is not None
