@@ -108,7 +108,7 @@ COMPLETIONS = {
     'launch demo_r': ['demo_robot'],
     'launch demo_robot nav': ['navigation.launch.xml', 'navigation.launch.yaml'],
     'launch demo_robot navigation.launch.xml ': ['planner:=', 'speed:='],
-    'launch demo_robot bringup.launch.py use': ['use_sim_time:='],
+    'launch demo_robot bringup.launch.py use': ['use_camera:=', 'use_sim_time:='],
     'run demo_r': ['demo_robot'],
     'run demo_robot st': ['state_publisher', 'stubborn'],
     'pkg prefix demo_r': ['demo_robot'],
