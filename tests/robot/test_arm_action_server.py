@@ -108,6 +108,7 @@ def test_the_action_is_offered_once_the_joints_have_been_seen(world: dict[str, s
         with humanoid('joint_state_service', env=world):
             server.expect('Arm Action Server ready')
             with robot.reach({SHOULDER: 1.0}, duration=1.0, timeout=WITHIN) as run:
+                assert run.accepted, server.output
                 run.finish()
     assert run.status == 'SUCCEEDED'
 

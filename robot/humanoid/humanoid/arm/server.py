@@ -72,8 +72,8 @@ class ArmActionServer(Node):
         super().destroy_node()
 
     def _see(self) -> None:
-        """Only a server that knows where the joints are appears as one: clients then need not guess."""
-        if self._action_server is not None:
+        """Only a server that knows the joints and the emergency stop appears: clients then need not guess."""
+        if self._action_server is not None or not self._stop.has_heard:
             return
         self._action_server = ActionServer(
             self,

@@ -111,6 +111,12 @@ class StopListener:
         return None
 
     @property
+    def has_heard(self) -> bool:
+        """Whether the switch has said how it stands; True, too, if none is there. Asks the graph."""
+        self._publishers.look()
+        return self._votes.knows_switch or not self._publishers.have_switch
+
+    @property
     def ended(self) -> str:
         """What the results of goals say that it has ended."""
         return f'{ENDED}: {self.why}' if self.why else ENDED
