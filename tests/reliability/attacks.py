@@ -21,6 +21,7 @@ HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE.parent)] if str(HERE.parent) not in sys.path else []
 
 from helpers.isolation import free_port, isolated_env  # noqa: E402
+from helpers.patience import PATIENCE  # noqa: E402
 from helpers.processes import Program  # noqa: E402
 from helpers.programs import programs_in  # noqa: E402
 from helpers.zenoh_protocol import Session  # noqa: E402
@@ -266,6 +267,9 @@ class World:
                 rounds += 1
         finally:
             calls, p99, longest, wrong = self._calls()
+            last = monotonic() + PATIENCE
+            while not calls and monotonic() < last:  # the attack was shorter than a call
+                calls, p99, longest, wrong = self._calls()
             over.wait(SETTLING_S)
             over.set()
             watcher.join()
