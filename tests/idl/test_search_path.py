@@ -190,6 +190,7 @@ def test_nothing_is_searched_below_the_working_directory_for_a_package_found_els
         return workspace.Workspace(root)
 
     monkeypatch.setattr(workspace, 'scan', scan)
+    importlib.invalidate_caches()  # tests before this one may have searched for these
     assert found_in('std_msgs') == Path(search_path.SHIPPED) / 'std_msgs'
     assert walked == []
     assert find_package('foo_msgs') is None
