@@ -11,6 +11,7 @@ from std_msgs.msg import Bool
 from goalwire.console.emergency import (
     BOOL,
     DIAGNOSTIC_STATUS,
+    REPEATS,
     SILENT_AFTER,
     EmergencyState,
     Standing,
@@ -121,7 +122,8 @@ def test_a_status_says_why_and_by_whom() -> None:
 
 def test_a_voice_that_repeated_itself_and_falls_silent_is_never_fine() -> None:
     state = heard((b'a', word('/a', stopped=False)))
-    state.hear(b'a', word('/a', stopped=False))
+    for _ in range(REPEATS):
+        state.hear(b'a', word('/a', stopped=False))
     for _ in range(SILENT_AFTER):
         state.look()
     assert standing(state) is Standing.RELEASED

@@ -21,6 +21,8 @@ BOOL = 'std_msgs/msg/Bool'
 DIAGNOSTIC_STATUS = 'diagnostic_msgs/msg/DiagnosticStatus'
 SILENT_AFTER = 5
 """How many looks a word that was repeated may be missing."""
+REPEATS = 3
+"""How often one word comes again before its publisher counts as one that repeats it."""
 _STOP_TYPES = {'std_srvs/srv/Trigger', 'std_srvs/srv/SetBool', 'std_srvs/srv/Empty'}
 _STOP_NAMES = ('estop', 'e_stop', 'emergency_stop')
 _RELEASE_NAMES = ('release', 'reset', 'clear', 'resume')
@@ -115,11 +117,14 @@ class _Voice:
     def __init__(self, word: Word) -> None:
         self.word = word
         self.repeats = False
+        self._same = 0
         self.missed = 0
         self.was_seen = False  # in the graph, which may show a publisher later than its first message
 
     def say(self, word: Word) -> None:
-        self.repeats = self.repeats or (word == self.word and self.missed <= SILENT_AFTER)
+        # Two presses may make a node say one word twice; who says it again and again does so by the clock.
+        self._same = self._same + 1 if word == self.word and self.missed <= SILENT_AFTER else 0
+        self.repeats = self.repeats or self._same >= REPEATS
         self.word, self.missed = word, 0
 
     @property
