@@ -153,3 +153,28 @@ def test_files_with_odd_names_are_one_word(
         shown.sees('it is launched')
         shown.sees('done')
     assert [each.name for each in package.parent.iterdir()] == ['odd_robot']
+
+
+@pytest.mark.parametrize('shell', SHELLS)
+def test_a_candidate_is_no_pattern_of_files(
+    shell: str, world: dict[str, str], workshop: Program, tmp_path: Path
+) -> None:
+    """A launch file is called a*b, and a file beside its package matches that, quotes included."""
+    package = tmp_path / 'here' / 'odd_robot'
+    (package / 'launch').mkdir(parents=True)
+    (package / 'package.xml').write_text(
+        '<package format="3"><name>odd_robot</name><version>0.0.0</version><description>x</description>'
+        '<maintainer email="a@b.c">a</maintainer><license>MIT</license></package>'
+    )
+    (package / 'launch' / 'a*b.launch.xml').write_text('<launch><log message="it is launched"/></launch>')
+    trap = package.parent / "'a'; echo 1 > PWNED; 'b.launch.xml'"
+    trap.touch()
+    with prompt(shell, world, tmp_path) as shown:
+        shown.press(f'cd {package.parent}; echo mo""ved\r'.encode())
+        shown.sees('moved')
+        shown.press(b'ros2 launch odd_robot \t')
+        shown.sees(r'launch\.xml')
+        shown.press(b'; echo do""ne\r')
+        shown.sees('done')
+        shown.sees('it is launched')
+    assert sorted(each.name for each in package.parent.iterdir()) == [trap.name, 'odd_robot']

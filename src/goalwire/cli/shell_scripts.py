@@ -13,8 +13,11 @@ from goalwire.patterns import Pattern
 
 SCRIPTS = {  # each calls `ros2 _complete SHELL WORD …`: the last word is being written; bash gives its line
     'bash': """_goalwire_complete() {
-    local IFS=$'\\n'
-    COMPREPLY=($(set -f; "${COMP_WORDS[0]}" _complete bash "${COMP_LINE:0:COMP_POINT}" 2>/dev/null))
+    local each
+    COMPREPLY=()
+    while IFS= read -r each; do
+        if [[ -n $each ]]; then COMPREPLY+=("$each"); fi
+    done < <("${COMP_WORDS[0]}" _complete bash "${COMP_LINE:0:COMP_POINT}" 2>/dev/null)
     if [[ ${COMPREPLY[0]-} == *[=.] ]]; then compopt -o nospace 2>/dev/null; fi
 }
 complete -o default -F _goalwire_complete ros2 goalwire
