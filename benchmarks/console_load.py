@@ -275,7 +275,7 @@ def main() -> int:
         load = start('-c', LOAD)
         assert load.stdout is not None
         load.stdout.readline()
-        console = start('-m', 'goalwire.cli', 'console', '--no-open', '--json', '--port', '0')
+        console = start('-m', 'goalwire', 'console', '--no-open', '--json', '--port', '0')
         assert console.stdout is not None
         url = json.loads(console.stdout.readline())['url']
         driver = ends.enter_context(sync_playwright())

@@ -7,10 +7,19 @@ import ast
 import pytest
 from helpers.markdown import DOCS, ROOT, rows
 
-from tools.house import SOURCE, Module, below_goalwire, circles, imported, modules, silenced_privates
+from tools.house import (
+    SOURCE,
+    Module,
+    below_goalwire,
+    circles,
+    floor_of,
+    imported,
+    modules,
+    silenced_privates,
+)
 
 FLOORS = {
-    folder.strip('`'): int(floor)
+    folder.strip('`').replace('/', '.'): int(floor)
     for floor, folder, _ in rows(DOCS / 'explanation' / 'architecture.md', 'floor')
     if floor.isdecimal()
 }
@@ -25,7 +34,7 @@ def _imports(module: Module) -> list[str]:
 def _folder(target: str) -> str | None:
     """The folder of the house that an import leads to; None for what is none of goalwire's."""
     name = below_goalwire(target)
-    return name.partition('.')[0] if name else None
+    return floor_of(name) if name else None
 
 
 @pytest.mark.parametrize('folder', FLOORS)

@@ -2,7 +2,7 @@
 
 python tools/console_picture.py
 
-Needs Chromium and playwright. tests/console/test_humanoid.py takes the same picture and looks at it.
+Needs Chromium and playwright. tests/apps/console/test_humanoid.py takes the same picture and looks at it.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def main() -> int:
 
     environment = os.environ | {'ROS_DOMAIN_ID': '97', 'PYTHONPATH': str(ROOT / 'robot' / 'humanoid')}
     with ExitStack() as ends:
-        for command in (['-m', 'humanoid', 'up'], ['-m', 'goalwire.cli', 'console', *_CONSOLE]):
+        for command in (['-m', 'humanoid', 'up'], ['-m', 'goalwire', 'console', *_CONSOLE]):
             process = subprocess.Popen(
                 [sys.executable, *command], env=environment, cwd=ROOT, stdout=subprocess.PIPE, text=True
             )

@@ -49,8 +49,8 @@ class Module:
 
     @property
     def folder(self) -> str:
-        """The folder of goalwire that it is in; its own name where it is in none."""
-        return self.name.partition('.')[0]
+        """The folder that has a floor: below `apps` the application, else the one below goalwire."""
+        return floor_of(self.name)
 
     @property
     def lines(self) -> int:
@@ -130,6 +130,12 @@ def imported(nodes: Iterable[ast.AST]) -> Iterator[str]:
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and node.module:
             yield from (f'{node.module}.{alias.name}' for alias in node.names)
+
+
+def floor_of(name: str) -> str:
+    """Return the folder that has a floor: each application stands on its own."""
+    parts = name.split('.')
+    return '.'.join(parts[: 2 if parts[0] == 'apps' else 1])
 
 
 def below_goalwire(target: str) -> str | None:

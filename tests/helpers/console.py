@@ -19,10 +19,10 @@ CHROMIUM = shutil.which('chromium') or shutil.which('chromium-browser') or shuti
 PATIENCE_MS = 90_000
 """How long the page may take for what must happen: only a failure takes it."""
 DATA = ROOT / 'tests' / 'data'
-PROGRAMS = ROOT / 'tests' / 'console' / 'programs'
+PROGRAMS = ROOT / 'tests' / 'apps' / 'console' / 'programs'
 CONSOLE = """
 import sys
-from goalwire.cli.main import run_command
+from goalwire.apps.cli.main import run_command
 sys.exit(run_command('goalwire', sys.argv[1:]))
 """
 
@@ -47,7 +47,7 @@ class Stage:
     def command(self, line: str) -> str:
         """Run a command line of ros2 in a shell, as a user would; return what it writes."""
         done = subprocess.run(
-            ['sh', '-c', line.replace('ros2', f'{sys.executable} -m goalwire.cli', 1)],
+            ['sh', '-c', line.replace('ros2', f'{sys.executable} -m goalwire', 1)],
             env=self.env,
             capture_output=True,
             text=True,
@@ -63,7 +63,9 @@ class Stage:
         `head_s`: how long heads may take. `first`: a program that its process runs before.
         """
         hurry = (
-            '' if head_s is None else f'import goalwire.console.server as server; server.HEAD_S = {head_s}'
+            ''
+            if head_s is None
+            else f'import goalwire.apps.console.server as server; server.HEAD_S = {head_s}'
         )
         console = self.program(
             first + hurry + CONSOLE, 'console', '--no-open', '--json', '--port', '0', *arguments

@@ -112,7 +112,7 @@ def away(tmp_path: Path) -> Path:
 def ros2(installed: Path, away: Path, *arguments: str) -> str:
     """What the command prints on both streams; it must succeed."""
     done = subprocess.run(
-        [Environment(installed / 'venv').python, '-m', 'goalwire.cli', *arguments],
+        [Environment(installed / 'venv').python, '-m', 'goalwire', *arguments],
         cwd=away, env=clean_environment(XDG_CACHE_HOME=str(away / 'cache')), text=True,
         stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=60, check=False,
     )  # fmt: skip

@@ -12,7 +12,7 @@ from helpers.robot import humanoid
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(120)]
 
 AT_FIRST = ('joint_state_service', 'navigation_action_server', 'arm_action_server')
-GOALWIRE = 'from goalwire.cli.main import main; raise SystemExit(main())'
+GOALWIRE = 'from goalwire.apps.cli.main import main; raise SystemExit(main())'
 KINDS = {'native': 'eclipse', 'eclipse': 'native'}
 
 
@@ -23,7 +23,7 @@ def met_by(request: pytest.FixtureRequest, world: dict[str, str]) -> Iterator[di
         yield world
         return
     with Program(
-        'from goalwire.cli.main import main; raise SystemExit(main())', 'router', env=world
+        'from goalwire.apps.cli.main import main; raise SystemExit(main())', 'router', env=world
     ) as router:
         router.expect('Ctrl-C ends it')
         yield world | {'GOALWIRE_ROUTER': 'off'}

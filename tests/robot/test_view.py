@@ -1,4 +1,4 @@
-"""`humanoid demo --view`: the page beside the mission. That of `humanoid up --view` is in tests/console."""
+"""`humanoid demo --view`: the page beside the mission. tests/apps/console shows that of `up --view`."""
 
 from __future__ import annotations
 

@@ -149,6 +149,6 @@ def test_on_dds_a_session_without_nodes_is_not_waited_for(monkeypatch: pytest.Mo
     """It says that it has none. A command would wait for the whole of its --spin-time otherwise."""
     env, domain_id = on_dds(monkeypatch)
     with beside(WITHOUT_NODES, domain_id, env):
-        arguments = [sys.executable, '-m', 'goalwire.cli', 'service', 'list', '--spin-time', '600']
+        arguments = [sys.executable, '-m', 'goalwire', 'service', 'list', '--spin-time', '600']
         done = subprocess.run(arguments, env=env, capture_output=True, text=True, timeout=60, check=False)
     assert (done.returncode, done.stdout, done.stderr) == (0, '', '')

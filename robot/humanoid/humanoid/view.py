@@ -41,7 +41,7 @@ def main() -> None:
     lifeline.hold(os.environ)
     print(f'pid {os.getpid()}', flush=True)
     sys.argv = ['goalwire', 'console', '--prefer-port', str(PORT)]
-    runpy.run_module('goalwire.cli', run_name='__main__')
+    runpy.run_module('goalwire', run_name='__main__')
 
 
 if __name__ == '__main__':

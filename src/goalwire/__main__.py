@@ -1,0 +1,8 @@
+"""python -m goalwire: the program `goalwire`."""
+
+import sys
+
+from goalwire.apps.cli.main import main
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,21 @@
+"""python -m goalwire.doctor_server NAME: serves `ros2 doctor` until its standard input ends."""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+
+import goalwire
+
+
+async def serve(name: str) -> None:
+    """Answer std_srvs/srv/Trigger on a name."""
+    from std_srvs.srv import Trigger
+
+    async with goalwire.Node(name) as node:
+        node.service(Trigger, name, lambda _request: Trigger.Response(success=True))
+        await asyncio.to_thread(sys.stdin.read)
+
+
+if __name__ == '__main__':
+    asyncio.run(serve(sys.argv[1]))

@@ -1,0 +1,239 @@
+"""Who may talk to the page: an ASGI application around it that lets nothing else pass.
+
+A page on another site can make a browser send requests here, with this site's cookies, and open web sockets,
+which know no same-origin policy. A name of its own that it points at this machine (DNS rebinding) makes its
+requests look like those of this site. So: `Host` must be a name of this machine where there is no token,
+`Origin` must be the address that was asked for, and with a token, a cookie must show it.
+
+The cookie is `SameSite=Strict`: a browser sends it with no request that another site has begun. That holds
+for the whole of a redirect, too, so a link in a mail or a chat cannot be answered by a redirect that sets the
+cookie. It is answered by `_ENTRANCE`, a page of our own that sets the cookie and goes on from here.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import hmac
+import re
+from base64 import b64encode
+from collections.abc import Awaitable, Callable, MutableMapping
+from http.cookies import CookieError, SimpleCookie
+from typing import Any, TypeAlias
+from urllib.parse import parse_qsl, urlsplit
+
+from goalwire.apps.console.settings import Settings, is_loopback
+from goalwire.errors import peer_text
+
+Scope: TypeAlias = MutableMapping[str, Any]
+Message: TypeAlias = MutableMapping[str, Any]
+Receive: TypeAlias = Callable[[], Awaitable[Message]]
+Send: TypeAlias = Callable[[Message], Awaitable[None]]
+Application: TypeAlias = Callable[[Scope, Receive, Send], Awaitable[None]]
+
+COOKIE = 'goalwire_console'
+MOST_BYTES = 1 << 20
+"""Of a request's body, and of a web socket's message."""
+
+_POLICY = (
+    "default-src 'self'; script-src 'self' 'unsafe-inline' 'unsafe-eval'; style-src 'self' 'unsafe-inline'; "
+    "img-src 'self' data: blob:; font-src 'self' data:; connect-src {sources}; "
+    "worker-src 'self' blob:; "
+    "object-src 'none'; base-uri 'none'; form-action 'self'; frame-ancestors 'none'"
+)
+_HEADERS = [
+    (b'x-content-type-options', b'nosniff'),
+    (b'referrer-policy', b'no-referrer'),
+    (b'cross-origin-opener-policy', b'same-origin'),
+    (b'cross-origin-resource-policy', b'same-origin'),
+]
+_HOST_OF_A_POLICY = re.compile(r'[A-Za-z0-9.-]+(?::[0-9]+)?')
+"""A policy has no words for addresses of IPv6, for which browsers take `'self'`."""
+
+_GO_ON = (
+    'const address = new URL(location.href);'
+    "address.searchParams.delete('token');"
+    'location.replace(address.href);'
+)
+_ENTRANCE = (
+    '<!doctype html><html lang="en"><meta charset="utf-8"><title>goalwire console</title>'
+    f'<script>{_GO_ON}</script><noscript>This page needs JavaScript.</noscript></html>\n'
+).encode()
+_ENTRANCE_POLICY = (
+    "default-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'; "
+    f"script-src 'sha256-{b64encode(hashlib.sha256(_GO_ON.encode()).digest()).decode()}'"
+)
+
+
+class TooLargeError(Exception):
+    """A request's body is larger than MOST_BYTES: it is answered with 413."""
+
+
+class Guard:
+    """Wraps an application; refuses strangers, limits sizes, and adds the headers that bind a browser."""
+
+    def __init__(
+        self,
+        application: Application,
+        settings: Settings,
+        is_full: Callable[[], bool] = lambda: False,
+        note: Callable[[str], object] = lambda _text: None,
+    ) -> None:
+        """`is_full` tells whether there are as many pages as there may be: each holds memory for a while.
+
+        `note` is told of what is normal: a browser that left before its answer.
+        """
+        self._application = application
+        self._settings = settings
+        self._is_full = is_full
+        self._note = note
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve one connection."""
+        if scope['type'] == 'lifespan':
+            await self._application(scope, receive, send)
+            return
+        headers = {
+            name.decode('latin-1').lower(): value.decode('latin-1') for name, value in scope['headers']
+        }
+        reason = self._refusal(headers)
+        in_address = _token_in_address(scope)
+        if not reason and not self._shows_token(headers, in_address):
+            reason = 'open the address that the console printed: it has the token'
+        if reason:
+            await _refuse(scope, send, 403, reason)
+        elif in_address is not None:
+            await _send_entrance(send, self._cookie())
+        elif scope['type'] == 'http':
+            await self._serve(scope, headers, receive, send)
+        else:
+            await self._application(scope, receive, send)
+
+    def _refusal(self, headers: dict[str, str]) -> str:
+        """Return why a request is none of ours, '' where it is."""
+        host = headers.get('host', '')
+        if not self._settings.token and not is_loopback(_host_name(host)):
+            return 'this page is served to this machine alone, under the name localhost'
+        origin = headers.get('origin')
+        if origin is not None and origin.lower() != f'{self._settings.scheme}://{host}'.lower():
+            return 'another site may not talk to this page'
+        if headers.get('sec-fetch-site') == 'cross-site' and not _is_followed_link(headers):
+            return 'another site may not talk to this page'
+        return ''
+
+    def _shows_token(self, headers: dict[str, str], in_address: str | None) -> bool:
+        token = self._settings.token
+        if not token:
+            return True
+        authorization = headers.get('authorization', '').removeprefix('Bearer ')
+        try:
+            morsel = SimpleCookie(headers.get('cookie', '')).get(COOKIE)
+        except CookieError:
+            morsel = None
+        in_cookie = morsel.value if morsel else ''
+        return any(_same(shown, token) for shown in (authorization, in_cookie, in_address or ''))
+
+    def _cookie(self) -> str:
+        if not self._settings.token:
+            return ''
+        secure = '; Secure' if self._settings.tls_cert else ''
+        return f'{COOKIE}={self._settings.token}; HttpOnly; SameSite=Strict; Path=/{secure}'
+
+    def _headers(self, asked: dict[str, str]) -> list[tuple[bytes, bytes]]:
+        """Return the headers that bind a browser to this origin, which the request's headers name."""
+        host = asked.get('host', '')
+        socket = 'wss' if self._settings.scheme == 'https' else 'ws'
+        sources = "'self'" + (f' {socket}://{host}' if _HOST_OF_A_POLICY.fullmatch(host) else '')
+        return [(b'content-security-policy', _POLICY.format(sources=sources).encode()), *_HEADERS]
+
+    async def _serve(self, scope: Scope, headers: dict[str, str], receive: Receive, send: Send) -> None:
+        length = headers.get('content-length', '0')
+        if not length.isdecimal() or int(length) > MOST_BYTES:
+            await _refuse(scope, send, 413, 'that is too large')
+            return
+        if scope['path'] == '/' and self._is_full():
+            await _refuse(scope, send, 503, 'too many pages are open: close some, or try again in a minute')
+            return
+        received, has_left = 0, False
+
+        async def limited() -> Message:
+            nonlocal received, has_left
+            message = await receive()
+            has_left = has_left or message['type'] == 'http.disconnect'
+            received += len(message.get('body', b''))
+            if received > MOST_BYTES:
+                raise TooLargeError
+            return message
+
+        begun = False
+
+        async def with_headers(message: Message) -> None:
+            nonlocal begun
+            if message['type'] == 'http.response.start':
+                begun = True
+                message['headers'] = [*message.get('headers', ()), *self._headers(headers)]
+            await send(message)
+
+        try:
+            await self._application(scope, limited, with_headers)
+        except TooLargeError:
+            if not begun:
+                await _refuse(scope, send, 413, 'that is too large')
+        except Exception as error:
+            if not has_left or not _tells_that_it_left(error):
+                raise
+            self._note(f"a browser left before it had the answer to '{peer_text(scope['path'], 100)}'")
+
+
+def _tells_that_it_left(error: Exception) -> bool:
+    """Return whether Starlette raises it where a browser leaves: it has a class for some places alone."""
+    from starlette.requests import ClientDisconnect
+
+    return isinstance(error, ClientDisconnect) or str(error) == 'No response returned.'
+
+
+def _is_followed_link(headers: dict[str, str]) -> bool:
+    """Return whether a tab of its own is to show the answer: no picture, script or frame of a page."""
+    return headers.get('sec-fetch-mode') == 'navigate' and headers.get('sec-fetch-dest') == 'document'
+
+
+def _same(shown: str, token: str) -> bool:
+    return hmac.compare_digest(shown.encode(), token.encode())
+
+
+def _host_name(host: str) -> str:
+    """Return the name in 'name:port' or '[::1]:port'; '' for what is none."""
+    try:
+        return urlsplit(f'//{host}').hostname or ''
+    except ValueError:
+        return ''
+
+
+def _token_in_address(scope: Scope) -> str | None:
+    """Return the token that a page is asked for with; None if the address has none."""
+    if scope['type'] != 'http' or scope['method'] != 'GET':
+        return None
+    query = scope.get('query_string', b'').decode('latin-1')
+    return dict(parse_qsl(query, keep_blank_values=True)).get('token')
+
+
+async def _send_entrance(send: Send, cookie: str) -> None:
+    """Send the page that leads to the same address without the token, in no history and with no `Referer`."""
+    headers = [
+        (b'content-type', b'text/html; charset=utf-8'),
+        (b'content-security-policy', _ENTRANCE_POLICY.encode()),
+        (b'cache-control', b'no-store'),
+        *([(b'set-cookie', cookie.encode('latin-1'))] if cookie else []),
+        *_HEADERS,
+    ]
+    await send({'type': 'http.response.start', 'status': 200, 'headers': headers})
+    await send({'type': 'http.response.body', 'body': _ENTRANCE})
+
+
+async def _refuse(scope: Scope, send: Send, status: int, reason: str) -> None:
+    if scope['type'] == 'websocket':
+        await send({'type': 'websocket.close', 'code': 1008, 'reason': reason})  # before accepting: a 403
+        return
+    policy = (b'content-security-policy', b"default-src 'none'; frame-ancestors 'none'")
+    headers = [(b'content-type', b'text/plain; charset=utf-8'), (b'connection', b'close'), policy, *_HEADERS]
+    await send({'type': 'http.response.start', 'status': status, 'headers': headers})
+    await send({'type': 'http.response.body', 'body': f'{reason}\n'.encode()})

@@ -1,0 +1,85 @@
+"""Log lines of all nodes, from /rosout, with filters."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterator
+from itertools import islice
+from typing import Any
+
+from goalwire.apps.console.types import cut
+from goalwire.records import record
+
+KEPT = 5000
+LEVELS = {10: 'DEBUG', 20: 'INFO', 30: 'WARN', 40: 'ERROR', 50: 'FATAL'}
+_MOST_TEXT = 4000
+_MOST_NAME = 300
+
+
+@record
+class LogLine:
+    """One line; `stamp` is seconds since 1970, by the clock of the node that wrote it."""
+
+    number: int
+    stamp: float
+    level: int
+    node: str
+    text: str
+    place: str
+    """File, line and function."""
+
+    @property
+    def level_name(self) -> str:
+        """DEBUG to FATAL."""
+        return LEVELS.get(self.level, str(self.level))
+
+
+class LogBook:
+    """The latest lines."""
+
+    def __init__(self) -> None:
+        self._lines: deque[LogLine] = deque(maxlen=KEPT)
+        self._count = 0
+
+    def take(self, message: Any, _at: float = 0.0) -> None:
+        """Note an rcl_interfaces/msg/Log."""
+        self._count += 1
+        file, function = message.file[:_MOST_NAME], message.function[:_MOST_NAME]
+        place = f'{file}:{message.line} {function}' if file else ''
+        self._lines.append(
+            LogLine(
+                self._count,
+                message.stamp.sec + message.stamp.nanosec / 1e9,
+                message.level,
+                message.name[:_MOST_NAME],
+                cut(message.msg, _MOST_TEXT),
+                place,
+            )
+        )
+
+    @property
+    def version(self) -> int:
+        """Rises with each line."""
+        return self._count
+
+    @property
+    def nodes(self) -> list[str]:
+        """Who has written."""
+        return sorted({line.node for line in self._lines})
+
+    def clear(self) -> None:
+        """Forget all lines."""
+        self._lines.clear()
+
+    def latest(self, most: int, *, least_level: int = 0, node: str = '', text: str = '') -> list[LogLine]:
+        """Return the latest lines that pass, the newest first."""
+        return list(islice(self._passing(least_level, node, text), most))
+
+    def _passing(self, least_level: int, node: str, text: str) -> Iterator[LogLine]:
+        wanted = text.lower()
+        for line in reversed(self._lines):
+            if line.level < least_level or (node and line.node != node):
+                continue
+            if wanted and wanted not in line.text.lower() and wanted not in line.node.lower():
+                continue
+            yield line

@@ -1,0 +1,126 @@
+"""STOP in the browser: what its place says, the banner of a stopped robot, and what a press does."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from nicegui.element import Element
+
+from goalwire.apps.console.emergency import Standing
+from goalwire.apps.console.stopping import Answer
+from goalwire.errors import GoalwireError, peer_text
+
+if TYPE_CHECKING:
+    from goalwire.apps.console.page.view import Page
+    from goalwire.apps.console.vitals import Vitals
+
+_NOTHING: dict[str, Any] = {'key': '', 'name': '', 'stop': 'none', 'services': [], 'why': '', 'all': []}
+
+
+class EmergencyBar(Element, component='emergency_bar.js'):
+    """The emergency stop of the robot that the page has selected. STOP never asks, Release asks once."""
+
+    def __init__(self, page: Page) -> None:
+        super().__init__()
+        self._page = page
+        self._session = page.session
+        self._shown: dict[str, Any] = dict(_NOTHING)
+        self.props['shown'] = self._shown
+        self.on('stop', self._stop)
+        self.on('release', self._release)
+
+    def refresh(self) -> None:
+        """Show how it stands, if that has changed."""
+        shown = self._seen()
+        if shown != self._shown:
+            self._shown = shown
+            self.props['shown'] = shown
+            self.update()
+
+    def _seen(self) -> dict[str, Any]:
+        robots = self._session.vitals
+        vitals = robots.get(self._page.robot)
+        if vitals is None:
+            return dict(_NOTHING)
+        is_one = len(robots) == 1
+        read_only = self._session.settings.read_only
+        everyone = [
+            {'name': name or '/', 'services': [each.name for each in robots[name].emergency.known]}
+            for name in sorted(robots)
+        ]
+        servers, known = vitals.emergency.servers, vitals.emergency.known
+        names = [each.name for each in known]
+        stop = 'read-only' if read_only else 'ready' if servers else 'gone' if known else 'none'
+        return {
+            'key': self._page.robot,
+            'name': '' if is_one else self._page.robot or '/',
+            'stop': stop,
+            'services': names,
+            'why': f'no server of {", ".join(names)} is there' if known else 'it has no emergency stop',
+            'all': [] if is_one or read_only or not any(each['services'] for each in everyone) else everyone,
+            'banner': self._banner(vitals, is_one=is_one),
+        }
+
+    def _banner(self, vitals: Vitals, *, is_one: bool) -> dict[str, Any] | None:
+        emergency = vitals.emergency
+        standing = emergency.standing
+        whom = 'The robot' if is_one else vitals.namespace or '/'
+        if standing is Standing.STOPPED:
+            by = f' (by {emergency.by})' if emergency.by else ''
+            may = emergency.can_release and self._may_release(vitals.namespace)
+            release = ', '.join(each.name for each in emergency.can_release) if may else ''
+            return {
+                'tone': 'stopped',
+                'title': f'{whom} is stopped',
+                'text': emergency.reason + by,
+                'release': release,
+            }
+        if standing is Standing.UNKNOWN:
+            title = f'{whom}: not known whether it is stopped'
+            return {'tone': 'unknown', 'title': title, 'text': emergency.reason, 'release': ''}
+        return None
+
+    def _may_release(self, robot: str) -> bool:
+        try:
+            self._session.check_may_release(robot)
+        except GoalwireError:
+            return False
+        return True
+
+    # -- what is pressed -------------------------------------------------------------------------------------
+
+    async def _stop(self, event: Any) -> None:
+        press = int(event.args['press'])
+        robot = str(event.args['robot'])
+        robots = sorted(self._session.vitals) if event.args['all'] is True else [robot]
+
+        def tell(answer: Answer) -> None:
+            if self._page.closed:
+                return
+            told = {'press': press, 'robot': answer.robot or '/', 'service': answer.service}
+            with self._page.client:
+                self.run_method('answered', {**told, 'text': answer.text, 'ok': answer.is_done})
+
+        try:
+            await self._session.stop(robots, tell)
+        except GoalwireError as error:
+            tell(Answer(robot, '', peer_text(error), is_done=False))
+
+    async def _release(self) -> None:
+        robot = self._page.robot
+        vitals = self._session.vitals.get(robot)
+        if vitals is None:
+            return
+        services = ', '.join(each.name for each in vitals.emergency.can_release)
+        emergency = vitals.emergency
+        if not await self._page.confirm(
+            'release',
+            services,
+            f'Release {robot or "the robot"}? It may move then.',
+            f'Stopped: {emergency.reason}' + (f' (by {emergency.by})' if emergency.by else ''),
+            'Release',
+            may_trust=False,
+        ):
+            return
+        for answer in await self._page.attempt(self._session.release(robot)) or ():
+            self._page.tell(f'{answer.service}: {answer.text}', 'positive' if answer.is_done else 'negative')

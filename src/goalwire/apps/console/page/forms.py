@@ -1,0 +1,292 @@
+"""A form on the page, made from a form model, and the YAML that stands for it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from nicegui import ui
+
+from goalwire.apps.console.form_model import (
+    FormField,
+    check,
+    completed,
+    list_text,
+    new_item,
+    parse_yaml,
+    time_text,
+    to_yaml,
+)
+from goalwire.errors import FieldValueError
+
+_SMALL = 1 << 16
+"""Integers of that many values have their bounds below them; of others the type says enough."""
+
+
+class Form:
+    """Fields to fill in; `values` checks what they hold, and typing does not."""
+
+    def __init__(
+        self, fields: tuple[FormField, ...], defaults: Mapping[str, Any], values: Mapping[str, Any]
+    ) -> None:
+        """`values`: what the form begins with; fields that they do not name have their defaults."""
+        self._fields = fields
+        self._defaults = defaults
+        self._values = completed(fields, values, defaults)
+        self._as_yaml = False
+        self._text: ui.textarea | None = None
+        with ui.column().classes('gw-form') as self._box:
+            pass
+        self._build()
+
+    @property
+    def is_yaml(self) -> bool:
+        """Whether the form is shown as YAML."""
+        return self._as_yaml
+
+    def values(self) -> dict[str, Any]:
+        """Return what the form holds, checked. Raises FieldValueError."""
+        if self._as_yaml and self._text is not None:
+            return check(self._fields, parse_yaml(self._text.value or ''))
+        return check(self._fields, self._values)
+
+    def fill(self, values: Mapping[str, Any]) -> None:
+        """Put other values in; fields that they do not name get their defaults."""
+        self._values = completed(self._fields, values, self._defaults)
+        self._build()
+
+    def toggle_yaml(self) -> None:
+        """Show the form as YAML, or as a form again. Raises FieldValueError where a value does not fit."""
+        self._values = completed(self._fields, self.values(), self._defaults)
+        self._as_yaml = not self._as_yaml
+        self._build()
+
+    def show(self, path: str) -> None:
+        """Bring the field of a path into view, and put the cursor there; of an item, that of its list."""
+        _focus(self._box, path)
+
+    def _build(self) -> None:
+        self._box.clear()
+        with self._box:
+            if self._as_yaml:
+                self._text = (
+                    ui.textarea(value=to_yaml(self._values))
+                    .props(
+                        'outlined dense autogrow data-yaml input-class=gw-mono aria-label="Values as YAML"'
+                    )
+                    .style('width: 100%')
+                )
+                return
+            self._text = None
+            if not self._fields:
+                ui.label('The message has no fields.').classes('gw-dim gw-small')
+            _Fields(self._fields, self._values, self._defaults, '').build()
+
+
+class _Fields:
+    """The fields of one message: each writes what is typed into `values`."""
+
+    def __init__(
+        self,
+        fields: tuple[FormField, ...],
+        values: dict[str, Any],
+        defaults: Mapping[str, Any],
+        path: str,
+    ) -> None:
+        self._fields = fields
+        self._values = values
+        self._defaults = defaults
+        self._path = path
+
+    def build(self) -> None:
+        for field in self._fields:
+            path = f'{self._path}.{field.name}' if self._path else field.name
+            if field.kind == 'message':
+                self._group(field, path)
+            elif field.kind == 'messages':
+                self._items(field, path)
+            else:
+                with ui.element('div').classes('gw-field'):
+                    self._label(field)
+                    self._input(field, path)
+
+    def _label(self, field: FormField) -> None:
+        default = _text_of(field, self._defaults.get(field.name))
+        told = [field.type_text, _bounds(field) or field.hint, f'default {default}' if default else '']
+        with ui.element('div').classes('gw-field-name'):
+            ui.label(field.name + (f'  [{field.unit}]' if field.unit else ''))
+            note = _note(field)
+            with ui.label(note if len(note) < 90 else note[:88] + '…').classes('gw-field-note'):
+                ui.tooltip('. '.join((', '.join(filter(None, told)), field.comment)).rstrip('. '))
+
+    def _group(self, field: FormField, path: str) -> None:
+        inner = self._values[field.name]
+        with ui.element('div').classes('gw-group'):
+            with ui.element('div').classes('gw-group-head'):
+                _group_title(field)
+            _Fields(field.fields, inner, self._defaults.get(field.name, {}), path).build()
+
+    def _items(self, field: FormField, path: str) -> None:
+        items: list[Any] = self._values[field.name]
+        fresh = new_item(field)
+        with ui.element('div').classes('gw-group') as box:
+            pass
+
+        def draw() -> None:
+            box.clear()
+            with box:
+                with ui.element('div').classes('gw-group-head'):
+                    _group_title(field)
+                    if not field.exact:
+                        _add_button(field, path, len(items), add)
+                for number, item in enumerate(items):
+                    with ui.element('div').classes('gw-group'):
+                        with ui.element('div').classes('gw-group-head'):
+                            ui.label(f'[{number}]')
+                            if not field.exact:
+                                _remove_button(f'{path}[{number}]', remover(number))
+                        _Fields(field.fields, item, fresh, f'{path}[{number}]').build()
+
+        def add() -> None:
+            if field.capacity is None or len(items) < field.capacity:  # two quick clicks are two events
+                items.append(new_item(field))
+                draw()
+                _focus(box, f'{path}[{len(items) - 1}]')
+
+        def remover(number: int) -> Callable[[], None]:
+            item = items[number]
+
+            def remove() -> None:
+                items[:] = [each for each in items if each is not item]
+                draw()
+                _focus(box, path)
+
+            return remove
+
+        draw()
+
+    def _input(self, field: FormField, path: str) -> None:
+        value = self._values.get(field.name)
+        mark = f'data-field="{path}"'
+        name = f'{path} [{field.unit}]' if field.unit else path
+
+        def take(event: Any) -> None:
+            self._values[field.name] = event.value
+
+        if field.kind == 'bool':
+            switch = ui.switch(value=bool(value), on_change=take).props(f'dense {mark}')
+            switch.style('padding-top: 6px').props['aria-label'] = name
+            return
+        if field.choices:
+            options: dict[Any, str] = {}
+            for title, choice in field.choices:
+                options[choice] = f'{options[choice]}, {title}' if choice in options else title
+            options = {choice: f'{title} ({choice})' for choice, title in options.items()}
+            if value not in options:
+                options = {value: f'{value}', **options}
+            select = ui.select(options, value=value, on_change=take).props(f'outlined dense {mark}')
+            select.style('width: 100%').props['aria-label'] = name
+            return
+        shown = _text_of(field, value)
+        make = ui.textarea if field.kind == 'text' and '\n' in shown else ui.input
+        text = make(
+            value=shown,
+            on_change=lambda event: self._take_text(field, event.value),
+            validation=lambda typed: self._complaint(field, typed, path),
+        ).props(f'outlined dense hide-bottom-space {mark}')
+        text.style('width: 100%').props['aria-label'] = name
+        if make is ui.textarea:
+            text.props('autogrow')
+        if field.kind == 'time':
+            text.props('placeholder="now, or seconds since 1970"')
+        elif field.kind == 'list':
+            text.props(f'placeholder="none; write {_example(field)}"')
+        if hint := field.hint or _bounds(field):
+            text.props['hint'] = hint
+        if isinstance(value, str):
+            text.validate()  # it may have been typed before this was drawn
+
+    def _take_text(self, field: FormField, typed: Any) -> None:
+        self._values[field.name] = typed if typed is not None else ''
+
+    def _complaint(self, field: FormField, typed: Any, path: str) -> str | None:
+        try:
+            check((field,), {field.name: typed if typed is not None else ''}, path.rpartition('.')[0])
+        except FieldValueError as error:
+            item = error.path.removeprefix(path)
+            return f'{item}: {error.problem}' if item else error.problem
+        return None
+
+
+def _group_title(field: FormField) -> None:
+    ui.label(field.name).style('font-weight: 500')
+    with ui.label(_note(field)):
+        if field.comment:
+            ui.tooltip(field.comment)
+
+
+def _add_button(field: FormField, path: str, count: int, add: Callable[[], None]) -> None:
+    full = field.capacity is not None and count >= field.capacity
+    told = f'{path} is full: {field.capacity} at most' if full else f'Add one to {path}'
+    with ui.element('span'):  # a disabled button gets no pointer, what is around it does
+        button = ui.button(icon='add', on_click=add).props(f'flat dense round size=sm data-add="{path}"')
+        button.props['aria-label'] = told
+        button.set_enabled(not full)
+        ui.tooltip(told)
+
+
+def _remove_button(path: str, remove: Callable[[], None]) -> None:
+    button = ui.button(icon='delete', on_click=remove).props(f'flat dense round size=sm data-remove="{path}"')
+    button.props['aria-label'] = f'Remove {path}'
+    button.tooltip(f'Remove {path}')
+
+
+def _focus(box: ui.element, path: str) -> None:
+    """Focus the field of a path, the first one within it, or the list that it is an item of."""
+    box.client.run_javascript(f"""setTimeout(() => {{
+      const path = {json.dumps(path)};
+      const within = (one, other) => one.startsWith(other + '.') || one.startsWith(other + '[');
+      const all = [...getHtmlElement({box.id}).querySelectorAll('[data-field], [data-add]')]
+        .map(element => [element, element.dataset.field ?? element.dataset.add]);
+      const [found] = all.find(([_, name]) => name === path) ?? all.find(([_, name]) => within(name, path))
+        ?? all.findLast(([_, name]) => within(path, name)) ?? [];
+      found?.focus({{ preventScroll: true }});
+      found?.scrollIntoView({{ block: 'center' }}); }}, 50)""")
+
+
+def _note(field: FormField) -> str:
+    """What stands below a field's name: its type, and the comment where that is more than the unit."""
+    is_unit = field.comment.strip(' ()[].,') == field.unit
+    return field.type_text if is_unit else f'{field.type_text} · {field.comment}'
+
+
+def _bounds(field: FormField) -> str:
+    """What the type allows, where that is worth words."""
+    told = []
+    if field.kind == 'text' and field.capacity is not None:
+        told.append(f'{field.capacity} characters at most')
+    elif field.capacity is not None:
+        told.append(f'{field.capacity} items' if field.exact else f'{field.capacity} items at most')
+    if field.item_capacity is not None:
+        told.append(f'{field.item_capacity} characters at most each')
+    least, most = field.least, field.most
+    if least is not None and most is not None and most - least < _SMALL and not field.choices:
+        told.append(f'{least:g} to {most:g}')
+    return ', '.join(told)
+
+
+def _example(field: FormField) -> str:
+    if field.base in {'string', 'wstring'}:
+        return 'one, two'
+    return 'true, false' if field.base == 'bool' else '1, 2'
+
+
+def _text_of(field: FormField, value: Any) -> str:
+    if isinstance(value, list):
+        return list_text(value)
+    if isinstance(value, Mapping):
+        return time_text(value) if field.kind == 'time' else ''
+    if value is None:
+        return ''
+    return str(value).lower() if isinstance(value, bool) else str(value)

@@ -1,0 +1,130 @@
+"""Joint sliders: they show where joints stand, and move them where a command interface is chosen."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from nicegui import ui
+
+from goalwire.apps.console.measuring import signed
+from goalwire.apps.console.page.parts import head
+from goalwire.apps.console.robot_model import Joint
+from goalwire.errors import GoalwireError
+
+if TYPE_CHECKING:
+    from goalwire.apps.console.page.view import View
+
+TRAJECTORY_ACTION = 'control_msgs/action/FollowJointTrajectory'
+TRAJECTORY_TOPIC = 'trajectory_msgs/msg/JointTrajectory'
+_MOVE_S = 2.0
+"""How long a joint has for one movement of its slider."""
+
+
+class JointSliders:
+    """One slider a joint. Nothing is sent before an interface is chosen, and then asked for once."""
+
+    def __init__(self, view: View, joints: Sequence[Joint]) -> None:
+        self._view = view
+        self._joints = {joint.name: joint for joint in joints}
+        self._sliders: dict[str, ui.slider] = {}
+        self._values: dict[str, ui.label] = {}
+        self._held = ''
+        self._shown: dict[str, float] = {}
+        self._ways: dict[str, tuple[str, str]] = {}
+        with ui.element('div').classes('gw-head'):
+            head('Joints', 'device_hub')
+        self._way = ui.select({'': 'Only look'}, value='', label='Sliders move joints through').props(
+            'outlined dense options-dense data-joint-way'
+        )
+        self._way.style('width: 100%').on_value_change(self._enable)
+        for joint in joints:
+            self._slider(joint)
+        self.look()
+
+    def _slider(self, joint: Joint) -> None:
+        with ui.element('div').classes('gw-slider'):
+            ui.label(joint.name).classes('gw-slider-name').tooltip(
+                f'{joint.kind}, {joint.lower:.2f} to {joint.upper:.2f}'
+            )
+            self._values[joint.name] = ui.label('').classes('gw-slider-value')
+            slider = ui.slider(min=joint.lower, max=joint.upper, step=0.01, value=0.0).props('dense')
+            slider.props['data-joint'] = joint.name
+            slider.disable()
+            slider.on('pan', lambda event, name=joint.name: self._hold(name, str(event.args)))
+            slider.on('change', lambda event, name=joint.name: self._move(name, event.args), throttle=0.1)
+            self._sliders[joint.name] = slider
+
+    def look(self) -> None:
+        """Find what takes commands for joints."""
+        node, settings = self._view.node, self._view.settings
+        session, robot = self._view.session, self._view.page.robot
+        ways = {
+            name: ('action', TRAJECTORY_ACTION)
+            for name, type_name in session.goal_watch.served.items()
+            if type_name == TRAJECTORY_ACTION
+        }
+        ways |= {
+            name: ('topic', TRAJECTORY_TOPIC)
+            for name, types in node.graph.topics()
+            if TRAJECTORY_TOPIC in types
+        }
+        ways = {
+            name: way
+            for name, way in ways.items()
+            if settings.may_send(name) and session.may_move(name, robot)
+        }
+        if ways != self._ways:
+            self._ways = ways
+            chosen = self._way.value if self._way.value in ways else ''
+            self._way.set_options({'': 'Only look', **{name: name for name in ways}}, value=chosen)
+        self._way.set_visibility(bool(ways))
+
+    def _enable(self) -> None:
+        for slider in self._sliders.values():
+            slider.enable() if self._way.value else slider.disable()
+
+    def _hold(self, name: str, phase: str) -> None:
+        self._held = name if phase == 'start' else ''
+
+    def refresh(self, positions: Mapping[str, float]) -> None:
+        """Show where the joints stand, but for one that is being dragged."""
+        for name, slider in self._sliders.items():
+            position = positions.get(name)
+            if position is None or abs(self._shown.get(name, math.inf) - position) < 0.004:
+                continue
+            self._shown[name] = position
+            self._values[name].set_text(signed(position))
+            if name != self._held:
+                slider.set_value(round(position, 2))
+
+    async def _move(self, name: str, position: Any) -> None:
+        view, way = self._view, str(self._way.value or '')
+        if way not in self._ways or isinstance(position, bool) or not isinstance(position, int | float):
+            return
+        kind, type_name = self._ways[way]
+        trajectory = {
+            'joint_names': [name],
+            'points': [
+                {'positions': [float(position)], 'time_from_start': {'sec': int(_MOVE_S), 'nanosec': 0}}
+            ],
+        }
+        values = {'trajectory': trajectory} if kind == 'action' else trajectory
+        try:
+            target = view.session.sender.target(kind, way, type_name)
+            sending = target.sending(values)
+        except GoalwireError as error:
+            view.page.tell(str(error), 'warning')
+            return
+        if ('joints', way) not in view.page.trusted:
+            text = f'{name} goes to {position:.2f}; from now on each slider moves its joint at once.'
+            if not await view.page.confirm('joints', way, 'Move joints with the sliders?', text, 'Move'):
+                return
+            view.page.trusted.add(('joints', way))
+        if kind == 'action':
+            goal = await view.page.attempt(view.session.sender.send_goal(target, sending))
+            if goal is not None and goal.problem:
+                view.page.tell(goal.problem, 'negative')
+        else:
+            await view.page.attempt(view.session.sender.publish_once(target, sending, 1.0))

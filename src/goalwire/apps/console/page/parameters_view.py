@@ -1,0 +1,149 @@
+"""Parameters of all nodes, with their descriptors."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from nicegui import ui
+
+from goalwire.apps.console.form_model import in_one_line
+from goalwire.apps.console.page.parts import LiveTable, head
+from goalwire.apps.console.page.view import View
+from goalwire.apps.console.remote_parameters import (
+    RemoteParameter,
+    fitted_value,
+    nodes_with_parameters,
+    read_parameters,
+    set_parameter,
+)
+from goalwire.errors import FieldValueError, GoalwireError, peer_text
+
+
+class ParametersView(View):
+    """Nodes on the left, the parameters of the chosen one on the right; a value is set by its button."""
+
+    name = 'parameters'
+    title = 'Parameters'
+    icon = 'tune'
+    period = 1.0
+
+    def build(self) -> None:
+        self._chosen = ''
+        with ui.element('div').classes('gw-side gw-fill').style('grid-template-rows: minmax(0, 1fr)'):
+            with ui.element('div').classes('gw-card flush'):
+                with ui.element('div').classes('gw-head'):
+                    head('Nodes', 'memory')
+                self._table = LiveTable(
+                    [{'name': 'name', 'label': 'Node', 'mono': True, 'wrap': True}],
+                    empty='No node with parameters yet.',
+                    on_row=self._choose,
+                )
+            self._detail = (
+                ui.element('div').classes('gw-card').style('overflow: auto').props('data-parameters')
+            )
+            with self._detail:
+                ui.label('Choose a node to see its parameters.').classes('gw-empty')
+
+    def refresh(self) -> None:
+        own = self.node.name
+        names = [name for name in nodes_with_parameters(self.node.graph.served()) if name != own]
+        self._table.put([{'key': name, 'cells': [name]} for name in names])
+
+    async def _choose(self, name: str) -> None:
+        self._chosen = name
+        self._table.choose(name)
+        self._detail.clear()
+        with self._detail:
+            ui.spinner(size='24px')
+        try:
+            found = await read_parameters(self.session.sender, name)
+        except GoalwireError as error:
+            found, problem = [], peer_text(error, 300)
+        else:
+            problem = ''
+        if self._chosen != name or self.page.view is not self:
+            return
+        self._detail.clear()
+        with self._detail:
+            with ui.element('div').classes('gw-head'):
+                ui.label(name).classes('gw-title gw-mono')
+                ui.label(f'{len(found)} parameters').classes('gw-chip')
+                ui.element('div').classes('gw-spread')
+                ui.button('Read again', icon='refresh', on_click=lambda: self._choose(name)).props(
+                    'flat dense no-caps'
+                )
+            if problem:
+                ui.label(problem).classes('gw-problem')
+            for parameter in found:
+                self._row(name, parameter)
+
+    def _row(self, node: str, parameter: RemoteParameter) -> None:
+        with ui.element('div').classes('gw-field'):
+            with ui.element('div').classes('gw-field-name'):
+                ui.label(parameter.name).classes('gw-mono')
+                for note in (_bounds(parameter), parameter.description, parameter.constraints):
+                    if note:
+                        ui.label(note).classes('gw-field-note')
+            with ui.element('div').classes('gw-actions').style('flex-wrap: nowrap'):
+                self._editor(node, parameter)
+
+    def _editor(self, node: str, parameter: RemoteParameter) -> None:
+        locked = parameter.read_only or parameter.number == 0 or not self.settings.may_send(node)
+        field: Any
+        if parameter.number == 1:
+            field = ui.switch(value=bool(parameter.value)).props('dense')
+        else:
+            field = ui.input(value=_text(parameter)).props('outlined dense').style('flex: 1')
+        field.props['data-parameter'] = parameter.name
+        if locked:
+            field.disable()
+            ui.label('read-only' if parameter.read_only else parameter.kind).classes('gw-chip')
+            return
+        ui.label(parameter.kind).classes('gw-chip')
+
+        async def put() -> None:
+            await self._set(node, parameter, field.value)
+
+        button = ui.button('Set', on_click=put).props('flat dense no-caps color=primary')
+        button.props['data-set'] = parameter.name
+
+    async def _set(self, node: str, parameter: RemoteParameter, typed: Any) -> None:
+        try:
+            value = fitted_value(parameter, typed)
+        except FieldValueError as error:
+            self.page.tell(' '.join(str(error).split()), 'warning')
+            return
+        text = f'ros2 param set {node} {parameter.name} {_in_one_line(value)}'
+        if not await self.page.confirm('parameters', node, 'Set this parameter?', text, 'Set'):
+            return
+
+        async def put() -> bool:
+            await set_parameter(self.session.sender, self.settings, node, parameter, value)
+            return True
+
+        if await self.page.attempt(put()):
+            self.page.tell(f'{parameter.name} is set')
+            await self._choose(node)
+
+
+def _bounds(parameter: RemoteParameter) -> str:
+    if parameter.least is None or parameter.most is None:
+        return ''
+    step = f', in steps of {parameter.step:g}' if parameter.step else ''
+    return f'{parameter.least:g} to {parameter.most:g}{step}'
+
+
+def _text(parameter: RemoteParameter) -> str:
+    return (
+        parameter.value
+        if isinstance(parameter.value, str)
+        else ''
+        if parameter.value is None
+        else in_one_line(parameter.value)
+    )
+
+
+def _in_one_line(value: Any) -> str:
+    """Return a value as the command takes it: bytes as numbers."""
+    is_bytes = isinstance(value, list) and value and isinstance(value[0], bytes)
+    return in_one_line([item[0] for item in value] if is_bytes else value)

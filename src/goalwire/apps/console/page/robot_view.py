@@ -1,0 +1,344 @@
+"""Robot: the robot in 3D as its joints and frames stand, where it has been, and where it is to go."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import nicegui
+from nicegui import ui
+from nicegui.element import Element
+
+from goalwire.apps.console.measuring import signed
+from goalwire.apps.console.page.joints import JointSliders
+from goalwire.apps.console.page.parts import head
+from goalwire.apps.console.page.send_form import SendForm
+from goalwire.apps.console.page.view import View
+from goalwire.apps.console.robot_model import as_scene
+from goalwire.apps.console.robot_watch import NavigationTarget, navigation_target, place_values
+from goalwire.errors import GoalwireError, RemoteError, UnknownInterfaceError
+
+if TYPE_CHECKING:
+    from goalwire.apps.console.robot_model import RobotModel
+    from goalwire.apps.console.robot_watch import RobotWatch
+
+_THREE = Path(nicegui.__file__).parent / 'elements' / 'scene' / 'dist'
+_TIMES = ('timeout', 'time_allowance', 'max_duration', 'time_limit')
+_PATIENCE_S = 60.0
+"""What a goal's own time limit begins with, where its definition gives none."""
+
+
+class RobotScene(Element, component='robot_scene.js', esm={'nicegui-scene': str(_THREE)}):
+    """The 3D scene."""
+
+    def set_dark(self, dark: bool) -> None:
+        """Choose the colours."""
+        self.props['dark'] = dark
+        self.update()
+
+
+class RobotView(View):
+    """The scene, and beside it where the robot is, where it may go, and its joints."""
+
+    name = 'robot'
+    title = 'Robot'
+    icon = 'smart_toy'
+    period = 1 / 15
+
+    def build(self) -> None:
+        self._watch: RobotWatch | None = None
+        self._version = -1
+        self._model: RobotModel | None = None
+        self._mesh_problem = ''
+        self._names: list[str] = []
+        self._place: tuple[float, float, float] | None = None
+        self._sent: object = None
+        self._seen: object = None
+        self._targets: dict[str, NavigationTarget] = {}
+        self._joints: JointSliders | None = None
+        with ui.element('div').classes('gw-fill gw-robot-view'):
+            with ui.element('div').classes('gw-card flush').style('position: relative; min-height: 400px'):
+                self._scene = RobotScene().style('position: absolute; inset: 0')
+                self._scene.set_dark(self.page.is_dark)
+                self._scene.on('floor', self._on_floor)
+                self._build_bar()
+            with ui.element('div').classes('gw-stack').style('overflow: auto'):
+                self._build_state()
+                with ui.element('div').classes('gw-card').props('data-joints') as self._joint_card:
+                    pass
+                self._joint_card.set_visibility(False)
+
+    def _build_bar(self) -> None:
+        with ui.element('div').classes('gw-scene-bar'):
+            for way, icon in (
+                ('free', '3d_rotation'),
+                ('front', 'face'),
+                ('side', 'switch_left'),
+                ('top', 'vertical_align_bottom'),
+            ):
+                ui.button(icon=icon, on_click=lambda way=way: self._scene.run_method('view_from', way)).props(
+                    'flat dense round size=sm'
+                ).classes('gw-float').tooltip(f'View: {way}')
+            follow = ui.checkbox('Follow', value=True).props('dense size=sm').classes('gw-float')
+            follow.on_value_change(lambda event: self._scene.run_method('set_follow', bool(event.value)))
+        with ui.element('div').classes('gw-scene-foot'):
+            self._foot = ui.label('').classes('gw-float gw-mono')
+            self._hint = ui.label('').classes('gw-float')
+
+    def _build_state(self) -> None:
+        with ui.element('div').classes('gw-card'):
+            with ui.element('div').classes('gw-head'):
+                head('Robot', 'smart_toy')
+                ui.element('div').classes('gw-spread')
+                self._fresh = ui.label('').classes('gw-chip').props('data-fresh')
+            self._about = ui.label('').classes('gw-small gw-dim')
+            self._gone = ui.label('').classes('gw-note').props('data-gone')
+            self._gone.set_visibility(False)
+            self._problem = ui.label('').classes('gw-problem').props('data-robot-problem')
+            self._problem.set_visibility(False)
+            self._way = ui.select({}, label='A click on the floor sends').props(
+                'outlined dense options-dense data-way'
+            )
+            self._way.style('width: 100%')
+            self._goal_lines = ui.element('div').classes('gw-stack').style('gap: 6px')
+
+    def set_dark(self, dark: bool) -> None:
+        self._scene.set_dark(dark)
+
+    # -- which robot -----------------------------------------------------------------------------------------
+
+    def _look_at_graph(self) -> None:
+        seen = (self.node.graph.version, self.page.robot)
+        if seen == self._seen:
+            return
+        self._seen = seen
+        self._names = self.session.robot_names()
+        is_there = self.page.robot in self._names
+        if (self._watch is None and is_there) or (
+            self._watch is not None and self._watch.namespace != self.page.robot
+        ):
+            self._follow(self.page.robot)
+        self._find_targets()
+        if self._joints is not None:
+            self._joints.look()
+
+    def _whom(self) -> str:
+        """Return how the page calls the selected robot: by its namespace if there are several."""
+        return 'it' if len(self.session.vitals) == 1 else self.page.robot or '/'
+
+    def _follow(self, namespace: str) -> None:
+        if self._watch is not None:
+            self.session.leave_robot(self._watch)
+        self._watch = self.session.watch_robot(namespace)
+        self._version = -1
+        self._place = None
+
+    def _find_targets(self) -> None:
+        found: dict[str, NavigationTarget] = {}
+        for name, type_name in self.session.goal_watch.served.items():
+            if not self.session.may_move(name, self.page.robot):
+                continue
+            try:
+                target = self.session.sender.target('action', name, type_name)
+            except (UnknownInterfaceError, GoalwireError):
+                continue
+            way = navigation_target(name, type_name, target.fields)
+            if way is not None and self.settings.may_send(name):
+                found[name] = way
+        if found.keys() != self._targets.keys():
+            self._targets = found
+            chosen = next(iter(found), None)
+            self._way.set_options({name: name for name in found}, value=chosen)
+            self._hint.set_text(f'Click on the floor to send {self._whom()} there')
+        self._way.set_visibility(bool(found))
+        self._hint.set_visibility(bool(found))
+
+    # -- what is shown ---------------------------------------------------------------------------------------
+
+    def refresh(self) -> None:
+        self._look_at_graph()
+        watch = self._watch
+        if watch is None:
+            self._about.set_text('No robot yet: there is neither a robot_description nor joint states.')
+            self._fresh.set_visibility(False)
+            self._foot.set_visibility(False)
+            return
+        if watch.version != self._version:
+            self._version = watch.version
+            self._take_model(watch)
+        frame, base = watch.pose()
+        x, y, z = base.translation
+        turn = base.rotation
+        yaw = math.atan2(2 * (turn[3] * turn[2] + turn[0] * turn[1]), 1 - 2 * (turn[1] ** 2 + turn[2] ** 2))
+        links = watch.link_poses()
+        marks = self._marks()
+        state = (links, marks, len(watch.trail))
+        if state != self._sent:
+            update: dict[str, Any] = {'links': links, 'base': [x, y, z], 'goals': marks}
+            update['trail'] = [[round(px, 3), round(py, 3)] for px, py, _ in watch.trail]
+            self._sent = state
+            self._scene.run_method('frame', update)
+        self._foot.set_visibility(True)
+        self._foot.set_text(f'{frame or "?"}  x {signed(x)}  y {signed(y)} m  {math.degrees(yaw):+.0f}°')
+        self._fresh.set_visibility(True)
+        self._put_state(watch)
+        if self._joints is not None:
+            self._joints.refresh(watch.positions)
+        self._put_goals()
+
+    def _put_state(self, watch: RobotWatch) -> None:
+        """Say how old what is shown is: a robot that has gone stands where it was, in grey."""
+        is_there = watch.namespace in self._names
+        is_fresh = watch.is_fresh and is_there
+        has_moved = watch.moved_at is not None
+        news = 'live' if is_fresh else f'no news for {watch.age:.0f} s' if has_moved else 'no news yet'
+        self._fresh.set_text(news)
+        self._fresh.classes(add='good' if is_fresh else 'warn', remove='warn' if is_fresh else 'good')
+        is_old = has_moved and not is_fresh
+        self._scene.classes(add='gw-stale') if is_old else self._scene.classes(remove='gw-stale')
+        self._gone.set_visibility(is_old)
+        if is_old:
+            why = 'It is silent' if is_there else 'It has gone'
+            self._gone.set_text(f'{why}: shown is where it was.')
+
+    def _take_model(self, watch: RobotWatch) -> None:
+        model = watch.model
+        if model is None or model is not self._model:
+            self._model, self._mesh_problem = model, ''
+            self._draw_model(model)
+        problem = watch.problem or self._mesh_problem
+        self._problem.set_visibility(bool(problem))
+        self._problem.set_text(problem)
+
+    def _draw_model(self, model: RobotModel | None) -> None:
+        self._joint_card.clear()
+        self._joint_card.set_visibility(model is not None)
+        self._joints = None
+        self._sent = None
+        if model is None:
+            self._about.set_text('Its robot_description has not come yet.')
+            self._scene.run_method('set_model', [])
+            return
+        urls, missing = {}, 0
+        for visual in model.visuals:
+            if visual.kind == 'mesh' and visual.mesh not in urls:
+                try:
+                    urls[visual.mesh] = self.session.meshes.url(visual.mesh)
+                except RemoteError as error:
+                    missing += 1
+                    self._mesh_problem = str(error)
+        movable = [joint for joint in model.joints if joint.is_movable]
+        self._about.set_text(
+            f'{model.name}: {len(model.links)} links, {len(movable)} joints that move'
+            + (f'; {missing} meshes are not shown' if missing else '')
+        )
+        self._scene.run_method('set_model', as_scene(model, urls))
+        with self._joint_card:
+            self._joints = JointSliders(self, movable)
+
+    def _marks(self) -> list[dict[str, Any]]:
+        marks = []
+        for goal in self.session.goals.active():
+            way = self._targets.get(goal.action)
+            place = None if way is None or goal.request is None else _place_in(goal.request, way)
+            if place is not None:
+                text = f'{goal.status.lower()}' + (
+                    f' {goal.progress * 100:.0f} %' if goal.progress is not None else ''
+                )
+                marks.append(
+                    {'id': goal.goal_id, 'x': place[0], 'y': place[1], 'yaw': place[2], 'text': text}
+                )
+        if self._place is not None:
+            x, y, yaw = self._place
+            marks.append({'id': 'new', 'x': x, 'y': y, 'yaw': yaw, 'text': 'here?'})
+        return marks
+
+    def _put_goals(self) -> None:
+        goals = [goal for goal in self.session.goals.active() if goal.is_mine][-3:]
+        state = [goal.goal_id for goal in goals]
+        if state != getattr(self, '_goal_state', None):
+            self._goal_state = state
+            self._goal_lines.clear()
+            self._goal_bars: dict[str, Any] = {}
+            with self._goal_lines:
+                for goal in goals:
+                    with ui.element('div').classes('gw-group').style('gap: 5px'):
+                        with ui.element('div').classes('gw-head'):
+                            ui.label(goal.action).classes('gw-mono')
+                            ui.element('div').classes('gw-spread')
+                            ui.button(
+                                'Cancel', on_click=lambda goal=goal: self._cancel(goal.action, goal.goal_id)
+                            ).props('flat dense no-caps size=sm color=negative data-cancel')
+                        with ui.element('div').classes('gw-bar'):
+                            self._goal_bars[goal.goal_id] = ui.element('div').style('width: 0')
+        for goal in goals:
+            self._goal_bars[goal.goal_id].style(f'width: {(goal.progress or 0.0) * 100:.0f}%')
+
+    async def _cancel(self, action: str, goal_id: str) -> None:
+        if await self.page.attempt(self.session.sender.cancel(action, goal_id)) is not None:
+            self.page.tell('The goal is being cancelled')
+
+    # -- where it is to go -----------------------------------------------------------------------------------
+
+    async def _on_floor(self, event: Any) -> None:
+        way = self._targets.get(str(self._way.value or ''))
+        watch = self._watch
+        if way is None or watch is None:
+            return
+        x, y = (round(float(event.args[name]), 2) for name in 'xy')
+        frame, base = watch.pose()
+        yaw = math.atan2(y - base.translation[1], x - base.translation[0])
+        self._place = (x, y, yaw)
+        self.page.refresh_soon()
+        try:
+            await self._offer(way, frame, (x, y, yaw))
+        finally:
+            self._place = None
+
+    async def _offer(self, way: NavigationTarget, frame: str, place: tuple[float, float, float]) -> None:
+        """Show the goal, which the user may change, and send it when the one question is answered."""
+        target = self.session.sender.target('action', way.action, way.type_name)
+        values = dict(target.defaults)
+        for name in _TIMES:
+            if values.get(name) == 0.0:
+                values[name] = _PATIENCE_S
+        history = self.session.sender.history.get(('action', way.action))
+        if history:
+            values |= history[-1].sending.values
+        values = place_values(way, values, frame, *place)
+        with self.page.client, ui.dialog() as dialog, ui.card().classes('gw-confirm'):
+            ui.label(f'Send {self._whom()} to x {place[0]:.2f} m, y {place[1]:.2f} m?').classes('gw-title')
+            ui.label(f'{way.action}, in {frame}').classes('gw-dim gw-mono')
+            with ui.expansion('The goal in full').props('dense').style('width: 100%'):
+                form = SendForm(self.page, target, values)
+            with ui.element('div').classes('gw-actions').style('width: 100%'):
+                form.copy_buttons()
+                ui.element('div').classes('gw-spread')
+                with ui.element('div').classes('gw-actions'):
+                    ui.button('Cancel', on_click=lambda: dialog.submit(False)).props('flat dense no-caps')
+                    ui.button('Send', icon='send', on_click=lambda: dialog.submit(True)).props(
+                        'unelevated dense no-caps color=primary data-send padding="4px 14px"'
+                    )
+        with self.page.client:
+            answer = await dialog
+        sending = form.sending() if answer else None
+        dialog.delete()
+        if sending is not None:
+            goal = await self.page.attempt(self.session.sender.send_goal(target, sending))
+            if goal is not None and goal.problem:
+                self.page.tell(goal.problem, 'negative')
+
+    def close(self) -> None:
+        if self._watch is not None:
+            self.session.leave_robot(self._watch)
+            self._watch = None
+
+
+def _place_in(request: Any, way: NavigationTarget) -> tuple[float, float, float] | None:
+    if not way.path:
+        return float(request['x']), float(request['y']), 0.0
+    pose = request[way.path[0]]['pose']
+    turn = pose['orientation']
+    yaw = 2 * math.atan2(float(turn['z']), float(turn['w']))
+    return float(pose['position']['x']), float(pose['position']['y']), yaw

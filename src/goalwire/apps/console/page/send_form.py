@@ -1,0 +1,160 @@
+"""A form from which something is sent: its buttons, and what they send, ask for and copy."""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from nicegui import ui
+
+from goalwire.apps.console.clock import time_of_day
+from goalwire.apps.console.form_model import in_one_line
+from goalwire.apps.console.page.forms import Form
+from goalwire.apps.console.page.parts import LiveTable, copy_buttons
+from goalwire.apps.console.page.view import duration
+from goalwire.apps.console.snippets import Sending, as_command, as_python
+from goalwire.errors import FieldValueError
+
+if TYPE_CHECKING:
+    from goalwire.apps.console.page.view import Page
+    from goalwire.apps.console.sending import Sent, Target
+
+
+class SendForm:
+    """The form of a service, action or topic. What does not fit is told, and neither sent nor copied."""
+
+    def __init__(self, page: Page, target: Target, values: Mapping[str, Any] | None = None) -> None:
+        """`values`: what the form begins with, where that is not the message's defaults."""
+        self.target = target
+        self._page = page
+        self._form = Form(target.fields, target.defaults, values or {})
+        self._deadline: ui.number | None = None
+        self._attempts: ui.number | None = None
+        self._history: LiveTable | None = None
+        self._used: Callable[[Sent], None] | None = None
+
+    # -- its buttons -----------------------------------------------------------------------------------------
+
+    def send_button(self, text: str, mark: str, press: Callable[[], Awaitable[None]]) -> None:
+        """Add the button that sends; it does nothing where the console may not send to that name."""
+        button = ui.button(text, icon='send', on_click=press).props(
+            f'unelevated dense no-caps color=primary {mark} padding="4px 14px"'
+        )
+        if not self._page.session.settings.may_send(self.target.name):
+            button.disable()
+            button.tooltip('This console may not send to it')
+
+    def deadline_field(self, seconds: float | None) -> None:
+        """Add the field for the deadline; `seconds` is what it begins with."""
+        self._deadline = (
+            ui.number('Deadline [s]', value=seconds, placeholder='none', min=0.1, step=1)
+            .props('outlined dense data-deadline')
+            .style('width: 112px')
+        )
+
+    def attempts_field(self) -> None:
+        """Add the field for how often a request is sent where no answer comes."""
+        self._attempts = (
+            ui.number('Attempts', value=1, min=1, max=10, step=1, precision=0)
+            .props('outlined dense data-attempts')
+            .style('width: 92px')
+        )
+        self._attempts.tooltip(
+            'More than one: the request may be handled twice, so the service must be idempotent'
+        )
+
+    def yaml_button(self) -> None:
+        """Add the button that shows the form as YAML, and as a form again."""
+        ui.button('YAML', icon='data_object', on_click=self._toggle_yaml).props(
+            'flat dense no-caps data-toggle-yaml'
+        )
+
+    def copy_buttons(self) -> None:
+        """Add the buttons that copy what would be sent."""
+        copy_buttons(lambda: self._copied(as_python), lambda: self._copied(as_command))
+
+    def history(self, used: Callable[[Sent], None] | None = None) -> None:
+        """Add the table of what was sent to that name from here; a click on a row fills the form with it.
+
+        `used` is called with what was chosen.
+        """
+        self._used = used
+        took = {'name': 'took', 'label': 'Took', 'align': 'right', 'width': '84px'}
+        kind = self.target.kind
+        self._history = LiveTable(
+            [
+                {'name': 'at', 'label': 'At', 'width': '84px'},
+                *([took] if kind == 'service' else []),
+                {'name': 'what', 'label': 'Request' if kind == 'service' else 'Goal', 'mono': True},
+            ],
+            empty=f'{"Calls" if kind == "service" else "Goals"} from here are kept while the console runs.',
+            on_row=self._use_again,
+        )
+        self.put_history()
+
+    @property
+    def sent(self) -> Sequence[Sent]:
+        """What was sent to that name from this console, the latest last."""
+        return self._page.session.sender.history.get((self.target.kind, self.target.name), ())
+
+    def put_history(self) -> None:
+        """Show what was sent since."""
+        if self._history is not None:
+            self._history.put([_history_row(sent) for sent in reversed(self.sent)])
+
+    def _use_again(self, key: str) -> None:
+        for sent in self.sent:
+            if f'{sent.at}' == key:
+                self._form.fill(sent.sending.values)
+                if self._used is not None:
+                    self._used(sent)
+
+    def _toggle_yaml(self) -> None:
+        try:
+            self._form.toggle_yaml()
+        except FieldValueError as error:
+            self._tell(error)
+
+    def _tell(self, error: FieldValueError) -> None:
+        self._page.tell(str(error), 'warning')
+        if error.path and not self._form.is_yaml:
+            self._form.show(error.path)
+
+    def _copied(self, write: Callable[[Sending], str]) -> str | None:
+        sending = self.sending()
+        return None if sending is None else write(sending)
+
+    # -- what it holds ---------------------------------------------------------------------------------------
+
+    def fill(self, values: Mapping[str, Any]) -> None:
+        """Put other values in; fields that they do not name get their defaults."""
+        self._form.fill(values)
+
+    def sending(self) -> Sending | None:
+        """Return what would be sent; None where a value does not fit, which the user is told."""
+        deadline = self._deadline.value if self._deadline is not None else None
+        attempts = self._attempts.value if self._attempts is not None else None
+        try:
+            return self.target.sending(
+                self._form.values(), float(deadline) if deadline else None, int(attempts or 1)
+            )
+        except FieldValueError as error:
+            self._tell(error)
+            return None
+
+    async def confirmed(self, title: str, button: str) -> Sending | None:
+        """Return what is to be sent, when the user has been asked once; None where it is not to be."""
+        sending = self.sending()
+        if sending is None:
+            return None
+        kind, name = self.target.kind, self.target.name
+        asked = await self._page.confirm(kind, name, title, as_command(sending), button)
+        return sending if asked else None
+
+
+def _history_row(sent: Sent) -> dict[str, Any]:
+    values = in_one_line(sent.sending.values)
+    what = f'{sent.problem} · {values}' if sent.problem else values
+    took = [duration(sent.seconds)] if sent.sending.kind == 'service' else []
+    cells = [time_of_day(sent.at), *took, {'text': what, 'title': what}]
+    return {'key': f'{sent.at}', 'cells': cells, **({'tone': 'bad'} if sent.problem else {})}

@@ -1,0 +1,268 @@
+"""The frame around the views: the bar with stop and battery, the list of views, the routes."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from pathlib import Path
+from time import monotonic
+from typing import Any
+from urllib.parse import quote
+
+from fastapi import FastAPI
+from fastapi.responses import FileResponse, PlainTextResponse, Response
+from nicegui import Client, app, background_tasks, core, ui
+
+from goalwire.apps.console.page.actions_view import ActionsView
+from goalwire.apps.console.page.emergency_bar import EmergencyBar
+from goalwire.apps.console.page.graph_view import GraphViewPage
+from goalwire.apps.console.page.logs_view import LogsView
+from goalwire.apps.console.page.parameters_view import ParametersView
+from goalwire.apps.console.page.robot_view import RobotView
+from goalwire.apps.console.page.services_view import ServicesView
+from goalwire.apps.console.page.statistics_view import StatisticsView
+from goalwire.apps.console.page.topics_view import TopicsView
+from goalwire.apps.console.page.view import Page, View
+from goalwire.apps.console.session import Session
+
+VIEWS: tuple[type[View], ...] = (
+    RobotView,
+    ActionsView,
+    ServicesView,
+    TopicsView,
+    ParametersView,
+    GraphViewPage,
+    LogsView,
+    StatisticsView,
+)
+MOST_PAGES = 100
+"""Of all browsers together; one that nobody connects to counts for a minute."""
+_OLD_BATTERY_S = 5.0
+_STYLE = Path(__file__).with_name('style.css')
+
+_LOST = """
+<div class="gw-lost" data-lost role="alert" hidden>
+  The console does not answer: what you see is old, and STOP does not reach the robot. Trying again…
+</div>
+<script>
+  addEventListener('DOMContentLoaded', () => {
+    const popup = document.getElementById('popup');
+    new MutationObserver(() => {
+      const lost = popup.ariaHidden === 'false';
+      document.querySelector('[data-lost]').hidden = !lost;
+      document.body.classList.toggle('gw-is-lost', lost);
+      document.getElementById('app').inert = lost;  // what is clicked now would be sent much later
+    }).observe(popup, { attributes: true, attributeFilter: ['aria-hidden'] });
+  });
+</script>
+"""
+
+
+def install(application: FastAPI, session: Session) -> None:
+    """Put the page on an application. Once in a process."""
+    app.add_static_file(local_file=_STYLE, url_path='/console/style.css', max_cache_age=3600)
+
+    @app.get('/console/mesh/{key}', include_in_schema=False)
+    def mesh(key: str) -> Response:
+        file = session.meshes.file(key)
+        if file is None:
+            return PlainTextResponse('there is no such mesh\n', 404)
+        return FileResponse(file, media_type='application/octet-stream')
+
+    version = hashlib.sha256(_STYLE.read_bytes()).hexdigest()[:12]
+
+    @ui.page('/')
+    def page(view: str = '', robot: str = '') -> None:
+        Shell(ui.context.client, session, version).build(view, robot)
+
+    @app.exception_handler(404)
+    def missing(_request: object, _error: Exception) -> Response:
+        return PlainTextResponse('there is no such page\n', 404)  # NiceGUI's own would be a page in memory
+
+    app.config.socket_io_js_transports = ['websocket']
+    core.sio.eio.transports = ['websocket']
+    ui.run_with(
+        application,
+        title='goalwire console',
+        favicon=None,
+        dark=None,
+        tailwind=False,
+        reconnect_timeout=10.0,
+        message_history_length=100,
+        binding_refresh_interval=None,
+        show_welcome_message=False,
+    )
+
+
+def is_full() -> bool:
+    """Return whether there are as many pages as there may be."""
+    return len(Client.instances) >= MOST_PAGES
+
+
+class Shell:
+    """Builds one browser's page."""
+
+    def __init__(self, client: Client, session: Session, style: str) -> None:
+        self._page = Page(client, session)
+        self._session = session
+        self._style = style
+        self._tabs: dict[str, Any] = {}
+        self._view = ''
+        self._robots: list[str] = []
+
+    def build(self, view: str, robot: str) -> None:
+        """Make the page and begin to refresh it. `robot`: the one to select, if it is there."""
+        page = self._page
+        page.follow_robots()
+        robots = self._session.robot_names()
+        if robots:
+            page.select_robot(robot if robot in robots else robots[0])
+        ui.add_head_html(f'<link rel="stylesheet" href="/console/style.css?{self._style}">')
+        ui.add_body_html(_LOST)
+        self._dark = ui.dark_mode(value=None)
+        ui.colors(
+            primary='#4f46e5', negative='#dc2626', positive='#059669', warning='#b45309', dark='#131c2b'
+        )
+        with ui.element('div').classes('gw-shell'):
+            with ui.element('header').classes('gw-top'):
+                self._bar()
+            with ui.element('nav').classes('gw-rail'):
+                for kind in VIEWS:
+                    self._tab(kind)
+            self._main = ui.element('main').classes('gw-main')
+        self._emergency = EmergencyBar(page)
+        page.header = self._refresh_bar
+        page.client.on_delete(page.close)
+        names = {kind.name for kind in VIEWS}
+        self._show(view if view in names else ('robot' if robots else 'graph'))
+        background_tasks.create(self._begin())
+
+    async def _begin(self) -> None:
+        page = self._page
+        await page.client.connected()
+        try:
+            chosen = await page.client.run_javascript(
+                "return localStorage.getItem('goalwire-dark') ?? "
+                "String(matchMedia('(prefers-color-scheme: dark)').matches)",
+                timeout=5.0,
+            )
+        except TimeoutError:
+            chosen = 'false'
+        with page.client:
+            self._set_dark(chosen == 'true')
+        await page.pace()
+
+    # -- the bar ---------------------------------------------------------------------------------------------
+
+    def _bar(self) -> None:
+        node = self._session.node
+        ui.element('span').classes('gw-brand-mark')
+        ui.label('goalwire console').classes('gw-brand')
+        self._robot = ui.select({}, on_change=self._choose_robot).props(
+            'outlined dense options-dense data-robot aria-label="Robot"'
+        )
+        self._robot.classes('gw-robot')
+        self._robot.set_visibility(False)
+        ui.element('span').classes('gw-room')
+        ui.element('span').classes('gw-break')
+        wire = 'DDS' if 'cyclone' in os.environ.get('RMW_IMPLEMENTATION', '') else 'Zenoh'
+        ui.label(f'{wire} · domain {node.context.get_domain_id()}').classes('gw-chip')
+        self._nodes = ui.label('').classes('gw-chip').props('data-nodes')
+        self._problems = ui.label('').classes('gw-chip bad').style('cursor: pointer')
+        self._problems.on('click', lambda: self._show('graph'))
+        if self._session.settings.read_only:
+            ui.label('read-only').classes('gw-chip warn')
+        ui.element('div').classes('gw-spread')
+        self._goals = ui.label('').classes('gw-chip info').style('cursor: pointer')
+        self._goals.on('click', lambda: self._show('actions'))
+        self._battery = ui.label('').classes('gw-chip').props('data-battery')
+        self._theme = ui.button(icon='dark_mode', on_click=self._switch_dark).props(
+            'flat dense round size=sm'
+        )
+        self._theme.classes('gw-quiet').tooltip('Dark or light')
+        self._seen_version = -1
+
+    def _refresh_bar(self) -> None:
+        session = self._session
+        graph = session.node.graph
+        if graph.version != self._seen_version:
+            self._seen_version = graph.version
+            count = len(graph.nodes())
+            is_alone = count <= 1
+            self._nodes.set_text('nobody else on the wire' if is_alone else f'{count} nodes')
+            self._nodes.classes(add='warn') if is_alone else self._nodes.classes(remove='warn')
+            problems = len(session.problems())
+            self._problems.set_text(f'{problems} mismatch' + ('es' if problems != 1 else ''))
+            self._problems.set_visibility(problems > 0)
+        self._refresh_robots()
+        self._emergency.refresh()
+        active = len(session.goals.active())
+        self._goals.set_text(f'{active} goal' + ('s' if active != 1 else '') + ' active')
+        self._goals.set_visibility(active > 0)
+        vitals = session.vitals.get(self._page.robot)
+        battery = None if vitals is None else vitals.battery
+        self._battery.set_visibility(battery is not None)
+        if vitals is not None and battery is not None:
+            age = monotonic() - vitals.battery_at
+            is_old = age > _OLD_BATTERY_S
+            self._battery.set_text(
+                f'battery {battery * 100:.0f} %' + (f', {age:.0f} s ago' if is_old else '')
+            )
+            tone = 'old' if is_old else 'good' if battery > 0.4 else 'warn' if battery > 0.15 else 'bad'
+            self._battery.classes(add=tone, remove=' '.join({'good', 'warn', 'bad', 'old'} - {tone}))
+
+    def _refresh_robots(self) -> None:
+        """Offer the robots that are there. If the selected one has gone, no other takes its place."""
+        there, page = self._session.robot_names(), self._page
+        if there and page.robot not in self._session.vitals:
+            page.select_robot(there[0])  # the first that comes
+        offered = sorted({*there, page.robot}) if there else [page.robot]
+        state = [name if name in there else f'{name} (gone)' for name in offered]
+        if state != self._robots:
+            self._robots = state
+            self._robot.set_options(
+                {name: (name or '/') + ('' if name in there else ' (gone)') for name in offered},
+                value=page.robot,
+            )
+            self._robot.set_visibility(len(offered) > 1)
+
+    def _choose_robot(self, event: Any) -> None:
+        if event.value is not None and event.value != self._page.robot:
+            self._page.select_robot(str(event.value))
+            self._put_address()
+
+    def _switch_dark(self) -> None:
+        self._set_dark(not self._page.is_dark)
+        ui.run_javascript(f"localStorage.setItem('goalwire-dark', '{str(self._page.is_dark).lower()}')")
+
+    def _set_dark(self, dark: bool) -> None:
+        self._page.is_dark = dark
+        self._dark.set_value(dark)
+        self._theme.props(f'icon={"light_mode" if dark else "dark_mode"}')
+        if self._page.view is not None:
+            self._page.view.set_dark(dark)
+
+    # -- views -----------------------------------------------------------------------------------------------
+
+    def _tab(self, kind: type[View]) -> None:
+        with ui.element('button').classes('gw-tab').props(f'data-view={kind.name} type=button') as tab:
+            ui.icon(kind.icon)
+            ui.label(kind.title)
+        tab.on('click', lambda: self._show(kind.name))
+        self._tabs[kind.name] = tab
+
+    def _show(self, name: str) -> None:
+        if name == self._view:
+            return
+        self._view = name
+        for each, tab in self._tabs.items():
+            tab.classes(add='chosen') if each == name else tab.classes(remove='chosen')
+        kind = next(kind for kind in VIEWS if kind.name == name)
+        with self._page.client:
+            self._page.show(kind(self._page), self._main)
+            self._put_address()
+
+    def _put_address(self) -> None:
+        """Have the browser's address say what is shown, so that opening it again shows the same."""
+        robot = f'&robot={quote(self._page.robot)}' if self._page.robot else ''
+        ui.run_javascript(f"history.replaceState(null, '', '?view={self._view}{robot}')")

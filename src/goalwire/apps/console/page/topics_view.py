@@ -1,0 +1,314 @@
+"""Topics: rates, messages as they come, plots, pictures, and publishing."""
+
+from __future__ import annotations
+
+from time import monotonic
+from typing import Any
+
+from nicegui import ui
+
+from goalwire.apps.console.clock import wall_offset
+from goalwire.apps.console.images import COMPRESSED, IMAGE, as_data_url
+from goalwire.apps.console.measuring import Series, as_csv, numbers_in
+from goalwire.apps.console.page.parts import LiveTable, ValueTree, head
+from goalwire.apps.console.page.send_form import SendForm
+from goalwire.apps.console.page.view import View
+from goalwire.apps.console.topics import Reading
+from goalwire.apps.console.types import as_data
+from goalwire.errors import GoalwireError, RemoteError, peer_text
+from goalwire.records import record
+
+_SPANS = {10: '10 s', 30: '30 s', 60: '1 min', 300: '5 min'}
+_PALETTE = ['#6366f1', '#10b981', '#f59e0b', '#ef4444', '#06b6d4', '#a855f7', '#84cc16', '#ec4899']
+_MOST_SERIES = 16
+
+
+@record
+class Plotted:
+    """One field that is plotted."""
+
+    series: Series
+    topic: str
+    path: str
+    reading: Reading
+
+
+class TopicsView(View):
+    """A list of topics on the left, the chosen one on the right, the plot below."""
+
+    name = 'topics'
+    title = 'Topics'
+    icon = 'podcasts'
+    period = 0.2
+
+    def build(self) -> None:
+        self.session.topics.start_measuring()
+        self._reading: Reading | None = None
+        self._topic = ''
+        self._type = ''
+        self._filter = ''
+        self._shown_at = 0.0
+        self._tabled_at = 0.0
+        self._plots: list[Plotted] = []
+        self._paused_at: float | None = None
+        self._span = 30
+        self._form: SendForm | None = None
+        with ui.element('div').classes('gw-two'):
+            with ui.element('div').classes('gw-card flush').style('max-height: 47vh'):
+                with ui.element('div').classes('gw-head'):
+                    head('Topics', 'podcasts')
+                    ui.element('div').classes('gw-spread')
+                    ui.input(placeholder='Filter', on_change=self._set_filter).props(
+                        'outlined dense clearable data-filter'
+                    ).style('width: 180px')
+                self._table = LiveTable(
+                    [
+                        {'name': 'name', 'label': 'Topic', 'mono': True, 'clip': True},
+                        {'name': 'type', 'label': 'Type', 'mono': True, 'clip': True},
+                        {'name': 'rate', 'label': 'Rate', 'align': 'right', 'width': '84px'},
+                    ],
+                    empty='No topics yet.',
+                    on_row=self._choose,
+                )
+            with (
+                ui.element('div').classes('gw-card').style('max-height: 47vh; overflow: auto') as self._detail
+            ):
+                ui.label('Choose a topic to see its messages.').classes('gw-empty')
+        self._build_plot()
+
+    def _build_plot(self) -> None:
+        with ui.element('div').classes('gw-card gw-fill').style('min-height: 300px'):
+            with ui.element('div').classes('gw-head'):
+                head('Plot', 'show_chart')
+                self._names = ui.element('div').classes('gw-actions')
+                ui.element('div').classes('gw-spread')
+                ui.select(_SPANS, value=self._span, on_change=self._set_span).props(
+                    'outlined dense options-dense'
+                ).style('width: 92px')
+                self._pause = ui.button('Pause', icon='pause', on_click=self._toggle_pause).props(
+                    'flat dense no-caps data-pause'
+                )
+                ui.button('CSV', icon='download', on_click=self._save_csv).props(
+                    'flat dense no-caps data-csv'
+                )
+                ui.button('PNG', icon='image', on_click=self._save_png).props('flat dense no-caps data-png')
+            self._chart = ui.echart(_plot_options(dark=self.page.is_dark)).classes('gw-fill')
+            self._chart.style('width: 100%; min-height: 220px').props('data-plot')
+        self._put_names()
+
+    # -- the list --------------------------------------------------------------------------------------------
+
+    def _set_filter(self, event: Any) -> None:
+        self._filter = (event.value or '').lower()
+        self._tabled_at = 0.0
+
+    def refresh(self) -> None:
+        now = monotonic()
+        if now - self._tabled_at >= 1.0:
+            self._tabled_at = now
+            self._put_topics()
+        if self._reading is not None:
+            self._put_message(self._reading)
+        if self._paused_at is None and self._plots:
+            self._put_plot(now)
+
+    def _put_topics(self) -> None:
+        rates = self.session.topics.rates
+        rows = []
+        for name, types in self.node.graph.topics():
+            if self._filter not in f'{name} {types[0]}'.lower():
+                continue
+            rate = rates.get(name)
+            text = '' if rate is None else f'{rate:.1f} Hz' if rate < 1000 else f'{rate / 1000:.1f} kHz'
+            tone = {'tone': 'bad'} if len(types) > 1 else {}
+            short = ', '.join(types).replace('/msg/', '/')
+            cells = [
+                {'text': name, 'title': name},
+                {'text': short, 'title': ', '.join(types)},
+                {'text': text, 'sort': rate or 0.0},
+            ]
+            rows.append({'key': name, 'cells': cells, **tone})
+        self._table.put(rows)
+
+    # -- one topic -------------------------------------------------------------------------------------------
+
+    def _choose(self, name: str) -> None:
+        types = dict(self.node.graph.topics()).get(name)
+        if not types:
+            return
+        if self._reading is not None:
+            self._reading.close()
+            self._reading = None
+        self._topic, self._type = name, types[0]
+        self._table.choose(name)
+        self._detail.clear()
+        with self._detail:
+            with ui.element('div').classes('gw-head'):
+                ui.label(name).classes('gw-title gw-mono')
+                ui.label(self._type).classes('gw-chip')
+                ui.element('div').classes('gw-spread')
+                self._info = ui.label('').classes('gw-dim gw-small')
+                if self.settings.may_send(name):
+                    ui.button('Publish', icon='send', on_click=self._open_form).props(
+                        'flat dense no-caps data-open-publish'
+                    )
+            self._picture = ui.image().classes('gw-picture').props('no-spinner no-transition fit=contain')
+            self._picture.set_visibility(self._type in {IMAGE, COMPRESSED})
+            self._tree = ValueTree(empty='No message has come yet.', on_plot=self._plot)
+            self._form_box = ui.element('div').classes('gw-stack')
+            try:
+                self._reading = self.session.topics.read(name, self._type)
+            except GoalwireError as error:
+                ui.label(peer_text(error, 400)).classes('gw-problem')
+        self._shown_at = 0.0
+        self.page.refresh_soon()
+
+    def _put_message(self, reading: Reading) -> None:
+        reader = reading.reader
+        if reader.latest is None or reader.latest_at == self._shown_at:
+            return
+        self._shown_at = reader.latest_at
+        self._tree.put(as_data(reader.latest))
+        rate = self.session.topics.rates.get(self._topic)
+        self._info.set_text(f'{reader.count} messages' + ('' if rate is None else f', {rate:.1f} Hz'))
+        if self._type in {IMAGE, COMPRESSED}:
+            try:
+                self._picture.set_source(as_data_url(reader.latest))
+            except RemoteError as error:
+                self._info.set_text(str(error))
+
+    # -- publishing ------------------------------------------------------------------------------------------
+
+    def _open_form(self) -> None:
+        self._form_box.clear()
+        try:
+            target = self.session.sender.target('topic', self._topic, self._type)
+        except GoalwireError as error:
+            self.page.tell(peer_text(error), 'negative')
+            return
+        with self._form_box:
+            self._form = form = SendForm(self.page, target)
+            with ui.element('div').classes('gw-actions'):
+                form.send_button('Publish', 'data-publish', self._publish)
+                form.yaml_button()
+                form.copy_buttons()
+
+    async def _publish(self) -> None:
+        form = self._form
+        sending = None if form is None else await form.confirmed('Publish this message?', 'Publish')
+        if form is None or sending is None:
+            return
+        sent = await self.page.attempt(self.session.sender.publish_once(form.target, sending))
+        if sent is not None:
+            self.page.tell(sent.problem or 'Published', 'warning' if sent.problem else 'positive')
+
+    # -- the plot --------------------------------------------------------------------------------------------
+
+    def _plot(self, path: str) -> None:
+        name = f'{self._topic} {path}'
+        if len(self._plots) >= _MOST_SERIES or any(each.series.name == name for each in self._plots):
+            return
+        series = Series(name)
+
+        def take(message: Any, at: float) -> None:
+            for found, value in numbers_in(message):
+                if found == path:
+                    series.append(at, value)
+                    return
+
+        reading = self.session.topics.read(self._topic, self._type, take)
+        self._plots.append(Plotted(series, self._topic, path, reading))
+        self._put_names()
+        self.page.refresh_soon()
+
+    def _put_names(self) -> None:
+        self._names.clear()
+        with self._names:
+            if not self._plots:
+                ui.label('Press ∿ beside a number of a message to plot it.').classes('gw-dim gw-small')
+            for at, each in enumerate(self._plots):
+                colour = _PALETTE[at % len(_PALETTE)]
+                with ui.element('span').classes('gw-chip').props('data-series'):
+                    ui.element('span').style(
+                        f'width: 8px; height: 8px; border-radius: 4px; background: {colour}'
+                    )
+                    ui.label(each.series.name)
+                    ui.icon('close', size='13px').style('cursor: pointer').on(
+                        'click', lambda plotted=each: self._unplot(plotted)
+                    )
+
+    def _unplot(self, plotted: Plotted) -> None:
+        plotted.reading.close()
+        self._plots = [each for each in self._plots if each is not plotted]
+        self._put_names()
+        self._chart.run_chart_method('setOption', {'series': []}, {'replaceMerge': ['series']})
+
+    def _put_plot(self, now: float) -> None:
+        since, offset = now - self._span, wall_offset()
+        series = [
+            {
+                'id': each.series.name,
+                'name': each.series.name,
+                'type': 'line',
+                'showSymbol': False,
+                'lineStyle': {'width': 1.8},
+                'color': _PALETTE[at % len(_PALETTE)],
+                'data': [[round((t + offset) * 1000), v] for t, v in each.series.points(since)],
+            }
+            for at, each in enumerate(self._plots)
+        ]
+        bounds = {'min': round((since + offset) * 1000), 'max': round((now + offset) * 1000)}
+        self._chart.run_chart_method(
+            'setOption', {'xAxis': bounds, 'series': series}, {'replaceMerge': ['series'], 'lazyUpdate': True}
+        )
+
+    def _set_span(self, event: Any) -> None:
+        self._span = int(event.value)
+        if self._paused_at is not None:
+            self._put_plot(self._paused_at)
+
+    def _toggle_pause(self) -> None:
+        self._paused_at = monotonic() if self._paused_at is None else None
+        self._pause.set_text('Pause' if self._paused_at is None else 'Go on')
+        self._pause.props(f'icon={"pause" if self._paused_at is None else "play_arrow"}')
+
+    def _save_csv(self) -> None:
+        if not self._plots:
+            self.page.tell('Nothing is plotted: press ∿ beside a number.', 'info')
+            return
+        ui.download.content(
+            as_csv([each.series for each in self._plots], wall_offset()), 'plot.csv', 'text/csv'
+        )
+
+    def _save_png(self) -> None:
+        background = '#131c2b' if self.page.is_dark else '#ffffff'
+        ui.run_javascript(
+            f"""const a = document.createElement('a');
+            const chart = getElement({self._chart.id}).chart;
+            a.href = chart.getDataURL({{pixelRatio: 2, backgroundColor: '{background}'}});
+            a.download = 'plot.png'; a.click();"""
+        )
+
+    def set_dark(self, dark: bool) -> None:
+        self._chart.run_chart_method('setOption', _plot_options(dark=dark))
+
+    def close(self) -> None:
+        self.session.topics.stop_measuring()
+        if self._reading is not None:
+            self._reading.close()
+        for each in self._plots:
+            each.reading.close()
+
+
+def _plot_options(*, dark: bool) -> dict[str, Any]:
+    dim, line = ('#93a1b8', '#243146') if dark else ('#64748b', '#e2e8f0')
+    axis = {'axisLabel': {'color': dim, 'fontSize': 11}, 'axisLine': {'lineStyle': {'color': line}}}
+    return {
+        'animation': False,
+        'backgroundColor': 'transparent',
+        'grid': {'left': 12, 'right': 18, 'top': 12, 'bottom': 8, 'containLabel': True},
+        'tooltip': {'trigger': 'axis', 'renderMode': 'richText'},
+        'xAxis': {'type': 'time', 'splitLine': {'show': False}, **axis},
+        'yAxis': {'type': 'value', 'scale': True, 'splitLine': {'lineStyle': {'color': line}}, **axis},
+        'series': [],
+    }

@@ -1,0 +1,219 @@
+"""What every view is, and what a view may ask of the page it is on."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable
+from time import monotonic
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+
+from nicegui import Client, background_tasks, ui
+
+from goalwire.errors import FieldValueError, GoalwireError, peer_text
+
+if TYPE_CHECKING:
+    from goalwire.apps.console.session import Session
+
+Tone: TypeAlias = Literal['positive', 'negative', 'warning', 'info']
+
+_ANSWER_S = 5.0
+"""How long a browser may take to show one frame before it is asked again."""
+_ACKNOWLEDGE = 'return await new Promise(done => requestAnimationFrame(() => done(1)))'
+
+
+class View:
+    """One page of the page: built when it is chosen, closed when another one is."""
+
+    name = ''
+    title = ''
+    icon = ''
+    period = 0.5
+    """s between two refreshes, if the browser keeps up."""
+
+    def __init__(self, page: Page) -> None:
+        self.page = page
+        self.session: Session = page.session
+        self.settings = page.session.settings
+        self.node = page.session.node
+
+    def build(self) -> None:
+        """Make the view's elements."""
+
+    def refresh(self) -> None:
+        """Send what has changed."""
+
+    def set_dark(self, dark: bool) -> None:
+        """Choose colours, where an element has its own."""
+
+    def close(self) -> None:
+        """Let go of what was subscribed to."""
+
+
+class Page:
+    """One browser's page: which view it shows, and at which pace that is refreshed."""
+
+    def __init__(self, client: Client, session: Session) -> None:
+        self.client = client
+        self.session = session
+        self.robot = ''
+        """The namespace of the selected robot: views and STOP are about that one."""
+        self.is_dark = False
+        self.view: View | None = None
+        self.header: Callable[[], None] = lambda: None
+        self.trusted: set[tuple[str, str]] = set()
+        """Kind and name of what may be sent to without being asked again, until the page is closed."""
+        self.own_goals: set[tuple[str, str]] = set()
+        """Those that end with the page, since they were sent so."""
+        self.closed = False
+        self._changed = asyncio.Event()
+        self._follows = False
+
+    def follow_robots(self) -> None:
+        """Hear what becomes of the selected robot, until the page is closed."""
+        self._follows = True
+        self.session.select(self.robot)
+        self.session.listeners.add(self.refresh_soon)
+
+    def select_robot(self, namespace: str) -> None:
+        """Make another robot the one that the page is about."""
+        if namespace != self.robot:
+            before, self.robot = self.robot, namespace
+            self.session.select(namespace)
+            self.session.deselect(before)
+            self.refresh_soon()
+
+    def show(self, view: View, container: Any) -> None:
+        """Show another view."""
+        if self.view is not None:
+            self.view.close()
+        self.view = view
+        container.clear()
+        with container:
+            view.build()
+        self._changed.set()
+
+    async def pace(self) -> None:
+        """Refresh the view again and again, each time when the browser has shown the last refresh.
+
+        So at most one refresh is on its way: a browser that reads slowly, or not at all, is sent little, and
+        holds up nobody else. While it does not answer, it is sent the question alone.
+        """
+        await self.client.connected()
+        while not self.closed:
+            began = monotonic()
+            view = self.view
+            with self.client:
+                self._refresh(view)
+            while not await self._has_answered():
+                pass
+            left = (view.period if view else 0.5) - (monotonic() - began)
+            self._changed.clear()
+            try:
+                async with asyncio.timeout(max(left, 0.01)):
+                    await self._changed.wait()
+            except TimeoutError:
+                continue
+
+    async def _has_answered(self) -> bool:
+        """Wait for the browser's next frame; True where it came in time, or is not wanted any more."""
+        try:
+            await self.client.run_javascript(_ACKNOWLEDGE, timeout=_ANSWER_S)
+        except TimeoutError:
+            return self.closed
+        return True
+
+    def _refresh(self, view: View | None) -> None:
+        try:
+            self.header()
+            if view is not None:
+                view.refresh()
+        except GoalwireError as error:
+            self.session.node.logger.warning(f'the page: {peer_text(error)}', throttle_duration_sec=5.0)
+
+    def refresh_soon(self) -> None:
+        """Refresh the view at once."""
+        self._changed.set()
+
+    def close(self) -> None:
+        """The browser has gone. Goals go on, but for those that were sent to end with the page."""
+        if self._follows:
+            self._follows = False
+            self.session.listeners.discard(self.refresh_soon)
+            self.session.deselect(self.robot)
+        self.closed = True
+        self._changed.set()
+        if self.view is not None:
+            self.view.close()
+            self.view = None
+        for action, goal_id in self.own_goals:
+            goal = self.session.goals.get(action, goal_id)
+            if goal is not None and goal.is_active:
+                background_tasks.create(self._cancel(action, goal_id))
+
+    async def _cancel(self, action: str, goal_id: str) -> None:
+        try:
+            await self.session.sender.cancel(action, goal_id)
+        except GoalwireError as error:
+            self.session.node.logger.warning(f"a goal of '{action}' was not cancelled: {peer_text(error)}")
+
+    # -- talking to the user ---------------------------------------------------------------------------------
+
+    async def attempt(self, work: Awaitable[Any]) -> Any:
+        """Await something and return what it does; what goes wrong is told, and None returned."""
+        try:
+            return await work
+        except FieldValueError as error:
+            self.tell(str(error), 'warning')
+        except (GoalwireError, TypeError, ValueError) as error:
+            self.tell(peer_text(error, 400), 'negative')
+        return None
+
+    def tell(self, text: str, kind: Tone = 'positive') -> None:
+        """Show a line for some seconds, as text."""
+        with self.client:
+            ui.notify(
+                text,
+                type=kind,
+                position='bottom-right',
+                multi_line=len(text) > 90,
+                html=False,
+                textColor='white',
+            )
+
+    async def confirm(
+        self, kind: str, name: str, title: str, text: str, button: str = 'Send', *, may_trust: bool = True
+    ) -> bool:
+        """Ask once before something is sent; True where it may be. `text` shows what it is.
+
+        With `may_trust` the user may say not to be asked again for this kind and name.
+        """
+        if (kind, name) in self.trusted:
+            return True
+        with self.client, ui.dialog() as dialog, ui.card().classes('gw-confirm'):
+            ui.label(title).classes('gw-title')
+            ui.label(name).classes('gw-dim gw-mono')
+            if text.strip():
+                ui.label(text).classes('gw-code').style('width: 100%').props('data-confirm')
+            again = ui.checkbox('Do not ask again for this name while the page is open')
+            again.set_visibility(may_trust)
+            with ui.row().classes('gw-actions').style('width: 100%; justify-content: flex-end'):
+                ui.button('Cancel', on_click=lambda: dialog.submit(False)).props('flat dense no-caps')
+                ui.button(button, on_click=lambda: dialog.submit(True)).props(
+                    'unelevated dense no-caps color=primary data-send padding="4px 14px"'
+                )
+        with self.client:
+            answer = await dialog
+        if answer and again.value:
+            self.trusted.add((kind, name))
+        dialog.clear()
+        dialog.delete()
+        return bool(answer)
+
+
+def duration(seconds: float) -> str:
+    """Return a duration as people read it."""
+    if seconds < 1e-3:
+        return f'{seconds * 1e6:.0f} µs'
+    if seconds < 1:
+        return f'{seconds * 1e3:.1f} ms'
+    return f'{seconds:.2f} s' if seconds < 100 else f'{seconds:.0f} s'

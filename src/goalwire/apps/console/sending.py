@@ -1,0 +1,261 @@
+"""Everything that leaves the console: calls, messages, goals, cancels; `Settings` says to whom.
+
+Goals are sent by the three services of an action, not by `Node.action`: a run of that ends with its block,
+while a goal of the console outlives the browser, and the console itself.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import os
+from collections import deque
+from collections.abc import Mapping
+from time import monotonic, perf_counter
+from typing import Any
+
+import goalwire
+from goalwire.apps.console.form_model import FormField, check, defaults_of, filled, form_of, without_defaults
+from goalwire.apps.console.goal_table import GoalTable, TrackedGoal
+from goalwire.apps.console.measuring import Latencies
+from goalwire.apps.console.settings import Settings
+from goalwire.apps.console.snippets import Sending
+from goalwire.apps.console.types import as_data, full_data, interface
+from goalwire.errors import peer_text
+from goalwire.records import record
+
+HISTORY = 50
+RESULT_S = 10.0
+"""How long the result of a goal that has ended may take to come."""
+CANCEL_S = 10.0
+_PARTS = {'service': 'Request', 'action': 'Goal', 'topic': ''}
+
+
+@record
+class Sent:
+    """What was sent once, and what came of it."""
+
+    at: float
+    """When, by the monotonic clock."""
+    sending: Sending
+    answer: Mapping[str, Any] | None = None
+    problem: str = ''
+    seconds: float = 0.0
+
+
+class Target:
+    """A service, action or topic that can be sent to, with its form."""
+
+    def __init__(self, kind: str, name: str, type_name: str) -> None:
+        """Raises UnknownInterfaceError, and what its definition raises."""
+        self.kind = kind
+        self.name = name
+        self.type_name = type_name
+        self.cls = interface(type_name)
+        part = _PARTS[kind]
+        self.message_class = getattr(self.cls, part) if part else self.cls
+        self.fields: tuple[FormField, ...] = form_of(f'{type_name}_{part}' if part else type_name)
+        self.defaults = defaults_of(self.fields, self.message_class())
+
+    def sending(self, values: Mapping[str, Any], timeout: float | None = None, attempts: int = 1) -> Sending:
+        """Return what would be sent. Raises FieldValueError where the values do not fit."""
+        checked = check(self.fields, values)
+        different = without_defaults(checked, full_data(self.message_class()))
+        return Sending(self.kind, self.name, self.type_name, self.fields, different, timeout, attempts)
+
+    def message(self, sending: Sending, now: Any) -> Any:
+        """Return the message; `now` is the time that 'now' stands for. Raises FieldValueError."""
+        return filled(self.message_class, sending.values, now)
+
+
+class Sender:
+    """Sends, for all browsers."""
+
+    def __init__(self, node: goalwire.Node, settings: Settings, goals: GoalTable) -> None:
+        self._node = node
+        self._settings = settings
+        self._goals = goals
+        self._clients: dict[tuple[str, str, goalwire.Retry | None], goalwire.Client[Any, Any]] = {}
+        self._publishers: dict[tuple[str, str], goalwire.Publisher[Any]] = {}
+        self._tasks: set[asyncio.Task[None]] = set()
+        self._awaited: set[tuple[str, str]] = set()
+        self.history: dict[tuple[str, str], deque[Sent]] = {}
+        """By kind and name, the latest last."""
+        self.latencies: dict[str, Latencies] = {}
+        """By service."""
+
+    def target(self, kind: str, name: str, type_name: str) -> Target:
+        """Return what can be sent to; raises UnknownInterfaceError."""
+        return Target(kind, name, type_name)
+
+    def _now(self) -> Any:
+        return self._node.clock.now().to_msg()
+
+    def _note(self, sent: Sent) -> Sent:
+        key = (sent.sending.kind, sent.sending.name)
+        self.history.setdefault(key, deque(maxlen=HISTORY)).append(sent)
+        return sent
+
+    # -- services --------------------------------------------------------------------------------------------
+
+    async def call(self, target: Target, sending: Sending) -> Sent:
+        """Call a service; how it fails is in the answer. Raises NotAllowedError and FieldValueError."""
+        self._settings.check_may_send(target.name)
+        request = target.message(sending, self._now())
+        client = self.client(target.cls, target.name, target.type_name, sending.retry)
+        began, at = perf_counter(), monotonic()
+        try:
+            response = await client.call(request, timeout=sending.timeout)
+        except goalwire.GoalwireError as error:
+            return self._note(
+                Sent(at, sending, problem=peer_text(_told(error)), seconds=perf_counter() - began)
+            )
+        seconds = perf_counter() - began
+        self.latencies.setdefault(target.name, Latencies()).note(seconds)
+        return self._note(Sent(at, sending, as_data(response), seconds=seconds))
+
+    def client(
+        self, cls: Any, name: str, type_name: str, retry: goalwire.Retry | None = None
+    ) -> goalwire.Client[Any, Any]:
+        """Return the console's client of a service, made when it is first asked for.
+
+        It checks no permission: what only looks, at parameters and results, is not sending.
+        """
+        key = (name, type_name, retry)
+        if key not in self._clients:
+            self._clients[key] = self._node.client(cls, name, retry=retry)
+        return self._clients[key]
+
+    # -- topics ----------------------------------------------------------------------------------------------
+
+    def publish(self, target: Target, sending: Sending) -> Sent:
+        """Publish a message. Raises NotAllowedError, FieldValueError, EncodeError."""
+        self._settings.check_may_send(target.name)
+        message = target.message(sending, self._now())
+        self.publisher(target).publish(message)
+        return self._note(Sent(monotonic(), sending))
+
+    async def publish_once(self, target: Target, sending: Sending, patience: float = 2.0) -> Sent:
+        """Publish when a subscription has been found, or after `patience` s; raises as `publish`."""
+        self._settings.check_may_send(target.name)
+        try:
+            await self.publisher(target).wait_for_subscribers(timeout=patience)
+        except goalwire.DeadlineError:
+            sent = self.publish(target, sending)
+            return Sent(sent.at, sent.sending, problem='published, and nobody subscribes to it')
+        return self.publish(target, sending)
+
+    def publisher(self, target: Target) -> goalwire.Publisher[Any]:
+        """Return the console's publisher of a topic; raises NotAllowedError."""
+        self._settings.check_may_send(target.name)
+        key = (target.name, target.type_name)
+        if key not in self._publishers:
+            self._publishers[key] = self._node.publisher(target.cls, target.name)
+        return self._publishers[key]
+
+    # -- actions ---------------------------------------------------------------------------------------------
+
+    async def send_goal(self, target: Target, sending: Sending) -> TrackedGoal:
+        """Send a goal and return it when the server has answered; its `problem` says why it was refused.
+
+        With a timeout the goal is cancelled when that is over. Raises NotAllowedError, FieldValueError.
+        """
+        self._settings.check_may_send(target.name)
+        message = target.message(sending, self._now())
+        service = target.cls.Impl.SendGoalService
+        goal_id = os.urandom(16)
+        request = service.Request(goal=message)
+        request.goal_id.uuid = list(goal_id)
+        goal = self._goals.note_sent(target.name, goal_id.hex(), as_data(message), monotonic())
+        client = self.client(service, f'{target.name}/_action/send_goal', f'{target.type_name}_SendGoal')
+        try:
+            answer = await client.call(request, timeout=min(sending.timeout or 10.0, 10.0))
+        except goalwire.GoalwireError as error:
+            self._goals.end(goal, 'UNKNOWN', peer_text(_told(error)), monotonic())
+            self._note(Sent(monotonic(), sending, problem=goal.problem))
+            return goal
+        if not answer.accepted:
+            self._goals.end(goal, 'ABORTED', 'the server refused the goal', monotonic())
+        else:
+            goal.move('ACCEPTED', monotonic())
+            self._goals.changed()
+            self._in_background(self._await_result(target.cls, target.type_name, goal, sending.timeout))
+        self._note(Sent(monotonic(), sending, problem=goal.problem))
+        return goal
+
+    async def _await_result(self, cls: Any, type_name: str, goal: TrackedGoal, limit: float | None) -> None:
+        """Ask for the result at once, as action clients do: it comes when the goal has ended."""
+        key = (goal.action, goal.goal_id)
+        self._awaited.add(key)
+        try:
+            async with asyncio.timeout(limit):
+                await self._take_result(cls, type_name, goal, None)
+        except TimeoutError:
+            goal.problem = f'it did not end within {limit} s: it is cancelled'
+            self._goals.changed()
+            await self.cancel(goal.action, goal.goal_id)
+            await self._take_result(cls, type_name, goal, RESULT_S)
+        finally:
+            self._awaited.discard(key)
+
+    async def _take_result(self, cls: Any, type_name: str, goal: TrackedGoal, limit: float | None) -> None:
+        service = cls.Impl.GetResultService
+        request = service.Request()
+        request.goal_id.uuid = list(bytes.fromhex(goal.goal_id))
+        client = self.client(service, f'{goal.action}/_action/get_result', f'{type_name}_GetResult')
+        try:
+            answer = await client.call(request, timeout=limit)
+        except goalwire.GoalwireError as error:
+            if goal.is_active:
+                self._goals.end(goal, 'UNKNOWN', peer_text(_told(error)), monotonic())
+            return
+        statuses = {4: 'SUCCEEDED', 5: 'CANCELED', 6: 'ABORTED'}
+        if answer.status in statuses:
+            goal.result = as_data(answer.result)
+            goal.move(statuses[answer.status], monotonic())
+        elif goal.is_active:
+            goal.problem = goal.problem or 'the server does not know the goal any more'
+            goal.move('UNKNOWN', monotonic())
+        self._goals.changed()
+
+    def fetch_result(self, type_name: str, goal: TrackedGoal) -> None:
+        """Ask for the result of a goal that has ended, whoever has sent it."""
+        if goal.result is None and (goal.action, goal.goal_id) not in self._awaited:
+            self._in_background(self._take_result(interface(type_name), type_name, goal, RESULT_S))
+
+    async def cancel(self, action: str, goal_id: str = '', before: float = 0.0) -> list[str]:
+        """Cancel one goal, those accepted at or before a time, or (neither given) all; return their ids.
+
+        Raises NotAllowedError, and goalwire's own errors where nobody answers.
+        """
+        from action_msgs.srv import CancelGoal
+
+        self._settings.check_may_send(action)
+        request = CancelGoal.Request()
+        if goal_id:
+            request.goal_info.goal_id.uuid = list(bytes.fromhex(goal_id))
+        request.goal_info.stamp.sec = int(before)
+        request.goal_info.stamp.nanosec = int(before % 1 * 1e9)
+        client = self.client(CancelGoal, f'{action}/_action/cancel_goal', 'action_msgs/srv/CancelGoal')
+        answer = await client.call(request, timeout=CANCEL_S)
+        return [bytes(goal.goal_id.uuid).hex() for goal in answer.goals_canceling]
+
+    # -- its end ---------------------------------------------------------------------------------------------
+
+    def _in_background(self, coroutine: Any) -> None:
+        task = asyncio.get_running_loop().create_task(coroutine)
+        self._tasks.add(task)
+        task.add_done_callback(self._ended)
+
+    def _ended(self, task: asyncio.Task[None]) -> None:
+        self._tasks.discard(task)
+        if not task.cancelled() and (error := task.exception()) is not None:
+            self._node.logger.error(f'the console failed: {error!r}')
+
+    def close(self) -> None:
+        """Wait for no more results; the goals go on."""
+        for task in self._tasks:
+            task.cancel()
+
+
+def _told(error: BaseException) -> str:
+    return f'{type(error).__name__}: {error}'

@@ -1,0 +1,243 @@
+"""Serves the page from the node's own loop, until it is cancelled."""
+
+from __future__ import annotations
+
+import asyncio
+import errno
+import logging
+import os
+import re
+import socket
+import sys
+import traceback
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import partial
+
+import h11
+import uvicorn
+from fastapi import FastAPI
+from uvicorn.protocols.http.h11_impl import H11Protocol
+
+import goalwire
+from goalwire.apps.console.addresses import is_every_interface
+from goalwire.apps.console.guard import MOST_BYTES, Guard
+from goalwire.apps.console.page.shell import install, is_full
+from goalwire.apps.console.session import Session
+from goalwire.apps.console.settings import Settings
+from goalwire.errors import TransportError, peer_text
+
+_GRACE_S = 2
+"""How long browsers have to go when the console ends."""
+
+
+HEAD_S = 10.0
+"""How long the head of a request may take to come."""
+MOST_HEAD_BYTES = 64 << 10
+"""How long the head of a request may be: its first line, its headers, and the empty line."""
+_END_OF_HEAD = re.compile(rb'\n\r?\n')
+_FAREWELL_S = 1.0
+"""How long a client whose request was refused may take to read that, before its connection is closed."""
+_LOGGERS = ('uvicorn', 'nicegui', 'engineio', 'socketio', 'asyncio')
+
+
+class _OneLine(logging.Handler):
+    """Has the node's logger say in one line what the web server logs.
+
+    Whoever reaches the port can make that log: no traceback for each malformed frame. With
+    GOALWIRE_FULL_TRACEBACKS=1 there is one.
+    """
+
+    def __init__(self, node: goalwire.Node) -> None:
+        super().__init__(logging.WARNING)
+        self._node = node
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Log a record."""
+        text = record.getMessage()
+        error = record.exc_info[1] if record.exc_info else None
+        if error is not None:
+            frames = traceback.extract_tb(error.__traceback__)
+            place = f' at {frames[-1].filename}:{frames[-1].lineno}' if frames else ''
+            text = f'{text.splitlines()[0] if text else ""}: {error!r}{place}'
+            if os.environ.get('GOALWIRE_FULL_TRACEBACKS') == '1':
+                traceback.print_exception(error)
+        self._node.logger.warning(f'web server: {peer_text(text, 500)}', throttle_duration_sec=0.2)
+
+
+@contextmanager
+def _logged_by(node: goalwire.Node) -> Iterator[None]:
+    handler = _OneLine(node)
+    loggers = [logging.getLogger(name) for name in _LOGGERS]
+    for name in ('engineio.server', 'socketio.server'):
+        logging.getLogger(name).handlers.clear()  # theirs print tracebacks
+    for logger in loggers:
+        logger.addHandler(handler)
+        logger.propagate = False
+    try:
+        yield
+    finally:
+        for logger in loggers:
+            logger.removeHandler(handler)
+            logger.propagate = True
+
+
+class _Connection(h11.Connection):
+    """Refuses a head that is too large. h11 itself does so only while the head is incomplete."""
+
+    def __init__(self) -> None:
+        super().__init__(h11.SERVER, MOST_HEAD_BYTES)
+
+    def next_event(self) -> type[h11.NEED_DATA | h11.PAUSED] | h11.Event:
+        """Return what was received. Raises RemoteProtocolError."""
+        if self.their_state is h11.IDLE:
+            received, _ = self.trailing_data
+            end = _END_OF_HEAD.search(received)
+            if (len(received) if end is None else end.end()) > MOST_HEAD_BYTES:
+                raise h11.RemoteProtocolError('the head is too large', error_status_hint=431)
+        return super().next_event()
+
+
+class _Http(H11Protocol):
+    """Refuses heads that are too large, and closes connections whose head does not come in time.
+
+    uvicorn would wait for ever. It is uvicorn's HTTP with h11, for the one with httptools takes heads of any
+    size. A request that becomes a web socket comes in here, too.
+    """
+
+    _timer: asyncio.TimerHandle | None = None
+    _is_refused = False
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        super().connection_made(transport)
+        self.conn = _Connection()
+        self._await_head()
+
+    def data_received(self, data: bytes) -> None:
+        if self._is_refused:
+            return  # to close with data unread would take the answer away from the client
+        super().data_received(data)
+        self._await_head()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        self._set_timer(None)
+        super().connection_lost(exc)
+
+    def send_400_response(self, msg: str) -> None:
+        """Answer what h11 does not take: uvicorn calls it while it handles h11's error."""
+        error = sys.exception()
+        if not isinstance(error, h11.RemoteProtocolError) or error.error_status_hint != 431:
+            super().send_400_response(msg)
+            return
+        self._is_refused = True
+        text = f'a head of more than {MOST_HEAD_BYTES} bytes\n'.encode()
+        self.transport.write(
+            b'HTTP/1.1 431 Request Header Fields Too Large\r\nContent-Type: text/plain; charset=utf-8\r\n'
+            b'Connection: close\r\nContent-Length: %d\r\n\r\n%b' % (len(text), text)
+        )
+        if self.transport.can_write_eof():
+            self.transport.write_eof()
+        self._set_timer(self.loop.call_later(_FAREWELL_S, self.transport.close))
+
+    def _await_head(self) -> None:
+        if self._is_refused:
+            return
+        if self.conn.their_state is not h11.IDLE:
+            self._set_timer(None)
+        elif self._timer is None:
+            self._set_timer(self.loop.call_later(HEAD_S, self.transport.close))
+
+    def _set_timer(self, timer: asyncio.TimerHandle | None) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+        self._timer = timer
+
+
+class _Server(uvicorn.Server):
+    """Says when it has started, and leaves signals to the command that runs it."""
+
+    def __init__(self, config: uvicorn.Config) -> None:
+        super().__init__(config)
+        self.taking = asyncio.Event()
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        await super().startup(sockets)
+        self.taking.set()
+
+    @contextmanager
+    def capture_signals(self) -> Iterator[None]:
+        yield
+
+
+async def serve(node: goalwire.Node, settings: Settings, ready: Callable[[list[str]], object]) -> None:
+    """Serve the page; `ready` is told its addresses when it can be opened, as `Settings.urls` has them.
+
+    Once in a process, for the page's routes are the process's. Raises TransportError where the port is taken
+    or the TLS files cannot be read.
+    """
+    listener = _listen(settings)
+    with listener, _logged_by(node):
+        port = listener.getsockname()[1]
+        async with Session(node, settings) as session:
+            application = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
+            install(application, session)
+            server = _Server(_config(application, settings, node))
+            serving = asyncio.get_running_loop().create_task(server.serve(sockets=[listener]))
+            try:
+                taking = asyncio.get_running_loop().create_task(server.taking.wait())
+                await asyncio.wait([taking, serving], return_when=asyncio.FIRST_COMPLETED)
+                if not taking.done():
+                    taking.cancel()
+                    raise TransportError('the page cannot be served: see the lines above')
+                ready(settings.urls(port))
+                await asyncio.shield(serving)
+            finally:
+                server.should_exit = True
+                await asyncio.wait([serving])
+
+
+def _listen(settings: Settings) -> socket.socket:
+    family = socket.AF_INET6 if ':' in settings.host else socket.AF_INET
+    takes_both = (
+        family is socket.AF_INET6 and is_every_interface(settings.host) and socket.has_dualstack_ipv6()
+    )
+    listen = partial(socket.create_server, family=family, backlog=128, dualstack_ipv6=takes_both)
+    try:
+        try:
+            return listen((settings.host, settings.port))
+        except OSError as error:
+            if error.errno != errno.EADDRINUSE or not settings.takes_any_port:
+                raise
+            return listen((settings.host, 0))
+    except (OSError, OverflowError) as error:
+        reason = getattr(error, 'strerror', None) or error
+        raise TransportError(
+            f'cannot serve the page on {settings.host}:{settings.port}: {reason}; choose another --port'
+        ) from None
+
+
+def _config(application: FastAPI, settings: Settings, node: goalwire.Node) -> uvicorn.Config:
+    config = uvicorn.Config(
+        Guard(application, settings, is_full, node.logger.debug),  # type: ignore[arg-type, unused-ignore] # the same thing, typed alike
+        log_config=None,
+        log_level='warning',
+        access_log=False,
+        server_header=False,
+        ws_max_size=MOST_BYTES,
+        ws_per_message_deflate=False,  # it costs more than it saves, and a small message could be a large one
+        ws_ping_interval=20,
+        http=_Http,
+        limit_concurrency=400,
+        timeout_graceful_shutdown=_GRACE_S,
+        proxy_headers=False,
+        ssl_certfile=settings.tls_cert or None,
+        ssl_keyfile=settings.tls_key or None,
+        ssl_keyfile_password='-',  # noqa: S106 - a key with a password is refused; OpenSSL would ask for it
+    )
+    try:
+        config.load()
+    except OSError as error:
+        raise TransportError(
+            f'the TLS files cannot be used: {error}; give --tls-cert and --tls-key'
+        ) from None
+    return config

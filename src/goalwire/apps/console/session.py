@@ -1,0 +1,178 @@
+"""What all browsers share: the node, what it has seen, and what it sends."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import Counter
+from collections.abc import Callable, Iterable
+from contextlib import suppress
+from itertools import count
+from typing import Self
+
+import goalwire
+from goalwire.aio.graph import GraphProblem
+from goalwire.apps.console.goal_table import GoalTable
+from goalwire.apps.console.goal_watch import GoalWatch
+from goalwire.apps.console.logs import LogBook
+from goalwire.apps.console.ownership import may_move
+from goalwire.apps.console.robot_model import Meshes
+from goalwire.apps.console.robot_watch import RobotWatch, namespaces
+from goalwire.apps.console.sending import Sender
+from goalwire.apps.console.settings import Settings
+from goalwire.apps.console.stopping import Answer, Listener, release, stop
+from goalwire.apps.console.topics import Reading, Topics
+from goalwire.apps.console.vitals import Vitals
+
+_TICK_S = 0.2
+_TICKS_OF_RATES = 5
+
+
+class Session:
+    """`async with` it: it follows goals and logs from the beginning, the rest when a browser asks."""
+
+    def __init__(self, node: goalwire.Node, settings: Settings) -> None:
+        self.node = node
+        self.settings = settings
+        self.topics = Topics(node)
+        self.goals = GoalTable()
+        self.sender = Sender(node, settings, self.goals)
+        self.goal_watch = GoalWatch(node, self.goals, self.sender)
+        self.logs = LogBook()
+        self.meshes = Meshes()
+        self.vitals: dict[str, Vitals] = {}
+        """By namespace: of the robots that are there, and of gone ones that a page has selected.
+
+        Without any, '' stands for everything on the wire.
+        """
+        self.listeners: set[Callable[[], object]] = set()
+        """Called when what is to be seen of an emergency stop has changed."""
+        self._robots: dict[str, tuple[RobotWatch, int]] = {}
+        self._selected: Counter[str] = Counter()
+        self._log_reading: Reading | None = None
+        self._tasks: list[asyncio.Task[None]] = []
+
+    async def __aenter__(self) -> Self:
+        history = goalwire.QoS(depth=1000, durability=goalwire.DurabilityPolicy.TRANSIENT_LOCAL)
+        self._log_reading = self.topics.read('/rosout', 'rcl_interfaces/msg/Log', self.logs.take, history)
+        self._look()
+        loop = asyncio.get_running_loop()
+        self._tasks = [loop.create_task(self._follow_graph()), loop.create_task(self._tick())]
+        return self
+
+    async def __aexit__(self, *_error: object) -> None:
+        for task in self._tasks:
+            task.cancel()
+        for task in self._tasks:
+            with suppress(asyncio.CancelledError):
+                await task
+        self.sender.close()
+        self.goal_watch.close()
+        for watch, _ in self._robots.values():
+            watch.close()
+        for vitals in self.vitals.values():
+            vitals.close()
+        self.topics.close()
+
+    async def _follow_graph(self) -> None:
+        async for _ in self.node.graph.changes():
+            self._look()
+            await asyncio.sleep(0.1)  # many changes come together when programs start
+
+    def _look(self) -> None:
+        self.goal_watch.look()
+        for watch, _ in self._robots.values():
+            watch.look()
+        self._look_at_robots()
+
+    def _look_at_robots(self) -> None:
+        there = self.robot_names()
+        gone = {name for name in self._selected if name in self.vitals and self.vitals[name].was_there}
+        wanted = {*there, *gone} or {''}
+        for name in self.vitals.keys() - wanted:
+            self.vitals.pop(name).close()
+        for name in sorted(wanted):
+            if name not in self.vitals:
+                self.vitals[name] = Vitals(self.node, self.topics, name, self._tell)
+            self.vitals[name].was_there |= name in there
+            self.vitals[name].look(wanted)
+        self._tell()
+
+    def _tell(self) -> None:
+        for listener in list(self.listeners):
+            listener()
+
+    async def _tick(self) -> None:
+        for tick in count(1):
+            await asyncio.sleep(_TICK_S)
+            for vitals in self.vitals.values():
+                vitals.tick()
+            if tick % _TICKS_OF_RATES == 0:
+                await self.topics.measure()
+
+    def problems(self) -> list[GraphProblem]:
+        """Return what does not go together, but for what this console itself looks at."""
+        own = self.node.name
+        found = self.node.graph.problems()
+        return [each for each in found if all(end.node.qualified != own for end in each.endpoints)]
+
+    # -- robots ----------------------------------------------------------------------------------------------
+
+    def robot_names(self) -> list[str]:
+        """Return the namespaces of the robots that are there."""
+        graph = self.node.graph
+        return namespaces([(name, types) for name, types in graph.topics() if graph.publishers(name)])
+
+    def select(self, namespace: str) -> None:
+        """Keep an eye on a robot, also when it has gone, until `deselect` as often."""
+        self._selected[namespace] += 1
+        self._look_at_robots()
+
+    def may_move(self, name: str, robot: str) -> bool:
+        """Return whether what is sent to that name moves this robot, and no other one."""
+        return may_move(name, robot, self.vitals)
+
+    def deselect(self, namespace: str) -> None:
+        """One page less has selected it."""
+        self._selected[namespace] -= 1
+        if not self._selected[namespace]:
+            del self._selected[namespace]
+        self._look_at_robots()
+
+    def watch_robot(self, namespace: str) -> RobotWatch:
+        """Follow a robot, until `leave_robot` as often."""
+        watch, users = self._robots.get(namespace, (None, 0))
+        if watch is None:
+            watch = RobotWatch(self.node, self.topics, namespace)
+            watch.look()
+        self._robots[namespace] = (watch, users + 1)
+        return watch
+
+    def leave_robot(self, watch: RobotWatch) -> None:
+        """One party less follows it."""
+        known, users = self._robots[watch.namespace]
+        if users > 1:
+            self._robots[watch.namespace] = (known, users - 1)
+        else:
+            del self._robots[watch.namespace]
+            watch.close()
+
+    # -- stopping --------------------------------------------------------------------------------------------
+
+    async def stop(self, robots: Iterable[str], tell: Listener) -> None:
+        """Call every emergency stop of robots, all at once, and tell each answer. It never asks.
+
+        Raises NotAllowedError where the console is read-only. An allow-list does not hold it up.
+        """
+        if self.settings.read_only:
+            self.settings.check_may_send('')
+        await stop(self.node, [self.vitals[name] for name in robots if name in self.vitals], tell)
+
+    def check_may_release(self, robot: str) -> None:
+        """Raise NotAllowedError if this console may not release a robot: that lets it move."""
+        for service in self.vitals[robot].emergency.can_release:
+            self.settings.check_may_send(service.name)
+
+    async def release(self, robot: str) -> list[Answer]:
+        """Call what releases a robot, and return the answers. Raises NotAllowedError."""
+        self.check_may_release(robot)
+        return await release(self.node, self.vitals[robot])

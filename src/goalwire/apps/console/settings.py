@@ -1,0 +1,85 @@
+"""What the command line decides: where the page is served, who may look, and what may be sent."""
+
+from __future__ import annotations
+
+import secrets
+from fnmatch import fnmatchcase
+from ipaddress import ip_address
+
+from goalwire.apps.console.addresses import addresses_on_networks, is_every_interface
+from goalwire.errors import NotAllowedError
+from goalwire.records import record
+
+DEFAULT_PORT = 8420
+
+
+@record
+class Settings:
+    """As `goalwire console` was started."""
+
+    host: str = '127.0.0.1'
+    port: int = DEFAULT_PORT
+    token: str = ''
+    """'' where everybody who reaches the port may look: on loopback alone."""
+    tls_cert: str = ''
+    tls_key: str = ''
+    read_only: bool = False
+    allow: tuple[str, ...] = ()
+    """Patterns of names that may be sent to; none: all."""
+    takes_any_port: bool = False
+    """True if any free port will do when `port` is taken."""
+
+    @property
+    def is_loopback(self) -> bool:
+        """Whether only this machine reaches the page."""
+        return is_loopback(self.host)
+
+    @property
+    def scheme(self) -> str:
+        """Of the page's address."""
+        return 'https' if self.tls_cert else 'http'
+
+    def urls(self, port: int) -> list[str]:
+        """Return the addresses to open, with the token if there is one: the first is for this machine.
+
+        More follow if the page is served on all interfaces.
+        """
+        if is_every_interface(self.host):
+            hosts = ['localhost', *addresses_on_networks(self.host)]
+        else:
+            hosts = ['localhost' if self.host == '127.0.0.1' else self.host]
+        query = f'?token={self.token}' if self.token else ''
+        return [f'{self.scheme}://{f"[{host}]" if ":" in host else host}:{port}/{query}' for host in hosts]
+
+    def check_may_send(self, name: str) -> None:
+        """Raise NotAllowedError where a topic, service, action or node of that name is not to be sent to."""
+        if self.read_only:
+            raise NotAllowedError('this console is read-only (--read-only): nothing was sent')
+        if self.allow and not any(fnmatchcase(name, pattern) for pattern in self.allow):
+            raise NotAllowedError(
+                f"this console may not send to '{name}' (--allow {' --allow '.join(self.allow)}): "
+                'nothing was sent'
+            )
+
+    def may_send(self, name: str) -> bool:
+        """Return whether `check_may_send` lets it pass."""
+        try:
+            self.check_may_send(name)
+        except NotAllowedError:
+            return False
+        return True
+
+
+def is_loopback(host: str) -> bool:
+    """Return whether a host's name or address means this machine alone."""
+    if host == 'localhost':
+        return True
+    try:
+        return ip_address(host).is_loopback
+    except ValueError:
+        return False
+
+
+def new_token() -> str:
+    """Return a token that nobody guesses."""
+    return secrets.token_urlsafe(24)

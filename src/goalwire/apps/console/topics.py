@@ -1,0 +1,214 @@
+"""Topics: how often messages come, and the messages themselves for whoever looks, once for all browsers."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from contextlib import suppress
+from time import monotonic, time_ns
+from typing import Any
+
+import goalwire
+from goalwire.apps.console.measuring import Rate
+from goalwire.apps.console.types import interface
+from goalwire.errors import UnknownInterfaceError
+from goalwire.rules.qos import suiting
+
+HEAVY = frozenset(
+    {
+        'sensor_msgs/msg/Image',
+        'sensor_msgs/msg/CompressedImage',
+        'sensor_msgs/msg/PointCloud',
+        'sensor_msgs/msg/PointCloud2',
+        'nav_msgs/msg/OccupancyGrid',
+    }
+)
+"""Types whose topics are not subscribed to for their rate alone."""
+_READ_DEPTH = 100
+
+Listener = Callable[[Any, float], object]
+"""Hears of each message, and of when it came, by the monotonic clock."""
+
+
+def _suiting(node: goalwire.Node, topic: str, depth: int) -> goalwire.QoS:
+    return suiting([publisher.qos for publisher in node.graph.publishers(topic)], depth)
+
+
+class Reader:
+    """One subscription for all who listen to a topic. What comes is decoded once."""
+
+    def __init__(
+        self, node: goalwire.Node, topic: str, type_name: str, qos: goalwire.QoS | None = None
+    ) -> None:
+        """Raises UnknownInterfaceError."""
+        self.topic = topic
+        self.type_name = type_name
+        self.latest: Any = None
+        self.latest_at = 0.0
+        self.count = 0
+        self.listeners: list[Listener] = []
+        self._subscription: goalwire.Subscription[Any] = node.subscription(
+            interface(type_name), topic, qos=qos or _suiting(node, topic, _READ_DEPTH)
+        )
+        self._task = asyncio.get_running_loop().create_task(self._follow())
+
+    async def _follow(self) -> None:
+        async for message in self._subscription:
+            now = monotonic()
+            self.latest, self.latest_at = message, now
+            self.count += 1
+            for listener in list(self.listeners):
+                listener(message, now)
+
+    def close(self) -> None:
+        """Listen no more."""
+        self._task.cancel()
+        self._subscription.close()
+
+
+class Reading:
+    """One party's use of a reader; `close` ends it."""
+
+    def __init__(self, topics: Topics, reader: Reader, listener: Listener | None) -> None:
+        self._topics = topics
+        self._listener = listener
+        self.reader = reader
+        self.closed = False
+        if listener is not None:
+            reader.listeners.append(listener)
+            if reader.latest is not None:
+                listener(reader.latest, reader.latest_at)
+
+    def close(self) -> None:
+        """Idempotent."""
+        if self.closed:
+            return
+        self.closed = True
+        if self._listener is not None:
+            self.reader.listeners.remove(self._listener)
+        self._topics.release(self.reader)
+
+
+class Meter:
+    """Measures how often messages come to a topic, without work for each message.
+
+    Its queue has room for one message, the latest, which says when it came. Now and then that is taken out.
+    """
+
+    def __init__(self, node: goalwire.Node, topic: str, type_name: str) -> None:
+        """Raises UnknownInterfaceError."""
+        self.rate = Rate()
+        self._read_at = monotonic()
+        qos = goalwire.QoS(
+            depth=1,
+            reliability=_suiting(node, topic, 1).reliability,
+            durability=goalwire.DurabilityPolicy.VOLATILE,  # a history comes all at once
+        )
+        self._subscription: goalwire.Subscription[Any] = node.subscription(
+            interface(type_name), topic, qos=qos, raw=True
+        )
+
+    async def read(self) -> float | None:
+        """Return the messages a second; None until they are known."""
+        subscription, before = self._subscription, self._read_at
+        self._read_at = now = monotonic()
+        if subscription.statistics().waiting:
+            await anext(subscription, None)
+            counted, info = subscription.statistics(), subscription.info
+            if info is not None:
+                age = (time_ns() - info['received_timestamp']) / 1e9  # two readings of the wall clock
+                self.rate.note(counted.received - counted.waiting, min(max(now - age, before), now))
+        return self.rate.told(now)
+
+    def close(self) -> None:
+        """Measure no more."""
+        self._subscription.close()
+
+
+class Topics:
+    """What is subscribed to, and for how many."""
+
+    def __init__(self, node: goalwire.Node) -> None:
+        self._node = node
+        self._readers: dict[tuple[str, str], tuple[Reader, int]] = {}
+        self._meters: dict[tuple[str, str], Meter] = {}
+        self._measuring = 0
+        self.rates: dict[str, float] = {}
+        """Messages a second by topic, of those for which they are known."""
+
+    def read(
+        self,
+        topic: str,
+        type_name: str,
+        listener: Listener | None = None,
+        qos: goalwire.QoS | None = None,
+    ) -> Reading:
+        """Listen to a topic, together with whoever does already; without `qos`, as suits the publishers.
+
+        Raises UnknownInterfaceError.
+        """
+        key = (topic, type_name)
+        reader, users = self._readers.get(key, (None, 0))
+        if reader is None:
+            reader = Reader(self._node, topic, type_name, qos)
+        self._readers[key] = (reader, users + 1)
+        return Reading(self, reader, listener)
+
+    def release(self, reader: Reader) -> None:
+        """One party less needs it."""
+        key = (reader.topic, reader.type_name)
+        known, users = self._readers[key]
+        if users > 1:
+            self._readers[key] = (known, users - 1)
+        else:
+            del self._readers[key]
+            reader.close()
+
+    # -- rates -----------------------------------------------------------------------------------------------
+
+    def start_measuring(self) -> None:
+        """Somebody looks at the rates of all topics."""
+        self._measuring += 1
+        self._look_for_meters()
+
+    def stop_measuring(self) -> None:
+        """Somebody looks at them no more; after the last, nothing is subscribed to for them."""
+        self._measuring -= 1
+        if not self._measuring:
+            self._close_meters()
+
+    async def measure(self) -> None:
+        """Read the rates; topics that are new are subscribed to, those that have gone are left."""
+        if not self._measuring:
+            return
+        self._look_for_meters()
+        for key, meter in list(self._meters.items()):
+            rate = await meter.read()
+            if self._meters.get(key) is not meter:
+                continue  # it was closed meanwhile
+            if rate is None:
+                self.rates.pop(key[0], None)
+            else:
+                self.rates[key[0]] = rate
+
+    def _look_for_meters(self) -> None:
+        wanted = {(name, types[0]) for name, types in self._node.graph.topics() if types[0] not in HEAVY}
+        for key in self._meters.keys() - wanted:
+            self._meters.pop(key).close()
+            self.rates.pop(key[0], None)
+        for topic, type_name in sorted(wanted - self._meters.keys()):
+            with suppress(UnknownInterfaceError, goalwire.GoalwireError):
+                self._meters[topic, type_name] = Meter(self._node, topic, type_name)
+
+    def _close_meters(self) -> None:
+        for meter in self._meters.values():
+            meter.close()
+        self._meters.clear()
+        self.rates.clear()
+
+    def close(self) -> None:
+        """End all subscriptions."""
+        for reader, _ in self._readers.values():
+            reader.close()
+        self._readers.clear()
+        self._close_meters()

@@ -1,0 +1,257 @@
+"""A robot's shapes, where its joints and frames put them, and what a description may not do."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from time import monotonic
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from helpers.console import DATA
+
+from goalwire.apps.console.form_model import form_of
+from goalwire.apps.console.robot_model import as_scene, likely_prefix, mesh_file, read_urdf, root_pose
+from goalwire.apps.console.robot_watch import (
+    RobotWatch,
+    namespaces,
+    navigation_target,
+    place_values,
+)
+from goalwire.errors import RemoteError
+from goalwire.transforms.rigid import IDENTITY, Rigid
+
+URDF = (DATA / 'robot.urdf').read_text(encoding='utf-8')
+UPRIGHT = (0.0, 0.0, 0.0, 1.0)
+
+
+def test_links_and_shapes_are_read() -> None:
+    model = read_urdf(URDF)
+    assert (model.name, model.root, len(model.links)) == ('two_arms', 'base_link', 6)
+    assert [joint.name for joint in model.joints if joint.is_movable] == [
+        'left_joint',
+        'head_joint',
+        'slide_joint',
+    ]
+    shapes = {visual.link: (visual.kind, visual.size, visual.colour) for visual in model.visuals}
+    assert shapes['base_link'] == ('box', (0.5, 0.4, 0.3), (0.15, 0.4, 0.85, 1.0))
+    assert shapes['left_arm'][2] == (0.95, 0.5, 0.1, 1.0)
+    assert shapes['head'][:2] == ('sphere', (0.12,))
+    assert {each['link'] for each in as_scene(model, {})} == {
+        'base_link',
+        'mast',
+        'left_arm',
+        'right_arm',
+        'head',
+    }
+
+
+def test_joints_come_a_limb_at_a_time() -> None:
+    links = ['body', 'arm', 'leg', 'hand', 'foot']
+    joints = [('body', 'arm'), ('body', 'leg'), ('arm', 'hand'), ('leg', 'foot')]
+    parts = [f'<link name="{name}"/>' for name in links] + [
+        f'<joint name="{child}" type="continuous"><parent link="{parent}"/><child link="{child}"/></joint>'
+        for parent, child in joints
+    ]
+    model = read_urdf(f'<robot name="r">{"".join(parts)}</robot>')
+    assert [joint.name for joint in model.joints] == ['arm', 'hand', 'leg', 'foot']
+
+
+def test_joints_turn_and_slide_their_links() -> None:
+    model = read_urdf(URDF)
+    poses = model.poses({'left_joint': math.pi / 2, 'head_joint': math.pi / 2, 'slide_joint': 0.3}, {})
+    assert poses['left_arm'].apply((1.0, 0.0, 0.0)) == pytest.approx((0.0, 0.1, -0.1))  # about y, downwards
+    assert poses['slide'].translation == pytest.approx((0.0, 0.3, 1.1))  # along the head's x
+    turned = poses['right_arm'].rotation[1]
+    assert turned == pytest.approx(math.sin((0.1 - math.pi / 2) / 2))  # it mimics the left one
+    assert model.poses({'left_joint': math.nan}, {})['left_arm'].rotation == UPRIGHT
+
+
+def test_a_frame_that_is_published_counts_before_a_joint() -> None:
+    model = read_urdf(URDF)
+    frames = {'head': ('mast', Rigid((0.0, 0.0, 2.0), UPRIGHT)), 'slide': ('elsewhere', IDENTITY)}
+    poses = model.poses({'slide_joint': 0.2}, frames)
+    assert poses['head'].translation == pytest.approx((0.0, 0.0, 2.4))
+    assert poses['slide'].translation == pytest.approx((0.2, 0.0, 2.4))
+
+
+def test_the_root_hangs_on_the_topmost_frame_and_circles_end() -> None:
+    one = Rigid((1.0, 0.0, 0.0), UPRIGHT)
+    frames = {'base_link': ('odom', one), 'odom': ('map', one)}
+    assert root_pose('base_link', frames) == ('map', Rigid((2.0, 0.0, 0.0), UPRIGHT))
+    assert root_pose('base_link', frames | {'map': ('base_link', one)})[0] == 'map'
+
+
+def test_frames_with_a_prefix_are_those_of_the_links_after_it() -> None:
+    model = read_urdf(URDF)
+    high = Rigid((0.0, 0.0, 2.0), UPRIGHT)
+    frames = {'alice/head': ('alice/mast', high), 'bob/head': ('bob/mast', IDENTITY)}
+    assert model.poses({}, frames, 'alice/')['head'].translation == pytest.approx((0.0, 0.0, 2.4))
+    assert model.poses({}, frames, 'bob/')['head'].translation == pytest.approx((0.0, 0.0, 0.4))
+
+
+@pytest.mark.parametrize(
+    ('children', 'namespace', 'prefix'),
+    [
+        (['alice/base_link', 'bob/base_link'], '/alice', 'alice/'),
+        (['alice/base_link', 'base_link'], '/alice', 'alice/'),
+        (['alice/base_link', 'base_link'], '', ''),
+        (['base_link'], '/alice', ''),
+        (['r1/base_link'], '/alice', ''),
+        (['r1/base_link'], '', 'r1/'),
+        (['r1/base_link', 'r2/base_link'], '/alice', ''),
+        (['my_base_link', 'notbase_link'], '', 'my_'),
+        ([], '/alice', ''),
+    ],
+)
+def test_a_prefix_is_guessed_from_the_frames_and_the_namespace(
+    children: list[str], namespace: str, prefix: str
+) -> None:
+    frames = dict.fromkeys(children, ('map', IDENTITY))
+    assert likely_prefix(read_urdf(URDF), frames, namespace) == prefix
+
+
+_CIRCLE = (
+    '<link name="r"/><link name="a"/><link name="b"/>'
+    '<joint><parent link="a"/><child link="b"/></joint><joint><parent link="b"/><child link="a"/></joint>'
+)
+_BOX = '<link name="a"><visual><geometry><box size="{}"/></geometry></visual></link>'
+_LOOSE = '<link name="a"/><joint name="j"><parent link="a"/><child link="b"/></joint>'
+
+
+@pytest.mark.parametrize(
+    ('text', 'problem'),
+    [
+        ('<robot', 'no XML'),
+        ('<sdf/>', 'no URDF'),
+        ('<robot/>', '0 links'),
+        ('<robot><link name="a"/><link name="a"/></robot>', 'different names'),
+        ('<robot><link name="a"/><link name="b"/></robot>', '2 root links'),
+        (f'<robot>{_LOOSE}</robot>', 'joins a link'),
+        (f'<robot>{_CIRCLE}</robot>', 'circle'),
+        (f'<robot>{_BOX.format("1 x 1")}</robot>', 'number'),
+        (f'<robot>{_BOX.format("1 inf 1")}</robot>', 'finite'),
+        ('<!DOCTYPE r [<!ENTITY a "b">]><robot>&a;</robot>', 'document type'),
+        ('x' * (9 << 20), 'too many'),
+    ],
+    ids=lambda given: given[:20],
+)
+def test_a_description_that_is_none_is_told(text: str, problem: str) -> None:
+    with pytest.raises(RemoteError, match=problem):
+        read_urdf(text)
+
+
+def test_meshes_are_files_of_packages_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    share = tmp_path / 'share' / 'arm'
+    (tmp_path / 'share' / 'ament_index' / 'resource_index' / 'packages').mkdir(parents=True)
+    (tmp_path / 'share' / 'ament_index' / 'resource_index' / 'packages' / 'arm').touch()
+    (share / 'meshes').mkdir(parents=True)
+    (share / 'meshes' / 'hand.stl').write_bytes(b'solid')
+    (share / 'secret.txt').write_bytes(b'secret')
+    (tmp_path / 'share' / 'outside.stl').write_bytes(b'solid')
+    (share / 'link.stl').symlink_to(tmp_path / 'share' / 'outside.stl')
+    monkeypatch.setenv('AMENT_PREFIX_PATH', str(tmp_path))
+    assert mesh_file('package://arm/meshes/hand.stl').name == 'hand.stl'
+    for name in (
+        'file:///etc/passwd',
+        '/etc/passwd',
+        'http://elsewhere/x.stl',
+        'package://arm/secret.txt',
+        'package://arm/../outside.stl',
+        'package://arm/%2e%2e/outside.stl',
+        'package://arm//etc/passwd',
+        'package://arm/link.stl',
+        'package://arm/meshes/none.stl',
+        'package://../x.stl',
+        'package://nobody/x.stl',
+    ):
+        with pytest.raises(RemoteError):
+            mesh_file(name)
+
+
+def frame(parent: str, child: str, x: float, w: float = 1.0) -> Any:
+    vector = SimpleNamespace(x=x, y=0.0, z=0.0)
+    turn = SimpleNamespace(x=0.0, y=0.0, z=0.0, w=w)
+    transform = SimpleNamespace(translation=vector, rotation=turn)
+    return SimpleNamespace(header=SimpleNamespace(frame_id=parent), child_frame_id=child, transform=transform)
+
+
+def test_a_robot_is_put_together_from_what_comes() -> None:
+    watch = RobotWatch(None, None, '')  # type: ignore[arg-type] # it subscribes when it looks
+    watch._take_description(SimpleNamespace(data=URDF), 0.0)
+    watch._take_joints(SimpleNamespace(name=['left_joint'], position=[0.5]), 0.0)
+    for step in range(10):
+        watch._take_frames(SimpleNamespace(transforms=[frame('odom', 'base_link', step / 10)]), 0.0)
+    watch._take_frames(SimpleNamespace(transforms=[frame('odom', 'base_link', math.nan)]), 0.0)
+    watch._take_frames(SimpleNamespace(transforms=[frame('odom', 'base_link', 5.0, w=0.0)]), 0.0)
+    poses = dict(watch.link_poses())
+    assert watch.pose()[0] == 'odom'
+    assert poses['base_link'] == [0.9, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]
+    assert poses['left_arm'][4] == pytest.approx(math.sin(0.25), abs=1e-4)
+    assert len(watch.trail) == 10
+
+
+def test_a_description_that_cannot_be_read_takes_none_away() -> None:
+    watch = RobotWatch(None, None, '')  # type: ignore[arg-type] # it subscribes when it looks
+    watch._take_description(SimpleNamespace(data='<sdf/>'), 0.0)
+    assert (watch.model, watch.link_poses()) == (None, [])
+    assert 'no URDF' in watch.problem
+    watch._take_description(SimpleNamespace(data=URDF), 0.0)
+    model = watch.model
+    assert watch.problem == ''
+    assert model is not None
+    watch._take_description(SimpleNamespace(data='<robot'), 0.0)
+    assert watch.model is model
+    assert watch.link_poses()
+    assert 'no XML' in watch.problem
+    assert 'the one before is shown' in watch.problem
+
+
+def test_what_was_said_before_does_not_make_a_robot_live() -> None:
+    watch = RobotWatch(None, None, '')  # type: ignore[arg-type] # it subscribes when it looks
+    assert not watch.is_fresh
+    static = SimpleNamespace(transforms=[frame('base_link', 'camera', 0.1)])
+    watch._take_static_frames(static, monotonic())
+    assert watch.frames['camera'][0] == 'base_link'
+    assert not watch.is_fresh, 'they may have been published hours ago'
+    watch._take_frames(SimpleNamespace(transforms=[frame('odom', 'base_link', 0.1)]), monotonic())
+    assert watch.is_fresh
+
+
+def test_frames_of_another_robot_are_no_news_of_this_one() -> None:
+    watch = RobotWatch(None, None, '/alice')  # type: ignore[arg-type] # it subscribes when it looks
+    watch._take_description(SimpleNamespace(data=URDF), 0.0)
+    watch._take_frames(SimpleNamespace(transforms=[frame('map', 'bob/base_link', 2.0)]), 4.0)
+    assert list(watch.trail) == [], 'it is not known where this one is'
+    watch._take_frames(SimpleNamespace(transforms=[frame('map', 'alice/base_link', 1.0)]), 5.0)
+    watch._take_frames(SimpleNamespace(transforms=[frame('map', 'bob/base_link', 2.0)]), 9.0)
+    assert watch.moved_at == 5.0
+    assert watch.pose()[1].translation == (1.0, 0.0, 0.0)
+
+
+# -- what a robot offers -------------------------------------------------------------------------------------
+
+
+def test_robots_are_found_by_their_descriptions() -> None:
+    text, joints = ['std_msgs/msg/String'], ['sensor_msgs/msg/JointState']
+    assert namespaces([('/robot_description', text), ('/a/robot_description', text)]) == ['', '/a']
+    assert namespaces([('/b/joint_states', joints)]) == ['/b']
+    assert namespaces([('/chatter', text)]) == []
+
+
+def test_goals_with_a_place_can_be_navigated_to(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv('GOALWIRE_INTERFACE_PATH', str(DATA))
+    flat = navigation_target(
+        '/go', 'console_interfaces/action/GoTo', form_of('console_interfaces/action/GoTo_Goal')
+    )
+    assert flat is not None
+    assert place_values(flat, {'speed': 1.0}, 'odom', 1.0, 2.0, 0.0) == {'speed': 1.0, 'x': 1.0, 'y': 2.0}
+    fields = form_of('geometry_msgs/msg/PoseWithCovarianceStamped')
+    assert navigation_target('/no', 'x', fields) is None
+    nested = form_of('nav_msgs/srv/GetPlan_Request')
+    pose = navigation_target('/plan', 'x', nested)
+    assert pose is not None
+    values = place_values(pose, {}, 'map', 1.0, 2.0, math.pi)
+    assert values['start']['header'] == {'stamp': 'now', 'frame_id': 'map'}
+    assert values['start']['pose']['orientation']['z'] == pytest.approx(1.0)
