@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
 from importlib import import_module
-from typing import TypeAlias
 
 from goalwire.errors import TransportError
+from goalwire.transport import wrappers
 from goalwire.transport.contract import Transport
 
 DEFAULT = 'rmw_zenoh_cpp'
@@ -19,21 +18,6 @@ _MODULES = {
     WITHIN_ONE_PROCESS: 'goalwire.transport.memory',
 }
 _loaded: dict[str, Transport] = {}
-
-Wrapper: TypeAlias = Callable[[Transport], Transport]
-_wrappers: tuple[Wrapper, ...] = ()
-
-
-def wrap(wrapper: Wrapper) -> Callable[[], None]:
-    """Give out transports through `wrapper` from now on; what this returns ends that."""
-    global _wrappers  # noqa: PLW0603 - which transports there are is a matter of the process
-    _wrappers += (wrapper,)
-
-    def unwrap() -> None:
-        global _wrappers  # noqa: PLW0603
-        _wrappers = tuple(each for each in _wrappers if each is not wrapper)
-
-    return unwrap
 
 
 def available() -> set[str]:
@@ -64,6 +48,4 @@ def get(identifier: str | None = None) -> Transport:
         from goalwire.transport.faults.text import parse
 
         transport = parse(text).over(transport)
-    for wrapper in _wrappers:
-        transport = wrapper(transport)
-    return transport
+    return wrappers.wrap(transport)

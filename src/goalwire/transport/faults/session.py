@@ -7,7 +7,7 @@ from threading import Lock, RLock
 from types import TracebackType
 from typing import Self, TypeAlias
 
-from goalwire.transport import registry
+from goalwire.transport import wrappers
 from goalwire.transport.contract import (
     ClientPort,
     Endpoint,
@@ -272,7 +272,7 @@ class Faults(Plan):
 
     def __enter__(self) -> Self:
         """Have every session that this process opens from now on opened with these faults."""
-        self._switched_on.append(registry.wrap(self.over))
+        self._switched_on.append(wrappers.add(self.over))
         return self
 
     def __exit__(

@@ -1,0 +1,30 @@
+"""What stands before every transport of this process, as `with faults:` puts faults there."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TypeAlias
+
+from goalwire.transport.contract import Transport
+
+Wrapper: TypeAlias = Callable[[Transport], Transport]
+_wrappers: tuple[Wrapper, ...] = ()
+
+
+def add(wrapper: Wrapper) -> Callable[[], None]:
+    """Give out transports through `wrapper` from now on; the function that is returned ends that."""
+    global _wrappers  # noqa: PLW0603 - which transports there are is a matter of the process
+    _wrappers += (wrapper,)
+
+    def remove() -> None:
+        global _wrappers  # noqa: PLW0603
+        _wrappers = tuple(each for each in _wrappers if each is not wrapper)
+
+    return remove
+
+
+def wrap(transport: Transport) -> Transport:
+    """Return a transport with everything before it that was added, the first nearest to it."""
+    for wrapper in _wrappers:
+        transport = wrapper(transport)
+    return transport
