@@ -43,11 +43,11 @@ def python_path() -> tuple[str, ...]:
 def folder_of(value: str, *, regular: bool = False) -> str | None:
     """The folder of a Python package, as Python's own finders know it; nothing is imported for it.
 
+    The finder of interfaces is not asked: it would ask here.
+
     With `regular` only of one with __init__.py.
     """
-    from goalwire.idl.hook import InterfaceFinder
-
-    finders = [finder for finder in sys.meta_path if not isinstance(finder, InterfaceFinder)]
+    finders = [finder for finder in sys.meta_path if not getattr(finder, 'finds_interfaces', False)]
     path: Sequence[str] | None = None
     name = ''
     for part in value.split('.'):

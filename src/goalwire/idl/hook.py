@@ -44,6 +44,8 @@ TELLING_ENDINGS = ('_msgs', '_srvs', '_interfaces', '_actions')
 class InterfaceFinder:
     """A meta path finder for std_msgs, humanoid_interfaces and the like."""
 
+    finds_interfaces = True  # by this `entry_points.py` tells it from other finders
+
     def __init__(self) -> None:
         self._served: set[str] = set()  # packages, and of Python's own packages 'name.msg' and the like
 
