@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from helpers.patience import PATIENCE
 
 MODULES = """
 launch: LaunchDescription LaunchService LaunchContext Action Substitution LaunchIntrospector
@@ -120,6 +121,19 @@ def test_a_sourced_ros_2_comes_first(tmp_path: Path) -> None:
         check=True,
     )
     assert done.stdout == 'True\n'
+
+
+@pytest.mark.parametrize('front', ['launch.frontend', 'launch_xml'])
+def test_a_front_end_knows_every_tag_by_itself(front: str, tmp_path: Path) -> None:
+    file = tmp_path / 'talker.launch.xml'
+    file.write_text('<launch><node pkg="demo" exec="talker" name="$(env HOME)"/></launch>')
+    program = f'from {front} import Parser; import sys\n'
+    program += 'root, parser = Parser.load(sys.argv[1])\n'
+    program += 'print(*[type(action).__name__ for action in parser.parse_description(root).entities])\n'
+    done = subprocess.run(
+        [sys.executable, '-c', program, file], capture_output=True, text=True, check=True, timeout=PATIENCE
+    )
+    assert done.stdout == 'Node\n'
 
 
 def test_a_script_launches_by_itself(tmp_path: Path) -> None:

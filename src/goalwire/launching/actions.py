@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable, Iterable, Sequence
+from collections.abc import Awaitable, Callable, Iterable, Iterator, Sequence
 from typing import Any
 
 from goalwire.errors import BadLaunchValueError, LaunchError, SubstitutionFailure
@@ -13,8 +13,10 @@ from goalwire.launching.exposure import expose_action
 from goalwire.launching.frontend import Entity, Parser
 from goalwire.launching.model import (
     Action,
+    ArgumentSearch,
     Event,
     EventHandler,
+    FoundArgument,
     LaunchContext,
     LaunchDescriptionEntity,
     SomeEntities,
@@ -27,6 +29,7 @@ from goalwire.launching.values import (
     describe_text,
     normalize_to_list_of_substitutions,
     perform_substitutions,
+    truth,
 )
 
 
@@ -99,12 +102,13 @@ class DeclareLaunchArgument(Action):
         """Say whether conditions must hold for it to be asked for."""
         return self._conditionally_included
 
-    def include_conditionally(self, *, conditional: bool) -> None:
-        """Note whether conditions must hold for it to be asked for."""
-        self._conditionally_included = conditional
-
     def describe(self) -> str:
         return f"DeclareLaunchArgument('{self._name}')"
+
+    def find_arguments(self, search: ArgumentSearch) -> Iterator[FoundArgument]:
+        if self._name not in search.decided:
+            self._conditionally_included = search.is_conditional or self.condition is not None
+            yield FoundArgument(self._name, self, search.includes)
 
     def execute(self, context: LaunchContext) -> None:
         if self._name not in context.launch_configurations:
@@ -406,8 +410,6 @@ def _flag(context: LaunchContext, some: bool | SomeSubstitutions) -> bool:
     """A flag that may be given as a text. Raises SubstitutionFailure for a text that is no boolean."""
     if isinstance(some, bool):
         return some
-    from goalwire.launching.values import truth
-
     return truth(context, some)
 
 

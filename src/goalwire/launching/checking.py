@@ -8,6 +8,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from difflib import get_close_matches
 
+import goalwire.launching.catalog  # noqa: F401 - it imports what launch files may name
 from goalwire.errors import LaunchError, NoSuchPackageError
 from goalwire.files import LARGEST_PARAMETER_FILE, read_regular, shown
 from goalwire.launching.actions import DeclareLaunchArgument
@@ -15,13 +16,14 @@ from goalwire.launching.errors import Location, located, sentence
 from goalwire.launching.model import LaunchContext, LaunchDescription, LaunchDescriptionEntity
 from goalwire.launching.ros.node import Node
 from goalwire.launching.ros.parameters import Parameter, ParameterFile
-from goalwire.launching.sources import IncludeLaunchDescription, get_launch_description_from_any_launch_file
+from goalwire.launching.sources import (
+    DEEPEST,
+    IncludeLaunchDescription,
+    get_launch_description_from_any_launch_file,
+)
 from goalwire.launching.values import perform_substitutions, perform_text
 from goalwire.rules.names.lexer import RuleSyntaxError
 from goalwire.rules.parameters.file_syntax import KEY, parse_parameter_file
-
-DEEPEST = 20
-"""Includes in includes that are followed."""
 
 
 def check_launch_file(path: str) -> list[str]:

@@ -9,12 +9,12 @@ from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 from pathlib import Path
 
+import goalwire.launching.catalog  # noqa: F401 - it imports what launch files may name
 from goalwire.errors import BadLaunchArgumentError, LaunchError, NoLaunchFileError
 from goalwire.files import shown
 from goalwire.launching import packages
 from goalwire.launching.introspection import (
     LaunchIntrospector,
-    declared_arguments,
     default_text,
     print_arguments,
 )
@@ -131,7 +131,7 @@ def arguments_as_data(path: str) -> list[dict[str, str | bool | list[str] | None
             'choices': argument.choices,
             'conditional': argument.conditionally_included,
         }
-        for argument, _ in declared_arguments(description)
+        for argument in description.get_launch_arguments()
     ]
 
 
@@ -171,7 +171,7 @@ def _has_launch_files(package: str) -> bool:
 def _argument_names(path: str) -> list[str]:
     if not path.endswith('.py'):
         description = get_launch_description_from_any_launch_file(path)
-        return [argument.name for argument, _ in declared_arguments(description)]
+        return [argument.name for argument in description.get_launch_arguments()]
     try:
         tree = ast.parse(Path(path).read_bytes())
     except (OSError, SyntaxError, ValueError, RecursionError, MemoryError):

@@ -1,4 +1,4 @@
-"""Event handlers: on the start, the output and the end of processes, of actions, of all."""
+"""Event handlers: on the end of actions, and of the launch; `process_handlers.py` has those of processes."""
 
 from __future__ import annotations
 
@@ -6,18 +6,12 @@ from collections.abc import Callable
 from typing import Any, TypeAlias
 
 from goalwire.errors import LaunchError
-from goalwire.launching.events import (
-    ExecutionComplete,
-    IncludeLaunchDescription,
-    ProcessExited,
-    ProcessIO,
-    ProcessStarted,
-    Shutdown,
-)
+from goalwire.launching.events import IncludeLaunchDescription, Shutdown
 from goalwire.launching.model import (
     Action,
     Event,
     EventHandler,
+    ExecutionComplete,
     LaunchContext,
     LaunchDescriptionEntity,
     SomeEntities,
@@ -87,12 +81,6 @@ def _target_text(target: Target) -> str:
     return getattr(target, '__name__', 'one that matches')
 
 
-def _process_class() -> type[LaunchDescriptionEntity]:
-    from goalwire.launching.process import ExecuteLocal
-
-    return ExecuteLocal
-
-
 class OnExecutionComplete(OnActionEventBase):
     """Answers the end of an action."""
 
@@ -103,58 +91,6 @@ class OnExecutionComplete(OnActionEventBase):
             target_event_cls=ExecutionComplete,
             **options,
         )
-
-
-class OnProcessStart(OnActionEventBase):
-    """Answers the start of a process."""
-
-    def __init__(self, *, target_action: Target = None, on_start: Answer = None, **options: Any) -> None:
-        super().__init__(
-            action_matcher=target_action,
-            on_event=on_start,
-            target_event_cls=ProcessStarted,
-            target_action_cls=_process_class(),
-            **options,
-        )
-
-
-class OnProcessExit(OnActionEventBase):
-    """Answers the end of a process."""
-
-    def __init__(self, *, target_action: Target = None, on_exit: Answer = None, **options: Any) -> None:
-        super().__init__(
-            action_matcher=target_action,
-            on_event=on_exit,
-            target_event_cls=ProcessExited,
-            target_action_cls=_process_class(),
-            **options,
-        )
-
-
-class OnProcessIO(OnActionEventBase):
-    """Answers the output of a process."""
-
-    def __init__(
-        self,
-        *,
-        target_action: Target = None,
-        on_stdin: Callable[[ProcessIO], SomeEntities | None] | None = None,
-        on_stdout: Callable[[ProcessIO], SomeEntities | None] | None = None,
-        on_stderr: Callable[[ProcessIO], SomeEntities | None] | None = None,
-        **options: Any,
-    ) -> None:
-        self._by_fd = {0: on_stdin, 1: on_stdout, 2: on_stderr}
-        super().__init__(
-            action_matcher=target_action,
-            on_event=self._io,
-            target_event_cls=ProcessIO,
-            target_action_cls=_process_class(),
-            **options,
-        )
-
-    def _io(self, event: ProcessIO, context: LaunchContext) -> SomeEntities | None:
-        answer = self._by_fd.get(event.fd)
-        return None if answer is None else answer(event)
 
 
 class OnShutdown(EventHandler):

@@ -10,15 +10,6 @@ from typing import Any
 from goalwire.launching.model import Action, Event, LaunchDescription
 
 
-class ExecutionComplete(Event):
-    """An action has done what it does."""
-
-    name = 'launch.events.ExecutionComplete'
-
-    def __init__(self, *, action: Action) -> None:
-        self.action = action
-
-
 class IncludeLaunchDescription(Event):
     """A description is to be carried out, as LaunchService.include_launch_description() asks for it."""
 

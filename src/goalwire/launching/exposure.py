@@ -1,7 +1,7 @@
 """The names by which XML and YAML files reach actions and substitutions, in one table each.
 
-Packages of others add to them with the decorators, from entry points of the group
-`launch.frontend.launch_extension`, which are loaded before the first file is read.
+Each class adds itself by a decorator; `catalog.py` imports all that goalwire has. Other packages add theirs
+from entry points of the group `launch.frontend.launch_extension`, which are loaded at the first unknown name.
 """
 
 from __future__ import annotations
@@ -42,12 +42,6 @@ def _exposing(table: dict[str, Any], names: tuple[str, ...]) -> Callable[[_Class
 
 def load_extensions() -> None:
     """Import what other packages add, once a process."""
-    import goalwire.launching.actions
-    import goalwire.launching.process
-    import goalwire.launching.ros
-    import goalwire.launching.scopes
-    import goalwire.launching.sources  # noqa: F401 - their classes expose themselves
-
     for point in entry_points(group='launch.frontend.launch_extension'):
         if point.name in _loaded:
             continue

@@ -17,9 +17,10 @@ import yaml
 
 from goalwire.errors import BadLaunchValueError, InvalidFrontendLaunchFileError, LaunchError
 from goalwire.files import read_regular
+from goalwire.launching.conditions import IfCondition, UnlessCondition
 from goalwire.launching.errors import Location, located
 from goalwire.launching.exposure import instantiate_action
-from goalwire.launching.model import Action, LaunchDescription, Substitution
+from goalwire.launching.model import Action, Condition, LaunchDescription, Substitution
 from goalwire.launching.notation import parse_if_substitutions, parse_substitution, replace_escaped_characters
 from goalwire.launching.values import coerce_to_type, scalar_type
 
@@ -203,6 +204,15 @@ class Parser:
         """The actions of a tag's children."""
         skipped = set(skip)
         return [self.parse_action(child) for child in entity.children if child.type_name not in skipped]
+
+    def parse_condition(self, entity: Entity) -> Condition | None:
+        """The condition that `if` or `unless` gives a tag; None without. Raises LaunchError for both."""
+        yes, no = entity.get_attr('if', optional=True), entity.get_attr('unless', optional=True)
+        if yes is not None and no is not None:
+            raise LaunchError('`if` and `unless` cannot be used together')
+        if yes is not None:
+            return IfCondition(self.parse_substitution(yes))
+        return None if no is None else UnlessCondition(self.parse_substitution(no))
 
     def parse_substitution(self, value: str) -> list[Substitution]:
         """A text with $(…) in it."""

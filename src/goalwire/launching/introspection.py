@@ -2,53 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 
 from goalwire.launching.actions import DeclareLaunchArgument
 from goalwire.launching.model import LaunchDescription, LaunchDescriptionEntity
-from goalwire.launching.sources import IncludeLaunchDescription
+from goalwire.launching.sources import DEEPEST, IncludeLaunchDescription
 from goalwire.launching.values import TextSubstitution
-
-
-def declared_arguments(
-    description: LaunchDescription, *, conditional: bool = False
-) -> list[tuple[DeclareLaunchArgument, list[IncludeLaunchDescription]]]:
-    """The arguments that a description and what it includes declare, each once, with the includes around it.
-
-    An include that cannot be read without running the launch is left out, as is what an include sets itself.
-    """
-    found: dict[str, tuple[DeclareLaunchArgument, list[IncludeLaunchDescription]]] = {}
-    for argument, includes, is_conditional in _arguments(description.entities, [], set(), conditional):
-        if argument.name not in found:
-            argument.include_conditionally(conditional=is_conditional)
-            found[argument.name] = (argument, includes)
-    return list(found.values())
-
-
-def _arguments(
-    entities: Iterable[LaunchDescriptionEntity],
-    includes: list[IncludeLaunchDescription],
-    given: set[str],
-    conditional: bool,
-) -> Iterator[tuple[DeclareLaunchArgument, list[IncludeLaunchDescription], bool]]:
-    for entity in entities:
-        if isinstance(entity, DeclareLaunchArgument):
-            if entity.name not in given:
-                yield entity, includes, conditional or entity.condition is not None
-            continue
-        if isinstance(entity, IncludeLaunchDescription):
-            inner = entity.read_ahead()
-            if inner is not None and len(includes) < 20:
-                yield from _arguments(
-                    inner.entities,
-                    [*includes, entity],
-                    given | entity.decided_names(),
-                    conditional or entity.condition is not None,
-                )
-            continue
-        yield from _arguments(entity.describe_sub_entities(), includes, given, conditional)
-        for _, inner_entities in entity.describe_conditional_sub_entities():
-            yield from _arguments(inner_entities, includes, given, True)
 
 
 class LaunchIntrospector:
@@ -108,7 +67,7 @@ def missing_includes(entities: Iterable[LaunchDescriptionEntity], depth: int = 0
             inner = entity.read_ahead()
             if entity.launch_description_source.missing:
                 found.append(f'{entity.location}: {entity.launch_description_source.missing}')
-            elif inner is not None and depth < 20:
+            elif inner is not None and depth < DEEPEST:
                 found += missing_includes(inner.entities, depth + 1)
             continue
         found += missing_includes(entity.describe_sub_entities(), depth)
@@ -120,8 +79,8 @@ def missing_includes(entities: Iterable[LaunchDescriptionEntity], depth: int = 0
 def print_arguments(description: LaunchDescription) -> list[str]:
     """The lines of `ros2 launch --show-args`."""
     lines = ["Arguments (pass arguments as '<name>:=<value>'):"]
-    arguments = declared_arguments(description)
-    for argument, _ in arguments:
+    arguments = description.get_launch_arguments()
+    for argument in arguments:
         star = '*' if argument.conditionally_included else ''
         lines += ['', f"    '{argument.name}':{star}", f'        {argument.description}']
         default = default_text(argument)
@@ -129,7 +88,7 @@ def print_arguments(description: LaunchDescription) -> list[str]:
             lines.append(f'        (default: {default})')
     if not arguments:
         lines += ['', '  No arguments.']
-    elif any(argument.conditionally_included for argument, _ in arguments):
+    elif any(argument.conditionally_included for argument in arguments):
         lines += ['', '* argument(s) which are only used if specific conditions occur']
     missing = missing_includes(description.entities)
     if missing:

@@ -18,7 +18,7 @@ from collections import deque
 from collections.abc import Callable, Coroutine, Iterable, Iterator, Sequence
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 from goalwire.errors import BadLaunchValueError, LaunchError
 from goalwire.launching.errors import HERE, OVERLAY, Location, located
@@ -103,8 +103,32 @@ class LaunchDescriptionEntity:
         """What the launch waits for before it is done; None for what is done at once."""
         return None
 
+    def find_arguments(self, search: ArgumentSearch) -> Iterator[FoundArgument]:
+        """Yield the launch arguments that are declared in the entity and below it, in the file's order."""
+        for entity in self.describe_sub_entities():
+            yield from entity.find_arguments(search)
+        for _, entities in self.describe_conditional_sub_entities():
+            for entity in entities:
+                yield from entity.find_arguments(search._replace(is_conditional=True))
+
 
 SomeEntities: TypeAlias = LaunchDescriptionEntity | Iterable[LaunchDescriptionEntity]
+
+
+class ArgumentSearch(NamedTuple):
+    """Where a search for launch arguments has come to."""
+
+    includes: tuple[LaunchDescriptionEntity, ...] = ()  # the outermost first
+    decided: frozenset[str] = frozenset()  # names that an include sets: they are no arguments of the launch
+    is_conditional: bool = False
+
+
+class FoundArgument(NamedTuple):
+    """The declaration of a launch argument, and the includes that lead to it."""
+
+    name: str
+    declaration: Action
+    includes: tuple[LaunchDescriptionEntity, ...]
 
 
 class Action(LaunchDescriptionEntity):
@@ -120,17 +144,9 @@ class Action(LaunchDescriptionEntity):
 
     @classmethod
     def parse(cls, entity: Any, parser: Any) -> tuple[type[Action], dict[str, Any]]:
-        """For XML and YAML: the class and its keyword arguments; `if` and `unless` are read here."""
-        from goalwire.launching.conditions import IfCondition, UnlessCondition
-
-        yes, no = entity.get_attr('if', optional=True), entity.get_attr('unless', optional=True)
-        if yes is not None and no is not None:
-            raise LaunchError('`if` and `unless` cannot be used together')
-        if yes is not None:
-            return cls, {'condition': IfCondition(parser.parse_substitution(yes))}
-        if no is not None:
-            return cls, {'condition': UnlessCondition(parser.parse_substitution(no))}
-        return cls, {}
+        """For XML and YAML: the class and its keyword arguments; the parser reads `if` and `unless`."""
+        condition = parser.parse_condition(entity)
+        return cls, {} if condition is None else {'condition': condition}
 
     def describe(self) -> str:
         return f'{type(self).__name__}()'
@@ -148,14 +164,21 @@ class Action(LaunchDescriptionEntity):
         return None
 
     def _tell_completion(self, context: LaunchContext) -> None:
-        from goalwire.launching.events import ExecutionComplete
-
         event = ExecutionComplete(action=self)
         future = self.get_asyncio_future()
         if future is not None:
             future.add_done_callback(lambda _: _emit_if_handled(context, event))
         else:
             _emit_if_handled(context, event)
+
+
+class ExecutionComplete(Event):
+    """An action has done what it does."""
+
+    name = 'launch.events.ExecutionComplete'
+
+    def __init__(self, *, action: Action) -> None:
+        self.action = action
 
 
 def _emit_if_handled(context: LaunchContext, event: Event) -> None:
@@ -270,7 +293,6 @@ class LaunchContext:
         self._configuration_stack: list[dict[str, Any]] = []
         self._environment_stack: list[dict[str, str]] = []
         self._first_environment = dict(os.environ)
-        self._first_configurations: dict[str, Any] = {}
 
     def attach(self, loop: asyncio.AbstractEventLoop | None, wake: Callable[[], None]) -> None:
         """Say which loop runs, and how to wake it for a new event."""
@@ -429,16 +451,20 @@ class LaunchDescription(LaunchDescriptionEntity):
         self, conditional_inclusion: bool = False
     ) -> list[tuple[Any, list[Any] | None]]:
         """As get_launch_arguments(), each with the includes that lead to it, or None."""
-        from goalwire.launching.introspection import declared_arguments
-
-        found = declared_arguments(self, conditional=conditional_inclusion)
-        return [(argument, includes or None) for argument, includes in found]
+        first: dict[str, FoundArgument] = {}
+        search = ArgumentSearch(is_conditional=conditional_inclusion)
+        for entity in self._entities:
+            for found in entity.find_arguments(search):
+                first.setdefault(found.name, found)
+        return [(found.declaration, list(found.includes) or None) for found in first.values()]
 
     def get_launch_arguments(self, conditional_inclusion: bool = False) -> list[Any]:
-        """The DeclareLaunchArgument actions of this file and those it includes, each name once."""
-        from goalwire.launching.introspection import declared_arguments
+        """The DeclareLaunchArgument actions of this file and those it includes, each name once.
 
-        return [argument for argument, _ in declared_arguments(self, conditional=conditional_inclusion)]
+        It leaves out an include that cannot be read without a launch, and arguments that an include sets.
+        """
+        found = self.get_launch_arguments_with_include_launch_description_actions(conditional_inclusion)
+        return [argument for argument, _ in found]
 
 
 def visit_tree(

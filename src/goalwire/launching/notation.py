@@ -25,8 +25,6 @@ def replace_escaped_characters(data: str) -> str:
 
 def parse_substitution(string_value: str) -> list[Substitution]:
     """A text as its parts. Raises LaunchError for one that is not well formed, or names what is unknown."""
-    import goalwire.launching.substitutions  # noqa: F401 - they expose themselves
-
     reader = _Reader(string_value)
     parts = reader.text(end='')
     return parts or [TextSubstitution(text='')]

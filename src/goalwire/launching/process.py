@@ -13,9 +13,10 @@ from itertools import count
 from typing import Any, TypeAlias
 
 from goalwire.errors import LaunchError
+from goalwire.launching.actions import Shutdown as ShutdownAction
 from goalwire.launching.child import Child, start_child
 from goalwire.launching.errors import located
-from goalwire.launching.event_handlers import Answer, OnProcessExit
+from goalwire.launching.event_handlers import Answer, OnActionEventBase
 from goalwire.launching.events import (
     ProcessExited,
     ProcessStarted,
@@ -248,7 +249,9 @@ class ExecuteLocal(Action):
             _Answers(Shutdown, self._on_shutdown),
         ]
         if self._on_exit is not None:
-            handlers.append(OnProcessExit(target_action=self, on_exit=self._on_exit))
+            handlers.append(
+                OnActionEventBase(action_matcher=self, on_event=self._on_exit, target_event_cls=ProcessExited)
+            )
         for handler in handlers:
             context.register_event_handler(handler)
         self._completed = context.asyncio_loop.create_future()
@@ -478,8 +481,6 @@ class ExecuteProcess(ExecuteLocal):
         if on_exit is not None:
             if on_exit != 'shutdown':
                 raise LaunchError(f"on_exit can be 'shutdown' alone, not '{on_exit}'")
-            from goalwire.launching.actions import Shutdown as ShutdownAction
-
             arguments['on_exit'] = [ShutdownAction()]
         variables = entity.get_entities('env')
         if variables:

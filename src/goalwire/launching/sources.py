@@ -7,7 +7,7 @@ import importlib.machinery
 import importlib.util
 import os
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from types import ModuleType
 from typing import Any, TypeAlias
 
@@ -28,6 +28,8 @@ from goalwire.launching.exposure import expose_action
 from goalwire.launching.frontend import Entity, Parser, XMLParser, YAMLParser
 from goalwire.launching.model import (
     Action,
+    ArgumentSearch,
+    FoundArgument,
     LaunchContext,
     LaunchDescription,
     LaunchDescriptionEntity,
@@ -52,6 +54,8 @@ from goalwire.launching.values import (
 
 LARGEST = 2**24
 """Bytes that a launch file may have."""
+DEEPEST = 20
+"""Includes in includes that are followed without a launch."""
 PYTHON_ENDINGS = ('.py',)
 Loader: TypeAlias = Callable[[str], LaunchDescription]
 
@@ -327,6 +331,18 @@ class IncludeLaunchDescription(Action):
                 if plain not in _configurations_in(value):
                     names.add(plain)
         return names
+
+    def find_arguments(self, search: ArgumentSearch) -> Iterator[FoundArgument]:
+        inner = self.read_ahead()
+        if inner is None or len(search.includes) >= DEEPEST:
+            return
+        inside = ArgumentSearch(
+            includes=(*search.includes, self),
+            decided=search.decided | self.decided_names(),
+            is_conditional=search.is_conditional or self.condition is not None,
+        )
+        for entity in inner.entities:
+            yield from entity.find_arguments(inside)
 
     def execute(self, context: LaunchContext) -> list[LaunchDescriptionEntity]:
         description = self._source.get_launch_description(context)

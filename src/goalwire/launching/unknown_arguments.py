@@ -8,7 +8,6 @@ from difflib import get_close_matches
 
 from goalwire.errors import LaunchError
 from goalwire.files import read_regular
-from goalwire.launching.introspection import declared_arguments
 from goalwire.launching.model import LaunchDescription, LaunchDescriptionEntity
 from goalwire.launching.sources import (
     LARGEST,
@@ -37,7 +36,7 @@ def unknown_arguments(path: str, names: Iterable[str]) -> list[str]:
         texts = _texts(path, description, 0)
         if texts is None:
             return []
-        known = [argument.name for argument, _ in declared_arguments(description)]
+        known = [argument.name for argument in description.get_launch_arguments()]
     except (LaunchError, OSError):
         return []  # the launch itself tells what is wrong with the file
     words = {word for text in texts for word in re.findall(r'[\w.-]+', text)}

@@ -26,7 +26,7 @@ from goalwire.launching.model import (
 from goalwire.launching.output import get_logger
 from goalwire.launching.ros.node import Node
 from goalwire.launching.ros.own_node import LaunchNode
-from goalwire.launching.values import normalize_to_list_of_substitutions, perform_substitutions
+from goalwire.launching.values import normalize_to_list_of_substitutions, perform_substitutions, truth
 
 # lifecycle_msgs/msg/Transition
 CREATE, CONFIGURE, CLEANUP, ACTIVATE, DEACTIVATE = 0, 1, 2, 3, 4
@@ -223,8 +223,6 @@ class LifecycleNode(Node):
         done = super().execute(context)
         autostart = self._autostart
         if not isinstance(autostart, bool):
-            from goalwire.launching.values import truth
-
             autostart = truth(context, autostart)
         if autostart:
             return [

@@ -9,6 +9,7 @@ from goalwire.launching import packages
 from goalwire.launching.exposure import expose_substitution
 from goalwire.launching.model import LaunchContext, SomeSubstitutions, Substitution
 from goalwire.launching.substitutions import CompoundSubstitution, PathJoinSubstitution
+from goalwire.launching.values import perform_text
 
 
 class FindPackage(CompoundSubstitution):
@@ -90,7 +91,5 @@ class Parameter(CompoundSubstitution):
         if found is not None:
             return str(found)
         if self._default is not None:
-            from goalwire.launching.values import perform_text
-
             return perform_text(context, self._default)
         raise SubstitutionFailure(f"no SetParameter has set the parameter '{name}' in this scope")

@@ -1,5 +1,6 @@
 """launch: launch files and what carries them out."""
 
+import goalwire.launching.catalog  # noqa: F401 - it imports what launch files may name
 from goalwire.errors import InvalidLaunchFileError
 from goalwire.launching.introspection import LaunchIntrospector
 from goalwire.launching.model import (

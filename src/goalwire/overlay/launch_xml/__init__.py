@@ -1,5 +1,6 @@
 """launch_xml: launch files in XML."""
 
+import goalwire.launching.catalog  # noqa: F401 - it imports what launch files may name
 from goalwire.launching.frontend import (
     Entity,
 )

@@ -5,11 +5,9 @@ from goalwire.launching.event_handlers import (
     OnActionEventBase,
     OnExecutionComplete,
     OnIncludeLaunchDescription,
-    OnProcessExit,
-    OnProcessIO,
-    OnProcessStart,
     OnShutdown,
 )
+from goalwire.launching.process_handlers import OnProcessExit, OnProcessIO, OnProcessStart
 
 __all__ = [
     'OnActionEventBase',

@@ -2,7 +2,6 @@
 
 from goalwire.launching.aliases import add_modules
 from goalwire.launching.events import (
-    ExecutionComplete,
     IncludeLaunchDescription,
     Shutdown,
     TimerEvent,
@@ -11,6 +10,7 @@ from goalwire.launching.events import (
     matches_name,
     matches_pid,
 )
+from goalwire.launching.model import ExecutionComplete
 from launch.events import process
 
 __all__ = [
