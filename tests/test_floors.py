@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import subprocess
 
 import pytest
 from helpers.markdown import DOCS, ROOT, rows
@@ -60,7 +61,7 @@ def test_what_reaches_up_still_does() -> None:
         assert targets <= found[name], f'{name} needs no exception'
 
 
-def test_no_files_import_each_other_in_a_circle_for_types_neither() -> None:
+def test_no_files_import_each_other_in_a_circle() -> None:
     assert circles(modules()) == []
 
 
@@ -76,12 +77,12 @@ def test_a_silenced_private_is_found_among_others() -> None:
     assert silenced_privates('a._b  # noqa: PLC0415 - SLF is silent here\n') == 0
 
 
-def test_a_circle_over_types_alone_is_found() -> None:
+def test_a_circle_over_types_and_over_a_function_is_found() -> None:
     house = [
         _module('a.py', 'if TYPE_CHECKING:\n    from goalwire.b import B\n'),
         _module('b.py', 'from goalwire.c.d import D'),
         _module('c/__init__.py', ''),
-        _module('c/d.py', 'import goalwire.a'),
+        _module('c/d.py', 'def later():\n    import goalwire.a\n'),
         _module('e.py', 'def later():\n    from goalwire.a import A\n'),
     ]
     assert circles(house) == [['a', 'b', 'c.d']]
@@ -107,3 +108,8 @@ def test_the_robot_imports_nothing_of_goalwire() -> None:
             continue  # the examples of goalwire's own APIs
         found = imported(ast.walk(ast.parse(file.read_text(encoding='utf-8'))))
         assert not [name for name in found if name.startswith('goalwire')], file
+
+
+def test_git_tracks_nothing_that_it_ignores() -> None:
+    command = ['git', 'ls-files', '--cached', '--ignored', '--exclude-standard']
+    assert subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout == ''

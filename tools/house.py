@@ -109,15 +109,18 @@ def silenced_privates(text: str) -> int:
 
 
 def circles(house: list[Module]) -> list[list[str]]:
-    """Return the groups of files that import each other in a circle, imports for types alone included."""
+    """Return the groups of files that import each other in a circle.
+
+    Every import counts: one in a function and one for types alone join two files as one at the top does.
+    """
     names = {module.name for module in house}
     imports = {module.name: set(_imported(module, names)) for module in house}
     return [sorted(group) for group in _components(imports) if len(group) > 1]
 
 
 def _imported(module: Module, names: set[str]) -> Iterator[str]:
-    """Yield the modules of the house that one imports while it is loaded, or for types."""
-    for target in imported(_at_import(module.tree)):
+    """Yield the modules of the house that one imports anywhere in it."""
+    for target in imported(ast.walk(module.tree)):
         name = below_goalwire(target)
         if name is not None:
             yield name if name in names else name.rpartition('.')[0]
@@ -144,14 +147,6 @@ def below_goalwire(target: str) -> str | None:
     if top in OVERLAY:
         return f'overlay.{target}'
     return inner if top == 'goalwire' else None
-
-
-def _at_import(node: ast.AST) -> Iterator[ast.AST]:
-    """Walk the code that runs at import and the blocks under TYPE_CHECKING, but no function's body."""
-    for child in ast.iter_child_nodes(node):
-        yield child
-        if not isinstance(child, FUNCTIONS):
-            yield from _at_import(child)
 
 
 def _components(graph: dict[str, set[str]]) -> list[set[str]]:
