@@ -14,9 +14,9 @@ from helpers.isolation import claim_slot, isolated_env, keep_bytecode, log_direc
 from helpers.leaks import Inventory
 from helpers.wires import DDS, TRANSPORTS, require_wire
 
-from goalwire import logging
+from goalwire import logging, reports
 from goalwire.logging import LogRecord
-from goalwire.transport import registry, reports
+from goalwire.transport import registry
 from goalwire.transport.contract import Session, SessionOptions
 
 OpenSession: TypeAlias = Callable[[], Session]

@@ -15,8 +15,8 @@ from benchmarks import stage
 from benchmarks.endurance.held import Held
 from benchmarks.line import Figures
 from goalwire.transport.contract import NodeName
-from goalwire.transport.zenoh.native.session import NativeSession, Settings
 from goalwire.transport.zenoh.tokens import encode_node
+from goalwire.zenoh.io.session import NativeSession, Settings
 
 SESSIONS = 20
 """So many links at a time: those of one process."""

@@ -19,10 +19,10 @@ from helpers.isolation import free_port
 
 from benchmarks import stage
 from benchmarks.line import Figures
-from goalwire.transport.zenoh.native.session import Settings
-from goalwire.transport.zenoh.native.wire import NativeWire
-from goalwire.transport.zenoh.protocol.queries import Query
+from goalwire.transport.zenoh.native import NativeWire
 from goalwire.transport.zenoh.wire import Message, OnAnswer
+from goalwire.zenoh.io.session import Settings
+from goalwire.zenoh.protocol.queries import Query
 
 PAYLOAD = bytes(64)
 ATTACHMENT = bytes(33)

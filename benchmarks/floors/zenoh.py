@@ -19,7 +19,8 @@ from helpers.isolation import free_port
 
 from benchmarks import stage
 from benchmarks.line import Figures
-from goalwire.transport.zenoh import settings, threads
+from goalwire.transport.zenoh import threads
+from goalwire.transport.zenoh.settings import built_in
 from goalwire.transport.zenoh.threads import keep_thread_state
 
 PAYLOAD = bytes(64)
@@ -34,7 +35,7 @@ CLOCK = struct.Struct('d')
 def open_session(*, listen: int = 0, connect: int = 0) -> zenoh.Session:
     """Open a session that returns once it is connected."""
     threads.start()
-    values = settings.session(connect)
+    values = built_in.session(connect)
     values['connect'] = {
         'endpoints': [f'tcp/127.0.0.1:{connect}'] if connect else [],
         'timeout_ms': int(stage.PATIENCE_S * 1000),

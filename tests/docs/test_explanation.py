@@ -70,7 +70,7 @@ def test_the_glossary_names_files_that_there_are() -> None:
 
 
 def test_the_list_of_zenohs_protocol_names_every_module_once() -> None:
-    package = ROOT / 'src' / 'goalwire' / 'transport' / 'zenoh' / 'protocol'
+    package = ROOT / 'src' / 'goalwire' / 'zenoh' / 'protocol'
     text = ast.get_docstring(ast.parse((package / '__init__.py').read_text(encoding='utf-8'))) or ''
     modules = {file.stem for file in package.glob('*.py')} - {'__init__'}
     assert sorted(re.findall(r'^    (\w+) {2,}\S', text, re.MULTILINE)) == sorted(modules)

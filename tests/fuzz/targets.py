@@ -44,16 +44,16 @@ from goalwire.rules.parameters.file_syntax import matches, parse_parameter_file
 from goalwire.rules.parameters.plain_yaml import typed_text
 from goalwire.transport.dds import description, discovery_state, service_header
 from goalwire.transport.zenoh import attachment, tokens
-from goalwire.transport.zenoh.config import local_port, read_settings, value_at
-from goalwire.transport.zenoh.json5 import Json5Error
-from goalwire.transport.zenoh.native.configuration import BeyondOursError, native_settings
-from goalwire.transport.zenoh.native.endpoints import TlsFiles, is_quickly_resolved, resolve
-from goalwire.transport.zenoh.native.endpoints import parse as parse_address
-from goalwire.transport.zenoh.native.tls import TlsStream, client_context, server_context
-from goalwire.transport.zenoh.native.wire import HistoryPublisher
-from goalwire.transport.zenoh.protocol import key_expressions
-from goalwire.transport.zenoh.protocol.channels import DATA_CHANNEL, PieceBudget, Reassembly, frame_head
-from goalwire.transport.zenoh.protocol.declarations import (
+from goalwire.transport.zenoh.native import HistoryPublisher
+from goalwire.transport.zenoh.settings.config import local_port, read_settings, value_at
+from goalwire.transport.zenoh.settings.json5 import Json5Error
+from goalwire.transport.zenoh.settings.native import BeyondOursError, native_settings
+from goalwire.zenoh.io.endpoints import TlsFiles, is_quickly_resolved, resolve
+from goalwire.zenoh.io.endpoints import parse as parse_address
+from goalwire.zenoh.io.tls import TlsStream, client_context, server_context
+from goalwire.zenoh.protocol import key_expressions
+from goalwire.zenoh.protocol.channels import DATA_CHANNEL, PieceBudget, Reassembly, frame_head
+from goalwire.zenoh.protocol.declarations import (
     About,
     Kind,
     When,
@@ -63,19 +63,19 @@ from goalwire.transport.zenoh.protocol.declarations import (
     interest,
     take_back,
 )
-from goalwire.transport.zenoh.protocol.link_state import Node, tell_of
-from goalwire.transport.zenoh.protocol.network import Sample as ZenohSample
-from goalwire.transport.zenoh.protocol.network import Target as QueryTarget
-from goalwire.transport.zenoh.protocol.network import (
+from goalwire.zenoh.protocol.link_state import Node, tell_of
+from goalwire.zenoh.protocol.network import Sample as ZenohSample
+from goalwire.zenoh.protocol.network import Target as QueryTarget
+from goalwire.zenoh.protocol.network import (
     del_body,
     push_head,
     put_body,
     response_final,
     wire_key,
 )
-from goalwire.transport.zenoh.protocol.primitives import encode_timestamp
-from goalwire.transport.zenoh.protocol.senders import Publication, Querier
-from goalwire.transport.zenoh.protocol.transport import Role
+from goalwire.zenoh.protocol.primitives import encode_timestamp
+from goalwire.zenoh.protocol.senders import Publication, Querier
+from goalwire.zenoh.protocol.transport import Role
 
 Errors = type[Exception] | tuple[type[Exception], ...]
 

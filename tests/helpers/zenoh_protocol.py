@@ -5,14 +5,14 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Sequence
 
-from goalwire.transport.zenoh.protocol.channels import Buffer
-from goalwire.transport.zenoh.protocol.handshake import Handshake, Identity
-from goalwire.transport.zenoh.protocol.link import ClosedByPeerError, Link
-from goalwire.transport.zenoh.protocol.link_state import Node
-from goalwire.transport.zenoh.protocol.outgoing import Outgoing
-from goalwire.transport.zenoh.protocol.primitives import ZenohProtocolError
-from goalwire.transport.zenoh.protocol.session import SessionProtocol
-from goalwire.transport.zenoh.protocol.transport import Role
+from goalwire.zenoh.protocol.channels import Buffer
+from goalwire.zenoh.protocol.handshake import Handshake, Identity
+from goalwire.zenoh.protocol.link import ClosedByPeerError, Link
+from goalwire.zenoh.protocol.link_state import Node
+from goalwire.zenoh.protocol.outgoing import Outgoing
+from goalwire.zenoh.protocol.primitives import ZenohProtocolError
+from goalwire.zenoh.protocol.session import SessionProtocol
+from goalwire.zenoh.protocol.transport import Role
 
 _seeds = itertools.count(1)
 

@@ -13,13 +13,13 @@ from helpers.isolation import free_port
 from helpers.patience import PATIENCE, wait_for
 
 from goalwire.transport.zenoh import threads
-from goalwire.transport.zenoh.native.dialler import Retry
-from goalwire.transport.zenoh.native.endpoints import TlsFiles
-from goalwire.transport.zenoh.native.session import NativeSession, Settings
-from goalwire.transport.zenoh.protocol.network import Consolidation, ReplyError, Sample, Target
-from goalwire.transport.zenoh.protocol.queries import Query
-from goalwire.transport.zenoh.protocol.senders import Publication, Querier
-from goalwire.transport.zenoh.protocol.transport import Role
+from goalwire.zenoh.io.dialler import Retry
+from goalwire.zenoh.io.endpoints import TlsFiles
+from goalwire.zenoh.io.session import NativeSession, Settings
+from goalwire.zenoh.protocol.network import Consolidation, ReplyError, Sample, Target
+from goalwire.zenoh.protocol.queries import Query
+from goalwire.zenoh.protocol.senders import Publication, Querier
+from goalwire.zenoh.protocol.transport import Role
 
 TLS_NAMES = (
     'root_ca_certificate',
@@ -182,7 +182,7 @@ class Ours(Side):
         return heard
 
     def links(self) -> set[str]:
-        from goalwire.transport.zenoh.protocol.primitives import show_id
+        from goalwire.zenoh.protocol.primitives import show_id
 
         return {show_id(link.zid) for link in self.protocol.links if link.knows_all}
 

@@ -27,8 +27,8 @@ from helpers.programs import programs_in  # noqa: E402
 from helpers.zenoh_protocol import Session  # noqa: E402
 
 from goalwire.transport.zenoh.attachment import GID_SIZE, encode  # noqa: E402
-from goalwire.transport.zenoh.protocol.channels import CHANNELS, DATA_CHANNEL, fragment_head  # noqa: E402
-from goalwire.transport.zenoh.protocol.declarations import (  # noqa: E402
+from goalwire.zenoh.protocol.channels import CHANNELS, DATA_CHANNEL, fragment_head  # noqa: E402
+from goalwire.zenoh.protocol.declarations import (  # noqa: E402
     About,
     Kind,
     When,
@@ -36,8 +36,8 @@ from goalwire.transport.zenoh.protocol.declarations import (  # noqa: E402
     declare_expression,
     interest,
 )
-from goalwire.transport.zenoh.protocol.link_state import Node, tell_of  # noqa: E402
-from goalwire.transport.zenoh.protocol.network import (  # noqa: E402
+from goalwire.zenoh.protocol.link_state import Node, tell_of  # noqa: E402
+from goalwire.zenoh.protocol.network import (  # noqa: E402
     BLOCK,
     DEFAULT_QOS,
     Target,
@@ -45,8 +45,8 @@ from goalwire.transport.zenoh.protocol.network import (  # noqa: E402
     put_body,
     wire_key,
 )
-from goalwire.transport.zenoh.protocol.senders import Querier  # noqa: E402
-from goalwire.transport.zenoh.protocol.transport import Role  # noqa: E402
+from goalwire.zenoh.protocol.senders import Querier  # noqa: E402
+from goalwire.zenoh.protocol.transport import Role  # noqa: E402
 
 PAUSE_S = 0.02
 """Between two looks at the target's process."""

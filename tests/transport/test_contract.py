@@ -20,14 +20,7 @@ from helpers.wires import DDS
 from goalwire.errors import ClosedError
 from goalwire.rules.qos import DurabilityPolicy, QoS, ReliabilityPolicy
 from goalwire.transport import registry
-from goalwire.transport.contract import (
-    EndpointKind,
-    NodeName,
-    Request,
-    Sample,
-    Session,
-    SessionOptions,
-)
+from goalwire.transport.contract import EndpointKind, NodeName, Request, Sample, Session, SessionOptions
 
 PUBLISHER, SUBSCRIPTION = EndpointKind.PUBLISHER, EndpointKind.SUBSCRIPTION
 LASTING = QoS(depth=3, durability=DurabilityPolicy.TRANSIENT_LOCAL)

@@ -11,10 +11,10 @@ from goalwire.entities.type_support import ServiceSupport
 from goalwire.errors import RemoteError
 from goalwire.execution.callback_groups import CallbackGroup
 from goalwire.execution.event_queue import EventQueue
+from goalwire.reports import log_rejected
 from goalwire.rules import reasons
 from goalwire.rules.qos import QoS
 from goalwire.transport.contract import EndpointKind, Payload, Port, Request
-from goalwire.transport.reports import log_rejected
 
 QUEUE_LIMIT = 10_000
 """Requests that may wait at one server. Beyond it the newest is refused, counted and logged, whatever the

@@ -6,12 +6,12 @@ from enum import Enum, IntEnum
 from threading import RLock
 from typing import TYPE_CHECKING, Any
 
+from goalwire.concurrency.ordered_dispatcher import OrderedDispatcher
 from goalwire.entities.endpoint import describe_endpoint
 from goalwire.entities.type_support import message_support
 from goalwire.errors import ClosedError, GoalwireError, InvalidHandle
 from goalwire.logging import get_logger
 from goalwire.transport.contract import EndpointKind
-from goalwire.transport.ordered_dispatcher import OrderedDispatcher
 
 if TYPE_CHECKING:
     from goalwire.entities.node import NodeCore

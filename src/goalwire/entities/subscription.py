@@ -15,10 +15,10 @@ from goalwire.execution.callbacks import accepts, what_was_given
 from goalwire.execution.event_queue import EventQueue
 from goalwire.execution.future import Future, block_on
 from goalwire.execution.monotonic import deadline_after
+from goalwire.reports import log_rejected
 from goalwire.rules.qos import QoS
 from goalwire.transport.contract import EndpointKind, Port, Sample
 from goalwire.transport.registry import selected_identifier
-from goalwire.transport.reports import log_rejected
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -37,8 +37,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from types import FrameType, TracebackType
 
+    from goalwire.concurrency.wire_poller import WirePoller
     from goalwire.execution.waiting import ContextLike, ShutdownSignal
-    from goalwire.transport.contract import WirePoller
 
 _CLOSE = 0
 """No signal has this number."""

@@ -23,8 +23,9 @@ from goalwire.execution.monotonic import STEADY, SteadyClock
 if TYPE_CHECKING:
     import asyncio
 
+    from goalwire.concurrency.wire_poller import WirePoller
     from goalwire.execution.fd_selector import FdSelector
-    from goalwire.transport.contract import Session, WirePoller
+    from goalwire.transport.contract import Session
 
 L = TypeVar('L')
 

@@ -12,9 +12,9 @@ from functools import partial
 from threading import Lock
 from typing import Generic, ParamSpec, TypeAlias
 
+from goalwire.concurrency.ordered_dispatcher import OrderedDispatcher
+from goalwire.reports import report_failure
 from goalwire.transport.contract import EndpointKind, GraphEntity
-from goalwire.transport.ordered_dispatcher import OrderedDispatcher
-from goalwire.transport.reports import report_failure
 
 P = ParamSpec('P')
 

@@ -12,8 +12,9 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from enum import Enum
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple, Protocol, TypeAlias
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
+from goalwire.concurrency.wire_poller import WirePoller
 from goalwire.records import record
 from goalwire.rules.qos import DEFAULT, QoS
 
@@ -269,60 +270,6 @@ class NodePort(Port):
     @abstractmethod
     def client(self, endpoint: Endpoint) -> ClientPort:
         """Declare a service client."""
-
-
-class Sleeper(Protocol):
-    """A thread that has nothing to do."""
-
-    interrupt: Callable[[], None] | None
-    """Ends its sleep while it sleeps elsewhere than on its lock; `wake` calls it."""
-
-    def wait_on_lock(self, timeout_ns: int | None = None) -> bool:
-        """Sleep on a lock until `wake` (True) or for `timeout_ns` (False); 0 takes up a wake-up that came."""
-
-    def wake(self) -> None:
-        """End its sleep, wherever it sleeps. Any thread, signal handlers too."""
-
-
-class WirePoller(ABC):
-    """Waiting on the wire itself, which one idle thread of the session does: so what comes wakes it at once.
-
-    That thread then delivers what has come. The others sleep on their locks (the pattern Leader/Followers).
-    """
-
-    external_sleepers: set[object]
-    """Sleepers that do not wait on the wire themselves, and so need the session's own thread to wait here.
-    While there are any, no other thread begins to."""
-
-    @abstractmethod
-    def wait(self, sleeper: Sleeper, timeout_ns: int | None) -> bool:
-        """Sleep until `sleeper` is woken (True) or for `timeout_ns` (False), on the wire where that is free.
-
-        True may also mean nothing, so look again.
-        """
-
-    @abstractmethod
-    def ensure_polled(self) -> None:
-        """See to it that somebody waits on the wire: there are dependants. Any thread."""
-
-    @abstractmethod
-    def interrupt(self) -> None:
-        """Let the thread that waits on the wire run a signal handler. Any thread."""
-
-    def attach_loop(self) -> int | None:
-        """Let an asyncio loop, on the calling thread, read the wire until `detach_loop`.
-
-        Returns a descriptor of its own that is readable while there is something for `serve_ready`, for the
-        caller to close. None where the wire has no such thing.
-        """
-        return None
-
-    def detach_loop(self) -> None:  # noqa: B027 - nothing to undo where none can be attached
-        """Undo one `attach_loop`, on the same thread."""
-
-    def serve_ready(self) -> float:
-        """Deliver what is there now; return when to call this again at the latest, on the monotonic clock."""
-        return float('inf')
 
 
 class Session(ABC):

@@ -21,7 +21,7 @@ from goalwire.transport.dds.discovery_state import (
     decode_info,
     encode_info,
 )
-from goalwire.transport.ordered_dispatcher import Change
+from goalwire.transport.graph_dispatcher import Change
 
 PEER = bytes([1]) * 16
 

@@ -11,9 +11,9 @@ from typing import Self
 import pytest
 from helpers.patience import PATIENCE
 
+from goalwire.concurrency.wire_poller import Sleeper
 from goalwire.execution.waiting import ShutdownSignal, Waiter, WireWaiter
 from goalwire.rules.qos import QoS
-from goalwire.transport.contract import Sleeper
 from goalwire.transport.dds.context import DOMAINS, open_domain
 from goalwire.transport.dds.delivery import ReaderDispatcher
 from goalwire.transport.dds.description import endpoint_qos

@@ -40,6 +40,7 @@ from goalwire.execution.callbacks import advise_callback
 from goalwire.execution.event_queue import EventQueue, ResponseTicks
 from goalwire.execution.future import Future, block_on, cancel_quietly
 from goalwire.logging import RcutilsLogger, get_logger
+from goalwire.reports import log_rejected
 from goalwire.rules.goals import effects as effect
 from goalwire.rules.goals import wire
 from goalwire.rules.goals.client import ClientGoal, GoalClient
@@ -48,7 +49,6 @@ from goalwire.rules.latencies import Latencies
 from goalwire.rules.qos import QoS
 from goalwire.rules.time import S_TO_NS, Time
 from goalwire.transport.contract import EndpointKind, Payload, Port, Sample
-from goalwire.transport.reports import log_rejected
 
 if TYPE_CHECKING:
     from action_msgs.srv import CancelGoal

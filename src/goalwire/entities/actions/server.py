@@ -15,6 +15,7 @@ from types import CoroutineType
 from typing import TYPE_CHECKING, Any
 
 from goalwire.cdr import codec
+from goalwire.concurrency.ordered_dispatcher import OrderedDispatcher
 from goalwire.entities.actions.endpoints import ActionQoS, ActionServerEndpoints, LostClients
 from goalwire.entities.actions.server_goal import (
     ActionCallbacks,
@@ -47,7 +48,6 @@ from goalwire.rules.goals.table import GoalEvent, GoalStatus
 from goalwire.rules.latencies import Latencies
 from goalwire.rules.reasons import described
 from goalwire.transport.contract import Payload, Request
-from goalwire.transport.ordered_dispatcher import OrderedDispatcher
 
 if TYPE_CHECKING:
     from goalwire.rules.statistics import ActionServerStatistics

@@ -1,7 +1,7 @@
 """An asyncio loop reads the wire itself, where the session has a descriptor: no thread in between.
 
 A thread that reads for the loop costs two wake-ups, its own and the loop's. Where the loop's thread is busy
-for long, the session's own thread reads (`transport/wire_poller.py`).
+for long, the session's own thread reads (`concurrency/leader_followers.py`).
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from goalwire.execution.asyncio.waiting import WAKE_FDS, LoopWaker, shared_waker
 from goalwire.execution.monotonic import STEADY
 
 if TYPE_CHECKING:
-    from goalwire.transport.contract import WirePoller
+    from goalwire.concurrency.wire_poller import WirePoller
 
 NEVER = float('inf')
 

@@ -31,7 +31,7 @@ from enum import Enum
 from queue import Empty, SimpleQueue
 
 from goalwire.errors import TransportError
-from goalwire.transport.reports import LOGGER
+from goalwire.reports import LOGGER
 
 MOST_PARTICIPANTS = 32
 """Participants of one domain on one machine that can be asked for directly (as in ROS 2)."""

@@ -7,7 +7,9 @@ from functools import partial
 from itertools import count
 from typing import TYPE_CHECKING, NamedTuple
 
+from goalwire.concurrency.forks import ForkGuard
 from goalwire.errors import TransportError
+from goalwire.reports import RejectCounters
 from goalwire.transport.dds.abi import Library
 from goalwire.transport.dds.configuration import LARGEST_DOMAIN, calls_fast_dds, domain_configuration
 from goalwire.transport.dds.delivery import LocalReaders, ReaderDispatcher
@@ -16,8 +18,7 @@ from goalwire.transport.dds.discovery import Discovery, GraphNotifier
 from goalwire.transport.dds.status import Peers, Statuses
 from goalwire.transport.dds.waitset import DdsWirePoller
 from goalwire.transport.dds.wire import Participant
-from goalwire.transport.endpoint import EndpointState, ForkGuard, Shared
-from goalwire.transport.reports import RejectCounters
+from goalwire.transport.endpoint import EndpointState, Shared
 
 if TYPE_CHECKING:
     from goalwire.transport.dds.fast_dds import Translation

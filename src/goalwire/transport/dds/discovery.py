@@ -16,6 +16,7 @@ from threading import Lock
 from typing import TypeVar
 
 from goalwire.errors import RemoteError
+from goalwire.reports import RejectCounters
 from goalwire.rules.qos import DEFAULT, DurabilityPolicy, HistoryPolicy, QoS
 from goalwire.transport.contract import EndpointKind, GraphEntity, GraphListener, NodeName
 from goalwire.transport.dds.abi import (
@@ -55,8 +56,8 @@ from goalwire.transport.dds.discovery_state import (
 )
 from goalwire.transport.dds.waitset import WaitsetThread
 from goalwire.transport.dds.wire import Participant, Reader, Writer, check
-from goalwire.transport.ordered_dispatcher import Change, GraphDispatcher, graph_dispatcher
-from goalwire.transport.reports import RejectCounters, check_names
+from goalwire.transport.graph_dispatcher import Change, GraphDispatcher, graph_dispatcher
+from goalwire.transport.graph_names import check_names
 
 
 class GraphNotifier:

@@ -23,8 +23,8 @@ from goalwire.records import record, replace
 from goalwire.rules.qos import QoS
 from goalwire.transport.contract import EndpointKind, GraphEntity, NodeName
 from goalwire.transport.dds.description import Role
-from goalwire.transport.ordered_dispatcher import Change
-from goalwire.transport.reports import check_names
+from goalwire.transport.graph_dispatcher import Change
+from goalwire.transport.graph_names import check_names
 
 GID_SIZE = 16
 OLD_GID_SIZE = 24

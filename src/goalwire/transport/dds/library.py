@@ -15,12 +15,12 @@ from collections.abc import Iterator
 from glob import escape, glob
 from threading import Lock
 
+from goalwire.concurrency.forks import ForkGuard
 from goalwire.errors import ForkedError, GoalwireError, TransportError
 from goalwire.rules.qos import QoS
 from goalwire.transport.dds.abi import Library
 from goalwire.transport.dds.description import endpoint_qos, read_qos, read_user_data
 from goalwire.transport.dds.wire import Participant, Reader, Writer
-from goalwire.transport.endpoint import ForkGuard
 
 OVERRIDE = 'GOALWIRE_LIBDDSC'
 """Names the library file to use, before all others."""

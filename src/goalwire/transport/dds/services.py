@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
 from goalwire.errors import LocalError, RemoteError, TransportError
 from goalwire.records import replace
+from goalwire.reports import log_rejected, report_failure
 from goalwire.rules.qos import HistoryPolicy
 from goalwire.transport.contract import ClientPort, Endpoint, NodeName, Request, Sample, new_sample
 from goalwire.transport.dds.configuration import FAST_DDS_SERVICES
@@ -39,7 +40,6 @@ from goalwire.transport.dds.service_header import (
 from goalwire.transport.dds.status import PUBLICATION_MATCHED, SUBSCRIPTION_MATCHED, Peer
 from goalwire.transport.dds.wire import RawSample, Reader, Writer
 from goalwire.transport.endpoint import OpenPort
-from goalwire.transport.reports import log_rejected, report_failure
 
 if TYPE_CHECKING:
     from goalwire.transport.dds.fast_dds import Calls as FastDdsCalls

@@ -14,10 +14,10 @@ from functools import partial
 from itertools import count
 from threading import Lock
 
+from goalwire.concurrency.leader_followers import LeaderFollowers
+from goalwire.reports import report_failure
 from goalwire.transport.dds.abi import INFINITY
 from goalwire.transport.dds.wire import Participant, check
-from goalwire.transport.reports import report_failure
-from goalwire.transport.wire_poller import LeaderFollowers
 
 _AT_ONCE = 64
 _INTERRUPTED = 0

@@ -8,8 +8,8 @@ from heapq import heappop, heappush
 from threading import Event, Lock, Thread, current_thread
 from typing import Any, Protocol
 
+from goalwire.reports import report_failure
 from goalwire.transport.faults.kinds import Path
-from goalwire.transport.reports import report_failure
 
 
 class Clock(Protocol):

@@ -13,11 +13,11 @@ from threading import Lock
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 from goalwire.errors import LocalError
+from goalwire.reports import report_failure
 from goalwire.rules.qos_events import PublisherEvent, SubscriptionEvent
 from goalwire.transport.contract import ClientPort, Port, PublisherPort, Request, Sample
 from goalwire.transport.faults.kinds import Kind, Moment, Packet
 from goalwire.transport.faults.plan import Plan
-from goalwire.transport.reports import report_failure
 
 if TYPE_CHECKING:
     from goalwire.rules.qos_events import EventStatus, EventType

@@ -7,6 +7,7 @@ from threading import Lock, RLock
 from types import TracebackType
 from typing import Self, TypeAlias
 
+from goalwire.concurrency.ordered_dispatcher import OrderedDispatcher
 from goalwire.transport import wrappers
 from goalwire.transport.contract import (
     ClientPort,
@@ -27,7 +28,7 @@ from goalwire.transport.contract import (
 from goalwire.transport.faults.delay_queue import Clock
 from goalwire.transport.faults.plan import AnyFault, Plan
 from goalwire.transport.faults.ports import FaultyClient, FaultyPublisher, FaultyService, FaultySubscription
-from goalwire.transport.ordered_dispatcher import GraphDispatcher, OrderedDispatcher, graph_dispatcher
+from goalwire.transport.graph_dispatcher import GraphDispatcher, graph_dispatcher
 
 _Key: TypeAlias = tuple[EndpointKind, str, int, bytes]
 

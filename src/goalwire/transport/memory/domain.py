@@ -12,8 +12,8 @@ from typing import TypeAlias
 
 from goalwire.transport.contract import GraphEntity, GraphListener
 from goalwire.transport.endpoint import Shared
+from goalwire.transport.graph_dispatcher import GraphDispatcher, graph_dispatcher
 from goalwire.transport.memory.ports import MemoryPublisher, MemoryService, MemorySubscription
-from goalwire.transport.ordered_dispatcher import GraphDispatcher, graph_dispatcher
 
 Key: TypeAlias = tuple[str, str, str]
 """Name, type and hash: endpoints that share all three match, whatever the QoS (as in rmw_zenoh)."""

@@ -14,12 +14,12 @@ from collections.abc import Callable
 from threading import Lock, RLock
 from time import time_ns
 
+from goalwire.concurrency.ordered_dispatcher import OrderedDispatcher
 from goalwire.errors import LocalError
+from goalwire.reports import report_failure
 from goalwire.rules.qos import QoS
 from goalwire.transport.contract import ClientPort, GraphEntity, PublisherPort, Request, Sample
 from goalwire.transport.endpoint import EndpointState, OpenPort
-from goalwire.transport.ordered_dispatcher import OrderedDispatcher
-from goalwire.transport.reports import report_failure
 
 _DEFAULT_DEPTH = 42
 """The depth that rmw_zenoh uses where 0 is given."""

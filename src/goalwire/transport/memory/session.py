@@ -9,6 +9,7 @@ from functools import partial
 from itertools import count
 from threading import Lock
 
+from goalwire.concurrency.forks import ForkGuard
 from goalwire.records import replace
 from goalwire.transport.contract import (
     ClientPort,
@@ -24,10 +25,10 @@ from goalwire.transport.contract import (
     Sample,
     Transport,
 )
-from goalwire.transport.endpoint import EndpointState, ForkGuard, OpenNode, OpenSession
+from goalwire.transport.endpoint import EndpointState, OpenNode, OpenSession
+from goalwire.transport.graph_dispatcher import GraphDispatcher
 from goalwire.transport.memory.domain import DOMAINS, MemoryDomain, key_of
 from goalwire.transport.memory.ports import MemoryClient, MemoryPublisher, MemoryService, MemorySubscription
-from goalwire.transport.ordered_dispatcher import GraphDispatcher
 
 
 class MemorySession(OpenSession):

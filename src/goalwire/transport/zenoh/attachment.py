@@ -16,8 +16,8 @@ from typing import TypeAlias
 
 from goalwire.errors import RemoteError
 from goalwire.transport.contract import Sample, new_sample
-from goalwire.transport.zenoh.protocol.queries import Query
 from goalwire.transport.zenoh.wire import Message
+from goalwire.zenoh.protocol.queries import Query
 
 GID_SIZE = 16
 SIZE = 33

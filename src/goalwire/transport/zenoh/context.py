@@ -17,16 +17,19 @@ from time import monotonic
 from typing import NamedTuple
 from weakref import WeakValueDictionary
 
+from goalwire.concurrency.critical_section import CriticalSection
+from goalwire.concurrency.forks import ForkGuard
 from goalwire.errors import TransportError
+from goalwire.reports import RejectCounters, report_failure
 from goalwire.transport.contract import GraphEntity
-from goalwire.transport.critical_section import CriticalSection
-from goalwire.transport.endpoint import ForkGuard
-from goalwire.transport.reports import RejectCounters, report_failure
 from goalwire.transport.zenoh.wire import Wire
 
 LARGE = 1 << 18
-"""Bytes from which a message counts as large: a link's queue holds four of these (settings.py). The thread
-costs a message 0.1 ms. Of 200 messages of 500 KB in a row a third were lost without it; of 200 KB none."""
+"""Bytes from which a message counts as large: a link's queue holds four of these (settings/built_in.py).
+
+The thread costs a message 0.1 ms. Of 200 messages of 500 KB in a row a third were lost without it; of 200 KB
+none.
+"""
 
 
 class Waiting(NamedTuple):

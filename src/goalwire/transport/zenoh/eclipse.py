@@ -23,17 +23,17 @@ import zenoh
 from zenoh import ext
 from zenoh.handlers import Callback
 
+from goalwire.concurrency.ordered_dispatcher import OrderedDispatcher
 from goalwire.errors import TransportError
 from goalwire.rules.time import S_TO_NS
-from goalwire.transport.ordered_dispatcher import OrderedDispatcher
 from goalwire.transport.zenoh import library, wire
-from goalwire.transport.zenoh.config import Configuration
-from goalwire.transport.zenoh.protocol.network import Payload, ReplyError
-from goalwire.transport.zenoh.protocol.primitives import SourceInfo, Timestamp, read_id
-from goalwire.transport.zenoh.protocol.queries import Answer, Query
-from goalwire.transport.zenoh.settings import START_ROUTER
+from goalwire.transport.zenoh.settings.built_in import advise_unreached
+from goalwire.transport.zenoh.settings.config import Configuration
 from goalwire.transport.zenoh.threads import keep_thread_state
 from goalwire.transport.zenoh.wire import Declared, taken_back, undeclare
+from goalwire.zenoh.protocol.network import Payload, ReplyError
+from goalwire.zenoh.protocol.primitives import SourceInfo, Timestamp, read_id
+from goalwire.zenoh.protocol.queries import Answer, Query
 
 UNTIMED_S: float | None = None
 """Of requests without a time; None: what the session's configuration says, ten minutes as under rmw_zenoh.
@@ -317,13 +317,11 @@ class EclipseWire(wire.Wire):
         try:
             self._zenoh = library.open_zenoh(configuration)
         except zenoh.ZError as error:
-            advice = f'{START_ROUTER}, or check' if configuration.at('mode') == 'client' else 'check'
             raise TransportError(
                 f'cannot open a Zenoh session (connecting to '
                 f'{json.dumps(configuration.at("connect/endpoints"))}, listening on '
                 f'{json.dumps(configuration.at("listen/endpoints"))}): {library.reason(error)}; '
-                f'{advice} ZENOH_SESSION_CONFIG_URI, ZENOH_CONFIG_OVERRIDE and that these addresses can be '
-                f'reached'
+                f'{advise_unreached(str(configuration.at("mode")))}'
             ) from None
         self.id = str(self._zenoh.zid())
         self._in_flight = InFlight()

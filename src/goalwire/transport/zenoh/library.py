@@ -11,7 +11,7 @@ import zenoh
 
 from goalwire.errors import TransportError
 from goalwire.transport.zenoh import threads
-from goalwire.transport.zenoh.config import Configuration
+from goalwire.transport.zenoh.settings.config import Configuration
 
 
 def reason(error: Exception) -> str:

@@ -12,9 +12,9 @@ from time import time_ns
 from typing import NamedTuple
 
 from goalwire.errors import TransportError
+from goalwire.reports import LOGGER
 from goalwire.transport.contract import Endpoint, PublisherPort
 from goalwire.transport.endpoint import EndpointState, OpenPort
-from goalwire.transport.reports import LOGGER
 from goalwire.transport.zenoh.attachment import GID_SIZE, encode
 from goalwire.transport.zenoh.context import LARGE, Turn, Waiting, ZenohContext
 from goalwire.transport.zenoh.tokens import actual_depth

@@ -20,17 +20,18 @@ from threading import Event, Thread
 from time import monotonic
 from typing import TYPE_CHECKING
 
+from goalwire.concurrency.forks import in_child, leak
 from goalwire.errors import ForkedError, TransportError
 from goalwire.patterns import Pattern
-from goalwire.transport.endpoint import Shared, close_at_exit, in_child, leak
-from goalwire.transport.reports import LOGGER
+from goalwire.reports import LOGGER
+from goalwire.transport.endpoint import Shared, close_at_exit
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     import zenoh
 
-    from goalwire.transport.zenoh.config import Configuration
+    from goalwire.transport.zenoh.settings.config import Configuration
 
 PATIENCE_S = 2.0
 """How long a holder may take to answer. A router of a busy machine takes some milliseconds."""

@@ -8,8 +8,9 @@ from contextlib import contextmanager
 import zenoh
 
 from goalwire.errors import TransportError
-from goalwire.transport.zenoh import config, library
+from goalwire.transport.zenoh import library
 from goalwire.transport.zenoh.rendezvous import PORT_IS_TAKEN, name_of_holder
+from goalwire.transport.zenoh.settings import config
 
 
 @contextmanager

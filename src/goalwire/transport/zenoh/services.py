@@ -16,9 +16,9 @@ from goalwire.transport.contract import ClientPort, Request, Sample
 from goalwire.transport.endpoint import EndpointState, OpenPort
 from goalwire.transport.zenoh.attachment import GID_SIZE, encode, sample_of
 from goalwire.transport.zenoh.context import ZenohContext
-from goalwire.transport.zenoh.protocol.network import ReplyError
-from goalwire.transport.zenoh.protocol.queries import Query
 from goalwire.transport.zenoh.wire import Declared, Message, Querier
+from goalwire.zenoh.protocol.network import ReplyError
+from goalwire.zenoh.protocol.queries import Query
 
 
 class ZenohCall:

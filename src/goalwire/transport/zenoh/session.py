@@ -19,6 +19,7 @@ from threading import RLock
 from typing import NamedTuple
 
 from goalwire.errors import RemoteError, TransportError
+from goalwire.reports import LOGGER
 from goalwire.transport.contract import (
     ClientPort,
     Endpoint,
@@ -34,17 +35,12 @@ from goalwire.transport.contract import (
     SessionOptions,
 )
 from goalwire.transport.endpoint import EndpointState, OpenNode, OpenPort, OpenSession, close_at_exit
-from goalwire.transport.reports import LOGGER
-from goalwire.transport.zenoh import (
-    config,
-    publisher,
-    settings,
-    subscription,
-)
-from goalwire.transport.zenoh.config import Configuration
+from goalwire.transport.zenoh import publisher, subscription
 from goalwire.transport.zenoh.context import ZenohContext
 from goalwire.transport.zenoh.rendezvous import RENDEZVOUS, Holder, look, name_of_holder
 from goalwire.transport.zenoh.services import ZenohClient, ZenohService
+from goalwire.transport.zenoh.settings import built_in, config
+from goalwire.transport.zenoh.settings.config import Configuration
 from goalwire.transport.zenoh.tokens import (
     data_key,
     encode_endpoint,
@@ -69,7 +65,7 @@ def _open_wire(configuration: Configuration) -> Wire:
         raise TransportError(f"{CHOICE} is '{chosen}'; set it to {NATIVE} or {ECLIPSE}")
     if chosen == ECLIPSE:
         return _open_eclipse(configuration, f'{CHOICE}={ECLIPSE}')
-    from goalwire.transport.zenoh.native.configuration import BeyondOursError, native_settings
+    from goalwire.transport.zenoh.settings.native import BeyondOursError, native_settings
 
     try:
         settings = native_settings(configuration.values)
@@ -78,7 +74,7 @@ def _open_wire(configuration: Configuration) -> Wire:
 
         get_logger(LOGGER).info(f'eclipse-zenoh is used: the configuration asks for {error}')
         return _open_eclipse(configuration, f'the configuration asks for {error}. That')
-    from goalwire.transport.zenoh.native.wire import NativeWire
+    from goalwire.transport.zenoh.native import NativeWire
 
     return NativeWire(settings)
 
@@ -253,7 +249,7 @@ def _watch_port(context: ZenohContext, port: int) -> Declared:
     """Leave the port of the rendezvous to somebody else's router from the moment the session meets it."""
 
     def on_router(zid: str, address: str) -> None:
-        if config.local_port([address], '') == port and not settings.is_rendezvous_id(zid):
+        if config.local_port([address], '') == port and not built_in.is_rendezvous_id(zid):
             RENDEZVOUS.leave_to_other(port)
 
     return context.wire.watch_routers(on_router)
@@ -269,7 +265,7 @@ def _look_for_router(wire: Wire, plan: config.Plan, found: Holder) -> None:
 
     One that has answered, or that this process is about to offer, has a moment more to greet the session.
     """
-    seconds = settings.router_check_seconds()
+    seconds = built_in.router_check_seconds()
     if seconds is None or wire.wait_for_router(0):
         return
     offers = plan.rendezvous is not None and not RENDEZVOUS.is_left(plan.port)
@@ -280,7 +276,7 @@ def _look_for_router(wire: Wire, plan: config.Plan, found: Holder) -> None:
     from goalwire.logging import get_logger  # needed only when something is broken
 
     if not offers:
-        advice = f'{settings.START_ROUTER}, or set GOALWIRE_ROUTER=on to have it embedded'
+        advice = f'{built_in.START_ROUTER}, or set GOALWIRE_ROUTER=on to have it embedded'
     else:
         advice = f'another program may hold port {plan.port}: set GOALWIRE_ROUTER_PORT to a free one'
     where = ', '.join(_endpoints(plan.session)) or 'any endpoint'

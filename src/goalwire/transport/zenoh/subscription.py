@@ -13,18 +13,18 @@ from threading import RLock
 from time import monotonic, time_ns
 from typing import NamedTuple
 
+from goalwire.concurrency.ordered_dispatcher import OrderedDispatcher
 from goalwire.errors import RemoteError
 from goalwire.transport.contract import Endpoint, Sample, new_sample
 from goalwire.transport.endpoint import EndpointState
-from goalwire.transport.ordered_dispatcher import OrderedDispatcher
 from goalwire.transport.zenoh import wire
 from goalwire.transport.zenoh.attachment import GID_SIZE, SIZE, sample_of, split
 from goalwire.transport.zenoh.context import ZenohContext
-from goalwire.transport.zenoh.protocol.network import ReplyError
-from goalwire.transport.zenoh.protocol.primitives import show_id
 from goalwire.transport.zenoh.stream import StreamState
 from goalwire.transport.zenoh.tokens import CPU_BUFFERS, actual_depth, uses_cpu_channel
 from goalwire.transport.zenoh.wire import Declared, Message, OnMessage, undeclare
+from goalwire.zenoh.protocol.network import ReplyError
+from goalwire.zenoh.protocol.primitives import show_id
 
 UNNUMBERED = 'uhlc'
 """The entity chunk of publishers whose messages have no number of the wire."""

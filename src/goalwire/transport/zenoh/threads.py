@@ -22,8 +22,9 @@ from functools import partial
 
 import zenoh
 
+from goalwire.concurrency.forks import ForkGuard
 from goalwire.errors import ForkedError
-from goalwire.transport.endpoint import ForkGuard, after_closing_at_exit
+from goalwire.transport.endpoint import after_closing_at_exit
 
 RUNTIME = (
     '(rx: (worker_threads: 1), app: (handover: rx), net: (worker_threads: 1), acc: (handover: net), '

@@ -30,7 +30,7 @@ from goalwire.rules.qos import (
     ReliabilityPolicy,
 )
 from goalwire.transport.contract import Endpoint, EndpointKind, GraphEntity, NodeName
-from goalwire.transport.reports import check_names
+from goalwire.transport.graph_names import check_names
 
 GRAPH_SPACE = '@ros2_lv'
 """First chunk of every liveliness token; `@` keeps it out of the reach of `**` elsewhere."""

@@ -11,10 +11,10 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Never, Protocol, TypeAlias
 
-from goalwire.transport.contract import WirePoller
-from goalwire.transport.zenoh.protocol.network import Payload, ReplyError
-from goalwire.transport.zenoh.protocol.primitives import SourceInfo, Timestamp
-from goalwire.transport.zenoh.protocol.queries import Query
+from goalwire.concurrency.wire_poller import WirePoller
+from goalwire.zenoh.protocol.network import Payload, ReplyError
+from goalwire.zenoh.protocol.primitives import SourceInfo, Timestamp
+from goalwire.zenoh.protocol.queries import Query
 
 HISTORY_S = 10.0
 """How long what a publisher sends waits for what it keeps. Its answers are taken as long as they come."""

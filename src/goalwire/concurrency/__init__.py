@@ -1,0 +1,4 @@
+"""Threads beside each other: critical sections, ordered delivery, waiting on a wire, and forks.
+
+Each session that has sockets of its own is built on this, whatever it speaks.
+"""

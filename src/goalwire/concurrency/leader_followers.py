@@ -1,0 +1,379 @@
+"""Decides which thread waits for a session's messages: an idle thread of the program, or the session's own.
+
+The pattern is Leader/Followers. An idle thread takes the lead if nobody has it, waits in the waitset and
+delivers what comes. It leaves when there is work for it, and wakes another idle thread to lead. If there is
+none, the session's own thread takes over, after a short while: the thread that has left usually comes back
+soon. So a message wakes only the thread that wants it.
+
+Before it sleeps, the leader may look at the wire for a moment: what comes by then needs no wake-up (`Look`).
+"""
+
+from __future__ import annotations
+
+import os
+from _thread import allocate_lock
+from collections.abc import Callable, Mapping, Sized
+from contextlib import suppress
+from functools import partial
+from threading import Event, Lock, Thread, get_ident
+from time import monotonic_ns, sleep
+from typing import Protocol
+from weakref import WeakSet
+
+from goalwire.concurrency.forks import in_child
+from goalwire.concurrency.wire_poller import Sleeper, WirePoller
+from goalwire.errors import TransportError
+
+AWAY_S = 0.05
+"""How long there is no leader, once to twice, before the session's own thread leads. Each look costs it some
+15 us, so this costs 20 looks a second while leaders come and go. Who waits for something is not delayed by
+it: an idle thread takes the lead itself, and for dependants the own thread leads at once."""
+LOOPS_IDLE_S = 1.0
+"""The same while asyncio loops read the wire and nothing comes."""
+CLOSING_S = 5.0
+"""How long closing waits for the leader, which only delivers."""
+FOREVER = 2**63 - 1
+"""So many ns are waited for without limit."""
+LOOK_VARIABLE = 'GOALWIRE_LOOK_US'
+"""How long to look at the wire before a sleep, at most; 0: not at all."""
+DEFAULT_LOOK_US = 200
+"""Longer than another process needs to wake up and answer: so one side that looks finds its answer."""
+LONGEST_LOOK_US = 1000
+TRIED, KEPT, RAREST = 8, 64, 1024
+"""Waits in which the other way is tried; that looks have which pay; after which they are tried at last."""
+WORTH = 7 / 8
+"""Looks pay where what comes is there in less than this part of the time that it takes without."""
+_LEAD = 'lead'
+_STANDBY = object()
+
+let_others_run: Callable[[], object] = getattr(os, 'sched_yield', partial(sleep, 0))
+
+
+def look_ns(env: Mapping[str, str] = os.environ) -> int:
+    """Return for how long to look before a sleep; raises TransportError for what is no such time."""
+    text = env.get(LOOK_VARIABLE) or str(DEFAULT_LOOK_US)
+    if not (text.isascii() and text.isdigit() and int(text) <= LONGEST_LOOK_US):
+        raise TransportError(
+            f"{LOOK_VARIABLE} is '{text}'; set it to microseconds from 0 (do not look) to {LONGEST_LOOK_US}"
+        )
+    return int(text) * 1000
+
+
+class Look:
+    """Waits; looks at the wire again and again for a moment before it sleeps, as long as that pays.
+
+    A wake-up on another processor takes 35 to 100 µs. A look saves it if the message comes within that
+    moment; where it does not come, or others need the processor, a look only costs. Which of the two holds
+    is measured: the median time until something comes, with a look and without. The quicker way has the next
+    waits; then the other way is tried in a few. Where looks pay nothing, they are tried ever more rarely.
+    """
+
+    __slots__ = ('_before', '_left', '_longest_ns', '_looks', '_pause', '_times', '_tries', '_wait')
+
+    def __init__(self, wait: Callable[[int], int], longest_ns: int) -> None:
+        """`wait` is the wire's: it takes ns and returns what it has found."""
+        self._wait = wait
+        self._longest_ns = longest_ns
+        self._looks = self._tries = False
+        self._pause = self._left = TRIED
+        self._times: list[int] = []
+        self._before = 0
+
+    def __call__(self, timeout_ns: int) -> int:
+        """Return what `wait` has found, as it does."""
+        begun = monotonic_ns()
+        found = 0
+        if self._looks:
+            longest, wait = self._longest_ns, self._wait
+            found = wait(0)
+            while not found and monotonic_ns() - begun < longest:
+                let_others_run()
+                found = wait(0)
+        if not found:
+            found = self._wait(timeout_ns)
+        if found > 0:
+            self._left -= 1
+            if self._left < TRIED:
+                self._times.append(monotonic_ns() - begun)
+                if not self._left:
+                    self._decide()
+        return found
+
+    def _decide(self) -> None:
+        """Choose what the next waits do, after some that all did the same."""
+        median = sorted(self._times)[TRIED // 2]
+        self._times.clear()
+        if not self._tries:  # time to try the other way
+            self._tries, self._before, self._left = True, median, TRIED
+            self._looks = not self._looks
+            return
+        looking, sleeping = (median, self._before) if self._looks else (self._before, median)
+        self._tries = False
+        self._looks = looking < WORTH * sleeping
+        self._pause = TRIED if self._looks else min(2 * self._pause, RAREST)
+        self._left = KEPT if self._looks else self._pause
+
+
+class WireSet(Protocol):
+    """The set of all that a wire may have news from. One thread at a time waits in it."""
+
+    @property
+    def awaited(self) -> Sized:
+        """The requests that wait for an answer: not empty where one is likely to come soon."""
+
+    def wait(self, timeout_ns: int, /) -> int:
+        """Return how much is ready within `timeout_ns`, or earlier 0; negative once the wire is no more."""
+
+    def descriptor(self) -> int | None:
+        """Return a descriptor that is readable when `wait` would find something; None where there is none."""
+
+    def next_due(self) -> float:
+        """Return when `wait` would find something at the latest, on the monotonic clock."""
+
+    def serve(self, found: int) -> None:
+        """Deliver what the last `wait` has found."""
+
+    def interrupt(self) -> None:
+        """End the current `wait`, or else the next. Any thread."""
+
+
+class LeaderFollowers(WirePoller):
+    """One session's wire, and who waits on it: `_leader` has it under the key _LEAD.
+
+    A dict, since `setdefault` takes the lead in one step: whatever a signal's handler raises, and wherever,
+    nobody is left there who has gone.
+    """
+
+    def __init__(self, wire: WireSet, name: str) -> None:
+        """`name` is that of the session's own thread, which `start` starts."""
+        self.external_sleepers = set()
+        self._name = name
+        self._set = wire
+        self._interrupt = wire.interrupt
+        longest = look_ns()
+        self._look_for_answers = Look(wire.wait, longest)
+        self._look_for_more = Look(wire.wait, longest)
+        self._least_ns = longest or FOREVER
+        self._awaited = wire.awaited
+        self._was_busy = False
+        """Whether the last wait has found something."""
+        self._loops: list[int] = []
+        """The threads of the asyncio loops that read the wire; a thread once for each of its loops."""
+        self._period_s = AWAY_S
+        """How long the own thread sleeps between two looks whether loops do."""
+        self._leader: dict[str, object] = {}
+        self._leaders_thread = 0
+        self._followers: list[Sleeper] = []
+        self._leaves = 0
+        self._closed = False
+        self._deserted = Event()
+        self._starting = Lock()
+        self._thread: Thread | None = None
+        self._gate = allocate_lock()
+        self._gate.acquire()
+        self._dozing = False
+        _wire_pollers.add(self)
+
+    def start(self) -> None:
+        """Start the session's own thread, if it does not run."""
+        with self._starting:
+            if self._thread is None and not self._closed:
+                self._thread = Thread(target=self._stand_by, name=self._name, daemon=True)
+                self._thread.start()
+
+    def leads(self) -> bool:
+        """Whether the calling thread is the one that waits on the wire and delivers."""
+        return _LEAD in self._leader and self._leaders_thread == get_ident()
+
+    # -- idle threads
+
+    def wait(self, sleeper: Sleeper, timeout_ns: int | None) -> bool:
+        if self._closed or self.external_sleepers or (self._loops and get_ident() not in self._loops):
+            return sleeper.wait_on_lock(timeout_ns)
+        leader = self._leader
+        try:
+            if leader.setdefault(_LEAD, sleeper) is sleeper:
+                return self._lead(sleeper, timeout_ns)
+        finally:
+            # No call before the lead is free: Python runs signal handlers after calls, and they may raise.
+            if _LEAD in leader and leader[_LEAD] is sleeper:
+                sleeper.interrupt = None
+                self._leaves += 1
+                del leader[_LEAD]
+                if self._dozing or self.external_sleepers:
+                    self._dozing = False
+                    self.ensure_polled()
+                if self._followers or self._closed:
+                    self._hand_over()
+        return self._follow(sleeper, timeout_ns)
+
+    def ensure_polled(self) -> None:
+        with suppress(RuntimeError):  # it is awake
+            self._gate.release()
+
+    def interrupt(self) -> None:
+        self._set.interrupt()
+
+    def _lead(self, sleeper: Sleeper, timeout_ns: int | None) -> bool:
+        """Deliver what comes until `sleeper` is woken (True) or the time is over (False)."""
+        self._leaders_thread = get_ident()
+        deadline = None if timeout_ns is None else monotonic_ns() + timeout_ns
+        left = FOREVER
+        while True:
+            sleeper.interrupt = self._interrupt
+            if sleeper.wait_on_lock(0):
+                return True
+            if deadline is not None:
+                left = deadline - monotonic_ns()
+                if left <= 0:
+                    return False
+            if self._loops and self._leaders_thread not in self._loops:
+                return True  # to come back, and sleep on the lock
+            if left > self._least_ns and (self._awaited or self._was_busy):
+                look = self._look_for_answers if self._awaited else self._look_for_more
+                found = look(left)
+            else:
+                found = self._set.wait(left)
+            self._was_busy = found > 0
+            sleeper.interrupt = None  # what this thread delivers to itself needs none
+            if found < 0 or self._closed:
+                return True
+            if found:
+                self._set.serve(found)
+
+    def _follow(self, sleeper: Sleeper, timeout_ns: int | None) -> bool:
+        """Sleep on the lock, until `sleeper` is woken for its own sake or to lead."""
+        followers, leader = self._followers, self._leader
+        try:
+            followers.append(sleeper)
+            if leader.get(_LEAD) is _STANDBY:
+                self._set.interrupt()  # it leaves, and has this thread lead
+            elif _LEAD not in leader:
+                return True
+            return sleeper.wait_on_lock(timeout_ns)
+        finally:
+            if sleeper in followers:
+                followers.remove(sleeper)
+
+    def _hand_over(self) -> None:
+        """Wake the latest follower, which then leads, and the thread that closes this."""
+        if self._closed:
+            self._deserted.set()
+        try:
+            follower = self._followers.pop()
+        except IndexError:
+            return
+        follower.wake()
+
+    # -- asyncio loops
+
+    def attach_loop(self) -> int | None:
+        fd = None if self._closed else self._set.descriptor()
+        if fd is None:
+            return None
+        own = os.dup(fd)  # it stays valid in the loop's selector when the session closes
+        self._loops.append(get_ident())
+        self._set.interrupt()  # whoever leads leaves the wire to the loop
+        self.ensure_polled()
+        return own
+
+    def detach_loop(self) -> None:
+        self._loops.remove(get_ident())
+        self.ensure_polled()
+
+    def serve_ready(self) -> float:
+        leader, me = self._leader, object()
+        try:
+            if leader.setdefault(_LEAD, me) is me:
+                self._leaders_thread = get_ident()
+                found = self._set.wait(0)
+                if found > 0:
+                    self._set.serve(found)
+        finally:
+            # No call before the lead is free, as in `wait`.
+            if _LEAD in leader and leader[_LEAD] is me:
+                self._leaves += 1
+                del leader[_LEAD]
+                if self._followers or self._closed:
+                    self._hand_over()
+        return self._set.next_due()
+
+    def _read_for_loops(self) -> None:
+        """Deliver what the loops have left, since one may be busy for long. Looks in vain grow rarer."""
+        found = self._set.wait(0)
+        if found > 0:
+            self._set.serve(found)
+            self._period_s = AWAY_S
+        else:
+            self._period_s = min(2 * self._period_s, LOOPS_IDLE_S)
+
+    # -- the session's own thread
+
+    def _stand_by(self) -> None:
+        leader, followers = self._leader, self._followers
+        while not self._closed:
+            if leader.setdefault(_LEAD, _STANDBY) is _STANDBY:
+                self._leaders_thread = get_ident()
+                if self._loops and not self.external_sleepers:
+                    self._read_for_loops()
+                else:
+                    while not (followers or self._closed) and (found := self._set.wait(FOREVER)) >= 0:
+                        self._set.serve(found)
+                        if self._loops and not self.external_sleepers:
+                            break
+                del leader[_LEAD]
+                self._hand_over()
+            self._standby()
+
+    def _standby(self) -> None:
+        """Sleep until nobody has led for a while."""
+        gate, leader, leaves = self._gate, self._leader, -1
+        while not self._closed:
+            if self._loops and not self.external_sleepers:
+                leaves = self._leaves
+                gate.acquire(timeout=self._period_s)
+                if self._loops and leaves == self._leaves and _LEAD not in leader:
+                    return
+                self._period_s = AWAY_S
+                continue
+            if self.external_sleepers or leaves == self._leaves:
+                if _LEAD not in leader:
+                    return
+                # Somebody waits for long. The order of these two, and of what a leaving leader does, is the
+                # opposite one: so it is seen to leave here, or sees that this sleeps.
+                self._dozing = True
+                if _LEAD in leader:
+                    gate.acquire()
+                self._dozing = False
+                leaves = -1
+                continue
+            leaves = self._leaves
+            gate.acquire(timeout=AWAY_S)
+
+    def close(self) -> None:
+        """Send everybody off the wire and wait until they have left it."""
+        with self._starting:
+            self._closed = True
+            thread = self._thread
+        self._set.interrupt()
+        self.ensure_polled()
+        if thread is not None:
+            with suppress(RuntimeError):  # Ctrl-C came while it was being started: it ends by itself
+                thread.join(CLOSING_S)
+        if _LEAD in self._leader and self._leaders_thread != get_ident():
+            self._deserted.wait(CLOSING_S)
+
+    def close_in_child(self) -> None:
+        """After a fork, in the child: nothing comes to this session any more, and nobody is waited for."""
+        self._closed = True
+
+
+_wire_pollers: WeakSet[LeaderFollowers] = WeakSet()
+
+
+def _close_in_child() -> None:
+    for wire_poller in _wire_pollers:
+        wire_poller.close_in_child()
+
+
+in_child(_close_in_child)

@@ -1,0 +1,102 @@
+"""Counts and logs what goes wrong on a wire: each kind at each place at first, then at powers of ten.
+
+A message that breaks the rules is rejected and counted. A receiver that raises is reported; the sender and
+the transport's thread go on.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from threading import Lock
+from typing import Protocol
+
+from goalwire.errors import peer_text
+
+LOGGER = 'goalwire.transport'
+"""The logger of what belongs to no node."""
+
+
+class Origin(Protocol):
+    """Where something arrived: an EndpointState, for one."""
+
+    @property
+    def title(self) -> str:
+        """As logs show it: "service '/add'"."""
+
+    @property
+    def logger(self) -> str:
+        """The logger for it: that of the node, so that the line reaches /rosout."""
+
+
+class RejectCounters:
+    """Counts per kind of fault and endpoint; safe from any thread."""
+
+    def __init__(self) -> None:
+        self._lock = Lock()
+        self._counts: Counter[tuple[str, str]] = Counter()
+
+    def add(self, kind: str, reason: object, origin: Origin | None = None) -> None:
+        """Count one; see `log_rejected` for which are logged. Without an origin it concerns the session."""
+        title = '' if origin is None else origin.title
+        count = self.count(kind, title)
+        what = f'{title}: a {kind} was ignored' if title else f'a {kind} was ignored'
+        log_rejected(LOGGER if origin is None else origin.logger, what, count, reason)
+
+    def count(self, kind: str, title: str) -> int:
+        """Count one and return which one it is, of its kind and endpoint."""
+        with self._lock:
+            self._counts[kind, title] += 1
+            return self._counts[kind, title]
+
+    def counts(self) -> dict[str, int]:
+        """Return the count of every kind seen, of all endpoints together."""
+        totals: Counter[str] = Counter()
+        with self._lock:
+            for (kind, _), count in self._counts.items():
+                totals[kind] += count
+        return dict(totals)
+
+
+def is_told(count: int) -> bool:
+    """Whether the `count`th of one kind is logged: the first, and each power of ten."""
+    return str(count).strip('0') == '1'
+
+
+def log_rejected(logger: str, what: str, count: int, reason: object, *, is_error: bool = False) -> None:
+    """Log the `count`th rejection of one kind at one place, where `is_told` says so."""
+    if not is_told(count):
+        return
+    from goalwire.logging import LoggingSeverity, get_logger  # needed only when something is broken
+
+    told = peer_text(reason)
+    if count == 1:
+        text = f'{what} ({told}); further ones are counted, and told of at 10, 100, 1000, …'
+    else:
+        text = f'{what}, {count} times by now; the last time: {told}'
+    get_logger(logger).log(text, LoggingSeverity.ERROR if is_error else LoggingSeverity.WARN)
+
+
+_PLACES_LIMIT = 1000
+"""Places whose failures are told apart; beyond them nothing new is logged."""
+
+_lock = Lock()
+_failures: Counter[tuple[str, type[Exception]]] = Counter()
+
+
+def report_failure(where: str, error: Exception) -> None:
+    """Log what the receiver at `where` raised: the first of a type, and then each power of ten."""
+    kind = where, type(error)
+    with _lock:
+        if kind not in _failures and len(_failures) >= _PLACES_LIMIT:
+            return
+        _failures[kind] += 1
+        count = _failures[kind]
+    if not is_told(count):
+        return
+    from goalwire.logging import get_logger  # needed only when something is broken
+    from goalwire.logging.tracebacks import traceback_text
+
+    times = '' if count == 1 else f' ({count} times by now)'
+    get_logger(LOGGER).error(
+        f'{where}: its receiver raised; this delivery is lost{times}\n{traceback_text(error)}'
+    )

@@ -1,0 +1,254 @@
+"""The ROS layer's wire, on a session of goalwire's own."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from functools import partial
+from itertools import count
+from threading import RLock
+
+from goalwire.errors import ClosedError
+from goalwire.transport.zenoh import wire
+from goalwire.zenoh.io.session import NativeSession, Settings
+from goalwire.zenoh.protocol.network import Payload, Sample, Target
+from goalwire.zenoh.protocol.primitives import (
+    SourceInfo,
+    ZenohProtocolError,
+    encode_source,
+    show_id,
+)
+from goalwire.zenoh.protocol.queries import ANY_KEY, Query
+from goalwire.zenoh.protocol.senders import Publication, Querier
+from goalwire.zenoh.protocol.session import SessionProtocol
+from goalwire.zenoh.protocol.transport import Role
+
+UNNUMBERED = 'uhlc'
+"""Stands for a publisher's number where it does not number its messages."""
+
+
+class _Declared:
+    """Something declared under a number."""
+
+    __slots__ = ('_number', '_protocol', 'address')
+
+    def __init__(self, protocol: SessionProtocol, number: int) -> None:
+        self._protocol = protocol
+        self._number = number
+        self.address = f'{protocol.id}/{number}'
+
+    def undeclare(self) -> None:
+        """Take it off the wire."""
+        self._protocol.undeclare(self._number)
+
+
+class _Publisher:
+    """A publisher without history."""
+
+    __slots__ = ('_publication', 'has_room', 'put')
+
+    def __init__(self, publication: Publication) -> None:
+        self._publication = publication
+        self.put: Callable[..., None] = publication.put
+        self.has_room: Callable[[int], bool] = publication.has_room
+
+    def undeclare(self) -> None:
+        """Give its key's number up."""
+        self._publication.close()
+
+
+class HistoryPublisher:
+    """A publisher that keeps its last messages. Those that number do so from 0 on."""
+
+    def __init__(
+        self, session: NativeSession, key: str, publication: Publication, depth: int, *, numbers: bool
+    ) -> None:
+        protocol = session.protocol
+        entity = publication.number
+        self._key = key
+        self._publication = publication
+        self._protocol = protocol
+        self._source = partial(SourceInfo, protocol.zid, entity) if numbers else None
+        self.has_room: Callable[[int], bool] = publication.has_room
+        self._next_number = count().__next__
+        self._kept: deque[tuple[int, Sample]] = deque(maxlen=depth)
+        self._lock = RLock()
+        address = f'{key}/@adv/pub/{protocol.id}/{entity if numbers else UNNUMBERED}/_'
+        self._declared = [
+            protocol.declare_queryable(address, self._on_query, complete=False),
+            protocol.declare_token(address),
+        ]
+
+    def put(self, payload: Payload, attachment: bytes | None = None) -> None:
+        """Put a message and keep it. Calls come one at a time."""
+        stamp = self._protocol.stamp()
+        number = self._next_number()
+        source = None if self._source is None else self._source(number)
+        encoded = None if source is None else encode_source(source)
+        with self._lock:
+            self._kept.append((number, Sample(self._key, payload, attachment, stamp, encoded)))
+        self._publication.put(payload, attachment, stamp, source)
+
+    def _on_query(self, query: Query) -> None:
+        """Answer with what is kept: the last `_max`, of the numbers `_sn`."""
+        with self._lock:
+            kept = list(self._kept)
+        wanted = dict(part.partition('=')[::2] for part in query.parameters.split(';'))
+        if '_sn' in wanted:
+            first, _, last = wanted['_sn'].partition('..')
+            low, high = _number(first, 0), _number(last, 2**32)
+            kept = [each for each in kept if low <= each[0] <= high]
+        if '_max' in wanted:
+            most = _number(wanted['_max'], len(kept))
+            kept = kept[-most:] if most else []
+        for _, sample in kept:
+            assert sample.payload is not None
+            query.reply(sample.key, sample.payload, sample.attachment, sample.stamp, sample.source)
+        query.end()
+
+    def undeclare(self) -> None:
+        """Take it off the wire; what it kept is gone."""
+        for number in self._declared:
+            self._protocol.undeclare(number)
+        self._publication.close()
+
+
+def _number(text: str, otherwise: int) -> int:
+    return int(text) if text.isascii() and text.isdigit() else otherwise
+
+
+class _Querier(wire.Querier):
+    """Asks all complete queryables of a key."""
+
+    def __init__(self, protocol: SessionProtocol, key: str, untimed_s: float) -> None:
+        self._untimed_s = untimed_s
+        self._querier = Querier(protocol, key, target=Target.ALL_COMPLETE)
+        self._ask = self._querier.ask
+        self._cancel = protocol.cancel
+        self._is_open = True
+
+    def ask(
+        self,
+        payload: Payload,
+        attachment: bytes,
+        on_answer: wire.OnAnswer,
+        on_end: Callable[[], None],
+        timeout_ns: int | None,
+    ) -> object:
+        """Send a query; what it returns is its number."""
+        if not self._is_open:
+            raise ClosedError('undeclared')
+        seconds = self._untimed_s if timeout_ns is None else timeout_ns // 1_000_000_000 + 1.0
+        return self._ask(payload, attachment, on_answer, on_end, seconds)
+
+    def cancel(self, asked: object) -> None:
+        """Forget a query."""
+        assert isinstance(asked, int)
+        self._cancel(asked)
+
+    def undeclare(self) -> None:
+        """Ask no more."""
+        self._is_open = False
+        self._querier.close()
+
+
+class NativeWire(wire.Wire):
+    """A session of goalwire's own."""
+
+    errors = (ZenohProtocolError, ClosedError, RuntimeError)
+    discovers_at_once = True
+
+    def __init__(self, settings: Settings) -> None:
+        """Open it. Raises TransportError."""
+        self.session = NativeSession(settings)
+        self.id = self.session.id
+        self.wire_poller = self.session.wire_poller
+        self._protocol = self.session.protocol
+        self._untimed_s = settings.untimed_s
+
+    def explain(self, error: Exception) -> str:
+        return str(error)
+
+    def declare_publisher(self, key: str, *, reliable: bool, waits: bool) -> wire.Publisher:
+        # What is called best effort goes in the reliable channel too, as rmw_zenoh has it: TCP loses nothing.
+        return _Publisher(Publication(self._protocol, key, droppable=not (reliable and waits)))
+
+    def declare_history_publisher(
+        self, key: str, *, reliable: bool, waits: bool, depth: int
+    ) -> wire.Publisher:
+        publication = Publication(self._protocol, key, droppable=not (reliable and waits))
+        return HistoryPublisher(self.session, key, publication, depth, numbers=reliable)
+
+    def put_waiting(self, key: str, payload: Payload, attachment: bytes) -> None:
+        publication = Publication(self._protocol, key, droppable=False)
+        try:
+            publication.put(payload, attachment)
+            publication.wait_for_room()  # else the small messages behind a large one would be dropped
+        finally:
+            publication.close()
+
+    def declare_subscriber(
+        self, key: str, on_message: wire.OnMessage, *, takes_own: bool = True
+    ) -> wire.Subscriber:
+        number = self._protocol.declare_subscriber(key, on_message, takes_own=takes_own)
+        return _Declared(self._protocol, number)
+
+    def declare_queryable(self, key: str, on_query: Callable[[Query], None]) -> wire.Declared:
+        number = self._protocol.declare_queryable(key, on_query, complete=True)
+        return _Declared(self._protocol, number)
+
+    def declare_querier(self, key: str) -> wire.Querier:
+        return _Querier(self._protocol, key, self._untimed_s)
+
+    def ask_all(
+        self,
+        key: str,
+        parameters: str,
+        on_answer: wire.OnAnswer,
+        on_end: Callable[[], None],
+        *,
+        publisher: str,
+        asks_own: bool = True,
+    ) -> None:
+        querier = Querier(
+            self._protocol,
+            key,
+            target=Target.ALL,
+            parameters=f'{parameters};{ANY_KEY}',
+            asks_own=asks_own,
+            session_asked=publisher,
+        )
+        try:
+            querier.ask(None, None, on_answer, on_end, self._untimed_s)
+        finally:
+            querier.close()
+
+    def declare_token(self, token: str) -> wire.Declared:
+        return _Declared(self._protocol, self._protocol.declare_token(token))
+
+    def watch_tokens(self, key: str, on_token: wire.OnToken, *, waits: bool) -> wire.Declared:  # noqa: ARG002
+        def tell(change: Sample) -> None:
+            on_token(change.key, change.payload is not None)
+
+        return _Declared(self._protocol, self._protocol.watch_tokens(key, tell, history=True))
+
+    def wait_for_router(self, seconds: float) -> bool:
+        return self.session.wait_until(self._has_router, seconds)
+
+    def _has_router(self) -> bool:
+        is_router = any(link.role is Role.ROUTER for link in self._protocol.links)
+        return is_router or self.session.is_connected()
+
+    def watch_routers(self, on_router: Callable[[str, str], None]) -> wire.Declared:
+        return self.session.watch_links(
+            lambda link, address: on_router(show_id(link.zid), address) if link.role is Role.ROUTER else None
+        )
+
+    def call_later(self, seconds: float, function: Callable[[], None]) -> Callable[[], object]:
+        return self.session.call_later(seconds, function).cancel
+
+    def refused(self) -> dict[str, int]:
+        return self.session.rejects.counts()
+
+    def close(self) -> None:
+        self.session.close()

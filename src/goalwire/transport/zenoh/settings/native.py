@@ -1,0 +1,185 @@
+"""What a configuration of Zenoh's asks for, as settings of a session of our own.
+
+What is not set is as Zenoh's own defaults have it. Settings that only tune eclipse-zenoh (its queues, threads
+and buffers) are passed over. What a session of ours would do otherwise than asked is BeyondOursError.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TypeAlias
+
+from goalwire.errors import TransportError
+from goalwire.transport.zenoh.settings import schema
+from goalwire.transport.zenoh.settings.built_in import Json, advise_unreached
+from goalwire.transport.zenoh.settings.config import value_at
+from goalwire.zenoh.io.dialler import Retry
+from goalwire.zenoh.io.endpoints import TlsFiles, parse
+from goalwire.zenoh.io.session import Settings
+from goalwire.zenoh.protocol.primitives import read_id
+from goalwire.zenoh.protocol.transport import Role
+
+_ROLES = {'peer': Role.PEER, 'client': Role.CLIENT}
+_LISTENS: dict[Role, Json] = {Role.PEER: ['tcp/[::]:0'], Role.CLIENT: []}
+"""Zenoh's own default of listen/endpoints."""
+_WITH_PEERS = (['router', 'peer'], ['peer', 'router'], ['peer'])
+
+
+class BeyondOursError(Exception):
+    """A configuration asks for what sessions of ours do not do: eclipse-zenoh is used then."""
+
+
+_At: TypeAlias = Callable[[str], Json]
+"""Returns the value at a path, for the session's mode."""
+
+
+def native_settings(values: Json) -> Settings:
+    """Return what a session of ours is opened with. Raises BeyondOursError, naming what it does not do."""
+    mode = str(value_at(values, 'mode') or 'peer')
+    role = _ROLES.get(mode)
+    if role is None:
+        raise BeyondOursError(f"mode '{mode}'")
+    for name in schema.unknown(values):
+        raise BeyondOursError(f'{name}, which is not known here')
+
+    def at(path: str) -> Json:
+        return schema.of_mode(value_at(values, path), mode)
+
+    _refuse(at)
+    identity = at('id')
+    must_connect = at('connect/exit_on_failure')
+    return Settings(
+        role=role,
+        advice=advise_unreached(mode),
+        connect=_endpoints(at('connect/endpoints'), 'connect'),
+        listen=_endpoints(_or(at('listen/endpoints'), _LISTENS[role]), 'listen'),
+        zid=read_id(identity) if isinstance(identity, str) else b'',
+        lease_ms=int(_number(at('transport/link/tx/lease'), 10_000)),
+        retry=Retry(
+            _number(at('connect/retry/period_init_ms'), 1000) / 1000,
+            _number(at('connect/retry/period_max_ms'), 4000) / 1000,
+            _number(at('connect/retry/period_increase_factor'), 2),
+        ),
+        meets_peers=_meets_peers(at),
+        tls=_tls_files(at('transport/link/tls')),
+        untimed_s=_number(at('queries_default_timeout'), 10_000) / 1000,
+        must_connect=must_connect if isinstance(must_connect, bool) else None,
+        connecting_s=_connecting_s(at('connect/timeout_ms')),
+    )
+
+
+_OFF: dict[str, tuple[Json, ...]] = {
+    'scouting/multicast/enabled': (False,),
+    'scouting/gossip/multihop': (False, None),
+    'transport/shared_memory/enabled': (False,),
+    'transport/unicast/compression/enabled': (False, None),
+    'transport/unicast/lowlatency': (False, None),
+    'transport/unicast/qos/enabled': (True, None),
+    'transport/link/tx/sequence_number_resolution': ('32bit', '64bit', None),
+    'transport/link/tls/close_link_on_expiration': (False, None),
+    'transport/auth/usrpwd/user': (None,),
+    'transport/auth/usrpwd/dictionary_file': (None,),
+    'transport/auth/pubkey/private_key_pem': (None,),
+    'transport/auth/pubkey/private_key_file': (None,),
+    'transport/auth/pubkey/known_keys_file': (None,),
+    'access_control/enabled': (False, None),
+    'routing/peer/mode': ('peer_to_peer', None),
+    'timestamping/enabled': (True, None),
+    'timestamping/drop_future_timestamp': (False, None),
+    'listen/exit_on_failure': (True, None),
+    'namespace': (None,),
+    'region_name': (None,),
+    'gateway': (None, {}, {'south': None}),
+    'metadata': (None,),
+    'aggregation/subscribers': ([], None),
+    'aggregation/publishers': ([], None),
+    'qos/publication': ([], None),
+    'qos/network': ([], None),
+    'downsampling': ([], None),
+    'low_pass_filter': ([], None),
+    'plugins': ({}, None),
+    'plugins_loading/enabled': (False, None),
+    'transport/link/protocols': (None,),
+}
+"""What must not be asked for, with the values that do not."""
+
+
+def _refuse(at: _At) -> None:
+    """Raise BeyondOursError for what sessions of ours do not do."""
+    for path, wanted in _OFF.items():
+        if at(path) not in wanted:
+            raise BeyondOursError(_setting(path, at(path)))
+    links = at('transport/unicast/max_links')
+    if isinstance(links, int) and links > 1:
+        raise BeyondOursError(f'transport/unicast/max_links={links}')
+
+
+def _setting(path: str, value: Json) -> str:
+    import json  # 2 ms, and few ask for what is not there
+
+    return f'{path}={json.dumps(value)}'
+
+
+def _or(value: Json, otherwise: Json) -> Json:
+    return otherwise if value is None else value
+
+
+def _meets_peers(at: _At) -> bool:
+    """Whether a session connects to those that routers tell of."""
+    if at('scouting/gossip/enabled') is False:
+        return False
+    told = at('scouting/gossip/target')
+    if at('mode') != 'client' and told not in (['router'], []):  # Zenoh's default: peers tell peers, too
+        raise BeyondOursError(_setting('scouting/gossip/target', told))
+    who = at('scouting/gossip/autoconnect')
+    if who in ([], ['router']):
+        return False
+    if who is not None and who not in _WITH_PEERS:
+        raise BeyondOursError(_setting('scouting/gossip/autoconnect', who))
+    return True
+
+
+def _endpoints(found: Json, name: str) -> tuple[str, ...]:
+    """Return the addresses of one kind."""
+    checked = []
+    for text in found if isinstance(found, list) else []:
+        if not isinstance(text, str):
+            raise BeyondOursError(f'groups of endpoints in {name}/endpoints')
+        if '#' in text or '?' in text:
+            raise BeyondOursError(f"'{text}' in {name}/endpoints")
+        try:
+            parse(text)
+        except TransportError as error:
+            raise BeyondOursError(str(error)) from None
+        checked.append(text)
+    return tuple(checked)
+
+
+def _tls_files(found: Json) -> TlsFiles:
+    asked = found if isinstance(found, dict) else {}
+    inline = [name for name, value in asked.items() if name.endswith('_base64') and value]
+    if inline:
+        raise BeyondOursError(f'transport/link/tls/{inline[0]}')
+
+    def path(name: str) -> str:
+        value = asked.get(name)
+        return value if isinstance(value, str) else ''
+
+    return TlsFiles(
+        root_ca_certificate=path('root_ca_certificate'),
+        listen_certificate=path('listen_certificate'),
+        listen_private_key=path('listen_private_key'),
+        connect_certificate=path('connect_certificate'),
+        connect_private_key=path('connect_private_key'),
+        enable_mtls=asked.get('enable_mtls') is True,
+        verify_name_on_connect=asked.get('verify_name_on_connect') is not False,
+    )
+
+
+def _number(found: Json, otherwise: float) -> float:
+    return found if isinstance(found, int | float) and found > 0 else otherwise
+
+
+def _connecting_s(found: Json) -> float:
+    """Return how long opening goes on trying where it must connect; -1: for ever."""
+    return float('inf') if found == -1 else _number(found, 0) / 1000

@@ -1,0 +1,318 @@
+"""Connecting, without waiting: to configured addresses for ever, to nodes of gossip for a while.
+
+A connection is begun and looked at again when its socket can be written. Names that must be asked for are
+looked up on a thread of their own, which ends with the answer. After a failure the next address has its turn,
+and after the last one a pause, which doubles from one round to the next.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import socket
+from collections import deque
+from collections.abc import Callable
+from threading import Lock, RLock, Thread
+from typing import Any
+
+from goalwire.concurrency.poller import IN, OUT, Poller, Timer
+from goalwire.errors import TransportError
+from goalwire.records import record
+from goalwire.zenoh.io.endpoints import Endpoint, is_quickly_resolved, parse, resolve
+from goalwire.zenoh.protocol.bounds import GOSSIP_CONNECT_S
+
+CONNECT_S = 10.0
+"""How long one address may leave a connection unanswered."""
+_UNDER_WAY = {errno.EINPROGRESS, errno.EWOULDBLOCK, getattr(errno, 'WSAEWOULDBLOCK', errno.EWOULDBLOCK)}
+
+
+@record
+class Retry:
+    """Pauses between rounds, in s; `rounds` None: for ever."""
+
+    first_s: float = 1.0
+    most_s: float = 4.0
+    factor: float = 2.0
+    rounds: int | None = None
+
+
+class DialSlots:
+    """How many nodes of gossip are dialled at one time; others wait for their turn. On the thread that
+    waits."""
+
+    def __init__(self, most: int) -> None:
+        self._free = most
+        self._waiting: deque[Callable[[], None]] = deque()
+
+    def take(self, start: Callable[[], None]) -> None:
+        """Call `start` as soon as there is a slot; `give` must follow."""
+        if self._free:
+            self._free -= 1
+            start()
+        else:
+            self._waiting.append(start)
+
+    def give(self) -> None:
+        """Give a slot to the next."""
+        if self._waiting:
+            self._waiting.popleft()()
+        else:
+            self._free += 1
+
+
+class LookUps:
+    """Names that are looked up by a few threads, which end when no name is left."""
+
+    def __init__(self, most: int) -> None:
+        self._most = most
+        self._lock = Lock()
+        self._waiting: deque[Callable[[], None]] = deque()
+        self._threads = 0
+
+    def add(self, ask: Callable[[], None]) -> None:
+        """Call `ask` on one of the threads."""
+        with self._lock:
+            self._waiting.append(ask)
+            if self._threads >= self._most:
+                return
+            self._threads += 1
+        Thread(target=self._run, name='look up names of gossip', daemon=True).start()
+
+    def _run(self) -> None:
+        while True:
+            with self._lock:
+                if not self._waiting:
+                    self._threads -= 1
+                    return
+                ask = self._waiting.popleft()
+            ask()
+
+    def clear(self) -> None:
+        """Look up no more."""
+        self._waiting.clear()
+
+
+class Dial:
+    """One node that is to be reached at one of its addresses."""
+
+    def __init__(
+        self,
+        locators: tuple[str, ...],
+        poller: Poller,
+        retry: Retry,
+        *,
+        when_connected: Callable[[Dial, socket.socket], None],
+        when_failed: Callable[[Dial], None],
+        expected: bytes | None = None,
+        slots: DialSlots | None = None,
+        look_ups: LookUps | None = None,
+    ) -> None:
+        """`when_failed` is called after each round in vain; `expected` is who must answer, if known.
+
+        `slots` and `look_ups` are shared with others that are dialled because gossip told of them.
+        """
+        self._slots = slots
+        self._has_slot = self._awaits_slot = False
+        self._look_ups = look_ups
+        self._connect_s = CONNECT_S if slots is None else GOSSIP_CONNECT_S
+        self.expected = expected
+        self.locators = locators
+        self.failed_rounds = 0
+        self.is_connected = False
+        self.is_up = False
+        """Whether there is a link that came of it."""
+        self.is_over = False
+        self.error = ''
+        self.address = ''
+        """The one that was dialled last, as it was given."""
+        self._poller = poller
+        self._retry = retry
+        self._when_connected = when_connected
+        self._when_failed = when_failed
+        self._pause = retry.first_s
+        self._endpoints: list[tuple[str, Endpoint]] = []
+        self._addresses: list[tuple[socket.AddressFamily, Any]] = []
+        self._lock = RLock()
+        """Over the socket: a session is closed on any thread, and dials on the one that waits."""
+        self._socket: socket.socket | None = None
+        self._timer: Timer | None = None
+
+    def start(self) -> None:
+        """Begin a round."""
+        if self.is_over:
+            return
+        if self._slots is None:
+            self._begin_round()
+        elif not self._awaits_slot and not self._has_slot:
+            self._awaits_slot = True
+            self._slots.take(self._begin_with_slot)
+
+    def _begin_with_slot(self) -> None:
+        self._awaits_slot, self._has_slot = False, True
+        if self.is_over:
+            self._give_slot()
+        else:
+            self._begin_round()
+
+    def _give_slot(self) -> None:
+        if self._slots is not None and self._has_slot:
+            self._has_slot = False
+            self._poller.call(self._slots.give)
+
+    def _begin_round(self) -> None:
+        self._endpoints, self._addresses = [], []
+        for locator in self.locators:
+            try:
+                self._endpoints.append((locator, parse(locator)))
+            except TransportError as error:
+                self.error = str(error)
+        self._next()
+
+    def _next(self) -> None:
+        """Try the next address."""
+        while not self.is_over:
+            if self._addresses:
+                if self._connect(*self._addresses.pop(0)):
+                    return
+            elif self._endpoints:
+                self.address, endpoint = self._endpoints.pop(0)
+                if not is_quickly_resolved(endpoint.host):
+                    self._look_up(endpoint)
+                    return
+                try:
+                    self._addresses = resolve(endpoint)
+                except OSError as error:
+                    self.error = str(error)
+            else:
+                self._pause_after_round()
+                return
+
+    def _look_up(self, endpoint: Endpoint) -> None:
+        def ask() -> None:
+            try:
+                found = resolve(endpoint)
+            except OSError as error:
+                self.error = str(error)
+                found = []
+            self._poller.call(lambda: self._found(found))
+
+        if self._look_ups is None:
+            Thread(target=ask, name=f'look up {endpoint.host}', daemon=True).start()
+        else:
+            self._look_ups.add(ask)
+
+    def _found(self, addresses: list[tuple[socket.AddressFamily, Any]]) -> None:
+        self._addresses = addresses
+        self._next()
+
+    def _connect(self, family: socket.AddressFamily, address: Any) -> bool:
+        """Begin to connect; False where that has failed at once."""
+        try:
+            sock = socket.socket(family, socket.SOCK_STREAM)
+        except OSError as error:
+            self.error = str(error)
+            return False
+        sock.setblocking(False)
+        code = sock.connect_ex(address)
+        if code and code not in _UNDER_WAY:
+            self.error = os.strerror(code)
+            sock.close()
+            return False
+        with self._lock:
+            if self.is_over:
+                sock.close()
+                return True
+            self._socket = sock
+            self._timer = self._poller.call_later(self._connect_s, self._took_too_long)
+            self._poller.register(sock.fileno(), IN | OUT, self._on_ready)
+        return True
+
+    def _took_too_long(self) -> None:
+        self._close_socket()
+        self.error = f'no answer within {self._connect_s:g} s'
+        self._next()
+
+    def _on_ready(self, _events: int) -> None:
+        with self._lock:
+            sock = self._socket
+            if sock is None:
+                return
+            code = sock.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR)
+            is_connected = not code and not _is_own_end(sock)
+            if is_connected:
+                self._discard_socket(sock)
+            else:
+                self.error = os.strerror(code or errno.ECONNREFUSED)
+                self._close_socket()
+        if not is_connected:
+            self._next()
+            return
+        self.is_connected = True
+        self._when_connected(self, sock)
+
+    def _discard_socket(self, sock: socket.socket) -> None:
+        self._socket = None
+        if self._timer is not None:
+            self._timer.cancel()
+        self._poller.unregister(sock.fileno())
+
+    def _close_socket(self) -> None:
+        with self._lock:
+            sock = self._socket
+            if sock is not None:
+                self._discard_socket(sock)
+                sock.close()
+
+    def _pause_after_round(self) -> None:
+        self._give_slot()
+        self.failed_rounds += 1
+        retry = self._retry
+        if retry.rounds is not None and self.failed_rounds >= retry.rounds:
+            self.is_over = True
+        else:
+            self._timer = self._poller.call_later(self._pause, self.start)
+            self._pause = min(self._pause * retry.factor, retry.most_s)
+        self._when_failed(self)
+
+    def try_again(self) -> None:
+        """The link that came of it has ended: begin anew, after a pause."""
+        self.is_connected = self.is_up = False
+        if not self.is_over:
+            self._pause = self._retry.first_s
+            self.failed_rounds = 0
+            self._timer = self._poller.call_later(self._pause, self.start)
+
+    def refused(self) -> None:
+        """What answered did not take us: that was one round in vain."""
+        self.is_connected = False
+        if not self.is_over:
+            self._pause_after_round()
+
+    def worked(self) -> None:
+        """The link is up: the next failure counts from the beginning."""
+        self.is_up = True
+        self._give_slot()
+        self.failed_rounds = 0
+        self._pause = self._retry.first_s
+
+    def close_socket(self) -> None:
+        """Close the socket alone; the connection is another process's."""
+        if self._socket is not None:
+            self._socket.close()
+
+    def close(self) -> None:
+        """Try no more."""
+        with self._lock:
+            self.is_over = True
+            self._close_socket()
+        self._give_slot()
+        if self._timer is not None:
+            self._timer.cancel()
+
+
+def _is_own_end(sock: socket.socket) -> bool:
+    """Whether a connection to a free port of this machine has met itself, as TCP allows it."""
+    try:
+        return bool(sock.getsockname() == sock.getpeername())
+    except OSError:
+        return True

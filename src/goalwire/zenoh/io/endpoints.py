@@ -1,0 +1,112 @@
+"""Addresses of sessions, as Zenoh writes them: tcp/localhost:7447, tls/[::1]:7447."""
+
+from __future__ import annotations
+
+import reprlib
+import socket
+from typing import Any, NamedTuple
+
+from goalwire.errors import TransportError
+from goalwire.records import record
+
+PROTOCOLS = ('tcp', 'tls')
+"""What is spoken here."""
+
+
+class Endpoint(NamedTuple):
+    """Where to listen, or to connect to."""
+
+    protocol: str
+    host: str
+    port: int
+
+
+@record
+class TlsFiles:
+    """Paths of PEM files, and what is checked: `transport/link/tls` of a Zenoh configuration."""
+
+    root_ca_certificate: str = ''
+    """Who signs the certificates of the others; empty: who this system trusts."""
+    listen_certificate: str = ''
+    listen_private_key: str = ''
+    connect_certificate: str = ''
+    connect_private_key: str = ''
+    enable_mtls: bool = False
+    """Whether those who connect must show a certificate as well."""
+    verify_name_on_connect: bool = True
+    """Whether the certificate must name the host that was dialled."""
+
+
+def as_port(text: str) -> int | None:
+    """Return the number of a TCP port, 0 included; None for what is none, whatever signs and however long."""
+    is_number = text.isascii() and text.isdigit() and len(text) < 10
+    return int(text) if is_number and int(text) < 65536 else None
+
+
+def parse(text: str) -> Endpoint:
+    """Read an address; what stands behind '?' or '#' is left out. Raises TransportError."""
+    protocol, found, address = text.partition('/')
+    host, colon, port = address.partition('#')[0].partition('?')[0].rpartition(':')
+    number = as_port(port)
+    if not (found and colon and host) or number is None:
+        raise TransportError(f"'{text}' is no address; write it as tcp/HOST:PORT")
+    if protocol not in PROTOCOLS:
+        raise TransportError(f"'{text}': {protocol} is not spoken here, but {', '.join(PROTOCOLS)}")
+    return Endpoint(protocol, host.strip('[]'), number)
+
+
+def _plain(host: str) -> str | bytes:
+    """Return an ASCII name as bytes: for a str Python imports what other alphabets need, 1 MB of it."""
+    return host.encode() if host.isascii() and host.isprintable() else host
+
+
+def is_quickly_resolved(host: str) -> bool:
+    """Whether a host's addresses are known without asking the network."""
+    if host == 'localhost':
+        return True
+    try:
+        _look_up(host, 0, socket.AI_NUMERICHOST)
+    except OSError:
+        return False
+    return True
+
+
+def _look_up(host: str, port: int, flags: int) -> list[tuple[socket.AddressFamily, Any]]:
+    """Return families and socket addresses. Raises OSError, also for a name that cannot be one."""
+    try:
+        found = socket.getaddrinfo(_plain(host), port, type=socket.SOCK_STREAM, flags=flags)
+    except ValueError:  # a NUL in it, or a part of more than 63 signs
+        raise OSError(f'{reprlib.repr(host)} is no name of a host') from None
+    return [(family, address) for family, _, _, _, address in found]
+
+
+def resolve(endpoint: Endpoint, *, passive: bool = False) -> list[tuple[socket.AddressFamily, Any]]:
+    """Return families and socket addresses; raises OSError. Names that are not local may take seconds."""
+    flags = socket.AI_PASSIVE if passive else 0
+    # 127.0.0.1 first for localhost, where the rendezvous listens: else each connection is refused once.
+    return sorted(
+        _look_up(endpoint.host, endpoint.port, flags),
+        key=lambda each: endpoint.host == 'localhost' and each[0] != socket.AF_INET,
+    )
+
+
+def locators_of(listener: socket.socket, protocol: str = 'tcp') -> list[str]:
+    """Return where others reach a listening socket; all of the machine's addresses where it takes any."""
+    host, port = listener.getsockname()[:2]
+    hosts = _own_addresses(listener.family) if host in {'0.0.0.0', '::'} else [host]  # noqa: S104
+    return [f'{protocol}/{f"[{each}]" if ":" in each else each}:{port}' for each in hosts]
+
+
+def _own_addresses(family: int) -> list[str]:
+    """Return this machine's addresses, as far as its routes and its name tell."""
+    found: dict[str, None] = {}
+    for target in ('192.0.2.1', '10.255.255.255') if family == socket.AF_INET else ('2001:db8::1',):
+        with socket.socket(family, socket.SOCK_DGRAM) as probe:
+            try:
+                probe.connect((target, 9))  # sends nothing
+                found[probe.getsockname()[0]] = None
+            except OSError:
+                continue
+    if family == socket.AF_INET6:  # a socket for IPv6 mostly takes IPv4 as well
+        found |= dict.fromkeys(_own_addresses(socket.AF_INET))
+    return list(found) or (['127.0.0.1'] if family == socket.AF_INET else ['::1'])

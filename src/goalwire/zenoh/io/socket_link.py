@@ -1,0 +1,276 @@
+"""One connection: reads what comes, writes what its link says, and ends both."""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from typing import TYPE_CHECKING
+
+from goalwire.concurrency.poller import IN, OUT, Poller
+from goalwire.concurrency.wire_poller import Sleeper
+from goalwire.zenoh.io.memory import MUCH, keep_freed_memory, return_freed_memory
+from goalwire.zenoh.protocol.handshake import Handshake
+from goalwire.zenoh.protocol.link import (
+    KEEP_ALIVES,
+    ClosedByPeerError,
+    Link,
+    LinkOwner,
+)
+from goalwire.zenoh.protocol.outgoing import QUEUE_LIMIT, Outgoing
+from goalwire.zenoh.protocol.primitives import MAX_LINKS, TO_SELF, ZenohProtocolError
+
+if TYPE_CHECKING:
+    from goalwire.zenoh.protocol.channels import Buffer
+
+READ_SIZE = 65536
+READ_SIZE_LARGE = 1 << 18
+"""The same in the midst of a large message."""
+_MANY = 8
+"""Pieces of a message from which it counts as large."""
+_READS_AT_ONCE = 8
+"""How often a connection in the midst of a large message is read before the others have their turn."""
+
+ENOUGH_ROOM = QUEUE_LIMIT // 2
+"""Bytes that may wait still when those who wait for room go on."""
+
+LEAST_PERIOD_S = 0.01
+"""How long it is between two looks at the leases, however short these are."""
+HANDSHAKE_S = 10.0
+"""How long a handshake may take, as Zenoh's own default."""
+
+
+JOINED_SIZE = 1 << 16
+"""Bytes of several buffers that are joined to be sent at once."""
+
+
+def join_first(buffers: Sequence[Buffer]) -> Buffer:
+    """Return the first of several buffers, small ones joined: for what sends only one at a time."""
+    joined: list[Buffer] = []
+    size = 0
+    for each in buffers:
+        if joined and size + len(each) > JOINED_SIZE:
+            break
+        joined.append(each)
+        size += len(each)
+    return joined[0] if len(joined) == 1 else b''.join(joined)
+
+
+class SocketLink:
+    """A connected socket and its link."""
+
+    def __init__(
+        self,
+        owner: LinkOwner,
+        sock: socket.socket,
+        handshake: Handshake,
+        poller: Poller,
+        *,
+        clock: Callable[[], float],
+        lease_ms: int,
+        when_ended: Callable[[SocketLink, str, bool], None],
+        wait_for_room: Callable[[SocketLink, bool], None],
+        when_held: Callable[[Outgoing], None],
+        when_checked: Callable[[float], None],
+    ) -> None:
+        """`when_ended` is told why, and whether the other side broke the rules.
+
+        `when_checked` gets the time, in s, at each look at the leases.
+        """
+        self._socket = sock
+        self._fd = sock.fileno()
+        self._poller = poller
+        self._clock = clock
+        self._when_ended = when_ended
+        self._when_checked = when_checked
+        self.waiting: set[Sleeper] = set()
+        """Threads that wait for room."""
+        self._wants_room = False
+        self._has_ended = False
+        self.link = Link(
+            owner,
+            handshake,
+            write=self._write,
+            write_many=self._write_many,
+            when_full=self._when_full,
+            wait_for_room=lambda is_answer: wait_for_room(self, is_answer),
+            when_held=when_held,
+            lease_ms=lease_ms,
+        )
+        self.connects = handshake.connects
+        self._receive = self.link.receive
+        self._recv: Callable[[int], bytes] = sock.recv
+        self._send: Callable[[Buffer], int] = sock.send
+        self._sendmsg: Callable[[list[Buffer]], int] = (
+            sock.sendmsg if hasattr(sock, 'sendmsg') else lambda buffers: sock.send(join_first(buffers))
+        )
+        sock.setblocking(False)
+        sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._timer = poller.call_later(HANDSHAKE_S, self._check_handshake)
+
+    def start(self) -> None:
+        """Begin to talk and to listen; nothing if the session was closed meanwhile."""
+        with self.link.lock:
+            if self._has_ended:  # its descriptor may be somebody else's by now
+                return
+            self._poller.register(self._fd, IN, self.on_ready)
+        self.link.start()
+
+    # ---- writing: under the link's lock
+    #
+    # A signal's handler runs where a function of C's has returned to one of Python's, before its result
+    # is kept, and may raise. `map` and the unpacking of its one result are a single step: it is kept.
+
+    def _write(self, data: Buffer) -> int:
+        try:
+            (taken,) = map(self._send, (data,))
+            return taken  # noqa: TRY300
+        except (BlockingIOError, InterruptedError):
+            return 0
+        except OSError as error:
+            self._fail(error)
+            return len(data)
+
+    def _write_many(self, buffers: list[Buffer]) -> int:
+        if len(buffers) > _MANY:
+            keep_freed_memory()
+        try:
+            (taken,) = map(self._sendmsg, (buffers,))
+            return taken  # noqa: TRY300
+        except (BlockingIOError, InterruptedError):
+            return 0
+        except OSError as error:
+            self._fail(error)
+            return sum(map(len, buffers))
+
+    def _fail(self, error: OSError) -> None:
+        """The connection is broken: end it on the thread that waits, which holds no lock of the writer's."""
+        reason = error.strerror or str(error)
+        self._poller.call(lambda: self.end(f'the connection broke: {reason}'))
+
+    def _when_full(self) -> None:
+        if not self._wants_room:
+            self._poller.modify(self._fd, IN | OUT)
+            self._wants_room = True  # last: a signal's handler may raise
+        if self.link.overflowed:
+            self._poller.call(self._check)
+
+    def watch_room(self) -> None:
+        """Have those that wait for room woken once there is some, whichever thread has made it."""
+        with self.link.lock:
+            if not self._has_ended:
+                self._when_full()
+
+    # ---- what the poller says
+
+    def on_ready(self, events: int) -> None:
+        """Read what is there; write what waits."""
+        if events & OUT and self._wants_room:
+            link = self.link
+            if link.flush():
+                link.section.run(self._forget_room)
+            if self.waiting and link.queue.size <= ENOUGH_ROOM:
+                self.wake_waiting()
+        if events & ~OUT:
+            self._read()
+
+    def _forget_room(self) -> None:
+        """Wait for room no more, unless something was queued since."""
+        if not self._has_unsent():
+            self._wants_room = False
+            self._poller.modify(self._fd, IN)
+
+    def _has_unsent(self) -> bool:
+        return bool(self.link.queue.size)
+
+    def _read(self) -> None:
+        link = self.link
+        reads = link.reads
+        size = READ_SIZE
+        try:
+            for _ in range(_READS_AT_ONCE):
+                data = self._recv(size)
+                reads += 1
+                if not data:
+                    self.end('the other side has hung up')
+                    return
+                self._receive(data)
+                # Small messages have their callbacks run before more are read: a subscription keeps only so
+                # many, and what else comes waits on the wire, where the publisher sees it.
+                if len(data) < size or not link.in_pieces or self._has_ended:
+                    return
+                keep_freed_memory()
+                size = READ_SIZE_LARGE
+        except (BlockingIOError, InterruptedError):
+            return
+        except OSError as error:
+            self.end(f'the connection broke: {error.strerror or error}')
+        except ClosedByPeerError as error:
+            self.end(str(error))
+        except ZenohProtocolError as error:
+            self.end(str(error), error.reason, is_fault=error.reason not in {MAX_LINKS, TO_SELF})
+        except BaseException:
+            if link.reads != reads:  # a signal's handler raised between the two: bytes are lost
+                self.end('its reader was interrupted')
+            raise
+
+    def wake_waiting(self) -> None:
+        """Have those that wait for room look again."""
+        for sleeper in list(self.waiting):
+            sleeper.wake()
+
+    # ---- time
+
+    def _check_handshake(self) -> None:
+        if not self.link.is_up:
+            self.end('the handshake took too long', is_fault=True)
+
+    def came_up(self) -> None:
+        """The handshake is done: from now on leases count."""
+        self._timer.cancel()
+        terms = self.link.terms
+        assert terms is not None
+        self._period = max(min(self.link.keep_alive_s, terms.lease_ms / 1000 / KEEP_ALIVES), LEAST_PERIOD_S)
+        self._timer = self._poller.call_later(self._period, self._check)
+
+    def _check(self) -> None:
+        if self._has_ended:
+            return
+        self._timer.cancel()  # before all else: a signal's handler may raise
+        self._timer = self._poller.call_later(self._period, self._check)
+        self.link.tick()
+        now = self._clock()
+        self._when_checked(now)
+        if self.link.discard_stale(now) >= MUCH:
+            return_freed_memory()
+        try:
+            self.link.check_lease(now)
+        except ZenohProtocolError as error:
+            self.end(str(error), error.reason)
+
+    # ---- ending
+
+    def end(self, why: str, reason: int | None = None, *, is_fault: bool = False) -> None:
+        """Close the connection, with a word to the other side where there is a reason. Idempotent."""
+        with self.link.lock:
+            if self._has_ended:
+                return
+            self._has_ended = True
+        self._timer.cancel()
+        self.link.close(reason)
+        self._say_goodbye()
+        self._poller.unregister(self._fd)
+        with suppress(OSError):  # it broke before
+            self._socket.shutdown(socket.SHUT_RDWR if reason is None else socket.SHUT_WR)
+        self._socket.close()
+        freed = self.link.discard_pieces()
+        self._when_ended(self, why, is_fault)
+        if freed >= MUCH:
+            return_freed_memory()
+
+    def close_socket(self) -> None:
+        """Close the socket alone; the link is another process's."""
+        self._socket.close()
+
+    def _say_goodbye(self) -> None:
+        """What the connection says last, below what the link says."""

@@ -1,0 +1,354 @@
+"""TLS (`tls/HOST:PORT`): the same bytes inside OpenSSL's records, over sockets that never block.
+
+OpenSSL works on memory here and never sees the socket. So what it has encrypted waits in one place until the
+socket takes it, and a message that OpenSSL has begun is not mixed with one of a higher priority.
+"""
+
+from __future__ import annotations
+
+import socket
+import ssl
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from functools import partial
+from pathlib import Path
+from threading import RLock
+from typing import TYPE_CHECKING, TypeVar
+
+from goalwire.concurrency.poller import IN, OUT, Poller
+from goalwire.errors import TransportError
+from goalwire.zenoh.io.endpoints import TlsFiles
+from goalwire.zenoh.io.socket_link import JOINED_SIZE, SocketLink, join_first
+
+if TYPE_CHECKING:
+    from goalwire.zenoh.protocol.channels import Buffer
+    from goalwire.zenoh.protocol.handshake import Handshake
+    from goalwire.zenoh.protocol.link import LinkOwner
+    from goalwire.zenoh.protocol.outgoing import Outgoing
+
+T = TypeVar('T')
+
+
+def client_context(files: TlsFiles) -> ssl.SSLContext:
+    """Return what connections are opened with. Raises TransportError for a file that cannot be used."""
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
+    context.check_hostname = files.verify_name_on_connect
+    _trust(context, files)
+    if files.enable_mtls:
+        _show(context, files.connect_certificate, files.connect_private_key, 'connect')
+    return context
+
+
+def server_context(files: TlsFiles) -> ssl.SSLContext:
+    """Return what connections are taken with. Raises TransportError for a file that cannot be used."""
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    _show(context, files.listen_certificate, files.listen_private_key, 'listen')
+    if files.enable_mtls:
+        context.verify_mode = ssl.CERT_REQUIRED
+        _trust(context, files)
+    return context
+
+
+def _trust(context: ssl.SSLContext, files: TlsFiles) -> None:
+    if not files.root_ca_certificate:
+        context.load_default_certs()
+        return
+    try:
+        context.load_verify_locations(files.root_ca_certificate)
+    except OSError as error:
+        raise TransportError(_unusable('root_ca_certificate', files.root_ca_certificate, error)) from None
+
+
+def _show(context: ssl.SSLContext, certificate: str, key: str, use: str) -> None:
+    """Have the certificate shown to the other side. A key that needs a password is refused, not asked for."""
+    for name, path in ((f'{use}_certificate', certificate), (f'{use}_private_key', key)):
+        if not path:
+            raise TransportError(f'TLS needs transport/link/tls/{name}: set it to the path of a PEM file')
+        try:
+            with Path(path).open('rb'):
+                pass
+        except OSError as error:
+            raise TransportError(_unusable(name, path, error)) from None
+    try:
+        context.load_cert_chain(certificate, key, password=lambda: b'')
+    except OSError as error:
+        raise TransportError(_unusable(f'{use}_certificate', f"{certificate}' with '{key}", error)) from None
+
+
+def _unusable(name: str, path: str, error: OSError) -> str:
+    return f"transport/link/tls/{name}: '{path}' cannot be used: {explain(error)}"
+
+
+_HERE = 'transport/link/tls'
+_ADVICE = {
+    'mismatch': f'it must name the host that is dialled, or set {_HERE}/verify_name_on_connect to false here',
+    'issuer': f'{_HERE}/root_ca_certificate must hold the authority that signed it',
+    'self-signed': f'{_HERE}/root_ca_certificate must hold the authority that signed it',
+    'certificate has expired': "renew the other side's certificate, or set this machine's clock",
+    'not yet valid': "set this machine's clock, or renew the other side's certificate",
+    'alert certificate expired': "the other side refuses this side's certificate: renew it, or set its clock",
+    'alert unknown ca': "the root_ca_certificate there must hold the authority of this side's certificate",
+    'alert bad certificate': "it is refused there: does this side's certificate name the host dialled?",
+    'certificate required': f'set {_HERE}/enable_mtls, connect_certificate and connect_private_key here',
+    'did not return a certificate': 'set enable_mtls and connect_certificate there, or turn it off here',
+    'wrong version number': 'the other side speaks no TLS: both addresses must begin with tls/',
+    'http request': 'the other side speaks no TLS: this port is for Zenoh',
+}
+"""What to do about what OpenSSL says, by a part of that."""
+
+
+def explain(error: OSError) -> str:
+    """Return an error of TLS or of a file in short words, with what to do where that is known."""
+    if isinstance(error, ssl.SSLCertVerificationError):
+        text = f'the certificate is not accepted: {error.verify_message.rstrip(".")}'
+    elif isinstance(error, ssl.SSLError) and error.reason:
+        text = error.reason.lower().replace('_', ' ')
+    else:
+        return error.strerror or str(error)
+    advice = next((advice for part, advice in _ADVICE.items() if part in text), '')
+    return f'{text}; {advice}' if advice else text
+
+
+class TlsStream:
+    """A connected socket with TLS on it. Reads, writes and says whether there is more, as a socket does.
+
+    Any thread may use it: OpenSSL does one thing at a time.
+    """
+
+    def __init__(self, sock: socket.socket, context: ssl.SSLContext, server_name: str | None) -> None:
+        """`server_name` is whom a client dialled; None for a server."""
+        self._socket = sock
+        self._incoming, self._outgoing = ssl.MemoryBIO(), ssl.MemoryBIO()
+        self._tls = context.wrap_bio(
+            self._incoming, self._outgoing, server_side=server_name is None, server_hostname=server_name
+        )
+        self._unsent = memoryview(b'')
+        self._is_sending = False
+        """Whether bytes are on their way to the socket: a signal's handler puts nothing between them."""
+        self._is_over = False
+        # Reentrant: a signal's handler may publish while its thread is in here.
+        self._lock = RLock()
+
+    @property
+    def has_unsent(self) -> bool:
+        """Whether encrypted bytes wait for the socket."""
+        return len(self._unsent) > 0 or self._outgoing.pending > 0
+
+    def shake_hands(self) -> bool:
+        """Go on with the handshake; True once it is done. Raises OSError (ssl.SSLError) where it fails."""
+        with self._lock:
+            self._fill()
+            try:
+                self._tls.do_handshake()
+            except ssl.SSLWantReadError:
+                return False
+            finally:
+                self.flush()
+            return True
+
+    def _fill(self) -> None:
+        """Hand what has come to OpenSSL."""
+        with suppress(BlockingIOError, InterruptedError):
+            data = self._socket.recv(JOINED_SIZE)
+            if data:
+                self._incoming.write(data)
+            else:
+                self._incoming.write_eof()
+                self._is_over = True
+
+    def recv(self, size: int) -> bytes:
+        """Return all that has come, empty at its end. Raises BlockingIOError where there is nothing."""
+        with self._lock:
+            self._fill()
+            parts: list[bytes] = []
+            with suppress(ssl.SSLWantReadError, ssl.SSLZeroReturnError, ssl.SSLEOFError):
+                while part := self._tls.read(size):
+                    parts.append(part)
+                self._is_over = True
+            if self._outgoing.pending:
+                self.flush()
+        if not parts and not self._is_over:
+            raise BlockingIOError
+        return parts[0] if len(parts) == 1 else b''.join(parts)
+
+    def send(self, data: Buffer) -> int:
+        """Encrypt and send; return how much was taken. Raises BlockingIOError while what was taken waits."""
+        with self._lock:
+            if self._is_sending:
+                raise BlockingIOError
+            self._is_sending = True
+            try:
+                return self._send(memoryview(data))
+            finally:
+                self._is_sending = False
+
+    def _send(self, data: memoryview) -> int:
+        if not self._flush():
+            raise BlockingIOError
+        taken = 0
+        while taken < len(data) and not self._unsent:
+            end = min(len(data), taken + JOINED_SIZE)
+            while taken < end:
+                taken += self._tls.write(data[taken:end])
+            self._flush()
+        return taken
+
+    def sendmsg(self, buffers: Sequence[Buffer]) -> int:
+        """Send the first of several buffers, small ones joined."""
+        return self.send(join_first(buffers))
+
+    def flush(self) -> bool:
+        """Send what is encrypted; False where the socket takes no more, or is being written to."""
+        with self._lock:
+            if self._is_sending:
+                return False
+            self._is_sending = True
+            try:
+                return self._flush()
+            finally:
+                self._is_sending = False
+
+    def _flush(self) -> bool:
+        while self._unsent or self._outgoing.pending:
+            if not self._unsent:
+                self._unsent = memoryview(self._outgoing.read())
+            try:
+                (sent,) = map(self._socket.send, (self._unsent,))  # in one step, as in SocketLink._write
+                self._unsent = self._unsent[sent:]
+            except (BlockingIOError, InterruptedError):
+                return False
+        return True
+
+    def end(self) -> None:
+        """Tell the other side that nothing more comes, where the socket takes that at once."""
+        with self._lock, suppress(OSError, ValueError):
+            with suppress(ssl.SSLWantReadError):
+                self._tls.unwrap()
+            self.flush()
+
+
+class TlsSocketLink(SocketLink):
+    """A connected socket with TLS on it, and its link, which begins once TLS has shaken hands."""
+
+    def __init__(
+        self,
+        owner: LinkOwner,
+        sock: socket.socket,
+        handshake: Handshake,
+        poller: Poller,
+        *,
+        tls: TlsStream,
+        clock: Callable[[], float],
+        lease_ms: int,
+        when_ended: Callable[[SocketLink, str, bool], None],
+        wait_for_room: Callable[[SocketLink, bool], None],
+        when_held: Callable[[Outgoing], None],
+        when_checked: Callable[[float], None],
+    ) -> None:
+        """See SocketLink; `tls` is the stream on `sock`."""
+        super().__init__(
+            owner,
+            sock,
+            handshake,
+            poller,
+            clock=clock,
+            lease_ms=lease_ms,
+            when_ended=when_ended,
+            wait_for_room=wait_for_room,
+            when_held=when_held,
+            when_checked=when_checked,
+        )
+        self._tls = tls
+        self._is_secure = False
+        self._recv = self._decrypt
+        self._send = tls.send
+        self._sendmsg = tls.sendmsg
+
+    def start(self) -> None:
+        self._poller.register(self._fd, IN, self.on_ready)
+        self._shake_hands()
+
+    def _shake_hands(self) -> None:
+        try:
+            self._is_secure = self._tls.shake_hands()
+        except ssl.SSLEOFError:
+            self.end('the other side has hung up')
+            return
+        except OSError as error:
+            self.end(f'TLS: {explain(error)}', is_fault=True)
+            return
+        if self._is_secure:
+            self.link.start()
+        self._watch_unsent()
+
+    def _decrypt(self, size: int) -> bytes:
+        try:
+            return self._tls.recv(size)
+        except ssl.SSLError as error:  # a certificate that is refused shows here, with TLS 1.3
+            self.end(f'TLS: {explain(error)}', is_fault=True)
+            raise BlockingIOError from None
+
+    def _watch_unsent(self) -> None:
+        """Ask for room where encrypted bytes wait."""
+        if self._tls.has_unsent:
+            self._when_full()
+
+    def _has_unsent(self) -> bool:
+        return super()._has_unsent() or self._tls.has_unsent
+
+    def _write(self, data: Buffer) -> int:
+        return self._encrypt(super()._write, data)
+
+    def _write_many(self, buffers: list[Buffer]) -> int:
+        return self._encrypt(super()._write_many, buffers)
+
+    def _encrypt(self, write: Callable[[T], int], data: T) -> int:
+        try:
+            taken = write(data)
+            self._watch_unsent()
+        except BaseException:  # of a signal's handler: how much OpenSSL has taken is not known
+            self._poller.call(lambda: self.end('its writer was interrupted'))
+            raise
+        return taken
+
+    def on_ready(self, events: int) -> None:
+        if events & OUT:
+            try:
+                self._tls.flush()
+            except OSError as error:
+                self.end(f'the connection broke: {explain(error)}')
+                return
+        if not self._is_secure:
+            self._shake_hands()
+        if self._is_secure:
+            super().on_ready(events)
+            with self.link.lock:
+                if not self._has_ended:
+                    self._watch_unsent()  # reading may have to answer
+
+    def _say_goodbye(self) -> None:
+        self._tls.end()
+
+
+class Tls:
+    """How one session speaks TLS. Each method raises TransportError for a file that cannot be used."""
+
+    def __init__(self, files: TlsFiles) -> None:
+        self._files = files
+        self._client: ssl.SSLContext | None = None
+
+    def taking(self) -> Callable[[socket.socket], Callable[..., SocketLink]]:
+        """Return what makes links of connections that a listening socket has taken."""
+        context = server_context(self._files)
+        return lambda sock: partial(TlsSocketLink, tls=TlsStream(sock, context, None))
+
+    def check_dialling(self) -> ssl.SSLContext:
+        """Return what connections are opened with."""
+        if self._client is None:
+            self._client = client_context(self._files)
+        return self._client
+
+    def dialling(self, host: str) -> Callable[[socket.socket], Callable[..., SocketLink]]:
+        """Return what makes links of connections that were opened to `host`."""
+        context = self.check_dialling()
+        return lambda sock: partial(TlsSocketLink, tls=TlsStream(sock, context, host))

@@ -1,0 +1,340 @@
+"""Sequence numbers, fragments, and the queue before the socket.
+
+A link has eight priorities, and each has a reliable and a best-effort channel. That makes sixteen channels,
+and each counts its own messages. All begin at the number said in OPEN and go on modulo 2^28, or less if the
+other side wants smaller numbers. TCP loses none and keeps the order. So a receiver takes any number that is
+ahead by less than half of all numbers, and drops the others. Frames that a sender left out are not asked for
+again.
+
+A message that fits no batch travels in pieces, each a FRAGMENT in a batch of its own. The pieces must follow
+one another in their channel. Anything between them loses the message, but not the link.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterator, Sequence
+from itertools import chain
+
+from goalwire.zenoh.protocol import bounds
+from goalwire.zenoh.protocol.primitives import (
+    MANDATORY,
+    MORE,
+    NUMBER_FORM,
+    ZenohProtocolError,
+    encode_padded,
+)
+from goalwire.zenoh.protocol.transport import FRAGMENT, FRAME
+
+PRIORITIES = 8
+CHANNELS = 2 * PRIORITIES
+DATA_PRIORITY = 5
+CONTROL_CHANNEL = 1
+"""Reliable, the highest priority: what is declared."""
+DATA_CHANNEL = 2 * DATA_PRIORITY + 1
+
+IS_RELIABLE = 0x20
+MORE_PIECES = 0x40
+PRIORITY_EXTENSION = NUMBER_FORM | MANDATORY | 1
+IS_FIRST = 0x02
+IS_GIVEN_UP = 0x03
+
+MASK = (1 << 28) - 1
+"""The bits of a sequence number, unless the handshake agreed on fewer."""
+
+HEAD_SIZE = 16
+"""Bytes that the head of a frame or fragment takes of a batch at most, its length included."""
+
+Buffer = bytes | memoryview
+
+
+def channel_of(priority: int, *, reliable: bool = True) -> int:
+    """Return the channel of a priority."""
+    return 2 * priority + reliable
+
+
+def frame_head(channel: int, number: int) -> bytes:
+    """Return the head of a frame; data frames, the most, say no priority."""
+    reliable = IS_RELIABLE if channel & 1 else 0
+    if channel >> 1 == DATA_PRIORITY:
+        return bytes((FRAME | reliable,)) + encode_padded(number)
+    priority = bytes((PRIORITY_EXTENSION, channel >> 1))
+    return bytes((FRAME | reliable | MORE,)) + encode_padded(number) + priority
+
+
+def fragment_head(channel: int, number: int, *, marks_first: bool, more: bool) -> bytes:
+    """Return the head of a piece; `marks_first` for the first one where patch 1 was agreed."""
+    header = FRAGMENT | (IS_RELIABLE if channel & 1 else 0) | (MORE_PIECES if more else 0)
+    extensions = b''
+    if channel >> 1 != DATA_PRIORITY:
+        extensions = bytes((PRIORITY_EXTENSION | (MORE if marks_first else 0), channel >> 1))
+    if marks_first:
+        extensions += bytes((IS_FIRST,))
+    return bytes((header | (MORE if extensions else 0),)) + encode_padded(number) + extensions
+
+
+def pieces(message: Sequence[Buffer], size: int) -> Iterator[list[Buffer]]:
+    """Cut a message, given in parts, into pieces of `size` bytes at most, without copying it."""
+    piece: list[Buffer] = []
+    room = size
+    for part in message:
+        view = memoryview(part)
+        while len(view) > room:
+            yield [*piece, view[:room]]
+            view = view[room:]
+            piece, room = [], size
+        piece.append(view)
+        room -= len(view)
+    if piece:
+        yield piece
+
+
+class ReceivedNumbers:
+    """The last number seen on each channel of a link."""
+
+    __slots__ = ('_half', '_mask', 'last')
+
+    def __init__(self, first: int, mask: int = MASK) -> None:
+        """`mask` has the bits of a number."""
+        self.last = [(first - 1) & mask] * CHANNELS
+        self._mask = mask
+        self._half = (mask + 1) // 2
+
+    def advance(self, channel: int, number: int) -> int:
+        """Return how far `number` is ahead, and go on from it; 0 where it is not. Raises where it is none."""
+        if number > self._mask:
+            raise ZenohProtocolError(f'sequence number {number} has more than {self._mask.bit_length()} bits')
+        gap = (number - self.last[channel]) & self._mask
+        if gap >= self._half:
+            return 0
+        self.last[channel] = number
+        return gap
+
+
+class PieceBudget:
+    """How many bytes unfinished messages may take, of a link and, above it, of a session."""
+
+    __slots__ = ('above', 'limit', 'used')
+
+    def __init__(self, limit: int, above: PieceBudget | None = None) -> None:
+        self.limit = limit
+        self.above = above
+        self.used = 0
+        """Bytes that are kept now."""
+
+
+class Reassembly:
+    """The pieces of one channel's message, up to MOST_PIECES and as many bytes as its budget has."""
+
+    __slots__ = ('_budget', '_has_marks', '_pieces', '_quiet', 'is_refused', 'size')
+
+    def __init__(self, *, has_marks: bool, budget: PieceBudget) -> None:
+        """`has_marks` where first pieces are marked, by patch 1."""
+        self._has_marks = has_marks
+        self._budget = budget
+        self._pieces: list[Buffer] | None = None
+        self.size = 0
+        """Bytes that are kept."""
+        self.is_refused = False
+        """Whether the budget had no room for the last piece."""
+        self._quiet: tuple[int, float] | None = None
+        """How many pieces there were when `is_stale` was asked, and since when there have been as many."""
+
+    def add(self, piece: Buffer, *, gap: int, first: bool, more: bool, given_up: bool) -> bytes | None:
+        """Take a piece; return the message with its last one. Raises where it grows beyond the limit."""
+        self.is_refused = False
+        if first or (self._pieces is None and not self._has_marks):
+            self.clear()
+            self._pieces = []
+        elif given_up or gap != 1:
+            self.clear()
+        if self._pieces is None:
+            return None
+        size = len(piece)
+        self._pieces.append(piece)
+        self.size += size
+        budget = self._budget
+        budget.used += size
+        above = budget.above or budget
+        if above is not budget:
+            above.used += size
+        if self.size > budget.limit or len(self._pieces) > bounds.MOST_PIECES:
+            self.clear()
+            raise ZenohProtocolError(
+                f'a message in pieces has more than {budget.limit} bytes or {bounds.MOST_PIECES} pieces'
+            )
+        if budget.used > budget.limit or above.used > above.limit:
+            self.clear()
+            self.is_refused = True
+            return None
+        if more:
+            return None
+        message = b''.join(self._pieces)
+        self.clear()
+        return message
+
+    def clear(self) -> None:
+        """Throw away what has come."""
+        budget = self._budget
+        budget.used -= self.size
+        if budget.above is not None:
+            budget.above.used -= self.size
+        self.size = 0
+        self._pieces = self._quiet = None
+
+    def is_stale(self, now: float) -> bool:
+        """Whether nothing has come of the message for STALE_S; then it is thrown away. `now` in s."""
+        if self._pieces is None:
+            return False
+        count = len(self._pieces)
+        if self._quiet is None or self._quiet[0] != count:
+            self._quiet = count, now
+        elif now - self._quiet[1] >= bounds.STALE_S:
+            self.clear()
+            return True
+        return False
+
+
+_AT_ONCE = 1 << 18
+"""Bytes that are taken out for the socket at once; what is more urgent waits behind them."""
+
+
+class Frame:
+    """A frame that waits, and takes up what is sent on its channel until it is full or goes to the socket."""
+
+    __slots__ = ('channel', 'parts', 'size')
+
+    def __init__(self, channel: int, head: bytes, message: bytes) -> None:
+        self.channel = channel
+        self.parts = [b'', head, message]
+        """The first is its length, once that is known."""
+        self.size = len(head) + len(message)
+
+
+class SendQueue:
+    """What waits for a socket, in the order of its priorities, first in first out within each.
+
+    Small messages of one channel share a frame, as far as they fit: that is one number, one piece of memory
+    and one turn of whoever writes for 100 of them and more. A batch that the socket has begun to take is
+    finished before any other.
+
+    A signal's handler may raise between any two steps here. What is under way is noted before, so that `mend`
+    can finish it or undo it.
+    """
+
+    __slots__ = ('_begun', '_begun_size', '_moved', '_waiting', '_written', 'open', 'size', 'taken')
+
+    def __init__(self) -> None:
+        self.size = 0
+        """Bytes that wait."""
+        self._begun: deque[Buffer] = deque()
+        self._begun_size = 0
+        self._waiting: list[deque[Sequence[Buffer] | Frame]] = [deque() for _ in range(PRIORITIES)]
+        self.open: list[Frame | None] = [None] * CHANNELS
+        """The frame of each channel that what is sent there may join."""
+        self.taken = 0
+        """How much the socket took of the last `next_buffers`; set by whoever writes them."""
+        self._moved: tuple[deque[Sequence[Buffer] | Frame], int, int] | None = None
+        """Whence a batch is being taken, how many were there, and how many buffers had begun."""
+        self._written: tuple[list[Buffer], int] | None = None
+        """What is being written, and how many buffers have begun beyond that."""
+
+    def __bool__(self) -> bool:
+        return self.size > 0
+
+    def add(self, priority: int, batch: Sequence[Buffer]) -> None:
+        """Queue a batch, in one or more pieces."""
+        self.open[2 * priority] = self.open[2 * priority + 1] = None
+        self._waiting[priority].append(batch)
+        self.size += sum(map(len, batch))
+
+    def begin(self, channel: int, head: bytes, message: bytes) -> None:
+        """Have a frame wait that others may join."""
+        frame = self.open[channel] = Frame(channel, head, message)
+        self._waiting[channel >> 1].append(frame)
+        self.size += 2 + frame.size
+
+    def add_rest(self, rest: Buffer) -> None:
+        """Queue the rest of a batch of which the socket took a part, while nothing else waits."""
+        self._begun.append(rest)
+        self._begun_size += len(rest)
+        self.size += len(rest)
+
+    def next_buffers(self, limit: int) -> list[Buffer]:
+        """Return what to write next, up to `limit` pieces or a few more."""
+        begun = self._begun
+        for waiting in self._waiting:
+            while waiting and len(begun) < limit and self._begun_size < _AT_ONCE:
+                batch = waiting[0]
+                if isinstance(batch, Frame):
+                    batch = self._close(batch)
+                self._moved = waiting, len(waiting), len(begun)
+                begun.extend(batch)
+                waiting.popleft()
+                self._moved = None
+                self._begun_size += sum(map(len, batch))
+        buffers = [begun[at] for at in range(min(len(begun), limit))]
+        self.taken = 0
+        self._written = buffers, len(begun) - len(buffers)
+        return buffers
+
+    def _close(self, frame: Frame) -> Sequence[Buffer]:
+        """Let nothing more join a frame; return its batch."""
+        if self.open[frame.channel] is frame:
+            self.open[frame.channel] = None
+        frame.parts[0] = frame.size.to_bytes(2, 'little')
+        return (b''.join(frame.parts),)
+
+    def written(self, size: int) -> None:
+        """The socket took so many bytes of `next_buffers`."""
+        self.size -= size
+        self._begun_size -= size
+        begun = self._begun
+        while size:
+            first = begun.popleft()
+            if size < len(first):
+                begun.appendleft(memoryview(first)[size:])
+                break
+            size -= len(first)
+        self._written = None
+
+    def mend(self) -> None:
+        """Put right what somebody was doing here when a signal's handler raised."""
+        begun = self._begun
+        if self._moved is not None:
+            waiting, count, had_begun = self._moved
+            if len(waiting) == count:
+                while len(begun) > had_begun:
+                    begun.pop()
+            self._moved = None
+        if self._written is not None:
+            buffers, beyond = self._written
+            rest = deque(_behind(buffers, self.taken))
+            rest.extend(list(begun)[len(begun) - beyond :])
+            self._begun = begun = rest
+            self._written = None
+        for frame in filter(None, self.open):
+            frame.size = sum(map(len, frame.parts[1:]))
+        self._begun_size = sum(map(len, begun))
+        self.size = self._begun_size + sum(map(_size, chain.from_iterable(self._waiting)))
+
+    def clear(self) -> None:
+        """Empty the queues: the link has ended."""
+        self.size = self._begun_size = 0
+        self._moved = self._written = None
+        self._begun.clear()
+        self.open = [None] * CHANNELS
+        for waiting in self._waiting:
+            waiting.clear()
+
+
+def _size(batch: Sequence[Buffer] | Frame) -> int:
+    return 2 + batch.size if isinstance(batch, Frame) else sum(map(len, batch))
+
+
+def _behind(buffers: list[Buffer], size: int) -> Iterator[Buffer]:
+    """Yield what is left of some buffers without their first `size` bytes."""
+    for each in buffers:
+        if size < len(each):
+            yield memoryview(each)[size:] if size else each
+        size = max(0, size - len(each))

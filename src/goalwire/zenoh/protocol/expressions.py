@@ -1,0 +1,68 @@
+"""The numbers that a session gives its keys: one number for a key on all links, as long as it is in use."""
+
+from __future__ import annotations
+
+from goalwire.zenoh.protocol.declarations import Kind, declare_expression, take_back
+from goalwire.zenoh.protocol.link import Link
+from goalwire.zenoh.protocol.network import WireKey, wire_key
+
+MOST = 65535
+"""Numbers there are; keys beyond travel in full."""
+
+
+class Expressions:
+    """Keys and their numbers. Whoever uses it holds the session's lock.
+
+    Numbers are given out in turn, so that one which was taken back means something else only after all others
+    have been used: messages on their way to this session may still name it.
+    """
+
+    def __init__(self) -> None:
+        self.keys: dict[int, str] = {}
+        self._numbers: dict[str, int] = {}
+        self._uses: dict[str, int] = {}
+        self._last = 0
+
+    def use(self, key: str) -> None:
+        """Keep a number for a key until as many `release`."""
+        self._uses[key] = self._uses.get(key, 0) + 1
+        if key not in self._numbers and len(self.keys) < MOST:
+            number = self._last
+            while True:
+                number = number % MOST + 1
+                if number not in self.keys:
+                    break
+            self._last = number
+            self._numbers[key] = number
+            self.keys[number] = key
+
+    def discard(self, key: str, links: tuple[Link, ...]) -> None:
+        """Undo a `use`; with the last one the number is taken back on all links that know it."""
+        uses = self._uses.pop(key) - 1
+        if uses:
+            self._uses[key] = uses
+            return
+        number = self._numbers.pop(key, 0)
+        if number:
+            del self.keys[number]
+            for link in links:
+                if number in link.told:
+                    link.told.discard(number)
+                    link.retire_expression(take_back(Kind.EXPRESSION, number))
+
+    def name(self, link: Link, key: str, out: list[bytes]) -> WireKey:
+        """Name a key as a link knows it; `out` gets what must be declared there before."""
+        number = link.expression_ids.get(key)
+        if number is not None:
+            return wire_key(key, number)
+        return self.name_own(link, key, out)
+
+    def name_own(self, link: Link, key: str, out: list[bytes]) -> WireKey:
+        """Name a key by its own number, where it has one."""
+        number = self._numbers.get(key)
+        if number is None:
+            return wire_key(key)
+        if number not in link.told:
+            link.told.add(number)
+            out.append(declare_expression(number, key))
+        return wire_key(key, number, is_senders=True)

@@ -1,0 +1,178 @@
+"""The handshake: each side says who it is and what it can do; the acceptor's answer holds for both.
+
+    connector: INIT -->                      acceptor: INIT taken
+               <-- INIT, answer, cookie                answers with the smaller of both in each point
+               OPEN, the cookie -->                    compares the cookie, looks for a second link
+               <-- OPEN, answer                        up; frames may follow at once
+    up
+
+In other implementations the cookie lets an acceptor forget the connector until OPEN brings the cookie back.
+This one remembers, and the cookie only proves that the connector received the answer. A second link to the
+same session is refused at OPEN, not before: until then the other side may still give its link up.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from enum import Enum
+
+from goalwire.records import record
+from goalwire.zenoh.protocol.primitives import (
+    GENERIC,
+    INVALID,
+    MAX_LINKS,
+    TO_SELF,
+    UNSUPPORTED,
+    Reader,
+    ZenohProtocolError,
+)
+from goalwire.zenoh.protocol.transport import (
+    INIT,
+    IS_ANSWER,
+    MESSAGE_ID,
+    OPEN,
+    OUR_PATCH,
+    Init,
+    Open,
+    Role,
+)
+
+SMALLEST_BATCH = 512
+"""Bytes of the smallest batch that is agreed to: below, heads would leave no room for messages."""
+
+
+@record
+class Identity:
+    """The identity of a session, as others see it. Times in ms."""
+
+    zid: bytes
+    role: Role
+    lease_ms: int = 60_000
+    batch_size: int = 65535
+
+
+@record
+class Terms:
+    """The terms on which both sides have agreed, and what each has said of itself."""
+
+    zid: bytes
+    """The other side's id."""
+    role: Role
+    batch_size: int
+    qos: bool
+    patch: int
+    lease_ms: int
+    """How long the other side may be silent."""
+    number_mask: int
+    """The bits of a sequence number."""
+    first_sent: int
+    """The first sequence number of ours, on every channel."""
+    first_received: int
+
+
+class State(Enum):
+    """How far the handshake is."""
+
+    WAIT_INIT = 'waits for INIT'
+    WAIT_OPEN = 'waits for OPEN'
+    UP = 'up'
+
+
+class Handshake:
+    """One side of one handshake. `answer` is what to send next."""
+
+    def __init__(
+        self,
+        identity: Identity,
+        *,
+        connects: bool,
+        random: Callable[[int], bytes],
+        expected: bytes | None = None,
+        is_linked: Callable[[bytes], bool] = lambda _: False,
+    ) -> None:
+        """`random` makes bytes, `expected` is the id that must answer, `is_linked` tells of links."""
+        self.state = State.WAIT_INIT
+        self.connects = connects
+        self.terms: Terms | None = None
+        self._identity = identity
+        self._random = random
+        self._expected = expected
+        self._is_linked = is_linked
+        self._theirs: Init | None = None
+        self._agreed = Init(identity.zid, identity.role, identity.batch_size)
+        self._first_sent = int.from_bytes(random(4), 'little') >> 4
+
+    def start(self) -> bytes:
+        """Return what the connector sends first; an acceptor sends nothing."""
+        return self._agreed.encode() if self.connects else b''
+
+    def receive(self, reader: Reader) -> bytes:
+        """Take one message and return the answer, if any. Raises ZenohProtocolError."""
+        header = reader.data[reader.at]
+        wanted = INIT if self.state is State.WAIT_INIT else OPEN
+        is_answer = bool(header & IS_ANSWER)
+        if self.state is State.UP or header & MESSAGE_ID != wanted or is_answer != self.connects:
+            raise ZenohProtocolError(f'message 0x{header:02x} while the handshake {self.state.value}')
+        if wanted == INIT:
+            return self._take_init(Init.decode(reader))
+        return self._take_open(Open.decode(reader))
+
+    def _take_init(self, theirs: Init) -> bytes:
+        ours = self._agreed
+        if theirs.batch_size < SMALLEST_BATCH:
+            raise ZenohProtocolError(f'batches of {theirs.batch_size} bytes are too small', UNSUPPORTED)
+        if self.connects:
+            if self._expected is not None and theirs.zid != self._expected:
+                raise ZenohProtocolError('another session answers at this address', INVALID)
+            if (
+                theirs.batch_size > ours.batch_size
+                or theirs.patch > ours.patch
+                or theirs.number_size > ours.number_size
+            ):
+                raise ZenohProtocolError('the answer exceeds what was offered', INVALID)
+        self._theirs = theirs
+        self._agreed = Init(
+            ours.zid,
+            ours.role,
+            min(theirs.batch_size, ours.batch_size),
+            theirs.qos and ours.qos,
+            min(theirs.patch, OUR_PATCH),
+            None if self.connects else self._random(16),
+            min(theirs.number_size, ours.number_size),
+        )
+        self._first_sent &= self._agreed.number_mask
+        self.state = State.WAIT_OPEN
+        if self.connects:
+            if theirs.zid == ours.zid:
+                raise ZenohProtocolError('it is a link to ourselves', TO_SELF)
+            return Open(self._identity.lease_ms, self._first_sent, theirs.cookie).encode()
+        return self._agreed.encode()
+
+    def _take_open(self, theirs: Open) -> bytes:
+        other, agreed = self._theirs, self._agreed
+        assert other is not None
+        if not self.connects:
+            if theirs.cookie != agreed.cookie:
+                raise ZenohProtocolError('the cookie is not the one that was sent', INVALID)
+            if other.zid == agreed.zid:
+                raise ZenohProtocolError('it is a link to ourselves', TO_SELF)
+            if self._is_linked(other.zid):
+                raise ZenohProtocolError('there is a link to this session already', MAX_LINKS)
+        if theirs.first_number > agreed.number_mask:
+            bits = agreed.number_mask.bit_length()
+            raise ZenohProtocolError(f'first sequence number {theirs.first_number} has more than {bits} bits')
+        if not theirs.lease_ms:
+            raise ZenohProtocolError('a lease of 0', GENERIC)
+        self.terms = Terms(
+            other.zid,
+            other.role,
+            agreed.batch_size,
+            agreed.qos,
+            agreed.patch,
+            theirs.lease_ms,
+            agreed.number_mask,
+            self._first_sent,
+            theirs.first_number,
+        )
+        self.state = State.UP
+        return b'' if self.connects else Open(self._identity.lease_ms, self._first_sent).encode()

@@ -1,0 +1,101 @@
+"""An index of things by their key expression: finds quickly all whose expression intersects another one.
+
+Nearly all expressions of ROS 2 are plain keys, or such with `/**` at the end. Those are found by equality: of
+the key, and of each of its beginnings. Only the few others, the *odd* ones, are compared one by one. So a
+plain key is compared with those few, an expression with all."""
+
+from __future__ import annotations
+
+from typing import Generic, TypeVar
+
+from goalwire.zenoh.protocol.key_expressions import intersects, is_wild
+
+T = TypeVar('T')
+
+_BELOW = '/**'
+
+
+def is_odd(expression: str) -> bool:
+    """Whether an expression has wildcards elsewhere than in a '/**' at its end."""
+    return is_wild(expression) and is_wild(expression.removesuffix(_BELOW))
+
+
+class KeyIndex(Generic[T]):
+    """Things by their ids, found by key expression. Whoever changes it holds a lock over it.
+
+    To look something up copies at first, in one step: so a signal's handler may do it at any time.
+    """
+
+    __slots__ = ('_below', '_odd', '_plain', '_things')
+
+    def __init__(self) -> None:
+        self._things: dict[int, tuple[str, T]] = {}
+        self._plain: dict[str, dict[int, T]] = {}
+        self._below: dict[str, dict[int, T]] = {}
+        """Those with '/**' at the end, by what stands before that."""
+        self._odd: dict[int, tuple[str, T]] = {}
+
+    def __len__(self) -> int:
+        return len(self._things)
+
+    @property
+    def odd(self) -> int:
+        """How many are compared one by one."""
+        return len(self._odd)
+
+    def __contains__(self, number: int) -> bool:
+        return number in self._things
+
+    def add(self, number: int, key: str, thing: T) -> None:
+        """Keep a thing under a number that is free."""
+        self._things[number] = key, thing
+        if is_odd(key):
+            self._odd[number] = key, thing
+        else:
+            self._same(key).setdefault(key.removesuffix(_BELOW), {})[number] = thing
+
+    def _same(self, key: str) -> dict[str, dict[int, T]]:
+        return self._below if is_wild(key) else self._plain
+
+    def pop(self, number: int) -> tuple[str, T] | None:
+        """Take one out and return its key and itself; None where there is none."""
+        found = self._things.pop(number, None)
+        if found is not None and self._odd.pop(number, None) is None:
+            same = self._same(found[0])
+            key = found[0].removesuffix(_BELOW)
+            del same[key][number]
+            if not same[key]:
+                del same[key]
+        return found
+
+    def meeting(self, expression: str) -> list[tuple[str, T]]:
+        """Return the keys and things whose expression intersects this one, in the order of their keys."""
+        if is_wild(expression):
+            return [found for found in list(self._things.values()) if intersects(found[0], expression)]
+        out = [(expression, thing) for thing in list(self._plain.get(expression, {}).values())]
+        if self._below:
+            out += self._above(expression)
+        if self._odd:
+            out += [found for found in list(self._odd.values()) if intersects(found[0], expression)]
+        return out
+
+    def _above(self, key: str) -> list[tuple[str, T]]:
+        """Return those that end with '/**' and meet a plain key."""
+        out: list[tuple[str, T]] = []
+        end = len(key)
+        while end > 0:
+            head = key[:end]
+            out += [(head + _BELOW, thing) for thing in list(self._below.get(head, {}).values())]
+            start = key.rfind('/', 0, end)
+            if key.startswith('@', start + 1):  # no wildcard stands for this chunk
+                break
+            end = start
+        return out
+
+    def has_meeting(self, expression: str) -> bool:
+        """Whether anything intersects this expression."""
+        return expression in self._plain or bool(self.meeting(expression))
+
+    def all(self) -> list[tuple[int, str, T]]:
+        """Return everything, the oldest first."""
+        return [(number, key, thing) for number, (key, thing) in list(self._things.items())]

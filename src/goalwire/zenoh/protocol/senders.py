@@ -1,0 +1,378 @@
+"""Publications and queriers, each for one key. They look up who wants what they send, and remember it.
+
+A query's target decides who is asked. All: every queryable whose expression meets the key. All complete:
+those that were declared complete and include the key. Best matching: the nearest of those, else all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import NamedTuple, TypeAlias
+
+from goalwire.zenoh.protocol.channels import channel_of
+from goalwire.zenoh.protocol.key_expressions import canonical, includes
+from goalwire.zenoh.protocol.link import Link
+from goalwire.zenoh.protocol.network import (
+    BLOCK,
+    DEFAULT_QOS,
+    LARGE,
+    REQUEST,
+    Consolidation,
+    Payload,
+    QueryMessage,
+    Sample,
+    Target,
+    WireKey,
+    del_body,
+    new_sample,
+    push_head,
+    put_body,
+    put_head,
+    query_head,
+    query_rest,
+    request_tail,
+    wire_key,
+)
+from goalwire.zenoh.protocol.outgoing import QUEUE_LIMIT
+from goalwire.zenoh.protocol.primitives import (
+    MORE,
+    SMALL_END,
+    SMALL_Z,
+    SourceInfo,
+    encode_source,
+    encode_z,
+    show_id,
+)
+from goalwire.zenoh.protocol.queries import ANY_KEY, Answer, LocalQuery, PendingQuery
+from goalwire.zenoh.protocol.session import Queryable, SessionProtocol
+
+FLOOD = 32
+"""So many messages put in a row are a flood (see `Stamps.burst`): those that follow may wait a moment, to go
+out together. Fewer never do: a callback that publishes twenty floods nobody."""
+SMALL = 2048
+"""Bytes of a message that may wait. A system call costs a larger one little."""
+_HERE = object()
+"""Stands for a session's own queryables among those that a query waits for."""
+
+
+class Publication:
+    """Puts on one key."""
+
+    def __init__(
+        self,
+        session: SessionProtocol,
+        key: str,
+        *,
+        priority: int = DEFAULT_QOS,
+        reliable: bool = True,
+        droppable: bool = True,
+    ) -> None:
+        self._session = session
+        self._key = canonical(key)
+        self._channel = channel_of(priority, reliable=reliable)
+        self._qos = priority if droppable else priority | BLOCK
+        self._droppable = droppable
+        self._version = -1
+        self._links: tuple[tuple[Link, bytes], ...] = ()
+        self._own: tuple[Callable[[Sample], None], ...] = ()
+        self._is_open = True
+        self.number = session.next_number()
+        session.use_key(self._key)
+
+    def put(
+        self,
+        payload: Payload,
+        attachment: bytes | None = None,
+        stamp: bytes | None = None,
+        source: SourceInfo | None = None,
+    ) -> None:
+        """Put one message; without `stamp`, the session's next. It is delivered here before this returns."""
+        session = self._session
+        if self._version != session.version:
+            self._aim()
+        if stamp is None:
+            stamp = session.stamp()
+        encoded_source = None if source is None else encode_source(source)
+        if self._links:
+            size = len(payload)
+            if size >= LARGE:
+                self._put_large(bytes(payload), put_head(size, attachment, stamp, encoded_source))
+            else:
+                body = put_body(payload, attachment, stamp, encoded_source)
+                may_wait = size < SMALL and session.stamps.burst > FLOOD
+                for link, head in self._links:
+                    link.send(self._channel, head + body, self._droppable, may_wait)
+        if self._own:
+            sample = new_sample((self._key, payload, attachment, stamp, encoded_source))
+            self._deliver(sample)
+
+    def _put_large(self, payload: bytes, begin: bytes) -> None:
+        """Send a PUT without copying what is large: fresh memory for 1 MB costs a millisecond and more."""
+        for link, head in self._links:
+            link.send_large(self._channel, (head + begin, payload), droppable=self._droppable)
+
+    def wait_for_room(self) -> None:
+        """Wait until what was put leaves room for others on every link, where this thread may wait."""
+        for link, _ in self._links:
+            link.wait_for_room()
+
+    def has_room(self, size: int) -> bool:
+        """Whether so many bytes more leave room on every link."""
+        if self._version != self._session.version:
+            self._aim()
+        return all(link.queue.size + size <= QUEUE_LIMIT for link, _ in self._links)
+
+    def delete(self) -> None:
+        """Say that there is nothing on the key any more."""
+        session = self._session
+        if self._version != session.version:
+            self._aim()
+        stamp = session.stamp()
+        body = del_body(None, stamp)
+        for link, head in self._links:
+            link.send(self._channel, head + body, self._droppable)
+        self._deliver(Sample(self._key, None, None, stamp))
+
+    def _deliver(self, sample: Sample) -> None:
+        for callback in self._own:
+            try:
+                callback(sample)
+            except Exception as error:
+                self._session.callback_failed(error)
+
+    def _aim(self) -> None:
+        """Look up the receivers of the key."""
+        if not self._session.section.run(partial(self._find, _name, is_final=True)):
+            self._find(_full_name, is_final=False)
+
+    def _find(self, name: Namer, *, is_final: bool) -> None:
+        session, key = self._session, self._key
+        version = session.version
+        self._own = tuple(each.callback for _, each in session.subscribers.meeting(key) if each.takes_own)
+        self._links = tuple(
+            (link, push_head(name(session, link, key), self._qos))
+            for link in session.links
+            if not is_final or not link.knows_all or link.subscribers.has_meeting(key)
+        )
+        if is_final:  # at last: other threads that send with it look no further than that
+            self._version = version
+
+    def close(self) -> None:
+        """Give the key's number up. Idempotent."""
+        self._session.section.run(self._close)
+
+    def _close(self) -> None:
+        if self._is_open:
+            self._is_open = False
+            self._session.expressions.discard(self._key, self._session.links)
+
+
+Namer: TypeAlias = Callable[[SessionProtocol, Link, str], WireKey]
+
+
+def _name(session: SessionProtocol, link: Link, key: str) -> WireKey:
+    """Name a key to a link, which is told before what the name means."""
+    out: list[bytes] = []
+    name = session.expressions.name(link, key, out)
+    link.declare(*out)
+    return name
+
+
+def _full_name(_session: SessionProtocol, _link: Link, key: str) -> WireKey:
+    """Name a key in full: for what interrupts its own thread while that changes the session's tables."""
+    return wire_key(key)
+
+
+class _Asked(NamedTuple):
+    """A link that is asked: what stands before and behind a request's number."""
+
+    link: Link
+    header: bytes
+    rest: bytes
+
+
+class Querier:
+    """Asks queryables of one key."""
+
+    def __init__(
+        self,
+        session: SessionProtocol,
+        key: str,
+        *,
+        target: int = Target.BEST_MATCHING,
+        consolidation: int = Consolidation.NONE,
+        qos: int = DEFAULT_QOS | BLOCK,
+        asks_own: bool = True,
+        parameters: str = '',
+        session_asked: str = '',
+    ) -> None:
+        """If `session_asked` is linked here, or is this session, only it is asked."""
+        self._session = session
+        self._key = canonical(key)
+        self._target = target
+        self._consolidation = consolidation
+        self._qos = qos
+        self._asks_own = asks_own
+        self._session_asked = session_asked
+        self._parameters = parameters
+        self._takes_any_key = ANY_KEY in parameters.split(';')
+        self._encoded_key = self._key.encode()
+        self._channel = channel_of(qos & 7)
+        self._droppable = not qos & BLOCK
+        self._version = -1
+        self._links: tuple[_Asked, ...] = ()
+        self._own: tuple[Queryable, ...] = ()
+        self._tails: dict[tuple[float, bool, bool], bytes] = {}
+        self._is_open = True
+        session.use_key(self._key)
+
+    def ask(
+        self,
+        payload: Payload | None,
+        attachment: bytes | None,
+        on_reply: Callable[[Answer], None],
+        on_end: Callable[[], None],
+        timeout_s: float,
+    ) -> int:
+        """Send a query; return its number for `SessionProtocol.cancel`. Both may be called before."""
+        session = self._session
+        now = session.clock()
+        if now > session.stale_after:
+            session.when_stale()
+        if self._version != session.version:
+            self._aim()
+        links, own = self._links, self._own
+        if len(links) == 1 and not own:
+            left: list[object] = [links[0].link]
+        else:
+            left = [asked.link for asked in links]
+            left += [_HERE] * len(own)
+        query = PendingQuery(
+            self._key,
+            self._encoded_key,
+            left,
+            now + timeout_s,
+            on_reply,
+            on_end,
+            takes_any_key=self._takes_any_key,
+            consolidation=self._consolidation,
+        )
+        if not left:
+            query.end()
+            return 0
+        request = session.ask(query)
+        if links:
+            self._send(links, request, payload, attachment, timeout_s)
+        for queryable in own:
+            self._ask_own(
+                queryable, request, query, QueryMessage(self._parameters, payload, attachment, None)
+            )
+        return request
+
+    def _send(
+        self,
+        links: tuple[_Asked, ...],
+        request: int,
+        payload: Payload | None,
+        attachment: bytes | None,
+        timeout_s: float,
+    ) -> None:
+        form = (timeout_s, payload is not None, attachment is not None)
+        tail = self._tails.get(form)
+        if tail is None:
+            tail = self._make_tail(*form)
+        number = SMALL_Z[request] if request < SMALL_END else encode_z(request)
+        body = tail + query_rest(payload, attachment)
+        for link, header, rest in links:
+            if not link.send(self._channel, b''.join((header, number, rest, body)), self._droppable):
+                self._session.last_word(link, request)
+
+    def _make_tail(self, timeout_s: float, has_payload: bool, has_attachment: bool) -> bytes:
+        """Return what is the same in all requests of one timeout: from behind the key to the payload."""
+        if len(self._tails) > 256:
+            self._tails.clear()
+        milliseconds = min(int(timeout_s * 1000), 2**63)
+        tail = request_tail(self._qos, self._target, milliseconds) + query_head(
+            self._consolidation, self._parameters, has_payload=has_payload, has_attachment=has_attachment
+        )
+        self._tails[timeout_s, has_payload, has_attachment] = tail
+        return tail
+
+    def _ask_own(
+        self, queryable: Queryable, request: int, query: PendingQuery, message: QueryMessage
+    ) -> None:
+        session = self._session
+        asked = LocalQuery(message, query, lambda: session.last_word(_HERE, request))
+        try:
+            queryable.callback(asked)
+        except Exception as error:
+            session.callback_failed(error)
+
+    def _aim(self) -> None:
+        """Find out whom a query is for."""
+        if not self._session.section.run(partial(self._find, _name, is_final=True)):
+            self._find(_full_name, is_final=False)
+
+    def _find(self, name: Namer, *, is_final: bool) -> None:
+        session = self._session
+        version = session.version
+        own = session.queryables.meeting(self._key) if self._asks_own else []
+        asked = self._links_asked()
+        links = [(link, link.queryables.meeting(self._key)) for link in asked]
+        if self._target == Target.BEST_MATCHING:
+            nearest = self._nearest(links, own)
+            if nearest is not None:
+                links = [each for each in links if each[0] is nearest or not each[0].knows_all]
+                own = own if nearest is _HERE else []
+        elif self._target == Target.ALL_COMPLETE:
+            own = [(key, each) for key, each in own if self._is_complete(key, each.complete)]
+            links = [
+                (link, [(key, each) for key, each in queryables if self._is_complete(key, each[0])])
+                for link, queryables in links
+            ]
+        self._own = tuple(queryable for _, queryable in own)
+        self._links = tuple(
+            self._asked(link, name) for link, queryables in links if queryables or not link.knows_all
+        )
+        if is_final:  # at last: other threads that ask with it look no further than that
+            self._version = version
+
+    def _links_asked(self) -> tuple[Link, ...]:
+        links, wanted = self._session.links, self._session_asked
+        if wanted == self._session.id:
+            return ()
+        return tuple(link for link in links if wanted and show_id(link.zid) == wanted) or links
+
+    def _is_complete(self, key: str, complete: bool) -> bool:
+        """Whether one declared on `key` counts as complete for the queries."""
+        return complete and includes(key, self._key)
+
+    def _nearest(
+        self,
+        links: list[tuple[Link, list[tuple[str, tuple[bool, int]]]]],
+        own: list[tuple[str, Queryable]],
+    ) -> object:
+        """Return the link with the nearest complete queryable, `_HERE`, or None where there is none."""
+        if any(self._is_complete(key, each.complete) for key, each in own):
+            return _HERE
+        complete = [
+            (distance, at)
+            for at, (_, queryables) in enumerate(links)
+            for key, (is_complete, distance) in queryables
+            if self._is_complete(key, is_complete)
+        ]
+        return links[min(complete)[1]][0] if complete else None
+
+    def _asked(self, link: Link, name_key: Namer) -> _Asked:
+        name = name_key(self._session, link, self._key)
+        return _Asked(link, bytes((REQUEST | MORE | name.flags,)), name.encoded)
+
+    def close(self) -> None:
+        """Give the key's number up. Idempotent."""
+        self._session.section.run(self._close)
+
+    def _close(self) -> None:
+        if self._is_open:
+            self._is_open = False
+            self._session.expressions.discard(self._key, self._session.links)

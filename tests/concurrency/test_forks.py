@@ -1,0 +1,44 @@
+"""What was opened before a fork, and what a child resets."""
+
+from __future__ import annotations
+
+import os
+
+import pytest
+from helpers.processes import Program
+
+from goalwire.concurrency.forks import ForkGuard
+from goalwire.errors import ForkedError
+
+FORKING = """
+    import os
+    from goalwire.concurrency.forks import ForkGuard, in_child
+
+    calls = []
+    in_child(lambda: calls.append(os.getpid()))
+    before = ForkGuard()
+    if os.fork() == 0:
+        after = ForkGuard()
+        os._exit(0 if before.is_forked and not after.is_forked and calls == [os.getpid()] else 1)
+    code = os.waitstatus_to_exitcode(os.wait()[1])
+    print('child', code, 'parent', before.is_forked, calls)
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, 'fork'), reason='this system has no fork')
+def test_only_the_child_and_only_what_was_opened_before_is_forked() -> None:
+    with Program(FORKING) as program:
+        assert program.succeed() == 'child 0 parent False []'
+
+
+def test_a_guard_lets_its_own_process_pass() -> None:
+    ForkGuard().check('session')
+
+
+def test_the_refusal_names_the_thing_and_the_way_out() -> None:
+    guard = ForkGuard()
+    guard.is_forked = True
+    with pytest.raises(
+        ForkedError, match=r'^publisher /chatter was opened before .* new context in the child'
+    ):
+        guard.check('publisher /chatter')
