@@ -39,10 +39,10 @@ class LaunchNode:
         return found
 
     async def _live(self) -> None:
-        import goalwire
+        from goalwire.aio import Node
 
         try:  # `name:=value` on a launch's command line is an argument of its file, and no remapping
-            async with goalwire.Node(f'launch_ros_{os.getpid()}', program_arguments=False) as node:
+            async with Node(f'launch_ros_{os.getpid()}', program_arguments=False) as node:
                 self._node.set_result(node)
                 await self._stop.wait()
         except Exception as error:
