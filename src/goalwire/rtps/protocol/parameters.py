@@ -1,0 +1,185 @@
+"""Parameter lists: what participants and endpoints say of themselves, and the inline QoS of samples.
+
+A parameter is an id, a length and that many bytes. Ids from 0x8000 on are a vendor's own: the same number
+means something else to another vendor. Whoever does not know an id with the bit 0x4000 must ignore the
+participant or endpoint that it stands with; others are skipped.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterable
+from typing import TypeAlias
+
+from goalwire.rtps.protocol import bounds
+from goalwire.rtps.protocol.messages import SENTINEL, TWO
+from goalwire.rtps.protocol.primitives import LOCATOR, Address, RtpsError, SampleIdentity, decode_locator
+
+PID_PAD = 0x0000
+PARTICIPANT_LEASE = 0x0002
+TOPIC_NAME, TYPE_NAME = 0x0005, 0x0007
+DOMAIN_ID = 0x000F
+PROTOCOL_VERSION, VENDOR_ID = 0x0015, 0x0016
+RELIABILITY, LIVELINESS_QOS, DURABILITY = 0x001A, 0x001B, 0x001D
+DURABILITY_SERVICE, OWNERSHIP = 0x001E, 0x001F
+DEADLINE, PARTITION, LIFESPAN, USER_DATA = 0x0023, 0x0029, 0x002B, 0x002C
+UNICAST_LOCATOR, DEFAULT_UNICAST, METATRAFFIC_UNICAST = 0x002F, 0x0031, 0x0032
+HISTORY = 0x0040
+PARTICIPANT_GUID, BUILTIN_ENDPOINTS, ENDPOINT_GUID = 0x0050, 0x0058, 0x005A
+ENTITY_NAME = 0x0062
+KEY_HASH, STATUS_INFO = 0x0070, 0x0071
+REPRESENTATION = 0x0073
+RELATED_SAMPLE, RELATED_SAMPLE_OF_VENDORS = 0x0083, 0x800F
+"""The request that a reply belongs to: the standard's id, and the one that older implementations know."""
+DOMAIN_TAG = 0x4014
+
+VENDORS, MUST_BE_KNOWN = 0x8000, 0x4000
+
+LITTLE_LIST, BIG_LIST = b'\0\3', b'\0\2'
+"""How a payload begins that is a parameter list."""
+DISPOSED, UNREGISTERED = 0x01, 0x02
+"""Bits of STATUS_INFO: there is no such thing any more, or its writer has let go of it."""
+
+Parameters: TypeAlias = list[tuple[int, bytes]]
+
+_IDENTITY = struct.Struct('<16siI')
+_NOBODY = -1
+"""The number of a sample identity that names no sample."""
+
+
+def read_list(data: bytes, at: int = 0, order: int = 1) -> Parameters:
+    """Read the list that begins at `at`; a list may end with the data. Raises RtpsError."""
+    found: Parameters = []
+    two, end = TWO[order], len(data)
+    while end - at >= 4:
+        pid, size = two.unpack_from(data, at)
+        at += 4
+        if pid == SENTINEL:
+            break
+        if size > end - at:
+            raise RtpsError(f'parameter 0x{pid:04x} of {size} bytes is cut off')
+        if len(found) == bounds.MOST_PARAMETERS:
+            raise RtpsError(f'a list has more than {bounds.MOST_PARAMETERS} parameters')
+        if pid != PID_PAD:
+            found.append((pid, data[at : at + size]))
+        at += size
+    return found
+
+
+def write_list(parameters: Iterable[tuple[int, bytes]]) -> bytes:
+    """Return a list with its end mark; each value is padded to a multiple of four."""
+    parts = []
+    for pid, value in parameters:
+        padded = value + bytes(-len(value) & 3)
+        parts.append(TWO[1].pack(pid, len(padded)) + padded)
+    parts.append(TWO[1].pack(SENTINEL, 0))
+    return b''.join(parts)
+
+
+def read_payload(payload: bytes) -> tuple[Parameters, int]:
+    """Read a payload that is a parameter list; return it and the order of bytes in it. Raises RtpsError."""
+    kind = payload[:2]
+    if kind not in (LITTLE_LIST, BIG_LIST):
+        raise RtpsError(f'a payload begins with {kind.hex()}, and a parameter list was expected')
+    order = kind[1] & 1
+    return read_list(payload, 4, order), order
+
+
+def write_payload(parameters: Iterable[tuple[int, bytes]]) -> bytes:
+    """Return a payload that is a parameter list."""
+    return LITTLE_LIST + b'\0\0' + write_list(parameters)
+
+
+def write_text(text: str) -> bytes:
+    """Return a text as lists have it: its length with the NUL, and itself."""
+    data = text.encode() + b'\0'
+    return struct.pack('<I', len(data)) + data
+
+
+def read_text(value: bytes, order: int, most: int = bounds.TEXT_SIZE) -> str:
+    """Return a text; raises RtpsError where it is cut off, longer than `most`, or not UTF-8."""
+    data = read_bytes(value, order, most)
+    try:
+        return data.rstrip(b'\0').decode()
+    except UnicodeDecodeError as error:
+        raise RtpsError(f'a text is not UTF-8: {error}') from None
+
+
+def read_bytes(value: bytes, order: int, most: int) -> bytes:
+    """Return data behind their length; raises RtpsError where they are cut off, or more than `most`."""
+    size = read_u32(value, order)
+    if size > len(value) - 4 or size > most:
+        raise RtpsError(f'data of {size} bytes stand in a parameter of {len(value)}')
+    return value[4 : 4 + size]
+
+
+def read_u32(value: bytes, order: int) -> int:
+    """Return the number that a value begins with; raises RtpsError."""
+    if len(value) < 4:
+        raise RtpsError(f'a parameter has {len(value)} bytes, and a number was expected')
+    return int.from_bytes(value[:4], 'little' if order else 'big')
+
+
+def read_texts(value: bytes, order: int) -> tuple[str, ...]:
+    """Return a sequence of texts; raises RtpsError."""
+    count = read_u32(value, order)
+    if count > bounds.MOST_PARTITIONS:
+        raise RtpsError(f'a parameter has {count} texts')
+    at, texts = 4, []
+    for _ in range(count):
+        texts.append(read_text(value[at:], order, 256))
+        size = read_u32(value[at:], order)
+        at += 4 + size + (-size & 3)
+    return tuple(texts)
+
+
+def write_texts(texts: tuple[str, ...]) -> bytes:
+    """Return a sequence of texts."""
+    parts = [struct.pack('<I', len(texts))]
+    for text in texts:
+        data = write_text(text)
+        parts.append(data + bytes(-len(data) & 3))
+    return b''.join(parts)
+
+
+def read_address(value: bytes, order: int) -> Address | None:
+    """Return the address of a locator; None for one that is of no use here. Raises RtpsError."""
+    if len(value) < LOCATOR.size:
+        raise RtpsError(f'a locator has {len(value)} bytes')
+    kind, port, address = (LOCATOR if order else _BIG_LOCATOR).unpack_from(value)
+    return decode_locator(kind, port, address)
+
+
+_BIG_LOCATOR = struct.Struct('>iI16s')
+
+
+def related_sample(qos: bytes) -> SampleIdentity | None:
+    """Return the identity of the request that inline QoS names; None where it names none."""
+    for pid, value in read_list(qos):
+        if pid in (RELATED_SAMPLE, RELATED_SAMPLE_OF_VENDORS) and len(value) >= _IDENTITY.size:
+            guid, high, low = _IDENTITY.unpack_from(value)
+            return SampleIdentity(guid, (high << 32) | low if high >= 0 else _NOBODY)
+    return None
+
+
+def write_related_sample(related: SampleIdentity) -> bytes:
+    """Return inline QoS that names a request, by both ids."""
+    guid, number = related
+    value = _IDENTITY.pack(guid, number >> 32, number & 0xFFFFFFFF if number >= 0 else 0)
+    return write_list([(RELATED_SAMPLE, value), (RELATED_SAMPLE_OF_VENDORS, value)])
+
+
+def status_of(qos: bytes) -> tuple[int, bytes]:
+    """Return the bits of STATUS_INFO and the key hash of inline QoS; 0 and nothing if they are not told."""
+    status, key = 0, b''
+    for pid, value in read_list(qos):
+        if pid == STATUS_INFO and len(value) >= 4:
+            status = value[3]
+        elif pid == KEY_HASH and len(value) == 16:
+            key = value
+    return status, key
+
+
+def write_status(status: int, key: bytes) -> bytes:
+    """Return inline QoS that says that something is gone."""
+    return write_list([(KEY_HASH, key), (STATUS_INFO, bytes((0, 0, 0, status)))])

@@ -1,0 +1,145 @@
+"""GUIDs, sequence numbers, sets of them, times and addresses: what every submessage is made of.
+
+A GUID names a participant, a writer or a reader: twelve bytes that a participant chooses (its *prefix*), and
+four of an *entity id* within it. The entity id's last byte says what it is. GUIDs and their parts are `bytes`
+here, in the order of the wire, so that they are keys of tables without being taken apart.
+
+A sequence number has 64 bits and begins at 1. The wire has its high half first, signed, then the low half.
+A time on the wire is seconds since 1970 and a fraction of 2**32; here it is nanoseconds.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterable
+from typing import NamedTuple, TypeAlias
+
+from goalwire.errors import RemoteError
+from goalwire.rtps.protocol import bounds
+
+Address: TypeAlias = tuple[str, int]
+"""Host and UDP port, as sockets take them."""
+
+PREFIX_SIZE = 12
+GUID_SIZE = 16
+
+UNKNOWN_ENTITY = b'\0\0\0\0'
+PARTICIPANT = b'\0\0\1\xc1'
+SPDP_WRITER, SPDP_READER = b'\0\1\0\xc2', b'\0\1\0\xc7'
+PUBLICATIONS_WRITER, PUBLICATIONS_READER = b'\0\0\3\xc2', b'\0\0\3\xc7'
+SUBSCRIPTIONS_WRITER, SUBSCRIPTIONS_READER = b'\0\0\4\xc2', b'\0\0\4\xc7'
+MESSAGE_WRITER, MESSAGE_READER = b'\0\2\0\xc2', b'\0\2\0\xc7'
+"""Of participant messages, which say that a participant's writers are alive."""
+
+WRITER_KIND, READER_KIND = 0x03, 0x04
+"""The last byte of the entity ids of writers and readers of topics without key."""
+
+UNKNOWN_PREFIX = bytes(PREFIX_SIZE)
+
+NS = 1_000_000_000
+INFINITE = 2**63 - 1
+"""Nanoseconds that stand for a duration without end."""
+_INFINITE_SECONDS = 0x7FFFFFFF
+
+UDP_V4 = 1
+"""The one kind of locator that is used here. Others (shared memory, TCP, UDP on IPv6) are skipped."""
+LOCATOR = struct.Struct('<iI16s')
+
+
+class RtpsError(RemoteError):
+    """A packet breaks the rules of RTPS; what is left of it is ignored."""
+
+
+class SampleIdentity(NamedTuple):
+    """A sample by its writer's, or its reader's, GUID and its sequence number; -1 where that is unknown."""
+
+    guid: bytes
+    number: int
+
+
+def is_writer(entity_id: bytes) -> bool:
+    """Whether an entity id is a writer's."""
+    return entity_id[3] & 0x3F in (0x02, 0x03)
+
+
+def is_keyed(entity_id: bytes) -> bool:
+    """Whether an entity id is that of a writer or reader of a topic with a key."""
+    return entity_id[3] & 0x3F in (0x02, 0x07)
+
+
+def encode_duration(ns: int, order: str = '<') -> bytes:
+    """Return eight bytes of a duration; INFINITE is the largest of all."""
+    if ns >= INFINITE:
+        return struct.pack(f'{order}iI', _INFINITE_SECONDS, 0xFFFFFFFF)
+    return struct.pack(f'{order}iI', *_split(ns))
+
+
+def decode_duration(seconds: int, fraction: int) -> int:
+    """Return the nanoseconds of a duration. Any with the largest seconds is endless."""
+    return INFINITE if seconds == _INFINITE_SECONDS else seconds * NS + _fraction_ns(fraction)
+
+
+def _split(ns: int) -> tuple[int, int]:
+    """Return seconds and a fraction that reads back as the same nanoseconds."""
+    seconds, rest = divmod(ns, NS)
+    return min(seconds, _INFINITE_SECONDS - 1), ((rest << 32) + NS - 1) // NS
+
+
+def _fraction_ns(fraction: int) -> int:
+    return fraction * NS >> 32
+
+
+def encode_time(ns: int) -> bytes:
+    """Return eight bytes of a time since 1970, as INFO_TS has it: rounded up, so that it reads back alike."""
+    seconds, rest = divmod(ns, NS)
+    return _TIME.pack(seconds & 0xFFFFFFFF, ((rest << 32) + NS - 1) // NS)
+
+
+def decode_time(seconds: int, fraction: int) -> int:
+    """Return nanoseconds since 1970."""
+    return seconds * NS + (fraction * NS >> 32)
+
+
+_TIME = struct.Struct('<II')
+
+
+class NumberSet(NamedTuple):
+    """Some numbers from `base` on, as ACKNACK, GAP and NACK_FRAG name them: at most 256 bits behind a base.
+
+    `words` are the bits in words of 32; the first number is the highest bit of the first word. Some
+    implementations set bits beyond `bits`; they are kept, so that the same bytes are written again.
+    """
+
+    base: int
+    bits: int = 0
+    words: tuple[int, ...] = ()
+
+    @classmethod
+    def of(cls, base: int, numbers: Iterable[int]) -> NumberSet:
+        """Return the set of those `numbers` that are less than 256 behind `base`; none is below it."""
+        words = [0] * (bounds.SET_BITS // 32)
+        bits = 0
+        for number in numbers:
+            at = number - base
+            if at < bounds.SET_BITS:
+                words[at >> 5] |= 0x80000000 >> (at & 31)
+                bits = max(bits, at + 1)
+        return cls(base, bits, tuple(words[: (bits + 31) >> 5]))
+
+    def numbers(self) -> list[int]:
+        """List the numbers, in order."""
+        base, words = self.base, self.words
+        return [base + at for at in range(self.bits) if words[at >> 5] & (0x80000000 >> (at & 31))]
+
+
+def decode_locator(kind: int, port: int, address: bytes) -> Address | None:
+    """Return the address of a locator; None for one that is not UDP on IPv4, or leads nowhere."""
+    if kind != UDP_V4 or not 0 < port < 65536 or address[12:] == b'\0\0\0\0':
+        return None
+    return '{}.{}.{}.{}'.format(*address[12:]), port
+
+
+def encode_locator(address: Address) -> bytes:
+    """Return the 24 bytes of an IPv4 address and port."""
+    host, port = address
+    return LOCATOR.pack(UDP_V4, port, bytes(12) + bytes(map(int, host.split('.'))))
