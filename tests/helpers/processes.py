@@ -12,6 +12,7 @@ import threading
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
+from time import monotonic
 from types import TracebackType
 from typing import Self
 
@@ -97,6 +98,16 @@ class Program:
                 return match
             how = 'ended without' if self._at_end else f'ran for {timeout} s without'
         raise AssertionError(f'{self._title} {how} a line matching {pattern!r}\n{self._report()}')
+
+    def expect_each(self, *patterns: str, timeout: float = PATIENCE) -> None:
+        """Wait for a line for each pattern, in any order, after the line that the last call returned."""
+        start, last = self._next, self._next
+        deadline = monotonic() + timeout
+        for pattern in patterns:
+            self._next = start
+            self.expect(pattern, max(0.0, deadline - monotonic()))
+            last = max(last, self._next)
+        self._next = last
 
     def _find(self, wanted: re.Pattern[str]) -> tuple[int, re.Match[str]] | None:
         for number in range(self._next, len(self._lines)):

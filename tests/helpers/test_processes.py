@@ -18,6 +18,14 @@ def test_lines_are_expected_one_after_the_other() -> None:
         assert program.wait() == 0
 
 
+def test_lines_are_expected_in_any_order() -> None:
+    with Program('print("one"); print("two"); print("three"); print("one more")') as program:
+        program.expect_each('three', 'one', 'two')
+        assert program.expect(r'one ?(\w*)').group(1) == 'more'
+        with pytest.raises(AssertionError, match="ended without a line matching 'three'"):
+            program.expect_each('three', 'one')
+
+
 def test_a_line_that_never_comes_is_reported_with_what_came_instead() -> None:
     with (
         Program('print("something else"); raise SystemExit(3)') as program,
