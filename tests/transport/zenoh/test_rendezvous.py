@@ -10,6 +10,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
+from contextlib import ExitStack
 
 import pytest
 import zenoh
@@ -345,8 +346,10 @@ def waits_for_port() -> bool:
 def test_a_real_router_that_dies_gets_its_port_back(
     world: dict[str, str], port: int, open_side: OpenSide
 ) -> None:
-    with Program(ROUTER, str(port)) as router, Program(OPEN, 'there', env=world) as there:
-        router.expect('routing')
+    with ExitStack() as stack:
+        router = stack.enter_context(Program(ROUTER, str(port)))
+        router.expect('routing')  # before anybody else takes the port
+        there = stack.enter_context(Program(OPEN, 'there', env=world))
         ours = open_side('ours')
         there.expect('open')
         ours.graph.expect(EndpointKind.NODE, '/there')
