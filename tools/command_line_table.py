@@ -11,8 +11,8 @@ from argparse import Action
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from goalwire.apps.cli import nouns
-from goalwire.apps.cli.verbs import Parser, Verb, noun_parser, verb_parser
+from goalwire.apps.cli.framework import nouns
+from goalwire.apps.cli.framework.verbs import Parser, Verb, noun_parser, verb_parser
 
 PAGE = Path(__file__).parents[1] / 'docs' / 'reference' / 'command-line.md'
 BEGIN, END = '<!-- verbs: begin -->', '<!-- verbs: end -->'

@@ -21,7 +21,7 @@ from helpers.isolation import NETWORK, isolated_env
 from helpers.markdown import Block, blocks
 from helpers.processes import Program
 
-from goalwire.apps.cli.outcome import Outcome
+from goalwire.apps.cli.framework.outcome import Outcome
 
 _LOG_TIME = re.compile(r'\\\[\d+\\\.\d+\\\]')
 _COMMAND_ENDS = {0, Outcome.CANCELED, Outcome.INTERRUPTED}

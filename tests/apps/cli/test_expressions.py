@@ -9,8 +9,8 @@ from geometry_msgs.msg import PoseWithCovariance
 from sensor_msgs.msg import JointState
 from std_msgs.msg import UInt8MultiArray
 
-from goalwire.apps.cli.expressions import Expression
-from goalwire.apps.cli.outcome import CommandError, Outcome
+from goalwire.apps.cli.framework.expressions import Expression
+from goalwire.apps.cli.framework.outcome import CommandError, Outcome
 
 JOINTS = JointState(name=['left', 'right'], position=[0.5, -2.0])
 

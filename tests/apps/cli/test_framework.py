@@ -12,9 +12,9 @@ import pytest
 from helpers.command_line import Begin, CommandLine, executable
 from helpers.markdown import DOCS, rows
 
-from goalwire.apps.cli import nouns
-from goalwire.apps.cli.outcome import Outcome
-from goalwire.apps.cli.output import escaped, json_text
+from goalwire.apps.cli.framework import nouns
+from goalwire.apps.cli.framework.outcome import Outcome
+from goalwire.apps.cli.framework.output import escaped, json_text
 
 
 @pytest.fixture(scope='module', params=['rmw_zenoh_cpp'])
@@ -95,7 +95,8 @@ def test_ctrl_c_ends_it_without_a_word(world: dict[str, str], begin: Begin) -> N
 
 LOST_INTERRUPT = """
 import os, signal, sys, time
-from goalwire.apps.cli import main, nouns
+from goalwire.apps.cli import main
+from goalwire.apps.cli.framework import nouns
 
 class Dying:
     def __del__(self):

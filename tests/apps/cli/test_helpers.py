@@ -12,8 +12,8 @@ import pytest
 from helpers.command_line import CommandLine, executable
 
 import goalwire
-from goalwire.apps.cli import doctor
-from goalwire.apps.cli.output import Output
+from goalwire.apps.cli.commands.doctor import noun as doctor
+from goalwire.apps.cli.framework.output import Output
 from goalwire.errors import TransportError
 from goalwire.transport import registry
 

@@ -7,8 +7,8 @@ from example_interfaces.action import Fibonacci
 from geometry_msgs.msg import Point
 from sensor_msgs.msg import BatteryState
 
-from goalwire.apps.cli.goals import GoalLine, ran_before
-from goalwire.apps.cli.progress import Progress, bar, likely_field
+from goalwire.apps.cli.commands.action.goals import GoalLine, ran_before
+from goalwire.apps.cli.commands.action.progress import Progress, bar, likely_field
 
 
 @pytest.mark.parametrize(

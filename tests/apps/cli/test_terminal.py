@@ -8,7 +8,7 @@ import pytest
 from helpers.command_line import Begin, CommandLine
 from helpers.processes import Program
 
-from goalwire.apps.cli.topic_plot import curve_text
+from goalwire.apps.cli.commands.topic.plot import curve_text
 
 if sys.platform == 'win32':
     pytest.skip('terminals of POSIX', allow_module_level=True)

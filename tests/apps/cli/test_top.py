@@ -21,12 +21,12 @@ from textual.pilot import Pilot
 from textual.widgets import TabbedContent, TextArea
 
 import goalwire
-from goalwire.apps.cli import top_data
-from goalwire.apps.cli.outcome import Outcome
-from goalwire.apps.cli.top_app import Options, Top
-from goalwire.apps.cli.top_data import Rate, Steps
-from goalwire.apps.cli.top_dialogs import Confirmation, Form
-from goalwire.apps.cli.top_tabs import TableTab, cell
+from goalwire.apps.cli.framework.outcome import Outcome
+from goalwire.apps.cli.top import data as top_data
+from goalwire.apps.cli.top.app import Options, Top
+from goalwire.apps.cli.top.data import Rate, Steps
+from goalwire.apps.cli.top.dialogs import Confirmation, Form
+from goalwire.apps.cli.top.tabs import TableTab, cell
 from goalwire.transport.contract import EndpointKind
 
 HOSTILE = '[bold red]x[/] [/nothing] [@click=app.leave]y \x1b[31mz'

@@ -172,7 +172,7 @@ def test_without_textual_it_says_how_to_get_it(world: dict[str, str]) -> None:
 
 def test_no_other_command_imports_textual() -> None:
     code = (
-        'import sys; from contextlib import suppress; from goalwire.apps.cli import nouns\n'
+        'import sys; from contextlib import suppress; from goalwire.apps.cli.framework import nouns\n'
         'for name in nouns.NOUNS: nouns.load(name)\n'
         'from goalwire.apps.cli.main import run_command\n'
         'run_command("ros2", ["top", "--help"])\n'

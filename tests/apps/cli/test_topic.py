@@ -12,8 +12,8 @@ from helpers.command_line import Begin, CommandLine, executable
 from helpers.processes import Program
 from std_msgs.msg import Int32MultiArray, MultiArrayDimension, MultiArrayLayout
 
-from goalwire.apps.cli.expressions import Expression
-from goalwire.apps.cli.outcome import CommandError
+from goalwire.apps.cli.framework.expressions import Expression
+from goalwire.apps.cli.framework.outcome import CommandError
 
 
 def test_list_type_find(ros2: CommandLine) -> None:

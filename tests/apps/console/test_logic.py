@@ -21,7 +21,7 @@ from sensor_msgs.msg import CompressedImage, Image, JointState
 from service_msgs.msg import ServiceEventInfo
 
 import goalwire
-from goalwire.apps.cli.values import fill, read_values
+from goalwire.apps.cli.framework.values import fill, read_values
 from goalwire.apps.console.goal_table import KEPT, GoalTable, lanes
 from goalwire.apps.console.graph_layout import HEIGHT, WIDTH, arranged
 from goalwire.apps.console.images import as_data_url, png

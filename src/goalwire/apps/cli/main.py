@@ -7,14 +7,14 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from goalwire.apps.cli.interrupts import end_at_once
-from goalwire.apps.cli.outcome import CommandError, Outcome
+from goalwire.apps.cli.framework.interrupts import end_at_once
+from goalwire.apps.cli.framework.outcome import CommandError, Outcome
 
 if TYPE_CHECKING:
     from argparse import Namespace
 
-    from goalwire.apps.cli.output import Output
-    from goalwire.apps.cli.verbs import Noun, Verb
+    from goalwire.apps.cli.framework.output import Output
+    from goalwire.apps.cli.framework.verbs import Noun, Verb
 
 FULL_TRACEBACKS = 'GOALWIRE_FULL_TRACEBACKS'
 
@@ -27,7 +27,7 @@ def main() -> int:
     if program not in {'ros2', 'goalwire'}:
         program = 'goalwire'  # python -m goalwire
     if program == 'ros2' and os.environ.get('AMENT_PREFIX_PATH'):
-        from goalwire.apps.cli.handover import hand_over
+        from goalwire.apps.cli.framework.handover import hand_over
 
         hand_over(sys.argv)
     return run_command(program, sys.argv[1:])
@@ -60,19 +60,19 @@ def run_command(program: str, arguments: Sequence[str]) -> int:
 
 def _dispatch(program: str, arguments: list[str]) -> Outcome:
     if arguments[:1] == ['_complete']:  # the shell's
-        from goalwire.apps.cli.completion import completions
+        from goalwire.apps.cli.framework.completion import completions
 
         print('\n'.join(completions(arguments[1] if arguments[1:] else '', arguments[2:])))  # noqa: T201
         return Outcome.OK
     name, arguments = _noun_name(program, arguments)
-    from goalwire.apps.cli.nouns import load
+    from goalwire.apps.cli.framework.nouns import load
 
     return _run_noun(program, load(name), arguments)
 
 
 def _noun_name(program: str, arguments: list[str]) -> tuple[str, list[str]]:
     """Return the noun and what follows it; a help text or a version end here."""
-    from goalwire.apps.cli.nouns import NOUNS
+    from goalwire.apps.cli.framework.nouns import NOUNS
 
     while arguments and arguments[0] == '--use-python-default-buffering':  # ROS 2's; here it changes nothing
         arguments = arguments[1:]
@@ -84,7 +84,7 @@ def _noun_name(program: str, arguments: list[str]) -> tuple[str, list[str]]:
     name, *rest = arguments
     if name in NOUNS:
         return name, rest
-    from goalwire.apps.cli.verbs import did_you_mean
+    from goalwire.apps.cli.framework.verbs import did_you_mean
 
     what = 'flag' if name.startswith('-') else 'command'
     near = did_you_mean(name, ['--help', '--version'] if what == 'flag' else list(NOUNS))
@@ -94,7 +94,7 @@ def _noun_name(program: str, arguments: list[str]) -> tuple[str, list[str]]:
 
 
 def _help(program: str) -> str:
-    from goalwire.apps.cli.nouns import NOUNS
+    from goalwire.apps.cli.framework.nouns import NOUNS
 
     width = max(map(len, NOUNS))
     nouns = '\n'.join(f'  {name:{width}}  {summary}' for name, (_, summary) in NOUNS.items())
@@ -112,7 +112,7 @@ def _help(program: str) -> str:
 
 
 def _run_noun(program: str, noun: Noun, arguments: list[str]) -> Outcome:
-    from goalwire.apps.cli.verbs import noun_parser
+    from goalwire.apps.cli.framework.verbs import noun_parser
 
     if noun.is_command:
         return _run_verb(program, noun, noun.verbs[0], arguments, None)
@@ -127,7 +127,7 @@ def _run_noun(program: str, noun: Noun, arguments: list[str]) -> Outcome:
     verbs = {verb.name: verb for verb in noun.verbs}
     name = arguments.pop(0)
     if name not in verbs:
-        from goalwire.apps.cli.verbs import did_you_mean
+        from goalwire.apps.cli.framework.verbs import did_you_mean
 
         near = did_you_mean(name, list(verbs))
         raise CommandError(
@@ -141,8 +141,8 @@ def _run_noun(program: str, noun: Noun, arguments: list[str]) -> Outcome:
 def _run_verb(
     program: str, noun: Noun, verb: Verb, arguments: list[str], values: Namespace | None
 ) -> Outcome:
-    from goalwire.apps.cli.output import Output
-    from goalwire.apps.cli.verbs import verb_parser
+    from goalwire.apps.cli.framework.output import Output
+    from goalwire.apps.cli.framework.verbs import verb_parser
 
     parser = verb_parser(program, noun, verb)
     if verb.takes_ros_arguments:
@@ -171,7 +171,7 @@ def _split_ros_arguments(arguments: list[str]) -> tuple[list[str], list[str]]:
 
 def _report(program: str, error: Exception) -> Outcome:
     """Say in one line what went wrong, and return its code."""
-    from goalwire.apps.cli.failures import explained
+    from goalwire.apps.cli.framework.failures import explained
     from goalwire.errors import peer_text
 
     outcome, text = explained(error)

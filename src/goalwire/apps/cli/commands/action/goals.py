@@ -1,0 +1,214 @@
+"""ros2 action goals and cancel: the goals that a server knows, and how to end them."""
+
+from __future__ import annotations
+
+import asyncio
+from argparse import ArgumentParser, Namespace
+from contextlib import suppress
+from datetime import datetime
+from time import time
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import goalwire
+from goalwire.apps.cli.commands.service.call import PATIENCE_S
+from goalwire.apps.cli.framework.live import live
+from goalwire.apps.cli.framework.named import ACTIONS
+from goalwire.apps.cli.framework.numbers import timeout_argument
+from goalwire.apps.cli.framework.outcome import CommandError, Outcome
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from goalwire.apps.cli.framework.output import Output
+
+STATUSES = ('UNKNOWN', 'ACCEPTED', 'EXECUTING', 'CANCELING', 'SUCCEEDED', 'CANCELED', 'ABORTED')
+"""By the number in action_msgs/msg/GoalStatus."""
+ACTIVE = frozenset({'ACCEPTED', 'EXECUTING', 'CANCELING'})
+LOOK_S = 2.0
+"""How long a server's status may take to come; one that has had no goal sends none."""
+_UNITS_S = {'s': 1.0, 'm': 60.0, 'h': 3600.0}
+CODES = {
+    1: (Outcome.REFUSED, 'the server rejects the request'),
+    2: (Outcome.NOT_FOUND, 'the server knows no such goal'),
+    3: (Outcome.REFUSED, 'the goal has ended already'),
+}
+"""What action_msgs/srv/CancelGoal answers where nothing is cancelled."""
+
+
+class GoalLine(NamedTuple):
+    """One goal of a server."""
+
+    goal_id: str
+    status: str
+    accepted: float
+    """s since the epoch, by the server's clock."""
+
+    @property
+    def is_active(self) -> bool:
+        """Whether it has not ended."""
+        return self.status in ACTIVE
+
+
+def goal_lines(array: Any) -> list[GoalLine]:
+    """Return the goals of an action_msgs/msg/GoalStatusArray, in the order of their acceptance."""
+    return [
+        GoalLine(
+            bytes(entry.goal_info.goal_id.uuid).hex(),
+            STATUSES[entry.status] if entry.status < len(STATUSES) else 'UNKNOWN',
+            entry.goal_info.stamp.sec + entry.goal_info.stamp.nanosec / 1e9,
+        )
+        for entry in array.status_list
+    ]
+
+
+def ran_before(first: Iterable[GoalLine], began: float) -> set[str]:
+    """Return those goals of the first status that were accepted before `began` (s since the epoch).
+
+    Where the server's clock is another one, as in a simulation, a goal may count as older than it is.
+    """
+    return {goal.goal_id for goal in first if goal.accepted < began}
+
+
+def status_subscription(node: goalwire.Node, name: str) -> goalwire.Subscription[Any]:
+    """Subscribe to the status of an action, of which the latest comes at once."""
+    from action_msgs.msg import GoalStatusArray
+
+    qos = goalwire.QoS(depth=1, durability=goalwire.DurabilityPolicy.TRANSIENT_LOCAL)
+    return node.subscription(GoalStatusArray, f'{name}/_action/status', qos=qos)
+
+
+async def known_goals(node: goalwire.Node, name: str, patience: float = LOOK_S) -> list[GoalLine]:
+    """Return the goals that the server of an action knows."""
+    with suppress(TimeoutError):
+        async with asyncio.timeout(patience):
+            async for array in status_subscription(node, name):
+                return goal_lines(array)
+    return []
+
+
+# -- goals ---------------------------------------------------------------------------------------------------
+
+
+def goals_arguments(parser: ArgumentParser) -> None:
+    """Add what `action goals` takes after the name."""
+    parser.add_argument('-a', '--all', action='store_true', help='Show goals that have ended, too')
+    parser.add_argument('-c', '--count', action='store_true', help='Show only how many there are')
+    timeout_argument(parser, LOOK_S, 'Seconds to wait for the server')
+
+
+def goals(arguments: Namespace, output: Output) -> Outcome:
+    """Print the goals that the server knows."""
+    name, _ = ACTIONS.name_and_type(arguments)
+
+    async def look(node: goalwire.Node) -> None:
+        found = await known_goals(node, name, arguments.timeout)
+        _print_goals([each for each in found if arguments.all or each.is_active], arguments, output)
+
+    return live(look)
+
+
+def _print_goals(found: list[GoalLine], arguments: Namespace, output: Output) -> None:
+    if arguments.count:
+        output.data(len(found)) if output.json else output.line(str(len(found)))
+        return
+    for each in found:
+        if output.json:
+            output.data({'goal_id': each.goal_id, 'status': each.status, 'accepted': each.accepted})
+        else:
+            when = datetime.fromtimestamp(each.accepted).astimezone().strftime('%H:%M:%S')
+            output.line(
+                f'{each.goal_id}  {each.status:9}  accepted at {when}, {time() - each.accepted:.1f} s ago'
+            )
+
+
+# -- cancel --------------------------------------------------------------------------------------------------
+
+
+def cancel_arguments(parser: ArgumentParser) -> None:
+    """Add what `action cancel` takes after the name."""
+    what = parser.add_mutually_exclusive_group(required=True)
+    what.add_argument('goal_id', nargs='?', metavar='ID', help='The goal, by its id or the beginning of that')
+    what.add_argument('--all', action='store_true', help='All goals of the action, whoever has sent them')
+    what.add_argument(
+        '--before',
+        metavar='TIME',
+        help='Goals accepted at that time or earlier: seconds since 1970, an ISO time, or how long ago '
+        '(10s, 5m, 1h)',
+    )
+    timeout_argument(parser, PATIENCE_S, 'Seconds to wait')
+
+
+def cancel(arguments: Namespace, output: Output) -> Outcome:
+    """Have goals cancelled, and print which."""
+    before = _time(arguments.before) if arguments.before else 0.0
+    name, _ = ACTIONS.name_and_type(arguments)
+
+    async def ask(node: goalwire.Node) -> Outcome:
+        from action_msgs.srv import CancelGoal
+
+        request = CancelGoal.Request()
+        if arguments.goal_id:
+            goal_id = await _full_id(node, name, arguments.goal_id, arguments.timeout)
+            request.goal_info.goal_id.uuid = list(bytes.fromhex(goal_id))
+        request.goal_info.stamp.sec = int(before)
+        request.goal_info.stamp.nanosec = int(before % 1 * 1e9)
+        client = node.client(CancelGoal, f'{name}/_action/cancel_goal')
+        response = await client.call(request, timeout=arguments.timeout)
+        canceling = [bytes(goal.goal_id.uuid).hex() for goal in response.goals_canceling]
+        if output.json:
+            output.data({'return_code': response.return_code, 'goals_canceling': canceling})
+        for each in () if output.json else canceling:
+            output.line(f'Canceling goal {each}')
+        if canceling:
+            return Outcome.OK
+        outcome, problem = CODES.get(response.return_code, (Outcome.NOT_FOUND, 'there is no goal to cancel'))
+        raise CommandError(outcome, f"action '{name}': {problem}", f'see: ros2 action goals {name} --all')
+
+    return live(ask)
+
+
+async def _full_id(node: goalwire.Node, name: str, given: str, patience: float) -> str:
+    """Return the id that begins so; raises CommandError where there is none, or more than one."""
+    text = given.replace('-', '').lower()
+    if not text or text.strip('0123456789abcdef') or len(text) > 32:
+        raise CommandError(
+            Outcome.BAD_VALUE, f"'{given}' is no id of a goal", f'see: ros2 action goals {name}'
+        )
+    if len(text) == 32:
+        return text
+    return only_id(
+        text, name, (goal.goal_id for goal in await known_goals(node, name, patience) if goal.is_active)
+    )
+
+
+def only_id(text: str, name: str, ids: Iterable[str]) -> str:
+    """Return the one id that begins so; raises CommandError."""
+    found = [each for each in ids if each.startswith(text)]
+    if len(found) == 1:
+        return found[0]
+    problem = (
+        f"{len(found)} goals of '{name}' begin with '{text}'" if found else f"no goal begins with '{text}'"
+    )
+    raise CommandError(
+        Outcome.BAD_VALUE if found else Outcome.NOT_FOUND, problem, f'see: ros2 action goals {name}'
+    )
+
+
+def _time(text: str) -> float:
+    """Return seconds since the epoch; raises CommandError."""
+    try:
+        if text[-1:] in _UNITS_S:
+            seconds = time() - float(text[:-1]) * _UNITS_S[text[-1]]
+        elif text.replace('.', '', 1).isdigit():
+            seconds = float(text)
+        else:
+            seconds = datetime.fromisoformat(text).timestamp()
+    except ValueError:
+        seconds = 0.0
+    if not 0 < seconds < 2**31:
+        raise CommandError(
+            Outcome.BAD_VALUE,
+            f"'{text}' is no time",
+            'write 1700000000.5, 2026-01-31T12:00:00, or how long ago: 10s, 5m, 1h',
+        )
+    return seconds

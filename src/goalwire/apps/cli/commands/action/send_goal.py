@@ -1,0 +1,206 @@
+"""ros2 action send_goal: a goal from its sending to its end; Ctrl-C cancels it."""
+
+from __future__ import annotations
+
+import asyncio
+from argparse import ArgumentParser, Namespace
+from typing import TYPE_CHECKING, Any
+
+import goalwire
+from goalwire.apps.cli.commands.action import progress
+from goalwire.apps.cli.commands.service.call import LOOK_S, PATIENCE_S
+from goalwire.apps.cli.framework import lookup, values
+from goalwire.apps.cli.framework.live import live, refuse_other_type, tell_types_ourselves, types_there
+from goalwire.apps.cli.framework.messages import as_dict
+from goalwire.apps.cli.framework.named import ACTIONS
+from goalwire.apps.cli.framework.numbers import positive
+from goalwire.apps.cli.framework.outcome import CommandError, Outcome
+from goalwire.apps.cli.framework.output import tell
+from goalwire.graph.names import SEND_GOAL, shown
+from goalwire.transport.contract import EndpointKind
+
+if TYPE_CHECKING:
+    from goalwire.apps.cli.framework.output import Output
+
+CANCEL_S = 30.0
+"""How long a server may take to say that it cancels a goal, after Ctrl-C; a second Ctrl-C does not wait."""
+_OUTCOMES = {'SUCCEEDED': Outcome.OK, 'ABORTED': Outcome.ABORTED, 'CANCELED': Outcome.CANCELED}
+
+
+def send_goal_arguments(parser: ArgumentParser) -> None:
+    """Add what `action send_goal` takes after the name."""
+    parser.add_argument(
+        'words',
+        nargs='*',
+        metavar='[TYPE] [GOAL]',
+        help=f'Type of the action, which may be left out where the graph knows it; then {values.HELP}',
+    )
+    parser.add_argument('--stdin', action='store_true', help='Read the goal from standard input')
+    parser.add_argument('--goal-file', metavar='FILE', help='Read the goal from a YAML file')
+    parser.add_argument('-f', '--feedback', action='store_true', help='Echo the feedback of the goal')
+    parser.add_argument('--progress', metavar='FIELD[/MAX]', help=progress.HELP)
+    parser.add_argument(
+        '-t',
+        '--timeout',
+        metavar='S',
+        type=positive,
+        help='Seconds that the goal may take, the wait for the server included; then it is cancelled. '
+        f'Without, the server must appear within {PATIENCE_S:.0f} s, and the goal may take any time',
+    )
+
+
+class _Goal:
+    """One goal and how it is shown."""
+
+    def __init__(self, arguments: Namespace, output: Output) -> None:
+        """Read the command line; raises CommandError."""
+        self._arguments = arguments
+        self._output = output
+        self._name = lookup.full_name(arguments.action_name, 'action')
+        type_name, words = lookup.split_type(arguments.words, 'action')
+        if type_name is None:
+            self._name, type_name = ACTIONS.name_and_type(arguments)
+        self._type_name = type_name
+        self._cls = lookup.interface(type_name)
+        self._progress = progress.Progress(arguments.progress) if arguments.progress else None
+        if arguments.goal_file:
+            words = [f'@{arguments.goal_file}']
+        given = values.read_values(words, self._cls.Goal, stdin=arguments.stdin)
+        self._goal = self._cls.Goal()
+        self._set_stamps = values.fill(self._goal, given, type_name)
+        self._bar = ''
+        self._is_canceling = False
+
+    async def perform(self, node: goalwire.Node) -> Outcome:
+        """Send it and follow it to its end."""
+        tell_types_ourselves()
+        client = node.action(self._cls, self._name)
+        self._say('Waiting for an action server to become available...')
+        try:
+            await client.wait_for_server(timeout=LOOK_S)
+        except goalwire.NoServerError:
+            types = types_there(node, EndpointKind.SERVICE, self._name + SEND_GOAL)
+            refuse_other_type(self._name, self._type_name, [shown(each) for each in types])
+            await client.wait_for_server(timeout=self._arguments.timeout or PATIENCE_S)
+        for set_stamp in self._set_stamps:
+            set_stamp(node.clock.now().to_msg())
+        self._say(f'Sending goal:\n     {_yaml(self._goal)}')
+        try:
+            # Leaving the block is not to wait: what Ctrl-C asks for is done, and shown, by `_cancel`.
+            async with client.send(self._goal, timeout=self._arguments.timeout, grace=0.0) as run:
+                self._tell_accepted(run)
+                return await self._follow(run, node)
+        except goalwire.GoalRefused:
+            if self._output.json:
+                self._output.data({'event': 'rejected'})
+            self._say('Goal was rejected.')
+            return Outcome.REFUSED
+
+    def _tell_accepted(self, run: goalwire.Run[Any, Any]) -> None:
+        if self._output.json:
+            self._output.data({'event': 'accepted', 'goal_id': run.goal_id.hex()})
+        self._say(f'Goal accepted with ID: {run.goal_id.hex()}\n')
+
+    async def _follow(self, run: goalwire.Run[Any, Any], node: goalwire.Node) -> Outcome:
+        try:
+            async for feedback in run.feedback:
+                self._show_feedback(feedback)
+            return self._finish('SUCCEEDED', await run.result)
+        except goalwire.GoalFailed as error:
+            return self._finish(
+                'ABORTED' if isinstance(error, goalwire.GoalAborted) else 'CANCELED', error.result
+            )
+        except CommandError:  # the feedback cannot be shown as asked: leaving the block cancels the goal
+            node.logger.set_level(50)
+            raise
+        except (asyncio.CancelledError, goalwire.DeadlineError) as error:
+            node.logger.set_level(50)  # what the goal still does is told here, not by the log
+            return await self._cancel(run, error)
+
+    async def _cancel(self, run: goalwire.Run[Any, Any], why: BaseException) -> Outcome:
+        """Cancel the goal since Ctrl-C or the deadline came, and wait for its end, or for one more Ctrl-C."""
+        task = asyncio.current_task()
+        assert task is not None
+        self._clear_bar()
+        self._is_canceling = True
+        self._say('Canceling goal...')
+        try:
+            await self._ask_to_cancel(
+                run, PATIENCE_S if isinstance(why, goalwire.DeadlineError) else CANCEL_S
+            )
+            outcome = await self._end(run)
+        except asyncio.CancelledError:
+            tell(f'left without waiting, the goal may go on; see: ros2 action goals {self._name}')
+            raise
+        if isinstance(why, goalwire.DeadlineError):
+            raise why
+        return outcome
+
+    async def _ask_to_cancel(self, run: goalwire.Run[Any, Any], patience: float) -> None:
+        """Have the server agree; raises CommandError where it does not, or says nothing."""
+        see = f'see: ros2 action goals {self._name}'
+        try:
+            accepted = await run.cancel(timeout=patience)
+        except goalwire.DeadlineError:
+            problem = (
+                f'the server has not said within {patience:.0f} s that it cancels the goal, which may go on'
+            )
+            raise CommandError(Outcome.TIMEOUT, problem, see) from None
+        if not accepted:
+            raise CommandError(Outcome.REFUSED, 'the server does not cancel the goal, which goes on', see)
+
+    async def _end(self, run: goalwire.Run[Any, Any]) -> Outcome:
+        try:
+            return self._finish('SUCCEEDED', await run.result)
+        except goalwire.GoalFailed as error:
+            return self._finish(
+                'ABORTED' if isinstance(error, goalwire.GoalAborted) else 'CANCELED', error.result
+            )
+        except goalwire.DeadlineError:
+            self._say('Goal canceled.')
+            return Outcome.TIMEOUT  # its result is waited for no longer
+
+    def _show_feedback(self, feedback: Any) -> None:
+        if self._output.json:
+            self._output.data({'event': 'feedback', 'feedback': as_dict(feedback)})
+            return
+        self._clear_bar()
+        if self._arguments.feedback:
+            self._say(f'Feedback:\n    {_yaml(feedback)}')
+        if self._progress is not None:
+            done = self._progress.of(feedback)
+            if self._output.is_terminal and done is not None:
+                self._bar = progress.bar(done)
+                self._output.rewrite(self._bar)
+
+    def _finish(self, status: str, result: Any) -> Outcome:
+        self._clear_bar()
+        if self._output.json:
+            self._output.data({'event': 'result', 'status': status, 'result': as_dict(result)})
+        self._say(f'Result:\n    {_yaml(result)}')
+        if status == 'CANCELED' and self._is_canceling:
+            self._say('Goal canceled.')
+        else:
+            self._say(f'Goal finished with status: {status}')
+        return _OUTCOMES[status]
+
+    def _clear_bar(self) -> None:
+        if self._bar:
+            self._bar = ''
+            self._output.rewrite('')
+
+    def _say(self, text: str) -> None:
+        if not self._output.json:
+            self._output.block(text)
+
+
+def _yaml(message: Any) -> str:
+    from rosidl_runtime_py import message_to_yaml
+
+    return message_to_yaml(message)
+
+
+def send_goal(arguments: Namespace, output: Output) -> Outcome:
+    """Send a goal; raises CommandError and goalwire's own errors."""
+    goal = _Goal(arguments, output)
+    return live(goal.perform)

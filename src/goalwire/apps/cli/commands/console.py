@@ -1,0 +1,128 @@
+"""goalwire console: any ROS 2 robot in the browser, until Ctrl-C."""
+
+from __future__ import annotations
+
+import os
+from argparse import ArgumentParser, Namespace
+from typing import TYPE_CHECKING
+from urllib.parse import urlsplit
+
+from goalwire.apps.cli.framework.live import live
+from goalwire.apps.cli.framework.numbers import port
+from goalwire.apps.cli.framework.outcome import CommandError, Outcome
+from goalwire.apps.cli.framework.verbs import Noun, Verb
+
+if TYPE_CHECKING:
+    import goalwire
+    from goalwire.apps.cli.framework.output import Output
+    from goalwire.apps.console.settings import Settings
+
+TOKEN = 'GOALWIRE_CONSOLE_TOKEN'  # noqa: S105 - the name of the variable
+
+
+def _arguments(parser: ArgumentParser) -> None:
+    ports = parser.add_mutually_exclusive_group()
+    ports.add_argument(
+        '--port', metavar='N', type=port, default=8420, help='TCP port (8420); 0: any that is free'
+    )
+    ports.add_argument(
+        '--prefer-port', metavar='N', type=port, help='TCP port; if it is taken, any that is free'
+    )
+    parser.add_argument(
+        '--host',
+        metavar='ADDRESS',
+        default='127.0.0.1',
+        help='Where to listen (127.0.0.1: this machine alone); elsewhere browsers need a token',
+    )
+    parser.add_argument(
+        '--token',
+        metavar='TEXT',
+        help=f'What browsers must show, as ?token=TEXT; better in {TOKEN}, which other users do not see',
+    )
+    parser.add_argument('--tls-cert', metavar='FILE', help='Certificate, for https')
+    parser.add_argument('--tls-key', metavar='FILE', help='Its key')
+    parser.add_argument('--read-only', action='store_true', help='Send nothing: look alone')
+    parser.add_argument(
+        '--allow',
+        metavar='PATTERN',
+        action='append',
+        default=[],
+        help="Send to no name that does not match (e.g. '/arm/*'); may be repeated",
+    )
+    parser.add_argument('--no-open', action='store_true', help='Open no browser')
+
+
+def _settings(arguments: Namespace) -> Settings:
+    from goalwire.apps.console.settings import Settings, is_loopback, new_token
+
+    token = arguments.token if arguments.token is not None else os.environ.get(TOKEN, '')
+    if not is_loopback(arguments.host):
+        token = token or new_token()
+    if bool(arguments.tls_cert) != bool(arguments.tls_key):
+        raise CommandError(Outcome.USAGE, 'a certificate needs its key', 'give both --tls-cert and --tls-key')
+    if token and not all(each.isalnum() or each in '-_.~' for each in token):
+        raise CommandError(
+            Outcome.BAD_VALUE, 'a token is made of letters, digits and -_.~', 'leave it out, and one is made'
+        )
+    return Settings(
+        arguments.host,
+        arguments.port if arguments.prefer_port is None else arguments.prefer_port,
+        token,
+        arguments.tls_cert or '',
+        arguments.tls_key or '',
+        arguments.read_only,
+        tuple(arguments.allow),
+        takes_any_port=arguments.prefer_port is not None,
+    )
+
+
+def _console(arguments: Namespace, output: Output) -> Outcome:
+    settings = _settings(arguments)
+    try:
+        from goalwire.apps.console.server import serve
+    except ModuleNotFoundError as error:
+        raise CommandError(
+            Outcome.NOT_FOUND,
+            f"the console needs the package '{error.name}'",
+            "install it: pip install 'goalwire[console]'",
+        ) from None
+
+    def ready(urls: list[str]) -> None:
+        if output.json:
+            output.data({'url': urls[0], 'urls': urls})
+        else:
+            _tell_where(urls, settings, output)
+        output.flush()
+        if not arguments.no_open:
+            _open(urls[0])
+
+    async def run(node: goalwire.Node) -> None:
+        await serve(node, settings, ready)
+
+    return live(run, f'goalwire_console_{os.getpid()}')
+
+
+def _tell_where(urls: list[str], settings: Settings, output: Output) -> None:
+    from goalwire.apps.console.addresses import is_every_interface
+
+    if settings.takes_any_port and settings.port != urlsplit(urls[0]).port:
+        output.line(f'port {settings.port} is taken: the address is another one this time')
+    output.line(f'the console is at {urls[0]}; Ctrl-C ends it')
+    for url in urls[1:]:
+        output.line(f'from other machines it is at {url}')
+    if is_every_interface(settings.host) and not urls[1:]:
+        output.line('no other machine reaches it yet: no network interface has an address')
+    if not settings.is_loopback and not settings.tls_cert:
+        output.line('it is not encrypted: give --tls-cert and --tls-key')
+
+
+def _open(url: str) -> None:
+    """Open the user's browser, where there is one; a thread, for some browsers hold up who starts them."""
+    import webbrowser
+    from threading import Thread
+
+    Thread(target=webbrowser.open, args=(url,), daemon=True, name='console-browser').start()
+
+
+_SUMMARY = 'Show the robot in the browser, and operate it there'
+NOUN = Noun('console', _SUMMARY, (Verb('console', _SUMMARY, _console, _arguments),))

@@ -1,0 +1,190 @@
+"""ros2 doctor: what works here, what does not, and what to do next."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from argparse import ArgumentParser, Namespace
+from time import perf_counter
+from typing import TYPE_CHECKING, NamedTuple
+
+import goalwire
+from goalwire.apps.cli.commands.version import versions
+from goalwire.apps.cli.framework.discovery import add_graph_arguments, discovered
+from goalwire.apps.cli.framework.live import live
+from goalwire.apps.cli.framework.outcome import CommandError, Outcome
+from goalwire.apps.cli.framework.verbs import Noun, Verb
+from goalwire.errors import CallError, GoalwireError, TransportError
+from goalwire.transport import registry
+
+if TYPE_CHECKING:
+    from goalwire.apps.cli.framework.output import Output
+
+_ENVIRONMENT = ('ROS_DOMAIN_ID', 'RMW_IMPLEMENTATION', 'ROS_AUTOMATIC_DISCOVERY_RANGE', 'AMENT_PREFIX_PATH')
+_SELF_TEST_S = 15.0
+
+
+class Check(NamedTuple):
+    """One thing that was looked at; `advice` where it is not well."""
+
+    name: str
+    is_well: bool
+    found: str
+    advice: str = ''
+    is_needed: bool = True
+    """False for a wire that is not selected: nothing is wrong if it cannot be used."""
+
+
+def _versions() -> Check:
+    found = ', '.join(f'{name} {version}' for name, version in versions().items() if version)
+    return Check('versions', True, found)
+
+
+def _environment() -> Check:
+    given = [f'{name}={os.environ[name]}' for name in _ENVIRONMENT if os.environ.get(name)]
+    return Check('environment', True, ', '.join(given) or 'nothing of ROS 2 is set')
+
+
+def _wires() -> list[Check]:
+    selected = registry.selected_identifier()
+    checks = []
+    for identifier in sorted(registry.available()):
+        mark = ' (selected)' if identifier == selected else ''
+        try:
+            registry.get(identifier)
+            if identifier == 'rmw_cyclonedds_cpp':
+                from goalwire.transport.dds.library import find_library
+
+                find_library()
+        except (TransportError, ImportError) as error:
+            found = f'cannot be used{mark}' if mark else 'cannot be used here, and is not selected'
+            checks.append(Check(f'wire {identifier}', not mark, found, str(error), bool(mark)))
+        else:
+            checks.append(Check(f'wire {identifier}', True, f'can be used{mark}'))
+    if selected not in registry.available():
+        checks.append(
+            Check(f'wire {selected}', False, 'unknown', 'set RMW_IMPLEMENTATION to one of those above')
+        )
+    return checks
+
+
+def _port() -> Check | None:
+    """Say who answers where Zenoh's routers are met; None on another wire."""
+    if registry.selected_identifier() != 'rmw_zenoh_cpp':
+        return None
+    from goalwire.transport.zenoh.rendezvous import Holder, look, name_of_holder
+    from goalwire.transport.zenoh.settings.built_in import router_port
+
+    port = router_port()
+    found = look(port)
+    name = f'port {port}'
+    if found is Holder.ZENOH:
+        return Check(name, True, f'a Zenoh router answers: {name_of_holder(port)}')
+    if found is Holder.NOBODY:
+        offered = 'the first program offers the rendezvous'
+        here = f'doctor does so itself while it looks (process {os.getpid()})'
+        return Check(name, True, f'free: {offered}; {here}')
+    advice = f'end {name_of_holder(port)}, or set GOALWIRE_ROUTER_PORT to a free port for all programs'
+    return Check(name, False, f'{name_of_holder(port)} {found.value}', advice)
+
+
+def _peers(arguments: Namespace) -> Check:
+    try:
+        with discovered(arguments) as graph:
+            nodes = graph.nodes()
+    except TransportError as error:
+        return Check('peers', False, 'no session could be opened', str(error))
+    sessions = len({node.session for node in nodes})
+    names = ', '.join(sorted({node.node.qualified for node in nodes})[:10])
+    return Check('peers', True, f'{len(nodes)} nodes in {sessions} sessions{f": {names}" if names else ""}')
+
+
+def _self_test() -> Check:
+    """Have another process of this machine serve, and call it."""
+    name = f'_goalwire_doctor_{os.getpid()}'
+    command = [sys.executable, '-m', 'goalwire.apps.cli.commands.doctor.server', name]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.DEVNULL) as server:  # noqa: S603
+        took: list[float] = []
+
+        async def call(node: goalwire.Node) -> None:
+            from std_srvs.srv import Trigger
+
+            client = node.client(Trigger, name, timeout=_SELF_TEST_S)
+            await client.call()
+            began = perf_counter()
+            await client.call()
+            took.append(perf_counter() - began)
+
+        try:
+            outcome = live(call)
+        except (CallError, GoalwireError) as error:
+            return Check('self-test', False, f'two processes do not reach each other: {error}', _advice())
+        finally:
+            server.kill()
+    if outcome is not Outcome.OK:
+        raise KeyboardInterrupt
+    return Check('self-test', True, f'another process answered a service call within {took[0] * 1000:.2f} ms')
+
+
+def _advice() -> str:
+    if registry.selected_identifier() == 'rmw_zenoh_cpp':
+        return 'see the port above, and GOALWIRE_ROUTER: someone must offer the rendezvous'
+    return 'see ROS_AUTOMATIC_DISCOVERY_RANGE and the firewall: discovery uses UDP multicast'
+
+
+def _arguments(parser: ArgumentParser) -> None:
+    add_graph_arguments(parser)
+    parser.add_argument(
+        '-r', '--report', action='store_true', help='Accepted as in ROS 2: all is always printed'
+    )
+    parser.add_argument('-rf', '--report-failed', action='store_true', help='Print only what is not well')
+    parser.add_argument('--no-self-test', action='store_true', help='Start no second process')
+
+
+def _doctor(arguments: Namespace, output: Output) -> Outcome:
+    from collections.abc import Callable, Iterable
+
+    looks: list[Callable[[], Check | Iterable[Check] | None]] = [
+        _versions,
+        _environment,
+        _wires,
+        _port,
+        lambda: _peers(arguments),
+    ]
+    if not arguments.no_self_test:
+        looks.append(_self_test)
+    failed: list[Check] = []
+    for look in looks:
+        found = look()
+        checks = [found] if isinstance(found, Check) else list(found or ())
+        for check in checks:
+            if not check.is_well:
+                failed.append(check)
+            if check.is_well and arguments.report_failed:
+                continue
+            _show(check, output)
+    if failed:
+        names = ', '.join(check.name for check in failed)
+        raise CommandError(Outcome.FAILED, f'not well: {names}', f'next: {failed[0].advice}')
+    if not output.json:
+        output.line('all is well', style='green')
+    return Outcome.OK
+
+
+def _show(check: Check, output: Output) -> None:
+    if output.json:
+        output.data(check._asdict())
+        return
+    mark = ('ok  ' if check.is_needed else '-   ') if check.is_well else 'FAIL'
+    output.line(f'{mark} {check.name}: {check.found}', style='' if check.is_well else 'red')
+    if check.advice:
+        output.line(f'     {check.advice}', style='dim')
+    output.flush()
+
+
+NOUN = Noun(
+    'doctor',
+    'Check what works here, and say what to do next',
+    (Verb('doctor', 'Check what works here, and say what to do next', _doctor, _arguments),),
+)

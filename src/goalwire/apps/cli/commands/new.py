@@ -1,0 +1,154 @@
+"""goalwire new: a package that is an ordinary Python project and one of ROS 2 (ament_python) at once."""
+
+from __future__ import annotations
+
+import keyword
+import re
+from argparse import ArgumentParser, Namespace
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from goalwire.apps.cli.commands import new_templates as templates
+from goalwire.apps.cli.framework.outcome import CommandError, Outcome
+from goalwire.apps.cli.framework.verbs import Noun, Verb
+
+if TYPE_CHECKING:
+    from goalwire.apps.cli.framework.output import Output
+
+SUMMARY = 'Make a package: a Python project that colcon builds as well'
+
+
+_KINDS = {
+    'node': (templates.NODE, 'A node with a topic; without any option, this'),
+    'service': (templates.SERVICE, 'A service'),
+    'action': (templates.ACTION, 'An action'),
+}
+
+
+def _arguments(parser: ArgumentParser) -> None:
+    parser.add_argument('package', help='Its name: small letters, digits and underscores, a letter first')
+    for name, (_, text) in _KINDS.items():
+        parser.add_argument(f'--{name}', action='store_true', help=text)
+    parser.add_argument(
+        '--interfaces', action='store_true', help='A package of its own types as well, PACKAGE_interfaces'
+    )
+    parser.add_argument('--destination-directory', default='.', help='Where its folder is made; here without')
+
+
+def _run(arguments: Namespace, output: Output) -> None:
+    package = arguments.package
+    _check_name(arguments.prog, package)
+    kinds = [kind for name, (kind, _) in _KINDS.items() if getattr(arguments, name)] or [templates.NODE]
+    place = Path(arguments.destination_directory)
+    files = _files(package, kinds, own_types=arguments.interfaces)
+    folders = [place / name for name in sorted({name.split('/')[0] for name in files})]
+    for folder in folders:
+        if folder.exists():
+            raise CommandError(
+                Outcome.FAILED,
+                f'{arguments.prog}: there is a {str(folder)!r} already',
+                'choose another name, or another place with --destination-directory',
+            )
+    for name, text in files.items():
+        file = place / name
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text, encoding='utf-8', newline='\n')
+    if output.json:
+        output.data({'folder': str(folders[0]), 'files': sorted(files)})
+        return
+    for folder in folders:
+        inside = sorted(name.partition('/')[2] for name in files if name.startswith(f'{folder.name}/'))
+        output.line(f'made {folder}: {", ".join(inside)}')
+    first = '' if str(place) == '.' else f'cd {place}; '
+    output.line(f'next: {first}python -m pytest {package}; ros2 run {package} {package}_{kinds[0].program}')
+
+
+def _check_name(prog: str, package: str) -> None:
+    """Raise CommandError for what is no name of a ROS 2 package (REP 144) or of a Python one."""
+    if re.fullmatch('[a-z][a-z0-9]*(_[a-z0-9]+)*', package) and not keyword.iskeyword(package):
+        return
+    wanted = '_'.join(re.findall('[a-z0-9]+', re.sub('(?<=[a-z0-9])(?=[A-Z])', '_', package).lower()))
+    wanted = wanted.lstrip('0123456789_')
+    advice = f'write {wanted!r}' if wanted and not keyword.iskeyword(wanted) else 'as in my_robot'
+    raise CommandError(
+        Outcome.BAD_VALUE,
+        f'{prog}: {package!r} is no name of a package: small letters, digits, single underscores',
+        advice,
+    )
+
+
+def _files(package: str, kinds: Sequence[templates.Kind], *, own_types: bool) -> dict[str, str]:
+    """Return the texts of a new package by their paths, and those of its package of interfaces."""
+    interfaces = f'{package}_interfaces'
+    scripts = {kind.program: f'{package}_{kind.program}' for kind in kinds}
+    used = [interfaces] if own_types else sorted({kind.interfaces for kind in kinds})
+    folders = [package, interfaces] if own_types else [package]
+    words = {
+        'package': package,
+        'depends': '\n'.join(f'  <exec_depend>{name}</exec_depend>' for name in used),
+        'scripts': '\n'.join(
+            f"            '{script} = {package}.{program}:main'," for program, script in scripts.items()
+        ),
+        'nodes': '\n'.join(
+            _filled(templates.LAUNCHED, {'package': package, 'script': script}) for script in scripts.values()
+        ),
+        'programs': ', '.join(f'`{script}`' for script in scripts.values()),
+        'install': 'pip install '
+        + ' '.join(f"-e './{name}[test]'" for name in [package])
+        + (f' -e ./{interfaces}' if own_types else ''),
+        'folders': ' and '.join(f'`{name}`' for name in folders),
+        'definitions': '\n'.join(f'  "{kind.definition.partition(chr(10))[0]}"' for kind in kinds),
+    }
+    texts = {
+        'package.xml': templates.MANIFEST,
+        'setup.py': templates.SETUP,
+        'setup.cfg': templates.SCRIPTS,
+        'pyproject.toml': templates.PROJECT,
+        'README.md': templates.README,
+        f'launch/{package}.launch.py': templates.LAUNCH,
+        'config/parameters.yaml': templates.PARAMETERS,
+        f'resource/{package}': '',
+        f'{package}/__init__.py': '',
+    }
+    files = {f'{package}/{name}': _filled(text, words) for name, text in texts.items()}
+    for kind in kinds:
+        module = {f'{package}/{kind.program}.py': kind.code, f'test/test_{kind.program}.py': kind.test}
+        for name, text in module.items():
+            filled = _filled(text, _words_of(package, kind, alone=len(kinds) == 1))
+            files[f'{package}/{name}'] = _with_own_types(filled, kind, interfaces) if own_types else filled
+    if own_types:
+        others = {
+            'package.xml': templates.INTERFACES_MANIFEST,
+            'CMakeLists.txt': templates.INTERFACES_CMAKE,
+            'pyproject.toml': templates.INTERFACES_PROJECT,
+            '__init__.py': '',
+        }
+        files |= {f'{interfaces}/{name}': _filled(text, words) for name, text in others.items()}
+        for kind in kinds:
+            name, _, text = kind.definition.partition('\n')
+            files[f'{interfaces}/{name}'] = text
+    return files
+
+
+def _words_of(package: str, kind: templates.Kind, *, alone: bool) -> dict[str, str]:
+    """The words of one program; if there are several, its node is called after both."""
+    node = package if alone else f'{package}_{kind.program}'
+    class_name = ''.join(map(str.capitalize, node.split('_')))
+    return {'package': package, 'node': node, 'Class': class_name, 'program': kind.program}
+
+
+def _with_own_types(text: str, kind: templates.Kind, interfaces: str) -> str:
+    """A program or a test whose type comes from the package of interfaces; its fields are the same."""
+    return re.sub(
+        rf'\b{kind.type_name}\b',
+        kind.own_type,
+        text.replace(f'from {kind.interfaces}.', f'from {interfaces}.'),
+    )
+
+
+def _filled(text: str, words: Mapping[str, str]) -> str:
+    return re.sub('@([A-Za-z]+)@', lambda found: words[found[1]], text)
+
+
+NOUN = Noun('new', SUMMARY, (Verb('new', SUMMARY, _run, _arguments),))

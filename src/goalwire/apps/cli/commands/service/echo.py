@@ -1,0 +1,77 @@
+"""ros2 service echo: the steps of a service's calls, where its clients or server publish them."""
+
+from __future__ import annotations
+
+from argparse import Namespace
+from typing import TYPE_CHECKING, Any
+
+import goalwire
+from goalwire.apps.cli.framework import lookup
+from goalwire.apps.cli.framework.discovery import discovered
+from goalwire.apps.cli.framework.live import live
+from goalwire.apps.cli.framework.messages import as_dict, message_yaml, style_of
+from goalwire.apps.cli.framework.named import SERVICES
+from goalwire.apps.cli.framework.outcome import Outcome
+from goalwire.apps.cli.framework.output import tell
+from goalwire.apps.cli.framework.qos import chosen_qos
+from goalwire.transport.contract import EndpointKind
+
+if TYPE_CHECKING:
+    from goalwire.apps.cli.framework.output import Output
+
+STEPS = ('REQUEST_SENT', 'REQUEST_RECEIVED', 'RESPONSE_SENT', 'RESPONSE_RECEIVED')
+"""By the number in service_msgs/msg/ServiceEventInfo."""
+QUEUE = 1000
+"""Steps that wait at most where no depth is asked for."""
+
+
+def echo(arguments: Namespace, output: Output) -> Outcome:
+    """Print events until Ctrl-C."""
+    name = lookup.full_name(arguments.service_name, 'service')
+    if arguments.service_type:
+        type_name = lookup.type_name(arguments.service_type, 'srv')
+    else:
+        name, type_name = SERVICES.name_and_type(arguments)
+    _tell_if_silent(name, arguments)
+    event = lookup.interface(type_name).Event
+
+    async def follow(node: goalwire.Node) -> None:
+        qos = chosen_qos(arguments, goalwire.QoS(depth=QUEUE))
+        async for message in node.subscription(event, f'{name}/_service_event', qos=qos):
+            _show(message, arguments, output)
+
+    return live(follow)
+
+
+def _tell_if_silent(name: str, arguments: Namespace) -> None:
+    """Say what to switch on if nobody publishes the steps of the service's calls; it may be done later."""
+    topic = f'{name}/_service_event'
+    with discovered(arguments, lambda graph: graph.count(EndpointKind.PUBLISHER, topic) > 0) as graph:
+        if graph.count(EndpointKind.PUBLISHER, topic):
+            return
+    tell(
+        f"nobody publishes the calls of '{name}': its server and clients have introspection off. Switch it "
+        'on in the server: service.configure_introspection(node.get_clock(), qos_profile_system_default, '
+        'ServiceIntrospectionState.CONTENTS), with a client likewise. Waiting; Ctrl-C ends this'
+    )
+
+
+def name_step(fields: Any) -> Any:
+    """Put the name of a step in the place of its number, in the fields of a service's event."""
+    info = fields.get('info')
+    if isinstance(info, dict) and info.get('event_type') in range(len(STEPS)):
+        info['event_type'] = STEPS[info['event_type']]
+    return fields
+
+
+def _show(message: Any, arguments: Namespace, output: Output) -> None:
+    from rosidl_runtime_py import message_to_csv, message_to_ordereddict
+
+    if arguments.csv and not output.json:
+        output.block(message_to_csv(message, **style_of(arguments)))
+        return
+    if output.json:
+        output.data(name_step(as_dict(message)))
+    else:
+        fields = name_step(message_to_ordereddict(message, **style_of(arguments)))
+        output.block(message_yaml(fields, flow_style=arguments.flow_style) + '---')

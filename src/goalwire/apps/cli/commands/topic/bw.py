@@ -1,0 +1,53 @@
+"""ros2 topic bw: how many bytes come."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+from collections import deque
+from time import monotonic
+from typing import TYPE_CHECKING
+
+import goalwire
+from goalwire.apps.cli.commands.topic.rates import Window, bandwidth_text
+from goalwire.apps.cli.commands.topic.reading import source, window_argument
+from goalwire.apps.cli.framework.discovery import add_graph_arguments
+from goalwire.apps.cli.framework.live import live
+from goalwire.apps.cli.framework.outcome import Outcome
+
+if TYPE_CHECKING:
+    from goalwire.apps.cli.framework.output import Output
+
+WINDOW = 100
+EVERY_S = 1.0
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add what `topic bw` takes."""
+    parser.add_argument('topic_name', help="Name of the topic (e.g. '/chatter')")
+    add_graph_arguments(parser)
+    window_argument(parser, WINDOW)
+
+
+def run(arguments: Namespace, output: Output) -> Outcome:
+    """Print the bandwidth until Ctrl-C."""
+    topic = source(arguments, arguments.topic_name)
+
+    async def follow(node: goalwire.Node) -> None:
+        sizes, times = Window(arguments.window), deque[float](maxlen=arguments.window)
+        if not output.json:
+            output.block(f'Subscribed to [{topic.name}]')
+        printed = monotonic()
+        async for payload in node.subscription(topic.cls, topic.name, qos=topic.qos, raw=True):
+            sizes.values.append(len(payload))
+            times.append(monotonic())
+            spread = sizes.spread()
+            if spread is None or len(times) < 2 or times[-1] < printed + EVERY_S:
+                continue
+            printed = times[-1]
+            rate = sum(sizes.values) / (times[-1] - times[0])
+            if output.json:
+                output.data({'name': topic.name, 'bytes_per_second': rate, **spread._asdict()})
+            else:
+                output.block(bandwidth_text(rate, spread))
+
+    return live(follow, use_sim_time=arguments.use_sim_time)

@@ -1,0 +1,54 @@
+"""ros2 topic delay: how old messages are when they come, by the stamp in their header."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+from time import monotonic
+from typing import TYPE_CHECKING
+
+import goalwire
+from goalwire.apps.cli.commands.topic.rates import Window, spread_text
+from goalwire.apps.cli.commands.topic.reading import source, window_argument
+from goalwire.apps.cli.framework.discovery import add_graph_arguments
+from goalwire.apps.cli.framework.live import live
+from goalwire.apps.cli.framework.outcome import CommandError, Outcome
+
+if TYPE_CHECKING:
+    from goalwire.apps.cli.framework.output import Output
+
+WINDOW = 10_000
+EVERY_S = 1.0
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add what `topic delay` takes."""
+    parser.add_argument('topic_name', help="Name of the topic (e.g. '/chatter')")
+    add_graph_arguments(parser)
+    window_argument(parser, WINDOW)
+
+
+def run(arguments: Namespace, output: Output) -> Outcome:
+    """Print the delay until Ctrl-C."""
+    topic = source(arguments, arguments.topic_name)
+    if topic.cls.get_fields_and_field_types().get('header') != 'std_msgs/Header':
+        raise CommandError(
+            Outcome.BAD_VALUE,
+            f"the messages of '{topic.name}' have no header",
+            'see: ros2 topic hz, for the rate',
+        )
+
+    async def follow(node: goalwire.Node) -> None:
+        window, printed = Window(arguments.window), monotonic()
+        async for message in node.subscription(topic.cls, topic.name, qos=topic.qos):
+            stamp = message.header.stamp
+            window.values.append(node.clock.now().nanoseconds / 1e9 - stamp.sec - stamp.nanosec / 1e9)
+            spread = window.spread()
+            if spread is None or monotonic() < printed + EVERY_S:
+                continue
+            printed = monotonic()
+            if output.json:
+                output.data({'name': topic.name, **spread._asdict()})
+            else:
+                output.block(spread_text('delay', spread.mean, spread))
+
+    return live(follow, use_sim_time=arguments.use_sim_time)

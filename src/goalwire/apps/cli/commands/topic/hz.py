@@ -1,0 +1,81 @@
+"""ros2 topic hz: how often messages come."""
+
+from __future__ import annotations
+
+import asyncio
+from argparse import ArgumentParser, Namespace
+from time import monotonic
+from typing import TYPE_CHECKING, Any
+
+import goalwire
+from goalwire.apps.cli.commands.topic.rates import Window, spread_text
+from goalwire.apps.cli.commands.topic.reading import Source, source, window_argument
+from goalwire.apps.cli.framework.discovery import add_graph_arguments
+from goalwire.apps.cli.framework.expressions import Expression
+from goalwire.apps.cli.framework.live import live
+from goalwire.apps.cli.framework.outcome import Outcome
+
+if TYPE_CHECKING:
+    from goalwire.apps.cli.framework.output import Output
+
+WINDOW = 10_000
+EVERY_S = 1.0
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add what `topic hz` takes."""
+    parser.add_argument(
+        'topic_names', nargs='+', metavar='topic_name', help="Names of topics (e.g. '/chatter')"
+    )
+    add_graph_arguments(parser)
+    window_argument(parser, WINDOW)
+    parser.add_argument(
+        '--filter', metavar='EXPR', help='Count where a Python expression of the message m holds'
+    )
+    parser.add_argument(
+        '--wall-time', action='store_true', help='Go by the clock on the wall under --use-sim-time, too'
+    )
+
+
+async def _count(node: goalwire.Node, topic: Source, arguments: Namespace, output: Output) -> None:
+    wanted = Expression(arguments.filter) if arguments.filter else None
+    subscription: goalwire.Subscription[Any] = (
+        node.subscription(topic.cls, topic.name, qos=topic.qos, raw=True)
+        if wanted is None
+        else node.subscription(topic.cls, topic.name, qos=topic.qos)
+    )
+    by_clock = arguments.use_sim_time and not arguments.wall_time
+    window, last, printed = Window(arguments.window), None, monotonic()
+    async for message in subscription:
+        if wanted is not None and not wanted(message):
+            continue
+        assert subscription.info is not None
+        now = (node.clock.now().nanoseconds if by_clock else subscription.info['received_timestamp']) / 1e9
+        if last is not None and now >= last:
+            window.values.append(now - last)
+        last = now
+        spread = window.spread()
+        if spread is None or monotonic() < printed + EVERY_S:
+            continue
+        printed = monotonic()
+        rate = 1.0 / spread.mean if spread.mean else 0.0
+        if output.json:
+            output.data({'name': topic.name, 'rate': rate, **spread._asdict()})
+            continue
+        if len(arguments.topic_names) > 1:
+            output.line(f'[{topic.name}]')
+        output.block(spread_text('rate', rate, spread))
+
+
+def run(arguments: Namespace, output: Output) -> Outcome:
+    """Print rates until Ctrl-C."""
+    if arguments.filter:
+        Expression(arguments.filter)  # a bad one is told at once
+    topics = [source(arguments, name) for name in arguments.topic_names]
+
+    async def follow(node: goalwire.Node) -> None:
+        async with asyncio.TaskGroup() as group:
+            for topic in topics:
+                group.create_task(_count(node, topic, arguments, output))
+
+    return live(follow, use_sim_time=arguments.use_sim_time)

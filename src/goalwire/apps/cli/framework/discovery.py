@@ -1,0 +1,148 @@
+"""The graph as a command needs it: complete, and soon. No daemon, and no node where none is needed.
+
+On Zenoh a session of goalwire's own is opened: it is complete once the router has told what it knows. On DDS,
+and with eclipse-zenoh, the graph comes piece by piece; so a command waits until nothing has come for a while,
+or what it looks for is there. On DDS all programs of this machine have answered by then: the system tells at
+which ports they listen. In the range LOCALHOST nobody else can answer: the wait ends with the last of them.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
+from threading import Condition
+from time import monotonic
+from typing import TYPE_CHECKING, Self
+
+from goalwire.apps.cli.framework.interrupts import raised
+from goalwire.apps.cli.framework.numbers import seconds
+from goalwire.apps.cli.framework.outcome import CommandError, Outcome
+
+if TYPE_CHECKING:
+    from goalwire.graph.graph import Graph
+    from goalwire.transport.contract import Session
+
+SPIN_TIME_S = 1.0
+"""How long discovery may take on a wire that does not know its end; `--spin-time` says otherwise."""
+FIRST_S = 0.12
+"""How long a look lasts there at least: others answer within some ms, or later where the network is busy."""
+NOBODY_S = 0.5
+"""How long the first answer may take: an empty graph is rare, and told later."""
+MISSING_S = 1.5
+"""How much longer what is asked for by its name may take there, before it is called missing."""
+QUIET_S = 0.05
+"""After this long without a change, and with nothing outstanding, the graph counts as complete there."""
+LAST_S = 0.02
+"""The same where all who can answer are known. A process that has answered may be about to tell of a second
+context that it has."""
+
+
+def add_graph_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add ROS 2's flags of the commands that look at the graph."""
+    parser.add_argument(
+        '--no-daemon', action='store_true', help='Accepted as in ROS 2: there is no daemon here'
+    )
+    parser.add_argument(
+        '--spin-time',
+        type=seconds,
+        metavar='SPIN_TIME',
+        help=f'Seconds for discovery on DDS (default: {SPIN_TIME_S:.0f}); on Zenoh its end is known',
+    )
+    parser.add_argument(
+        '-s',
+        '--use-sim-time',
+        action='store_true',
+        help='Accepted as in ROS 2: nothing here depends on the time',
+    )
+
+
+@contextmanager
+def discovered(
+    arguments: argparse.Namespace,
+    found: Callable[[Graph], bool] | None = None,
+    *,
+    wait: float = 0.0,
+    whole: bool = False,
+) -> Iterator[Graph]:
+    """Yield the graph of the domain: complete, or as soon as `found(graph)` says that it suffices.
+
+    Where it is not there, `wait` s more are given to it, and half a second at least. With `whole` it is
+    complete in any case. Raises TransportError, CommandError.
+    """
+    from goalwire.graph.graph import Graph
+
+    with closing(_open_session()) as session, raised():  # what opening imports is no place for exceptions
+        graph = Graph(
+            session.id, compares_definitions=session.compares_definitions, enforces_qos=session.enforces_qos
+        )
+        spin_time: float | None = getattr(arguments, 'spin_time', None)
+        with _Changes(graph) as changes:
+            session.watch_graph(graph)
+            if not session.discovers_at_once:
+                limit = SPIN_TIME_S if spin_time is None else spin_time
+                changes.settle(limit, None if whole else found, session)
+            elif not graph.nodes():
+                changes.wait_for(lambda graph: bool(graph.nodes()), NOBODY_S)
+            if found is not None:  # what is not there is told after a second look: the others may be busy
+                changes.wait_for(found, max(wait, NOBODY_S if session.discovers_at_once else MISSING_S))
+        yield graph
+
+
+def _open_session() -> Session:
+    from goalwire.rules.domain import domain_from_environment
+    from goalwire.transport import registry
+    from goalwire.transport.contract import SessionOptions
+
+    try:
+        options = SessionOptions(domain_id=domain_from_environment())
+    except ValueError as error:
+        raise CommandError(Outcome.USAGE, str(error)) from None
+    return registry.get().open(options)
+
+
+class _Changes:
+    """Waits on changes of a graph."""
+
+    def __init__(self, graph: Graph) -> None:
+        self._graph = graph
+        self._changed = Condition()
+        self._at: float | None = None
+
+    def _note(self) -> None:
+        with self._changed:
+            self._at = monotonic()
+            self._changed.notify_all()
+
+    def settle(self, limit: float, found: Callable[[Graph], bool] | None, session: Session) -> None:
+        """Wait until nothing has come for a while and nothing is outstanding, or what is looked for has come.
+
+        `limit` s at most.
+        """
+        start = monotonic()
+        quiet = LAST_S if session.knows_its_peers else QUIET_S
+        with self._changed:
+            while not (found is not None and found(self._graph)):
+                if session.knows_its_peers:
+                    quiet_from = (start if self._at is None else self._at) + quiet
+                elif self._at is None:
+                    quiet_from = start + NOBODY_S
+                else:
+                    quiet_from = max(self._at + quiet, start + FIRST_S)
+                now, end = monotonic(), start + limit
+                if now >= end or (now >= quiet_from and session.has_heard_all()):
+                    return
+                # What is outstanding may come without a change of the graph: then look again in a moment.
+                self._changed.wait(min(end, quiet_from if now < quiet_from else now + quiet) - now)
+
+    def wait_for(self, found: Callable[[Graph], bool], limit: float) -> None:
+        """Wait until it has come, `limit` s at most."""
+        with self._changed:
+            self._changed.wait_for(lambda: found(self._graph), limit)
+
+    def __enter__(self) -> Self:
+        self._watch = self._graph.on_change(self._note)
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        self._watch.close()

@@ -1,0 +1,61 @@
+"""Which outcome an error is, and the line that tells of it."""
+
+from __future__ import annotations
+
+from goalwire import errors
+from goalwire.apps.cli.framework.outcome import CommandError, Outcome
+
+_OUTCOMES: tuple[tuple[type[Exception], Outcome], ...] = (
+    (errors.NoServerError, Outcome.NOT_FOUND),
+    (errors.DeadlineError, Outcome.TIMEOUT),
+    (errors.ServerLostError, Outcome.SERVER_LOST),
+    (errors.ServerStuckError, Outcome.SERVER_LOST),
+    (errors.ServerFailedError, Outcome.SERVER_LOST),
+    (errors.RefusedError, Outcome.REFUSED),
+    (errors.GoalAborted, Outcome.ABORTED),
+    (errors.GoalCanceled, Outcome.CANCELED),
+    (errors.EncodeError, Outcome.BAD_VALUE),
+    (errors.InterfaceError, Outcome.NOT_FOUND),
+    (errors.TransportError, Outcome.UNAVAILABLE),
+    (FileNotFoundError, Outcome.NOT_FOUND),
+    (TimeoutError, Outcome.TIMEOUT),
+)
+"""The first that fits."""
+
+_NEXT: tuple[tuple[type[errors.CallError], str], ...] = (
+    (errors.NoServerError, 'see: ros2 {kind} list'),
+    (errors.DeadlineError, 'give it more time, see --help'),
+    (errors.ServerFailedError, "the server's log says why"),
+    (errors.ServerLostError, 'see: ros2 {kind} info {name}'),
+    (errors.ServerStuckError, 'see: ros2 {kind} info {name}'),
+    (errors.RefusedError, 'see: ros2 {kind} info {name}'),
+)
+"""What to do after a call or goal that did not end well."""
+
+
+def explained(error: Exception) -> tuple[Outcome, str]:
+    """Return an error's outcome and its line."""
+    while isinstance(error, ExceptionGroup):  # of a TaskGroup: the first one has ended the others
+        error = error.exceptions[0]
+    if isinstance(error, CommandError):
+        return error.outcome, str(error)
+    text = ' '.join(str(error).split()) or type(error).__name__
+    for kind, outcome in _OUTCOMES:
+        if isinstance(error, kind):
+            return outcome, errors.with_advice(text, _next(error, text))
+    if isinstance(error, errors.GoalwireError | OSError):
+        return Outcome.FAILED, text
+    return (
+        Outcome.FAILED,
+        f'a fault of goalwire itself: {type(error).__name__}: {text}; GOALWIRE_FULL_TRACEBACKS=1 shows where',
+    )
+
+
+def _next(error: Exception, text: str) -> str:
+    """Return what to do next after a call; the library's own text names its service or action first."""
+    if isinstance(error, errors.CallError):
+        what = text.partition(' ')[0]
+        for kind, advice in _NEXT:
+            if isinstance(error, kind) and what in {'service', 'action'}:
+                return advice.format(kind=what, name=error.name)
+    return ''

@@ -1,0 +1,92 @@
+"""Running a command that takes part in the graph, and ending it with Ctrl-C."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import signal
+import sys
+from collections.abc import Awaitable, Callable
+from math import inf
+from time import monotonic
+from typing import TypeAlias
+
+import goalwire
+from goalwire.apps.cli.framework.outcome import CommandError, Outcome
+from goalwire.logging import get_logger
+from goalwire.transport.contract import EndpointKind
+
+NODE_NAME_PREFIX = '_ros2cli'
+"""Nodes of the tools are hidden ones, as ROS 2's are."""
+_AT_ONCE = 3
+"""So many Ctrl-C end the process as it stands."""
+_WARN, _ERROR = 30, 40
+_SAME_S = 0.2
+"""What comes within this time counts as one: a shell's `timeout` and supervisors signal child and group."""
+
+Main: TypeAlias = Callable[['goalwire.Node'], Awaitable[Outcome | None]]
+
+
+def live(main: Main, node_name: str | None = None, *, use_sim_time: bool = False) -> Outcome:
+    """Run `main` with a node of the command's own, until it returns.
+
+    Each Ctrl-C cancels it: the first may be used to clean up, a second one then ends that. SIGTERM likewise.
+    """
+    signals: list[int] = []
+
+    async def run() -> Outcome | None:
+        _watch_signals(signals)
+        name = node_name or f'{NODE_NAME_PREFIX}_{os.getpid()}'
+        async with goalwire.Node(name, parameters={'use_sim_time': use_sim_time}) as node:
+            return await main(node)
+
+    try:
+        outcome = asyncio.run(run())
+    except (KeyboardInterrupt, asyncio.CancelledError):
+        return Outcome.TERMINATED if signal.SIGTERM in signals else Outcome.INTERRUPTED
+    sys.stdout.flush()
+    return Outcome.OK if outcome is None else outcome
+
+
+def _watch_signals(signals: list[int]) -> None:
+    """Have signals cancel the task that runs; where that cannot be, Ctrl-C is left to asyncio."""
+    task = asyncio.current_task()
+    assert task is not None
+
+    last = -inf
+
+    def on_signal(number: int) -> None:
+        nonlocal last
+        if monotonic() - last < _SAME_S:
+            return
+        last = monotonic()
+        signals.append(number)
+        if len(signals) >= _AT_ONCE:
+            os._exit(Outcome.INTERRUPTED)
+        task.cancel()
+
+    if sys.platform != 'win32':
+        loop = asyncio.get_running_loop()
+        for number in (signal.SIGINT, signal.SIGTERM):
+            loop.add_signal_handler(number, on_signal, number)
+
+
+def types_there(node: goalwire.Node, kind: EndpointKind, name: str) -> list[str]:
+    """Return the types of the endpoints of a name, as far as the node knows by now."""
+    return sorted({entity.type_name for entity in node.context.graph.entities(kind, name)})
+
+
+def tell_types_ourselves() -> None:
+    """Keep the library from warning of types that do not match: the command says it, in its one line."""
+    get_logger('goalwire').set_level(_ERROR)
+    get_logger('goalwire.transport').set_level(_WARN)
+
+
+def refuse_other_type(name: str, type_name: str, types: list[str]) -> None:
+    """Raise CommandError where a name is there, with other types only."""
+    if types and type_name not in types:
+        raise CommandError(
+            Outcome.BAD_VALUE,
+            f"'{name}' has the type {', '.join(types)}, not {type_name}",
+            'leave the type out',
+        )

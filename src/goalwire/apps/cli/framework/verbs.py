@@ -1,0 +1,127 @@
+"""Nouns and verbs, as the modules of nouns describe them, and the parsers made of them."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, NamedTuple, NoReturn, TypeAlias
+
+from goalwire import errors
+from goalwire.apps.cli.framework.outcome import CommandError, Outcome
+from goalwire.apps.cli.framework.output import Output
+
+if TYPE_CHECKING:
+    from _typeshed import SupportsWrite
+
+AddArguments: TypeAlias = Callable[[argparse.ArgumentParser], None]
+Run: TypeAlias = Callable[[argparse.Namespace, Output], Outcome | None]
+"""Does the work; None means OK. Raises CommandError, or any error of goalwire's, where it fails."""
+
+
+class Verb(NamedTuple):
+    """`ros2 NOUN name …`, or the whole command of a noun without verbs."""
+
+    name: str
+    summary: str
+    """One line for `--help`."""
+    run: Run
+    arguments: AddArguments = lambda _parser: None
+    has_json: bool = True
+    """Whether it takes `--json`: everything does that prints data."""
+    takes_ros_arguments: bool = False
+    """Whether `--ros-args …` is its own business, as for `run` and `launch`; else it is its node's."""
+
+
+class Noun(NamedTuple):
+    """`ros2 name VERB …`; a command without verbs has one verb that is named like itself."""
+
+    name: str
+    summary: str
+    verbs: tuple[Verb, ...]
+    arguments: AddArguments = lambda _parser: None
+    """Flags that stand before the verb, in ROS 2 too; each is a `store_true`."""
+
+    @property
+    def is_command(self) -> bool:
+        """Whether it is used without a verb."""
+        return len(self.verbs) == 1 and self.verbs[0].name == self.name
+
+
+class Parser(argparse.ArgumentParser):
+    """Ends with one line that names the help, not with pages of usage."""
+
+    @property
+    def actions(self) -> list[argparse.Action]:
+        """Every argument that was added."""
+        return self._actions
+
+    def error(self, message: str) -> NoReturn:
+        """Raise CommandError."""
+        raise CommandError(Outcome.USAGE, f'{self.prog}: {message}', f'see: {self.prog} --help')
+
+    def _print_message(self, message: str, file: SupportsWrite[str] | None = None) -> None:
+        """Print a help text; argparse's own takes no notice of a closed pipe."""
+        if message:
+            (file or sys.stdout).write(message)
+
+
+class _HelpFormatter(argparse.RawDescriptionHelpFormatter):
+    """argparse's own, which every argument makes one of, without shutil: its import takes 5 ms."""
+
+    def __init__(self, prog: str) -> None:
+        super().__init__(prog, width=_columns() - 2)
+
+
+def _columns() -> int:
+    """Return the terminal's width as shutil.get_terminal_size does."""
+    try:
+        columns = int(os.environ['COLUMNS'])
+    except (KeyError, ValueError):
+        columns = 0
+    if columns <= 0:
+        try:
+            columns = os.get_terminal_size(sys.__stdout__.fileno()).columns  # type: ignore[union-attr]
+        except (AttributeError, ValueError, OSError):  # none, closed, or no terminal
+            columns = 0
+    return columns or 80
+
+
+def noun_parser(program: str, noun: Noun) -> Parser:
+    """Return the parser of the flags between noun and verb; its help lists the verbs."""
+    prog = f'{program} {noun.name}'
+    width = max(len(verb.name) for verb in noun.verbs)
+    verbs = '\n'.join(f'  {verb.name:{width}}  {verb.summary}' for verb in noun.verbs)
+    parser = Parser(
+        prog=prog,
+        description=noun.summary,
+        epilog=f'Commands:\n{verbs}\n\n  Call `{prog} <command> -h` for more detailed usage.',
+        formatter_class=_HelpFormatter,
+        usage=f'{prog} [-h] <command> ...',
+        allow_abbrev=False,
+    )
+    noun.arguments(parser)
+    return parser
+
+
+def verb_parser(program: str, noun: Noun, verb: Verb) -> Parser:
+    """Return the parser of a verb's arguments."""
+    prog = f'{program} {noun.name}' if noun.is_command else f'{program} {noun.name} {verb.name}'
+    parser = Parser(
+        prog=prog,
+        description=verb.summary,
+        formatter_class=_HelpFormatter,
+        allow_abbrev=False,
+    )
+    verb.arguments(parser)
+    if verb.has_json:
+        parser.add_argument('--json', action='store_true', help='Print JSON, one document a line')
+    return parser
+
+
+def did_you_mean(word: str, known: Sequence[str]) -> str:
+    """Return "did you mean 'list'?", or '' where nothing known is written much like it."""
+    from difflib import get_close_matches
+
+    return errors.did_you_mean(get_close_matches(word, known, 3, 0.6))

@@ -1,0 +1,1 @@
+"""goalwire top: nodes, topics, services, goals and log lines on one screen."""

@@ -1,0 +1,181 @@
+"""What `top` can send: a call, a goal, a request to cancel goals. Each is shown before it goes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from time import perf_counter
+from typing import TYPE_CHECKING, Any, Protocol
+from uuid import uuid4
+
+import goalwire
+from goalwire.apps.cli.commands.action.goals import CODES, STATUSES
+from goalwire.apps.cli.framework import lookup, values
+from goalwire.apps.cli.framework.outcome import CommandError, Outcome
+from goalwire.apps.cli.top.data import Latencies, ServiceLatencies
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+Say = Callable[[str], None]
+"""Shows a text to who has sent the request."""
+
+
+class Request(Protocol):
+    """Something that can be sent once it has been filled in and confirmed."""
+
+    title: str
+    """What it does, as a sentence's beginning: "call /lab/add"."""
+    type_name: str
+
+    def template(self) -> str | None:
+        """Return the YAML to begin with; None where there is nothing to fill in."""
+
+    def read(self, text: str) -> Any:
+        """Return the message that a YAML text is. Raises CommandError."""
+
+    def shown(self, message: Any) -> str:
+        """Return what is going to be sent."""
+
+    async def send(self, message: Any, say: Say) -> None:
+        """Send it, and say what comes of it. Raises CommandError and goalwire's own errors."""
+
+
+class _Form:
+    """Filling in a message."""
+
+    def __init__(self, node: goalwire.Node, name: str, type_name: str, part: str) -> None:
+        """`part` is the part of the type that is filled in: Request or Goal. Raises CommandError."""
+        self._node = node
+        self.name = name
+        self.type_name = type_name
+        self.cls = lookup.interface(type_name)
+        self._message_type = getattr(self.cls, part)
+
+    def template(self) -> str | None:
+        fields = self._message_type.get_fields_and_field_types()
+        return self.shown(self._message_type()) if fields else None
+
+    def read(self, text: str) -> Any:
+        given: Mapping[str, Any] = values.read_values([text], self._message_type) if text.strip() else {}
+        message = self._message_type()
+        for set_stamp in values.fill(message, given, self.type_name):
+            set_stamp(self._node.clock.now().to_msg())
+        return message
+
+    def shown(self, message: Any) -> str:
+        from rosidl_runtime_py import message_to_yaml
+
+        return message_to_yaml(message).rstrip('\n')
+
+
+class Call(_Form):
+    """A call of a service."""
+
+    def __init__(
+        self, node: goalwire.Node, name: str, type_name: str, latencies: ServiceLatencies, timeout: float
+    ) -> None:
+        super().__init__(node, name, type_name, 'Request')
+        self.title = f'call {name}'
+        self._timeout = timeout
+        self._latencies = latencies.own.setdefault(name, Latencies())
+
+    async def send(self, message: Any, say: Say) -> None:
+        client = self._node.client(self.cls, self.name, timeout=self._timeout)
+        try:
+            await client.wait_for_server(timeout=self._timeout)
+            began = perf_counter()
+            response = await client.call(message)
+            took = perf_counter() - began
+        except goalwire.CallError:
+            self._latencies.failed += 1
+            raise
+        finally:
+            client.close()
+        self._latencies.note(took)
+        say(f'{self.name} answered in {took * 1000:.3g} ms:\n{self.shown(response)}')
+
+
+class SendGoal(_Form):
+    """A goal, which goes on when `top` ends: it asks whether to cancel its goals then."""
+
+    def __init__(
+        self, node: goalwire.Node, name: str, type_name: str, sent: dict[str, str], timeout: float
+    ) -> None:
+        super().__init__(node, name, type_name, 'Goal')
+        self.title = f'send a goal to {name}'
+        self._timeout = timeout
+        self._sent = sent
+
+    async def send(self, message: Any, say: Say) -> None:
+        kind = self.cls.Impl.SendGoalService
+        request = kind.Request(goal=message)
+        goal_id = uuid4()
+        request.goal_id.uuid = list(goal_id.bytes)
+        client = self._node.client(kind, f'{self.name}/_action/send_goal', timeout=self._timeout)
+        try:
+            answer = await client.call(request)
+        finally:
+            client.close()
+        if not answer.accepted:
+            raise CommandError(Outcome.REFUSED, f"'{self.name}' rejects the goal")
+        self._sent[goal_id.hex] = self.name
+        say(f'{self.name} has accepted the goal {goal_id.hex}')
+        try:
+            await self._wait(goal_id.hex, say)
+        finally:
+            del self._sent[goal_id.hex]
+
+    async def _wait(self, goal_id: str, say: Say) -> None:
+        kind = self.cls.Impl.GetResultService
+        request = kind.Request()
+        request.goal_id.uuid = list(bytes.fromhex(goal_id))
+        client = self._node.client(kind, f'{self.name}/_action/get_result')
+        try:
+            answer = await client.call(request)
+        finally:
+            client.close()
+        status = STATUSES[answer.status] if answer.status < len(STATUSES) else 'UNKNOWN'
+        say(f'the goal {goal_id} of {self.name} has ended: {status}\n{self.shown(answer.result)}')
+
+
+class Cancel:
+    """A request to cancel one goal, or all of an action."""
+
+    type_name = 'action_msgs/srv/CancelGoal'
+
+    def __init__(self, node: goalwire.Node, name: str, goal_id: str | None, timeout: float) -> None:
+        self._node = node
+        self._name = name
+        self._goal_id = goal_id
+        self._timeout = timeout
+        self.title = f'cancel {f"the goal {goal_id}" if goal_id else "ALL goals"} of {name}'
+
+    def template(self) -> str | None:
+        return None
+
+    def read(self, _text: str) -> Any:
+        from action_msgs.srv import CancelGoal
+
+        request = CancelGoal.Request()
+        if self._goal_id is not None:
+            request.goal_info.goal_id.uuid = list(bytes.fromhex(self._goal_id))
+        return request
+
+    def shown(self, _message: Any) -> str:
+        return f'whoever has sent {"them" if self._goal_id is None else "it"}'
+
+    async def send(self, message: Any, say: Say) -> None:
+        from action_msgs.srv import CancelGoal
+
+        client = self._node.client(CancelGoal, f'{self._name}/_action/cancel_goal', timeout=self._timeout)
+        try:
+            answer = await client.call(message)
+        finally:
+            client.close()
+        if not answer.goals_canceling:
+            outcome, problem = CODES.get(
+                answer.return_code, (Outcome.NOT_FOUND, 'there is no goal to cancel')
+            )
+            raise CommandError(outcome, f"'{self._name}': {problem}")
+        canceling = (bytes(goal.goal_id.uuid).hex() for goal in answer.goals_canceling)
+        say('\n'.join(f'canceling the goal {each}' for each in canceling))

@@ -1,0 +1,423 @@
+"""The tabs of `top`: which rows each has, what of them is listened to, and what their details are."""
+
+from __future__ import annotations
+
+from time import monotonic, time
+from typing import TYPE_CHECKING, ClassVar, NamedTuple, TypeAlias
+
+from rich.text import Text
+from textual.widgets import DataTable, RichLog, TabPane
+
+from goalwire.apps.cli.commands.action import progress
+from goalwire.apps.cli.commands.node import sections
+from goalwire.apps.cli.commands.service.call import histogram_lines, milliseconds, percentile
+from goalwire.apps.cli.framework.output import escaped, spelt
+from goalwire.apps.cli.top.data import (
+    ActionGoals,
+    Goals,
+    Log,
+    LogLine,
+    ServiceLatencies,
+    TopicRates,
+    one_line,
+)
+from goalwire.graph.names import SEND_GOAL, NamesAndTypes, without_hidden
+from goalwire.transport.contract import EndpointKind
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterable
+
+    from textual.app import ComposeResult
+
+    from goalwire.apps.cli.commands.action.goals import GoalLine
+    from goalwire.graph.graph import Graph
+
+Rows: TypeAlias = 'dict[str, list[Text]]'
+_ENDED_SHOWN = 10
+_PARAMETER_SERVICES = ('/describe_parameters', '/get_parameter_types', '/get_parameters', '/list_parameters')
+_MORE_BUILT_IN = ('/set_parameters', '/set_parameters_atomically', '/get_type_description')
+_STYLES = {
+    'EXECUTING': 'cyan',
+    'SUCCEEDED': 'green',
+    'ABORTED': 'red',
+    'CANCELED': 'yellow',
+    'CANCELING': 'yellow',
+    'WARN': 'yellow',
+    'ERROR': 'red',
+    'FATAL': 'bold red',
+}
+
+
+def cell(text: str, style: str = '') -> Text:
+    """Return a text of a peer's as one line that steers nothing."""
+    return Text(spelt(text), style, no_wrap=True)
+
+
+class View(NamedTuple):
+    """What a user wants to see."""
+
+    own: str = ''
+    """The node of `top` itself, which is not counted."""
+    hidden: bool = False
+    """Names that begin with an underscore, and the services that every node has, too."""
+    filter: str = ''
+
+    def names(self, found: NamesAndTypes) -> NamesAndTypes:
+        """Return the names that are to be shown."""
+        shown = found if self.hidden else without_hidden(found)
+        return [(name, types) for name, types in shown if self.filter in name]
+
+    def nodes(self, graph: Graph) -> dict[str, int]:
+        """Return the nodes, and how many there are of each name."""
+        numbers: dict[str, int] = {}
+        for entity in graph.nodes():
+            numbers[entity.node.qualified] = numbers.get(entity.node.qualified, 0) + 1
+        numbers.pop(self.own, None)
+        return {name: numbers[name] for name, _ in self.names([(name, []) for name in sorted(numbers)])}
+
+    def services(self, graph: Graph) -> NamesAndTypes:
+        """Return the services; those that every node has are hidden."""
+        found = self.names(graph.service_names_and_types())
+        return found if self.hidden else [each for each in found if not _is_built_in(each[0])]
+
+    def topics(self, graph: Graph) -> NamesAndTypes:
+        """Return the topics."""
+        return self.names(graph.topic_names_and_types())
+
+    def actions(self, graph: Graph) -> NamesAndTypes:
+        """Return the actions."""
+        return self.names(graph.action_names_and_types())
+
+    def endpoints(self, graph: Graph, kind: EndpointKind, name: str) -> int:
+        """Return how many endpoints there are of a name, without those of `top`."""
+        return sum(entity.node.qualified != self.own for entity in graph.entities(kind, name))
+
+
+class TableTab(TabPane):
+    """A tab that is a table, of which one row is chosen."""
+
+    COLUMNS: ClassVar[tuple[str, ...]] = ()
+
+    def __init__(self, title: str, name: str) -> None:
+        super().__init__(title, id=name)
+        self._rows: Rows = {}
+
+    def compose(self) -> ComposeResult:
+        """Lay it out."""
+        yield DataTable(cursor_type='row', zebra_stripes=True)
+
+    @property
+    def table(self) -> DataTable[Text]:
+        """Its table."""
+        return self.query_one(DataTable)
+
+    def on_mount(self) -> None:
+        """Name the columns."""
+        for title in self.COLUMNS:
+            self.table.add_column(title, key=title)
+
+    @property
+    def chosen(self) -> str | None:
+        """The key of the row under the cursor."""
+        keys = list(self._rows)
+        at = self.table.cursor_row
+        return keys[at] if 0 <= at < len(keys) else None
+
+    def show(self, rows: Rows) -> None:
+        """Draw rows; the cursor stays with its row."""
+        table = self.table
+        if list(rows) != list(self._rows):
+            chosen, at, offset = self.chosen, table.cursor_row, table.scroll_offset
+            table.clear()
+            self._widen(rows, self.COLUMNS)
+            for key, cells in rows.items():
+                table.add_row(*cells, key=key)
+            at = list(rows).index(chosen) if chosen in rows else min(at, len(rows) - 1)
+            table.move_cursor(row=at, scroll=False)
+            table.scroll_to(y=offset.y, animate=False)
+        else:
+            changed = [
+                (key, title, new)
+                for key, cells in rows.items()
+                for title, old, new in zip(self.COLUMNS, self._rows[key], cells, strict=True)
+                if old != new
+            ]
+            self._widen(rows, {title for _, title, _ in changed})
+            for key, title, new in changed:
+                table.update_cell(key, title, new, update_width=True)
+        self._rows = rows
+
+    def _widen(self, rows: Rows, titles: Collection[str]) -> None:
+        """Make columns as wide as what they are about to hold.
+
+        The table does it when it is idle; what is drawn before is cut off, and stays so until it changes.
+        """
+        for number, column in enumerate(self.table.ordered_columns):
+            if column.key.value in titles:
+                widths = [cells[number].cell_len for cells in rows.values()]
+                column.content_width = max([column.content_width, *widths])
+
+    def on_screen(self) -> list[str]:
+        """Return the keys of the rows that can be seen."""
+        first = round(self.table.scroll_offset.y)
+        return list(self._rows)[first : first + max(1, self.table.size.height)]
+
+    def refresh_rows(self, graph: Graph, view: View) -> None:
+        """Draw what is known by now, and listen to what is on the screen."""
+        raise NotImplementedError
+
+    def quiet(self) -> None:
+        """Listen to nothing: the tab is out of sight."""
+
+    def details(self, graph: Graph) -> str:
+        """Return what more there is to know of the chosen row."""
+        raise NotImplementedError
+
+
+class NodesTab(TableTab):
+    """Nodes, and how much each has."""
+
+    COLUMNS = ('node', 'publishers', 'subscriptions', 'services', 'clients', 'actions')
+    _KINDS = (EndpointKind.PUBLISHER, EndpointKind.SUBSCRIPTION, EndpointKind.SERVICE, EndpointKind.CLIENT)
+
+    def refresh_rows(self, graph: Graph, view: View) -> None:
+        """Draw what is known by now."""
+        rows: Rows = {}
+        for name, number in view.nodes(graph).items():
+            namespace, _, base = name.rpartition('/')
+            node = base, namespace or '/'
+            counts = [len(without_hidden(graph.names_and_types_by_node(kind, *node))) for kind in self._KINDS]
+            counts.append(len(graph.action_servers_by_node(*node)))
+            title = name if number == 1 else f'{name} ({number} of that name)'
+            rows[name] = [cell(title), *(Text(str(count), justify='right') for count in counts)]
+        self.show(rows)
+
+    def details(self, graph: Graph) -> str:
+        """Return what `ros2 node info` prints."""
+        if self.chosen is None:
+            return ''
+        lines = [self.chosen]
+        for title, found in sections(graph, self.chosen, include_hidden=False):
+            lines.append(f'  {title}:')
+            lines += [f'    {name}: {", ".join(types)}' for name, types in found]
+        return '\n'.join(map(spelt, lines))
+
+
+class TopicsTab(TableTab):
+    """Topics, and how often their messages come."""
+
+    COLUMNS = ('topic', 'Hz', 'bytes/s', 'publishers', 'subscriptions', 'type', 'note')
+
+    def __init__(self, title: str, name: str, rates: TopicRates) -> None:
+        super().__init__(title, name)
+        self._rates = rates
+
+    def refresh_rows(self, graph: Graph, view: View) -> None:
+        """Draw what is known by now, and measure what is on the screen and has a publisher."""
+        now = monotonic()
+        rows: Rows = {}
+        types: dict[str, str] = {}
+        for name, kinds in view.topics(graph):
+            publishers = view.endpoints(graph, EndpointKind.PUBLISHER, name)
+            rate = self._rates.rates.get(name)
+            figures = rate.figures(now) if rate is not None else None
+            hz, size = ('', '') if figures is None else (f'{figures[0]:.4g}', _size(figures[1]))
+            if publishers:
+                types[name] = kinds[0]
+            note = self._rates.readers.problems.get(name, '')
+            if rate is not None and rate.is_paused:
+                note = 'much: measured for a moment; m measures on'
+            counts = str(publishers), str(view.endpoints(graph, EndpointKind.SUBSCRIPTION, name))
+            numbers = (Text(text, justify='right') for text in (hz, size, *counts))
+            rows[name] = [cell(name), *numbers, cell(', '.join(kinds)), cell(note, 'dim')]
+        self.show(rows)
+        self._rates.watch({name: types[name] for name in self.on_screen() if name in types})
+
+    def quiet(self) -> None:
+        """Measure nothing."""
+        self._rates.watch({})
+
+    def measure(self) -> None:
+        """Measure the chosen topic however much comes."""
+        if self.chosen is not None:
+            self._rates.ask(self.chosen)
+            self._rates.readers.again(self.chosen)
+
+
+class ServicesTab(TableTab):
+    """Services, and how long their answers take: to calls from here, or to all where introspection is on."""
+
+    COLUMNS = ('service', 'servers', 'clients', 'calls', 'p50', 'p99', 'max', 'failed', 'of', 'type')
+
+    def __init__(self, title: str, name: str, latencies: ServiceLatencies) -> None:
+        super().__init__(title, name)
+        self._latencies = latencies
+
+    def refresh_rows(self, graph: Graph, view: View) -> None:
+        """Draw what is known by now, and hear the events of what is on the screen."""
+        rows: Rows = {}
+        types: dict[str, str] = {}
+        for name, kinds in view.services(graph):
+            types[name] = kinds[0]
+            counts = [
+                str(view.endpoints(graph, kind, name)) for kind in (EndpointKind.SERVICE, EndpointKind.CLIENT)
+            ]
+            numbers = (Text(text, justify='right') for text in [*counts, *self._figures(name)])
+            rows[name] = [cell(name), *numbers, cell(', '.join(kinds))]
+        self.show(rows)
+        self._latencies.watch(
+            {
+                name: types[name]
+                for name in self.on_screen()
+                if graph.count(EndpointKind.PUBLISHER, f'{name}/_service_event')
+            }
+        )
+
+    def _figures(self, name: str) -> list[str]:
+        best = self._latencies.best(name)
+        if best is None:
+            return [''] * 6
+        whose, latencies = best
+        ordered = sorted(latencies.seconds)
+        times = [percentile(ordered, share) for share in (50, 99, 100)] if ordered else []
+        shown = [milliseconds(each) for each in times] or ['', '', '']
+        return [str(latencies.number), *shown, str(latencies.failed or ''), whose]
+
+    def quiet(self) -> None:
+        """Hear nothing."""
+        self._latencies.watch({})
+
+    def details(self, graph: Graph) -> str:
+        """Return who serves and calls, and a histogram."""
+        if self.chosen is None:
+            return ''
+        lines = [spelt(self.chosen)]
+        for title, kind in (('servers', EndpointKind.SERVICE), ('clients', EndpointKind.CLIENT)):
+            lines.append(f'  {title}:')
+            lines += [f'    {spelt(each.node.qualified)}' for each in graph.entities(kind, self.chosen)]
+        best = self._latencies.best(self.chosen)
+        if best is not None and best[1].seconds:
+            lines += [f'  latencies, as {best[0]} {"sees" if best[0] == "top" else "tell"}:']
+            lines += histogram_lines(sorted(best[1].seconds))
+        return '\n'.join(lines)
+
+
+class GoalsTab(TableTab):
+    """Actions, and below each its goals."""
+
+    COLUMNS = ('action / goal', 'status', 'age', 'progress', 'feedback')
+
+    def __init__(self, title: str, name: str, goals: Goals) -> None:
+        super().__init__(title, name)
+        self._goals = goals
+        self.types: dict[str, str] = {}
+
+    def refresh_rows(self, graph: Graph, view: View) -> None:
+        """Draw what is known by now, and follow the goals of what is on the screen."""
+        rows: Rows = {}
+        found = view.actions(graph)
+        self.types = {name: kinds[0] for name, kinds in found}
+        for name, kinds in found:
+            servers = graph.count(EndpointKind.SERVICE, name + SEND_GOAL)
+            note = self._goals.readers.problems.get(name) or f'[{", ".join(kinds)}]'
+            served = '' if servers == 1 else f'{servers} servers'
+            rows[name] = [cell(name, 'bold'), cell(served), Text(), Text(), cell(note, 'dim')]
+            goals = self._goals.actions.get(name)
+            for goal in () if goals is None else _shown(goals):
+                assert goals is not None
+                rows[f'{name} {goal.goal_id}'] = _goal_row(goal, goals)
+        self.show(rows)
+        names = {key.partition(' ')[0] for key in self.on_screen()}
+        self._goals.watch({name: kind for name, kind in self.types.items() if name in names})
+
+    @property
+    def chosen_action(self) -> tuple[str, str | None] | None:
+        """The action of the chosen row, and the goal where it is one."""
+        if self.chosen is None:
+            return None
+        name, _, goal_id = self.chosen.partition(' ')
+        return name, goal_id or None
+
+    def quiet(self) -> None:
+        """Follow nothing."""
+        self._goals.watch({})
+
+    def details(self, graph: Graph) -> str:
+        """Return all of a goal's feedback, or who serves an action."""
+        if self.chosen_action is None:
+            return ''
+        name, goal_id = self.chosen_action
+        goals = self._goals.actions.get(name)
+        if goal_id is not None and goals is not None:
+            from rosidl_runtime_py import message_to_yaml
+
+            feedback = goals.feedback.get(goal_id)
+            told = 'no feedback yet' if feedback is None else message_to_yaml(feedback, truncate_length=128)
+            return f'the goal {goal_id} of {spelt(name)}\n{escaped(told)}'
+        servers = graph.entities(EndpointKind.SERVICE, name + SEND_GOAL)
+        return '\n'.join(
+            [f'{spelt(name)} [{spelt(self.types.get(name, ""))}]', '  servers:']
+            + [f'    {spelt(each.node.qualified)}' for each in servers]
+        )
+
+
+class LogTab(TabPane):
+    """The lines of /rosout."""
+
+    def __init__(self, title: str, name: str) -> None:
+        super().__init__(title, id=name)
+        self._drawn: tuple[str, int] = '', 0
+        self._drawn_number = 0
+
+    def compose(self) -> ComposeResult:
+        """Lay it out."""
+        yield RichLog(max_lines=1000, wrap=True, markup=False, highlight=False)
+
+    def refresh_lines(self, log: Log, view: View) -> None:
+        """Show the lines that the filter wants: the new ones, or all where it or the width is another."""
+        shown = self.query_one(RichLog)
+        if not shown.size.width:
+            return  # not laid out yet
+        if self._drawn != (view.filter, shown.size.width):
+            self._drawn = view.filter, shown.size.width
+            self._drawn_number = 0
+            shown.clear()
+        new = min(log.number - self._drawn_number, len(log.lines))
+        self._drawn_number = log.number
+        for line in list(log.lines)[len(log.lines) - new :]:
+            if view.filter in line.name or view.filter in line.text:
+                shown.write(_log_text(line), width=shown.size.width - 2)
+
+
+def _log_text(line: LogLine) -> Text:
+    text = f'[{line.level}] [{line.time:.3f}] [{spelt(line.name)}]: {escaped(line.text)}'
+    return Text(text, _STYLES.get(line.level, ''))
+
+
+def _is_built_in(name: str) -> bool:
+    return name.endswith(_PARAMETER_SERVICES + _MORE_BUILT_IN)
+
+
+def _size(bytes_a_second: float) -> str:
+    for unit in ('B', 'KB', 'MB'):
+        if bytes_a_second < 1000:
+            return f'{bytes_a_second:.3g} {unit}'
+        bytes_a_second /= 1000
+    return f'{bytes_a_second:.3g} GB'
+
+
+def _shown(goals: ActionGoals) -> Iterable[GoalLine]:
+    active = [goal for goal in goals.goals.values() if goal.is_active]
+    return [*active, *[goal for goal in goals.goals.values() if not goal.is_active][-_ENDED_SHOWN:]]
+
+
+def _goal_row(goal: GoalLine, goals: ActionGoals) -> list[Text]:
+    done = goals.done.get(goal.goal_id)
+    feedback = goals.feedback.get(goal.goal_id)
+    return [
+        Text(f'  {goal.goal_id[:8]}'),
+        Text(goal.status, _STYLES.get(goal.status, '')),
+        Text(f'{max(0.0, time() - goal.accepted):.1f} s' if goal.is_active else '', justify='right'),
+        Text('' if done is None else progress.bar(done)),
+        cell('' if feedback is None else one_line(feedback)[:200]),
+    ]
