@@ -58,6 +58,7 @@ GoalwireError
 ├── RemoteError           a peer sent something that breaks the rules
 │   └── DecodeError       bytes that are no message of the expected type (also a ValueError)
 ├── TransportError        the wire itself failed: no session, refused configuration
+├── BagError              a bag cannot be read, or cannot be written
 ├── TimeoutException      an executor's time was up
 ├── ConditionReachedException  the condition that a spin waited for is true
 └── CallError             a call or goal that did not end well
@@ -627,6 +628,10 @@ class DecodeError(RemoteError, ValueError):
 
 class TransportError(GoalwireError):
     """The wire itself failed."""
+
+
+class BagError(GoalwireError):
+    """A bag cannot be read, or cannot be written."""
 
 
 class TimeoutException(GoalwireError):

@@ -1,0 +1,306 @@
+"""Reads a bag: a folder of rosbag2's, or one file of it."""
+
+from __future__ import annotations
+
+import heapq
+import os
+import shutil
+from collections import Counter
+from collections.abc import Collection, Iterator
+from contextlib import ExitStack
+from functools import cached_property
+from itertools import count
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any, Protocol
+
+from goalwire.errors import BagError
+from goalwire.files import shown
+from goalwire.records import replace
+from goalwire.rosbag2.metadata import read_metadata
+from goalwire.rosbag2.model import (
+    METADATA_FILE,
+    SUFFIXES,
+    BagFacts,
+    FileFacts,
+    Message,
+    Topic,
+    span_of,
+)
+
+if TYPE_CHECKING:
+    from typing import Self
+
+
+class FileReader(Protocol):
+    """One file of a bag, opened."""
+
+    storage: str
+    path: str
+    problem: str
+    metadata: str
+    topics: list[Topic]
+    counts: Counter[str]
+    start: int
+    end: int
+
+    @property
+    def count(self) -> int: ...
+    def messages(
+        self, topics: Collection[str] | None = None, start: int | None = None, stop: int | None = None
+    ) -> Iterator[Message]: ...
+    def check(self) -> Iterator[str]: ...
+    def rescued(self) -> Iterator[Message]: ...
+    def close(self) -> None: ...
+
+
+def open_file(path: str) -> FileReader:
+    """Open one file of a bag by its suffix; raises BagError, OSError."""
+    storage = SUFFIXES.get(Path(path).suffix)
+    if storage == 'mcap':
+        try:
+            from goalwire.rosbag2.mcap_reader import McapReader
+        except ModuleNotFoundError as error:
+            raise missing_extra(error) from None
+        return McapReader(path)
+    if storage == 'sqlite3':
+        from goalwire.rosbag2.sqlite_reader import SqliteReader
+
+        return SqliteReader(path)
+    raise BagError(f'{shown(path)}: a file of a bag ends with {" or ".join(SUFFIXES)}')
+
+
+def missing_extra(error: ModuleNotFoundError) -> BagError:
+    """Return what to tell of a package of the extra that is not installed."""
+    return BagError(f"bags need the package '{error.name}'; run: pip install 'goalwire[bag]'")
+
+
+class Reader:
+    """`with Reader('folder') as bag:`, where `bag.messages()` yields what was recorded, in order.
+
+    Not for several threads.
+    """
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        """Open the bag; raises BagError, FileNotFoundError."""
+        self.path = os.fspath(path)
+        self._resources = ExitStack()
+        self._files: dict[str, FileReader] = {}
+        try:
+            folder, names, told = _find(self.path)
+            self._compression = told.compression_mode if told else ''
+            for name in names:
+                self._open(folder, name)
+            self.facts = self._gather(told, names)
+        except BaseException:
+            self.close()
+            raise
+
+    def _open(self, folder: str, name: str) -> None:
+        path = os.path.join(folder, name)
+        if Path(name).suffix in {'.zstd', '.zst'}:
+            path = self._unpacked(path)
+        file = self._files[name] = open_file(path)
+        self._resources.callback(file.close)
+
+    def _unpacked(self, path: str) -> str:
+        """Return the path of an unpacked copy, which is gone after `close`."""
+        try:
+            import zstandard
+        except ModuleNotFoundError as error:
+            raise missing_extra(error) from None
+        place = self._resources.enter_context(TemporaryDirectory(prefix='goalwire-bag-'))
+        unpacked = os.path.join(place, Path(path).stem)
+        with open(path, 'rb') as packed, open(unpacked, 'wb') as file:
+            try:
+                shutil.copyfileobj(zstandard.ZstdDecompressor().stream_reader(packed), file)
+            except zstandard.ZstdError as error:
+                raise BagError(f'{shown(path)}: it cannot be unpacked ({error})') from error
+        return unpacked
+
+    def _gather(self, told: BagFacts | None, names: list[str]) -> BagFacts:
+        """Return the facts as the files have them; what only the metadata knows is added."""
+        counts: Counter[str] = Counter()
+        topics: dict[str, Topic] = {}
+        facts = []
+        for name in names:
+            file = self._files[name]
+            counts.update(file.counts)
+            for topic in file.topics:
+                topics.setdefault(topic.name, topic)
+            facts.append(FileFacts(name, file.start, file.end - file.start, file.count))
+        for topic in told.topics if told else ():
+            known = topics.get(topic.name, topic)
+            topics[topic.name] = replace(
+                known, type_hash=known.type_hash or topic.type_hash, qos=known.qos or topic.qos
+            )
+        start, duration = span_of(facts)
+        return BagFacts(
+            storage=self._files[names[0]].storage,
+            topics=tuple(topics.values()),
+            counts=tuple(counts[name] for name in topics),
+            files=tuple(facts),
+            start=start,
+            duration=duration,
+            compression_format=told.compression_format if told else '',
+            compression_mode=self._compression,
+            custom_data=told.custom_data if told else (),
+            ros_distro=told.ros_distro if told else '',
+            version=told.version if told else 0,
+        )
+
+    # -- what there is ---------------------------------------------------------------------------------------
+
+    @property
+    def topics(self) -> tuple[Topic, ...]:
+        """The topics, those without messages included."""
+        return self.facts.topics
+
+    @cached_property
+    def counts(self) -> dict[str, int]:
+        """How many messages each topic has."""
+        return {topic.name: n for topic, n in zip(self.facts.topics, self.facts.counts, strict=True)}
+
+    @property
+    def start(self) -> int:
+        """When the first message was recorded, in ns since the UNIX epoch; 0 for an empty bag."""
+        return self.facts.start
+
+    @property
+    def end(self) -> int:
+        """When the last message was recorded."""
+        return self.facts.start + self.facts.duration
+
+    @property
+    def size(self) -> int:
+        """How many bytes its files have on the disk."""
+        folder = self.path if os.path.isdir(self.path) else os.path.dirname(self.path)
+        return sum(os.path.getsize(os.path.join(folder, file.path)) for file in self.facts.files)
+
+    @property
+    def problems(self) -> list[str]:
+        """What was noticed when the files were opened: those that nobody closed. `check` finds more."""
+        return [f'{name}: {file.problem}' for name, file in self._files.items() if file.problem]
+
+    # -- messages --------------------------------------------------------------------------------------------
+
+    def messages(
+        self, topics: Collection[str] | None = None, start: int | None = None, stop: int | None = None
+    ) -> Iterator[Message]:
+        """Yield messages in the order in which they were recorded, those of `topics` where these are given.
+
+        From the time `start` on and before `stop`, in ns since the UNIX epoch. Raises BagError where bytes
+        are broken.
+        """
+        opened = sorted(self._files.values(), key=lambda file: file.start)
+        order = count()
+        active: list[tuple[int, int, Message, Iterator[Message]]] = []
+
+        def advance(messages: Iterator[Message], position: int) -> None:
+            message = next(messages, None)
+            if message is not None:
+                heapq.heappush(active, (message.time, position, message, messages))
+
+        while opened or active:
+            while opened and (not active or opened[0].start <= active[0][0]):
+                advance(opened.pop(0).messages(topics, start, stop), next(order))
+            if active:
+                _, position, message, messages = heapq.heappop(active)
+                yield self._plain(message)
+                advance(messages, position)
+
+    def rescued(self) -> Iterator[Message]:
+        """Yield every message that can be read, file after file; what is broken is left out."""
+        for file in self._files.values():
+            for message in file.rescued():
+                yield self._plain(message)
+
+    def _plain(self, message: Message) -> Message:
+        """Return a message whose bytes are not compressed."""
+        if self._compression != 'message':
+            return message
+        import zstandard
+
+        return message._replace(data=zstandard.ZstdDecompressor().decompress(message.data))
+
+    def decoded(
+        self, topics: Collection[str] | None = None, start: int | None = None, stop: int | None = None
+    ) -> Iterator[tuple[Message, Any]]:
+        """Yield as `messages`, each with the object that its bytes are.
+
+        Types that are unknown here are taken from the bag. Raises InterfaceError for one that is in neither,
+        DecodeError for bytes that are no message.
+        """
+        from goalwire.rosbag2.types import decoder_of
+
+        decoders = {topic.name: topic for topic in self.topics}
+        made: dict[str, Any] = {}
+        for message in self.messages(topics, start, stop):
+            decode = made.get(message.topic)
+            if decode is None:
+                decode = made[message.topic] = decoder_of(decoders[message.topic])
+            yield message, decode(message.data)
+
+    def check(self) -> Iterator[str]:
+        """Read every byte of every file, and yield what is wrong with it."""
+        for name, file in self._files.items():
+            for problem in file.check():
+                yield f'{name}: {problem}'
+
+    def close(self) -> None:
+        """Close all files. Idempotent."""
+        self._resources.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        self.close()
+
+
+def _find(path: str) -> tuple[str, list[str], BagFacts | None]:
+    """Return the folder of a bag, its files and what its metadata says.
+
+    Raises BagError, FileNotFoundError.
+    """
+    if not os.path.isdir(path):
+        if not os.path.exists(path):
+            raise FileNotFoundError(f"there is no bag '{shown(path)}'")
+        return os.path.dirname(path), [os.path.basename(path)], None
+    there = sorted(os.listdir(path), key=_natural)
+    stored = [name for name in there if _is_stored(name)]
+    told = None
+    if METADATA_FILE in there:
+        told = read_metadata(os.path.join(path, METADATA_FILE))
+        missing = [file.path for file in told.files if file.path not in there]
+        if missing:
+            raise BagError(f"{shown(path)}: its file '{shown(missing[0])}' is missing; see: ros2 bag reindex")
+        # A recorder that was killed may have begun a file that the metadata does not name yet.
+        named = [file.path for file in told.files]
+        stored = named + [name for name in stored if name not in named and _follows(name, named)]
+    if not stored:
+        raise BagError(
+            f'{shown(path)}: no bag is there: a bag has files that end with {" or ".join(SUFFIXES)}'
+        )
+    return path, stored, told
+
+
+def _is_stored(name: str) -> bool:
+    path = Path(name)
+    return (path.with_suffix('') if path.suffix in {'.zstd', '.zst'} else path).suffix in SUFFIXES
+
+
+def _follows(name: str, named: list[str]) -> bool:
+    """Return whether a file's number continues those of the files that the metadata names."""
+    return (
+        bool(named)
+        and _natural(name)[:-1] == _natural(named[-1])[:-1]
+        and _natural(name) > _natural(named[-1])
+    )
+
+
+def _natural(name: str) -> tuple[str, int]:
+    """Return what orders bag_2 before bag_10."""
+    stem = name.partition('.')[0]
+    head, _, number = stem.rpartition('_')
+    return (head, int(number)) if number.isdecimal() else (stem, -1)

@@ -1,0 +1,308 @@
+"""Writes a bag: a folder with files of MCAP or sqlite3, and their metadata."""
+
+from __future__ import annotations
+
+import os
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Mapping
+from typing import TYPE_CHECKING, Protocol
+
+from goalwire.errors import BagError
+from goalwire.files import shown
+from goalwire.rosbag2.definitions import schema_of
+from goalwire.rosbag2.metadata import bag_text, write_metadata
+from goalwire.rosbag2.model import METADATA_FILE, BagFacts, FileFacts, Message, Schema, Topic, span_of
+from goalwire.rosbag2.reader import missing_extra
+from goalwire.rules.qos import QoS
+
+if TYPE_CHECKING:
+    from typing import Self
+
+ROS_DISTRO = 'rolling'
+"""The distribution that a bag names where ROS_DISTRO is not set."""
+STORAGES = ('mcap', 'sqlite3')
+PRESETS = ('none', 'fastwrite', 'zstd_fast', 'zstd_small')
+
+
+class FileWriter(Protocol):
+    """One file of a bag, being written."""
+
+    path: str
+    start: int
+    end: int
+    count: int
+
+    @property
+    def size(self) -> int: ...
+    def add_topic(self, topic: Topic) -> None: ...
+    def write(self, message: Message) -> None: ...
+    def wants_end(self) -> bool: ...
+    def flush(self, metadata: str) -> None: ...
+    def sync(self) -> None: ...
+    def close(self, metadata: str) -> None: ...
+
+
+class Writer:
+    """`with Writer('folder') as bag:`; one thread at a time.
+
+    The files can be read at any moment up to the latest `flush`, also after the process was killed.
+    """
+
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        storage: str = 'mcap',
+        preset: str = 'none',
+        max_bytes: int = 0,
+        max_duration: float = 0.0,
+        max_files: int = 0,
+        compress_files: bool = False,
+        custom_data: Mapping[str, str] | None = None,
+        ros_distro: str = '',
+        on_split: Callable[[str, str], None] | None = None,
+    ) -> None:
+        """Make the folder and the first file.
+
+        A new file begins after `max_bytes` or `max_duration` s, where these are not 0; of more than
+        `max_files` the oldest is removed. `preset` is a name of PRESETS, for MCAP. With `compress_files` each
+        file is compressed when it is closed. `on_split(closed, opened)` is told of each split. Raises
+        BagError where the folder exists, or storage or preset are unknown; OSError.
+        """
+        self.path = os.fspath(path).rstrip('/') or '/'
+        if storage not in STORAGES:
+            raise BagError(f"there is no storage '{storage}': choose {' or '.join(STORAGES)}")
+        if preset not in PRESETS:
+            raise BagError(f"there is no preset '{preset}': choose {', '.join(PRESETS)}")
+        if storage != 'mcap' and preset != 'none':
+            raise BagError(f"the storage {storage} has no preset '{preset}'")
+        self._storage = storage
+        self._make_file = _opener(storage, preset, ros_distro or _distro())
+        self._max_bytes = max_bytes
+        self._max_duration = int(max_duration * 1e9)
+        self._max_files = max_files
+        self._compress_files = compress_files
+        self.custom_data: dict[str, str] = dict(custom_data or {})
+        """Goes into the metadata at the next flush."""
+        self._ros_distro = ros_distro or _distro()
+        self._on_split = on_split
+        self._topics: dict[str, Topic] = {}
+        self._closed: list[tuple[FileFacts, dict[str, int]]] = []
+        """The files before the present one, with their counts."""
+        self._counts: dict[str, int] = defaultdict(int)
+        self._number = 0
+        self._is_open = self._has_file = True
+        self.heads: Callable[[int], Iterable[Message]] | None = None
+        """Returns messages that each further file begins with, given the time at which it begins."""
+        try:
+            os.makedirs(self.path)
+        except FileExistsError:
+            raise BagError(f"'{shown(self.path)}' exists already; choose another folder") from None
+        self._file = self._next_file()
+        self._write_metadata()
+
+    # -- writing ---------------------------------------------------------------------------------------------
+
+    @property
+    def count(self) -> int:
+        """How many messages were written to files that are there still."""
+        return self._file.count + sum(facts.count for facts, _ in self._closed)
+
+    @property
+    def file(self) -> str:
+        """The path of the file that is being written."""
+        return self._file.path
+
+    def has_topic(self, name: str) -> bool:
+        """Return whether a topic has been added."""
+        return name in self._topics
+
+    def add_topic(
+        self,
+        name: str,
+        type_name: str,
+        *,
+        type_hash: str = '',
+        qos: Iterable[QoS] = (),
+        schema: Schema | None = None,
+        serialization: str = 'cdr',
+    ) -> None:
+        """Make a topic known before its first message. Adding it again changes nothing.
+
+        Schema and hash are found by the type's name, where that is known here and they are not given.
+        """
+        if name in self._topics:
+            return
+        if schema is None or not type_hash:
+            found, found_hash = schema_of(type_name)
+            schema = schema or (found if type_hash in {'', found_hash} else Schema())
+            type_hash = type_hash or found_hash
+        topic = Topic(name, type_name, type_hash, tuple(dict.fromkeys(qos)), schema, serialization)
+        self._topics[name] = topic
+        self._file.add_topic(topic)
+
+    def write(self, topic: str, data: bytes, time: int, sent: int | None = None, sequence: int = 0) -> None:
+        """Add a serialized message, recorded and sent at these times in ns since the UNIX epoch.
+
+        Raises BagError for a topic that was not added, and where the disk is full or fails: what was written
+        before that stays, `close` brings it in order.
+        """
+        if topic not in self._topics:
+            raise BagError(f"'{topic}' was not added to the bag before its first message: call add_topic")
+        self.put(Message(topic, time, data, time if sent is None else sent, sequence))
+
+    def put(self, message: Message) -> None:
+        """Add a message, as `write`."""
+        if self._is_full(message.time):
+            self.split(message.time)
+        try:
+            self._file.write(message)
+            self._counts[message.topic] += 1
+            if self._file.wants_end():
+                self._file.flush(bag_text(self._facts()))
+        except OSError as error:
+            raise self._failed(error) from error
+
+    def _is_full(self, time: int) -> bool:
+        file = self._file
+        if not file.count:
+            return False
+        if self._max_bytes and file.size >= self._max_bytes:
+            return True
+        return bool(self._max_duration) and time - file.start >= self._max_duration
+
+    def flush(self) -> None:
+        """Have everything in the files, which are whole then. Raises BagError as `write`."""
+        try:
+            self._file.flush(bag_text(self._facts()))
+            self._write_metadata()
+        except OSError as error:
+            raise self._failed(error) from error
+
+    def sync(self) -> None:
+        """Have the disk keep what was flushed; any thread."""
+        self._file.sync()
+
+    def split(self, time: int) -> None:
+        """Begin a new file, with the messages of `heads` at `time`. Raises BagError as `write`."""
+        closed = self._file.path
+        try:
+            self._close_file()
+            self._file, self._has_file = self._next_file(), True
+            for topic in self._topics.values():
+                self._file.add_topic(topic)
+            for message in self.heads(time) if self.heads is not None else ():
+                self._file.write(message)
+                self._counts[message.topic] += 1
+            self._remove_oldest()
+            self._write_metadata()
+        except OSError as error:
+            raise self._failed(error) from error
+        if self._on_split is not None:
+            self._on_split(closed, self._file.path)
+
+    def close(self) -> None:
+        """Close the bag: its files and its metadata. Idempotent. Raises BagError as `write`."""
+        if not self._is_open:
+            return
+        self._is_open = False
+        try:
+            self._close_file()
+            self._write_metadata()
+        except OSError as error:
+            raise self._failed(error) from error
+
+    def _failed(self, error: OSError) -> BagError:
+        return BagError(f"the bag '{shown(self.path)}' cannot be written: {error.strerror or error}")
+
+    # -- files -----------------------------------------------------------------------------------------------
+
+    def _next_file(self) -> FileWriter:
+        name = f'{os.path.basename(self.path)}_{self._number}.{_SUFFIX[self._storage]}'
+        self._number += 1
+        return self._make_file(os.path.join(self.path, name))
+
+    def _close_file(self) -> None:
+        file = self._file
+        try:
+            file.close(bag_text(self._facts()))
+        finally:
+            path = file.path
+            counts, self._counts, self._has_file = dict(self._counts), defaultdict(int), False
+            if self._compress_files:
+                path = _compressed(path)
+            facts = FileFacts(os.path.basename(path), file.start, file.end - file.start, file.count)
+            self._closed.append((facts, counts))
+
+    def _remove_oldest(self) -> None:
+        while self._max_files and len(self._closed) + 1 > self._max_files:
+            facts, _ = self._closed.pop(0)
+            os.remove(os.path.join(self.path, facts.path))
+
+    def _write_metadata(self) -> None:
+        write_metadata(self.path, self._facts(), METADATA_FILE)
+
+    def _facts(self) -> BagFacts:
+        totals: dict[str, int] = defaultdict(int)
+        for counts in (*(counts for _, counts in self._closed), self._counts):
+            for name, count in counts.items():
+                totals[name] += count
+        files = [facts for facts, _ in self._closed]
+        if self._has_file:
+            file = self._file
+            files.append(
+                FileFacts(os.path.basename(file.path), file.start, file.end - file.start, file.count)
+            )
+        start, duration = span_of(files)
+        return BagFacts(
+            storage=self._storage,
+            topics=tuple(self._topics.values()),
+            counts=tuple(totals[name] for name in self._topics),
+            files=tuple(files),
+            start=start,
+            duration=duration,
+            compression_format='zstd' if self._compress_files else '',
+            compression_mode='file' if self._compress_files else '',
+            custom_data=tuple(self.custom_data.items()),
+            ros_distro=self._ros_distro,
+        )
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        self.close()
+
+
+_SUFFIX = {'mcap': 'mcap', 'sqlite3': 'db3'}
+
+
+def _distro() -> str:
+    return os.environ.get('ROS_DISTRO') or ROS_DISTRO
+
+
+def _opener(storage: str, preset: str, ros_distro: str) -> Callable[[str], FileWriter]:
+    """Return what opens the files of a bag; raises BagError where a package is not installed."""
+    if storage == 'sqlite3':
+        from goalwire.rosbag2.sqlite_writer import SqliteWriter
+
+        return lambda path: SqliteWriter(path, ros_distro)
+    try:
+        from goalwire.rosbag2.mcap_writer import McapWriter, compression
+
+        chosen, chunk_bytes = compression(preset)
+    except ModuleNotFoundError as error:
+        raise missing_extra(error) from None
+    return lambda path: McapWriter(path, compression=chosen, chunk_bytes=chunk_bytes)
+
+
+def _compressed(path: str) -> str:
+    """Compress a file that is closed, and return the path of what replaced it."""
+    import zstandard
+
+    packed = f'{path}.zstd'
+    with open(path, 'rb') as source, open(f'{packed}.new', 'wb') as target:
+        zstandard.ZstdCompressor().copy_stream(source, target)
+    os.replace(f'{packed}.new', packed)
+    os.remove(path)
+    return packed
