@@ -29,7 +29,7 @@ def test_a_package_has_a_prefix_and_a_share(ros2: CommandLine, prefix: Path) -> 
 
 def test_executables(ros2: CommandLine, prefix: Path) -> None:
     names = ros2.ok('pkg', 'executables', 'demo_robot').splitlines()
-    assert {'base', 'managed'} <= set(names)
+    assert {'demo_robot base', 'demo_robot managed'} <= set(names)
     assert f'{prefix}/lib/demo_robot/base' in ros2.ok('pkg', 'executables', 'demo_robot', '--full-path')
     assert 'demo_robot base' in ros2.ok('pkg', 'executables').splitlines()
 

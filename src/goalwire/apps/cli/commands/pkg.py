@@ -76,7 +76,7 @@ def _executables(arguments: Namespace, output: Output) -> None:
             elif arguments.full_path:
                 output.line(path)
             else:
-                output.line(base if arguments.package_name else f'{name} {base}')
+                output.line(f'{name} {base}')
 
 
 def _xml_arguments(parser: ArgumentParser) -> None:
