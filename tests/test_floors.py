@@ -36,7 +36,7 @@ LINTED = tomllib.loads((ROOT / 'pyproject.toml').read_text(encoding='utf-8'))['t
 def test_imports_point_down() -> None:
     """As `make lint` looks at them."""
     pytest.importorskip('importlinter', reason='the checkout was not installed with its extra `lint`')
-    command = [Path(sys.executable).with_name('lint-imports'), '--no-cache']
+    command = [str(Path(sys.executable).with_name('lint-imports')), '--no-cache']
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout
 
