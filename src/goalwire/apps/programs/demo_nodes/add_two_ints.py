@@ -1,0 +1,58 @@
+"""add_two_ints_server and its clients: the service of the tutorials."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+
+import rclpy
+from example_interfaces.srv import AddTwoInts
+from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
+
+from goalwire.apps.programs.running import spin
+
+SERVICE = 'add_two_ints'
+
+
+class AddTwoIntsServer(Node):
+    """Answers `add_two_ints` with the sum of a and b, as a 64-bit number that wraps round as C's does."""
+
+    def __init__(self) -> None:
+        super().__init__('add_two_ints_server')
+        self.create_service(AddTwoInts, SERVICE, self._add)
+
+    def _add(self, request: AddTwoInts.Request, response: AddTwoInts.Response) -> AddTwoInts.Response:
+        response.sum = (request.a + request.b + 2**63) % 2**64 - 2**63
+        self.get_logger().info(f'Incoming request\na: {request.a} b: {request.b}')
+        return response
+
+
+def serve(args: Sequence[str] | None = None) -> int:
+    """Run the server."""
+    return spin(AddTwoIntsServer, args)
+
+
+def ask(argv: Sequence[str] | None = None) -> int:
+    """Ask once for `a b`, 2 and 3 if they are not given, and log the sum; returns the exit code."""
+    words = rclpy.utilities.remove_ros_args(sys.argv if argv is None else argv)[1:]
+    try:
+        a, b = (int(word) for word in words or ('2', '3'))
+        request = AddTwoInts.Request(a=a, b=b)
+    except (AssertionError, ValueError):
+        print('usage: add_two_ints_client [A B], two numbers of 64 bits', file=sys.stderr)
+        return 1
+    try:
+        with rclpy.init(args=None if argv is None else list(argv)):
+            node = rclpy.create_node('add_two_ints_client')
+            client = node.create_client(AddTwoInts, SERVICE)
+            while not client.wait_for_service(timeout_sec=1.0):
+                node.get_logger().info('service not available, waiting again...')
+            future = client.call_async(request)
+            rclpy.spin_until_future_complete(node, future)
+            response = future.result()
+            if response is not None:
+                node.get_logger().info(f'Result of add_two_ints: {response.sum}')
+            return 0 if response is not None else 1
+    except (KeyboardInterrupt, ExternalShutdownException):
+        return 130

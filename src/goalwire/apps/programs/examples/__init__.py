@@ -1,0 +1,1 @@
+"""The minimal examples of ROS 2: packages `examples_rclpy_minimal_*`."""

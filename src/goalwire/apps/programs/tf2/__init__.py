@@ -1,0 +1,1 @@
+"""Programs for transforms: packages `tf2_ros` and `tf2_tools`."""

@@ -1,0 +1,1 @@
+"""Programs that pass messages on without reading them: package `topic_tools`."""
