@@ -121,14 +121,7 @@ class Description:
 
 def parse(text: str) -> Description:
     """Read a description. Raises BadDescription."""
-    if len(text) > LARGEST:
-        raise BadDescription(f'{len(text)} characters are more than {LARGEST}')
-    try:
-        robot = ET.fromstring(text, ET.XMLParser(target=_NoDoctype()))  # noqa: S314 - has no entities
-    except (ET.ParseError, ValueError) as error:
-        if isinstance(error, BadDescription):
-            raise
-        raise BadDescription(f'it is no XML: {brief(str(error))}') from None
+    robot = tree(text)
     if robot.tag != 'robot':
         raise BadDescription(f'its root is <{brief(robot.tag, 60)}>, not <robot>')
     links = _unique('link', (_named(link) for link in robot.findall('link')))
@@ -140,6 +133,18 @@ def parse(text: str) -> Description:
     root = _root(links, joints)
     _check_mimics(by_name)
     return Description(robot.get('name', ''), root, links, by_name)
+
+
+def tree(text: str) -> ET.Element:
+    """Read a description's XML, and judge it no further. Raises BadDescription."""
+    if len(text) > LARGEST:
+        raise BadDescription(f'{len(text)} characters are more than {LARGEST}')
+    try:
+        return ET.fromstring(text, ET.XMLParser(target=_NoDoctype()))  # noqa: S314 - has no entities
+    except (ET.ParseError, ValueError) as error:
+        if isinstance(error, BadDescription):
+            raise
+        raise BadDescription(f'it is no XML: {brief(str(error))}') from None
 
 
 class _NoDoctype(ET.TreeBuilder):

@@ -167,26 +167,17 @@ def _note(folder: str, found: Workspace) -> None:
 
 def package_name(manifest: str) -> str:
     """Return the <name> of a package.xml; raises ValueError that names the file and what is wrong with it."""
-    from xml.parsers import expat
+    from goalwire import xml_tree
 
-    path: list[str] = []
-    name: list[str] = []
     file = shown(manifest)
     try:
-        parser = expat.ParserCreate()
-        parser.StartElementHandler = lambda tag, _: path.append(tag)
-        parser.EndElementHandler = lambda _: path.pop()
-        parser.CharacterDataHandler = lambda text: name.append(text) if path == ['package', 'name'] else None
-        parser.Parse(read_regular(manifest, LARGEST_DEFINITION), True)
+        root = xml_tree.read(read_regular(manifest, LARGEST_DEFINITION))
     except OSError as error:
         raise ValueError(f'{file} cannot be read: {error.strerror}') from None
-    except expat.ExpatError as error:
+    except xml_tree.XmlError as error:
         raise ValueError(f'{file} is not well-formed XML: {error}') from None
-    except (ValueError, LookupError) as error:  # expat asks Python's codecs, and these raise both
-        raise ValueError(
-            f'{file} is in an encoding that XML readers do not know: {error}; save it as UTF-8'
-        ) from None
-    text = ''.join(name).strip()
+    names = root.findall('name') if root.tag == 'package' else []
+    text = ''.join(element.text for element in names).strip()
     if not text:
         raise ValueError(f'{file} has no <name>')
     if not is_package_name(text):

@@ -11,10 +11,10 @@ from collections.abc import Iterable
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, TextIO
-from xml.parsers import expat
 
 import yaml
 
+from goalwire import xml_tree
 from goalwire.errors import BadLaunchValueError, InvalidFrontendLaunchFileError, LaunchError
 from goalwire.files import read_regular
 from goalwire.launching.conditions import IfCondition, UnlessCondition
@@ -257,34 +257,18 @@ class XMLParser(Parser):
     @classmethod
     def read(cls, data: bytes, name: str) -> Entity:
         path = _absolute(name)
-        reader = expat.ParserCreate()
-        roots: list[Entity] = []
-        stack: list[tuple[str, dict[str, Any], list[Entity], Location]] = []
-
-        def begin(tag: str, attributes: dict[str, Any]) -> None:
-            stack.append((tag, dict(attributes), [], Location(path, reader.CurrentLineNumber)))
-
-        def end(_: str) -> None:
-            tag, attributes, children, location = stack.pop()
-            entity = Entity(tag, attributes, children, location)
-            (stack[-1][2] if stack else roots).append(entity)
-
-        def text(characters: str) -> None:
-            if characters.strip():
-                line = reader.CurrentLineNumber
-                raise _broken(Location(path, line), f"text between the tags: '{characters.strip()[:60]}'")
-
-        def refuse(*_: object) -> None:
-            raise _broken(Location(path, reader.CurrentLineNumber), 'own entities of a document are not read')
-
-        reader.StartElementHandler, reader.EndElementHandler = begin, end
-        reader.CharacterDataHandler, reader.EntityDeclHandler = text, refuse
         try:
-            reader.Parse(data, True)
-        except expat.ExpatError as error:
-            what = expat.errors.messages.get(error.code, str(error))
-            raise _broken(Location(path, error.lineno), f'no valid XML: {what}') from error
-        return roots[0]
+            return _entity(path, xml_tree.read(data))
+        except xml_tree.XmlError as error:
+            raise _broken(Location(path, error.line), f'no valid XML: {error.problem}') from error
+
+
+def _entity(path: str, element: xml_tree.Element) -> Entity:
+    if element.text_line is not None:
+        words = element.text.strip().splitlines()[0].strip()[:60]
+        raise _broken(Location(path, element.text_line), f"text between the tags: '{words}'")
+    children = [_entity(path, child) for child in element.children]
+    return Entity(element.tag, dict(element.attributes), children, Location(path, element.line))
 
 
 class YAMLParser(Parser):

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from xml.etree import ElementTree as ET
 
+from humanoid import urdf
 from humanoid.description import urdf_text
 from humanoid.model import DESCRIPTION
 
@@ -14,8 +14,8 @@ GRAVITY = 9.80665  # m/s²
 
 
 def weight() -> float:
-    """The robot's weight in N. The description is ours, so it is read as it is."""
-    masses = ET.fromstring(urdf_text()).iter('mass')  # noqa: S314
+    """The robot's weight in N."""
+    masses = urdf.tree(urdf_text()).iter('mass')
     return GRAVITY * sum(float(mass.get('value', '0')) for mass in masses)
 
 

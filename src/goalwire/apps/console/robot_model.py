@@ -14,11 +14,12 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 from urllib.parse import unquote
-from xml.etree.ElementTree import Element, ParseError, TreeBuilder, XMLParser
 
+from goalwire import xml_tree
 from goalwire.errors import RemoteError
 from goalwire.records import record
 from goalwire.transforms.rigid import IDENTITY, Quaternion, Rigid, Vector
+from goalwire.xml_tree import Element
 
 MOST_CHARACTERS = 8 << 20
 MOST_MESH_BYTES = 64 << 20
@@ -144,38 +145,29 @@ def likely_prefix(model: RobotModel, frames: Mapping[str, tuple[str, Rigid]], na
 # -- reading -------------------------------------------------------------------------------------------------
 
 
-class _PlainTree(TreeBuilder):
-    """Refuses what can blow a document up: a document type, and so entities."""
-
-    def doctype(self, *_given: object) -> None:
-        raise RemoteError('the robot_description declares a document type, which a URDF does not')
-
-
 def read_urdf(text: str) -> RobotModel:
     """Return the model of a URDF. Raises RemoteError."""
     if len(text) > MOST_CHARACTERS:
         raise RemoteError(f'the robot_description has {len(text)} characters: too many')
-    parser = XMLParser(target=_PlainTree())  # noqa: S314 - entities are refused, and the size is bounded
     try:
-        parser.feed(text)
-        top = parser.close()
-    except ParseError as error:
+        top = xml_tree.read(text)
+    except xml_tree.XmlError as error:
         raise RemoteError(f'the robot_description is no XML: {error}') from None
     if top.tag != 'robot':
         raise RemoteError(f'the robot_description is no URDF: it begins with <{top.tag}>, not <robot>')
-    links = [each.get('name', '') for each in top.findall('link')]
+    links = [each.attributes.get('name', '') for each in top.findall('link')]
     if not links or len(links) > _MOST_LINKS or len(set(links)) != len(links):
         raise RemoteError(
             f'the robot_description has {len(links)} links; 1 to {_MOST_LINKS} of different names'
         )
     try:
         joints = [_joint(each) for each in top.findall('joint')]
-        materials = {each.get('name', ''): _colour(each) for each in top.findall('material')}
+        materials = {each.attributes.get('name', ''): _colour(each) for each in top.findall('material')}
         visuals = [visual for link in top.findall('link') for visual in _visuals(link, materials)]
     except ValueError as error:
         raise RemoteError(f'the robot_description has a number that is none: {error}') from None
     root, ordered = _ordered(links, joints)
-    return RobotModel(top.get('name', ''), root, tuple(links), tuple(ordered), tuple(visuals))
+    return RobotModel(top.attributes.get('name', ''), root, tuple(links), tuple(ordered), tuple(visuals))
 
 
 def _ordered(links: list[str], joints: list[Joint]) -> tuple[str, list[Joint]]:
@@ -205,14 +197,17 @@ def _ordered(links: list[str], joints: list[Joint]) -> tuple[str, list[Joint]]:
 
 def _joint(each: Element) -> Joint:
     limit, mimic, axis = each.find('limit'), each.find('mimic'), each.find('axis')
-    kind = each.get('type', 'fixed')
+    kind = each.attributes.get('type', 'fixed')
     lower, upper = (0.0, 0.0) if kind == 'prismatic' else (-math.pi, math.pi)
     if limit is not None and kind != 'continuous':
-        lower, upper = _number(limit.get('lower'), 0.0), _number(limit.get('upper'), 0.0)
-    direction = _vector(axis.get('xyz') if axis is not None else None, (1.0, 0.0, 0.0))
+        lower, upper = (
+            _number(limit.attributes.get('lower'), 0.0),
+            _number(limit.attributes.get('upper'), 0.0),
+        )
+    direction = _vector(axis.attributes.get('xyz') if axis is not None else None, (1.0, 0.0, 0.0))
     length = math.sqrt(sum(part * part for part in direction)) or 1.0
     return Joint(
-        each.get('name', ''),
+        each.attributes.get('name', ''),
         kind,
         _attribute(each, 'parent', 'link'),
         _attribute(each, 'child', 'link'),
@@ -223,42 +218,46 @@ def _joint(each: Element) -> Joint:
         None
         if mimic is None
         else (
-            mimic.get('joint', ''),
-            _number(mimic.get('multiplier'), 1.0),
-            _number(mimic.get('offset'), 0.0),
+            mimic.attributes.get('joint', ''),
+            _number(mimic.attributes.get('multiplier'), 1.0),
+            _number(mimic.attributes.get('offset'), 0.0),
         ),
     )
 
 
 def _visuals(link: Element, materials: Mapping[str, Colour | None]) -> Iterator[Visual]:
-    name = link.get('name', '')
+    name = link.attributes.get('name', '')
     for visual in link.findall('visual'):
-        shape = visual.find('geometry/*')
-        if shape is None:
+        geometry = visual.find('geometry')
+        if geometry is None or not geometry.children:
             continue
+        shape = geometry.children[0]
         material = visual.find('material')
         colour = None
         if material is not None:
-            colour = _colour(material) or materials.get(material.get('name', ''))
+            colour = _colour(material) or materials.get(material.attributes.get('name', ''))
         origin = _origin(visual)
         colour = colour or _GREY
         if shape.tag == 'box':
-            yield Visual(name, 'box', _vector(shape.get('size'), (1.0, 1.0, 1.0)), origin, colour)
+            yield Visual(name, 'box', _vector(shape.attributes.get('size'), (1.0, 1.0, 1.0)), origin, colour)
         elif shape.tag == 'sphere':
-            yield Visual(name, 'sphere', (_number(shape.get('radius'), 0.1),), origin, colour)
+            yield Visual(name, 'sphere', (_number(shape.attributes.get('radius'), 0.1),), origin, colour)
         elif shape.tag in {'cylinder', 'capsule'}:
-            size = (_number(shape.get('radius'), 0.1), _number(shape.get('length'), 0.1))
+            size = (
+                _number(shape.attributes.get('radius'), 0.1),
+                _number(shape.attributes.get('length'), 0.1),
+            )
             yield Visual(name, 'cylinder', size, origin, colour)
         elif shape.tag == 'mesh':
-            scale = _vector(shape.get('scale'), (1.0, 1.0, 1.0))
-            yield Visual(name, 'mesh', scale, origin, colour, shape.get('filename', ''))
+            scale = _vector(shape.attributes.get('scale'), (1.0, 1.0, 1.0))
+            yield Visual(name, 'mesh', scale, origin, colour, shape.attributes.get('filename', ''))
 
 
 def _colour(material: Element) -> Colour | None:
     found = material.find('color')
     if found is None:
         return None
-    parts = [min(max(float(part), 0.0), 1.0) for part in found.get('rgba', '').split()]
+    parts = [min(max(float(part), 0.0), 1.0) for part in found.attributes.get('rgba', '').split()]
     return (parts[0], parts[1], parts[2], parts[3]) if len(parts) == 4 else None
 
 
@@ -266,7 +265,7 @@ def _origin(owner: Element) -> Rigid:
     origin = owner.find('origin')
     if origin is None:
         return IDENTITY
-    return Rigid(_vector(origin.get('xyz')), _from_rpy(*_vector(origin.get('rpy'))))
+    return Rigid(_vector(origin.attributes.get('xyz')), _from_rpy(*_vector(origin.attributes.get('rpy'))))
 
 
 def _from_rpy(roll: float, pitch: float, yaw: float) -> Quaternion:
@@ -300,7 +299,7 @@ def _number(text: str | None, default: float) -> float:
 
 def _attribute(owner: Element, tag: str, name: str) -> str:
     found = owner.find(tag)
-    return '' if found is None else found.get(name, '')
+    return '' if found is None else found.attributes.get(name, '')
 
 
 # -- meshes --------------------------------------------------------------------------------------------------

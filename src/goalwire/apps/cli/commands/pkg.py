@@ -113,29 +113,13 @@ def _xml(arguments: Namespace, output: Output) -> None:
 
 def _texts(xml: str, tag: str, path: str) -> list[str]:
     """What stands in each tag of a name."""
-    from xml.parsers import expat
+    from goalwire import xml_tree
 
-    open_tags: list[str] = []
-    found: list[str] = []
-
-    def begin(name: str, _: dict[str, str]) -> None:
-        open_tags.append(name)
-        if name == tag:
-            found.append('')
-
-    def text(part: str) -> None:
-        if open_tags and open_tags[-1] == tag:
-            found[-1] += part
-
-    parser = expat.ParserCreate()
-    parser.StartElementHandler = begin
-    parser.EndElementHandler = lambda _: open_tags.pop()
-    parser.CharacterDataHandler = text
     try:
-        parser.Parse(xml.encode(), True)
-    except expat.ExpatError as error:
+        root = xml_tree.read(xml)
+    except xml_tree.XmlError as error:
         raise CommandError(Outcome.FAILED, f'{path} is not well-formed XML: {error}') from error
-    return [' '.join(item.split()) for item in found]
+    return [' '.join(element.text.split()) for element in root.walk() if element.tag == tag]
 
 
 NOUN = Noun(

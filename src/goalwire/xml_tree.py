@@ -1,0 +1,106 @@
+"""Reads XML that others wrote: package.xml, launch files, URDF.
+
+Entities can blow a short document up, or name files. They are declared in a document type, which none of
+these files needs, so a document type is refused. Elements know their lines, for messages.
+
+This is a reader of our own and not defusedxml, which would be a dependency for the sake of one handler: its
+ElementTree knows no lines, and costs several times as much to import, in programs that read one package.xml.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from xml.parsers import expat
+
+DEEPEST = 200
+"""Elements within elements. Those who go through a tree call themselves, and Python bounds that."""
+
+
+class XmlError(ValueError):
+    """The text is not XML, or holds what is refused; `line` says where, `problem` what."""
+
+    def __init__(self, problem: str, line: int, column: int) -> None:
+        super().__init__(f'{problem}: line {line}, column {column}')
+        self.problem = problem
+        self.line = line
+
+
+class Element:
+    """A tag with its attributes, the elements in it, and its own text."""
+
+    __slots__ = ('_text', 'attributes', 'children', 'line', 'tag', 'text_line')
+
+    def __init__(self, tag: str, attributes: dict[str, str], line: int) -> None:
+        self.tag = tag
+        self.attributes = attributes
+        self.children: list[Element] = []
+        self.line = line
+        self.text_line: int | None = None
+        """Where its first character stands that is not a space; None without one."""
+        self._text: list[str] = []
+
+    @property
+    def text(self) -> str:
+        """All characters that stand directly in it."""
+        return ''.join(self._text)
+
+    def add_text(self, characters: str, line: int) -> None:
+        """Put characters behind its text."""
+        if self.text_line is None and not characters.isspace():
+            self.text_line = line
+        self._text.append(characters)
+
+    def find(self, tag: str) -> Element | None:
+        """Return the first child of a tag."""
+        return next((child for child in self.children if child.tag == tag), None)
+
+    def findall(self, tag: str) -> list[Element]:
+        """Return the children of a tag, in order."""
+        return [child for child in self.children if child.tag == tag]
+
+    def walk(self) -> Iterator[Element]:
+        """Yield the element and all those in it, in the order of the text."""
+        yield self
+        for child in self.children:
+            yield from child.walk()
+
+
+def read(data: bytes | str) -> Element:
+    """Return the outermost element. Raises XmlError."""
+    parser = expat.ParserCreate()
+    root = Element('', {}, 0)
+    open_elements = [root]
+
+    def refused(problem: str) -> XmlError:
+        return XmlError(problem, parser.CurrentLineNumber, parser.CurrentColumnNumber)
+
+    def begin(tag: str, attributes: dict[str, str]) -> None:
+        if len(open_elements) > DEEPEST:
+            raise refused(f'more than {DEEPEST} elements lie in one another')
+        element = Element(tag, attributes, parser.CurrentLineNumber)
+        open_elements[-1].children.append(element)
+        open_elements.append(element)
+
+    def end(_: str) -> None:
+        open_elements.pop()
+
+    def text(characters: str) -> None:
+        open_elements[-1].add_text(characters, parser.CurrentLineNumber)
+
+    def doctype(*_: object) -> None:
+        raise refused('it declares a document type (<!DOCTYPE>), which is not read')
+
+    parser.StartElementHandler, parser.EndElementHandler = begin, end
+    parser.CharacterDataHandler, parser.StartDoctypeDeclHandler = text, doctype
+    try:
+        parser.Parse(data, True)
+    except expat.ExpatError as error:
+        problem = expat.errors.messages.get(error.code, str(error))
+        raise XmlError(problem, error.lineno, error.offset) from None
+    except (ValueError, LookupError) as error:  # expat asks Python's codecs, and these raise both
+        if isinstance(error, XmlError):
+            raise
+        raise refused(
+            f'it is in an encoding that XML readers do not know: {error}; save it as UTF-8'
+        ) from None
+    return root.children[0]
