@@ -11,8 +11,9 @@ from humanoid.mission.display import display
 from humanoid.mission.events import Retrying, Sink, from_line
 from humanoid.mission.summary import Summary
 from humanoid.physics.choice import chosen, told
+from humanoid.servers import servers
 from humanoid.supervisor import Ended, Printed, StopAsked, Supervisor, program
-from humanoid.up import SIM_TIME, servers
+from humanoid.up import SIM_TIME
 
 MISSION = 'mission'
 LATE = 'battery_service'  # started only after the mission has missed it

@@ -8,13 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from humanoid.description import urdf_text
+from humanoid.servers import BASED, FRAMED, SIMULATION, VIEWED
 
 MAP = 'map'  # the frame in which the robots of a fleet stand beside each other
 APART = 1.5  # m
-VIEWED = 'robot_state_publisher'
-BASED = ('navigation_action_server', 'simulation')
-FRAMED = (*BASED, 'joint_state_service', VIEWED)  # they name frames
-CLOCKED = 'simulation'
 
 # Body and accent, as red, green and blue; robots beyond the last begin with the first again.
 COLOURS = (
@@ -50,7 +47,7 @@ class Member:
             arguments += ['-p', f'frame_prefix:={self.name}/']
         if program in BASED:
             arguments += ['-p', f'map_frame:={MAP}', '-p', f'place:=[0.0, {-APART * self.number}, 0.0]']
-        if program == CLOCKED:
+        if program == SIMULATION:
             arguments += ['-p', 'publish_clock:=false']  # there is one /clock, and each has its own time
         if program == VIEWED:
             file = folder / f'{self.name}.urdf'

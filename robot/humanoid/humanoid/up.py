@@ -10,24 +10,10 @@ from humanoid import view as console
 from humanoid.domain import claimed
 from humanoid.fleet import fleet
 from humanoid.physics.choice import chosen, told
+from humanoid.servers import servers
 from humanoid.supervisor import Ended, Printed, StopAsked, Supervisor, program
 
-SERVERS = (
-    'joint_state_service',
-    'navigation_action_server',
-    'battery_service',
-    'arm_action_server',
-    'robot_state_publisher',
-)
-SIMULATED = ('joint_state_service', 'navigation_action_server')  # with physics one program does their work
 SIM_TIME = ('--ros-args', '-p', 'use_sim_time:=true')
-
-
-def servers(*, physics: bool) -> Sequence[str]:
-    """The programs that make up a robot."""
-    if not physics:
-        return SERVERS
-    return ('simulation', *(name for name in SERVERS if name not in SIMULATED))
 
 
 def up(

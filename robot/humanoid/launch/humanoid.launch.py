@@ -13,15 +13,7 @@ from launch.substitutions import LaunchConfiguration, PythonExpression
 from launch_ros.actions import Node, PushRosNamespace, SetParameter
 from launch_ros.parameter_descriptions import ParameterValue
 
-SERVERS = (
-    'joint_state_service',
-    'navigation_action_server',
-    'battery_service',
-    'arm_action_server',
-    'robot_state_publisher',
-)
-SIMULATED = ('joint_state_service', 'navigation_action_server')  # with physics the simulation has them
-FRAMED = (*SIMULATED, 'robot_state_publisher')  # they name frames
+from humanoid.servers import BASED, FRAMED, SERVERS, SIMULATED, SIMULATION
 
 
 def generate_launch_description() -> LaunchDescription:
@@ -59,7 +51,7 @@ def generate_launch_description() -> LaunchDescription:
             ros_arguments=level,
             parameters=[
                 *([framed] if name in FRAMED else ()),
-                *([placed] if name == 'navigation_action_server' else ()),
+                *([placed] if name in BASED else ()),
             ],
             condition=UnlessCondition(physics) if name in SIMULATED else None,
         )
@@ -67,7 +59,7 @@ def generate_launch_description() -> LaunchDescription:
     ]
     simulation = Node(  # several nodes in one process, so it is given no name
         package='humanoid',
-        executable='simulation',
+        executable=SIMULATION,
         output='screen',
         ros_arguments=level,
         parameters=[framed, placed],
